@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: MIT
+"""Measured and simulated records: one schema, several file formats, messages that help.
+
+>>> record = read_record("bench.csv")                                  # the full schema
+>>> record = read_record("crane.csv", columns=("valve_opening", "oil_pressure"))  # any two columns
+"""
+
+from ehsid.harness.records.errors import RecordError
+from ehsid.harness.records.reading import read_record
+from ehsid.harness.records.record import Record, make_record
+from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS, TIME_COLUMN, Column
+from ehsid.harness.records.timebase import Gap, Jitter, TimeBase
+from ehsid.harness.records.writing import write_record
+
+__all__ = [
+    "COLUMNS",
+    "REQUIRED_COLUMNS",
+    "TIME_COLUMN",
+    "Column",
+    "Gap",
+    "Jitter",
+    "Record",
+    "RecordError",
+    "TimeBase",
+    "make_record",
+    "read_record",
+    "write_record",
+]

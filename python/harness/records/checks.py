@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: MIT
+"""Checks that every column passes, whatever file it came from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.records.errors import RecordError
+
+MIN_SAMPLES = 2
+
+
+def check_columns(
+    columns: Mapping[str, npt.ArrayLike], *, file: Path | str, first_row: int
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Copies of the columns as float64 arrays of shape (n,), all finite and equally long.
+
+    Raises:
+        RecordError: see `make_record`.
+    """
+    arrays = {name: _as_numbers(name, values, file) for name, values in columns.items()}
+    _check_lengths(arrays, file)
+    for name, array in arrays.items():
+        _check_finite(name, array, file, first_row)
+    return arrays
+
+
+def _as_numbers(name: str, values: npt.ArrayLike, file: Path | str) -> npt.NDArray[np.float64]:
+    array = np.asarray(values)
+    if array.ndim == 2 and (1 in array.shape or array.size == 0):
+        array = array.reshape(-1)  # MATLAB's row and column vectors, and its empty 0 x 0
+    if array.ndim != 1:
+        shape = " x ".join(str(size) for size in array.shape) or "a single number"
+        raise RecordError(
+            file,
+            f"the values are not one column: {shape}",
+            column=name,
+            expected="a vector, one value a sample",
+            mend="store each signal under its own name, or name the columns to use",
+        )
+    if array.dtype.kind not in "fiub":
+        raise RecordError(
+            file,
+            f"the values are of type {array.dtype.name}",
+            column=name,
+            expected="real numbers",
+            mend="convert the column to numbers, or name the columns to use",
+        )
+    return np.array(array, dtype=np.float64)
+
+
+def _check_lengths(arrays: Mapping[str, npt.NDArray[np.float64]], file: Path | str) -> None:
+    if not arrays:
+        raise RecordError(
+            file, "there are no columns", expected="named columns", mend="export the record again"
+        )
+    sizes = {name: array.size for name, array in arrays.items()}
+    longest = max(sizes, key=lambda name: sizes[name])
+    shortest = min(sizes, key=lambda name: sizes[name])
+    if sizes[longest] != sizes[shortest]:
+        raise RecordError(
+            file,
+            f"it has {sizes[shortest]} samples, '{longest}' has {sizes[longest]}",
+            column=shortest,
+            expected="columns of equal length",
+            mend="cut or resample the signals to one common time base, or name the columns to use",
+        )
+    if sizes[longest] < MIN_SAMPLES:
+        held = "no samples" if sizes[longest] == 0 else "one sample only"
+        raise RecordError(
+            file,
+            f"there are names but {held}",
+            expected=f"at least {MIN_SAMPLES} samples",
+            mend="export the record again, with its data",
+        )
+
+
+def _check_finite(
+    name: str, array: npt.NDArray[np.float64], file: Path | str, first_row: int
+) -> None:
+    bad = ~np.isfinite(array)
+    if not bad.any():
+        return
+    first = int(np.argmax(bad))
+    kind = np.isnan(array) if np.isnan(array[first]) else np.isinf(array)
+    sound = np.flatnonzero(~kind[first:])
+    run = int(sound[0]) if sound.size else array.size - first
+    what = "empty or NaN" if np.isnan(array[first]) else "infinite"
+    rows = (
+        f"row {first + first_row} is {what}"
+        if run == 1
+        else f"rows {first + first_row} to {first + run - 1 + first_row} are {what} ({run} rows)"
+    )
+    others = int(bad.sum()) - run
+    if others:
+        rows += f", and {others} more rows later"
+    raise RecordError(
+        file,
+        rows,
+        row=first + first_row,
+        column=name,
+        expected="a finite number in every row",
+        mend="remove these rows (the hole in time then splits the record), or fill in the values",
+    )

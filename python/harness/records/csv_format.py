@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""Numbers from CSV: a fast reader, and a careful one that finds the row at fault."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from ehsid.harness.records.csv_text import split_header
+from ehsid.harness.records.errors import RecordError
+
+FIRST_DATA_ROW = 2  # row 1 is the header
+
+
+class CsvTable:
+    """A CSV file whose header is sound; numbers are parsed for the columns asked for."""
+
+    first_row = FIRST_DATA_ROW
+
+    def __init__(self, data: bytes, path: Path) -> None:
+        self._path = path
+        self.names, self._body = split_header(data, path)
+
+    def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[np.float64]]:
+        """Columns `wanted` as float64; an empty cell becomes NaN.
+
+        Raises:
+            RecordError: a cell that is not a number, or a row with too many or too few cells.
+        """
+        # Every column is parsed, the others as text, so that surplus cells are never overlooked.
+        schema: dict[str, type[pl.DataType]] = {
+            name: pl.Float64 if name in wanted else pl.String for name in self.names
+        }
+        try:
+            frame = pl.read_csv(self._body, has_header=False, schema=schema)
+        except pl.exceptions.PolarsError:
+            return self._read_carefully(wanted)
+        if any(frame[name].null_count() for name in self.names):
+            # An empty cell, or a row that ends too early: the fast reader does not say which.
+            return self._read_carefully(wanted)
+        return {name: frame[name].to_numpy() for name in wanted}
+
+    def _read_carefully(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[np.float64]]:
+        positions = [(name, self.names.index(name)) for name in wanted]
+        values: dict[str, list[float]] = {name: [] for name in wanted}
+        reader = csv.reader(StringIO(self._body.decode("utf-8"), newline=""))
+        row = FIRST_DATA_ROW
+        for cells in reader:
+            if len(cells) != len(self.names):
+                raise self._ragged(row, cells)
+            for name, position in positions:
+                values[name].append(self._number(cells[position], row, name))
+            row = FIRST_DATA_ROW + reader.line_num
+        return {name: np.array(numbers) for name, numbers in values.items()}
+
+    def _number(self, cell: str, row: int, column: str) -> float:
+        text = cell.strip()
+        if not text:
+            return float("nan")
+        try:
+            if "_" not in text:  # Python would take 1_000 for a number
+                return float(text)
+        except ValueError:
+            pass
+        shown = text if len(text) <= 40 else text[:37] + "..."
+        mend = "correct the cell, or name the columns to use"
+        if text.replace(",", ".", 1).lstrip("+-").replace(".", "", 1).isdigit():
+            mend = "write the number with a decimal point"
+        raise RecordError(
+            self._path,
+            f"the text '{shown}' is not a number",
+            row=row,
+            column=column,
+            expected="a number such as 0.125 or 1.2e-3",
+            mend=mend,
+        )
+
+    def _ragged(self, row: int, cells: list[str]) -> RecordError:
+        if not any(cell.strip() for cell in cells):
+            problem, mend = "the row is blank", "remove the row"
+        else:
+            held = f"{len(cells)} cell" + ("s" if len(cells) != 1 else "")
+            problem = f"the row has {held}, the header names {len(self.names)} columns"
+            mend = "correct the row; if it is the last one, the file was cut short"
+            if len(cells) == 2 * len(self.names):
+                mend = "if the numbers have a decimal comma, export them with a decimal point"
+            elif any(cell.count('"') % 2 for cell in cells) or "\n" in "".join(cells):
+                mend = "look for a quotation mark that is not closed"
+        return RecordError(
+            self._path, problem, row=row, expected="one cell for every column", mend=mend
+        )

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: MIT
+"""From the bytes of a CSV file to its header and body, with the faults found on the way."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import zlib
+from collections import Counter
+from pathlib import Path
+
+from ehsid.harness.records.errors import RecordError
+
+GZIP_MAGIC = b"\x1f\x8b"
+UTF8_BOM = b"\xef\xbb\xbf"
+UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
+EXPECTED_CSV = "comma-separated UTF-8 text with column names in row 1 and a decimal point"
+
+
+def decompress(data: bytes, path: Path) -> bytes:
+    """The content of a gzip file.
+
+    Raises:
+        RecordError: not gzip, cut short, or damaged.
+    """
+    if not data:
+        raise RecordError(path, "the file is empty", expected="a gzip file", mend="export it again")
+    if not data.startswith(GZIP_MAGIC):
+        raise RecordError(
+            path,
+            "the name ends in .gz but the content is not gzip",
+            expected="a gzip file",
+            mend="rename it to .csv if it is plain text, or compress it again",
+        )
+    try:
+        return gzip.decompress(data)
+    except EOFError:
+        problem = "the compressed file is cut short"
+    except (gzip.BadGzipFile, zlib.error) as error:
+        problem = f"the compressed file is damaged ({error})"
+    raise RecordError(
+        path, problem, expected="a whole gzip file", mend="copy or compress the file again"
+    )
+
+
+def split_header(data: bytes, path: Path) -> tuple[list[str], bytes]:
+    """Column names and the bytes below them, blank lines at the end removed.
+
+    Raises:
+        RecordError: empty, not text, not UTF-8, wrong delimiter, no usable names, no data rows.
+    """
+    data = _clean_text(data, path)
+    first_line, _, body = data.partition(b"\n")
+    names = _names(first_line.decode("utf-8").rstrip("\r"), body, path)
+    body = body.rstrip(b"\r\n\t ")
+    if not body:
+        raise RecordError(
+            path,
+            "there is a header but no data",
+            row=1,
+            expected="data rows below the header",
+            mend="export the record again, with its data",
+        )
+    return names, body
+
+
+def _clean_text(data: bytes, path: Path) -> bytes:
+    if not data.strip():
+        raise RecordError(path, "the file is empty", expected=EXPECTED_CSV, mend="export it again")
+    if data.startswith(GZIP_MAGIC):
+        raise RecordError(
+            path,
+            "the file is compressed with gzip but its name does not say so",
+            expected=EXPECTED_CSV,
+            mend="rename it to end in .csv.gz",
+        )
+    data = data.removeprefix(UTF8_BOM)
+    if data.startswith(UTF16_BOMS):
+        raise RecordError(
+            path,
+            "the text is UTF-16",
+            expected=EXPECTED_CSV,
+            mend="save it as 'CSV UTF-8' in the program that wrote it",
+        )
+    if b"\x00" in data:
+        row = data.count(b"\n", 0, data.index(b"\x00")) + 1
+        raise RecordError(
+            path,
+            "the file holds zero bytes: it is binary, or UTF-16 text",
+            row=row,
+            expected=EXPECTED_CSV,
+            mend="export it as CSV in UTF-8, or give it the extension of its real format",
+        )
+    if b"\n" not in data:
+        data = data.replace(b"\r", b"\n")  # line ends of the classic Macintosh
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        row = data.count(b"\n", 0, error.start) + 1
+        raise RecordError(
+            path,
+            f"byte 0x{data[error.start]:02x} is not UTF-8 text "
+            "(Latin-1 or Windows-1252 text, or a binary file)",
+            row=row,
+            expected=EXPECTED_CSV,
+            mend="save it as UTF-8, or keep to plain ASCII letters",
+        ) from None
+    return data
+
+
+def _names(line: str, body: bytes, path: Path) -> list[str]:
+    names = [name.strip() for name in next(csv.reader([line]), [])]
+    if not any(names):
+        raise RecordError(
+            path, "the first row is blank", row=1, expected=EXPECTED_CSV, mend="remove that row"
+        )
+    if all(_is_number(name) for name in names):
+        raise RecordError(
+            path,
+            "the first row holds numbers, not names",
+            row=1,
+            expected=EXPECTED_CSV,
+            mend="add a header row such as time_s,command_v,position_m",
+        )
+    if any(delimiter in line for delimiter in ";\t|") or (len(names) == 1 and " " in names[0]):
+        raise _wrong_delimiter(line, body, path)
+    for position, name in enumerate(names, start=1):
+        if not name:
+            raise RecordError(
+                path,
+                f"column {position} of {len(names)} has no name",
+                row=1,
+                expected="a name for every column",
+                mend="name the column, or remove the surplus comma",
+            )
+    repeated = [name for name, count in Counter(names).items() if count > 1]
+    if repeated:
+        raise RecordError(
+            path,
+            f"the column name occurs {names.count(repeated[0])} times",
+            row=1,
+            column=repeated[0],
+            expected="every column name once",
+            mend="rename or remove the repeated column",
+        )
+    return names
+
+
+def _wrong_delimiter(line: str, body: bytes, path: Path) -> RecordError:
+    delimiter = max(";\t| ", key=line.count)
+    shown = {"\t": "tabs", " ": "spaces"}.get(delimiter, f"'{delimiter}'")
+    problem = f"the columns are separated by {shown}"
+    mend = "export it with commas between the columns"
+    if b"," in body.partition(b"\n")[0]:
+        problem += " and the numbers have a decimal comma"
+        mend += " and a decimal point in the numbers"
+    return RecordError(path, problem, row=1, expected=EXPECTED_CSV, mend=mend)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

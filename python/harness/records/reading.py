@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""Reading a record from a file."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from ehsid.harness.records.binary_formats import MatTable, NpzTable, ParquetTable
+from ehsid.harness.records.csv_format import CsvTable
+from ehsid.harness.records.csv_text import decompress
+from ehsid.harness.records.errors import RecordError, missing_column
+from ehsid.harness.records.formats import format_of, stem_of
+from ehsid.harness.records.record import Record, make_record
+from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS, TIME_COLUMN
+
+Table = CsvTable | ParquetTable | MatTable | NpzTable
+
+
+def read_record(
+    path: str | os.PathLike[str],
+    *,
+    columns: Sequence[str] | None = None,
+    required: Sequence[str] | None = None,
+) -> Record:
+    """Read and check a record.
+
+    Args:
+        path: CSV, CSV.gz, Parquet, MAT (version 4 to 7) or NPZ, told by the extension.
+        columns: names to read; `time_s` is read as well where the file has it. None reads all
+            columns, which must then all be numbers.
+        required: names that must be there. By default those in `columns`, or where that is None
+            `time_s` and `command_v`.
+
+    Returns:
+        The record; without a `time_s` column its `dt_s` is None.
+
+    Raises:
+        RecordError: whatever is wrong with the file; the message says where and how to mend it.
+    """
+    path = Path(path)
+    data = _bytes(path)
+    table = _table(data, path)
+    if required is None:
+        required = REQUIRED_COLUMNS if columns is None else tuple(columns)
+    for name in required:
+        if name not in table.names:
+            raise missing_column(path, name, table.names, _why(name))
+    wanted = table.names
+    if columns is not None:
+        asked = {*columns, *required, TIME_COLUMN}
+        wanted = [name for name in table.names if name in asked]
+    return make_record(
+        table.read(wanted),
+        name=stem_of(path),
+        source=path,
+        sha256=hashlib.sha256(data).hexdigest(),
+        first_row=table.first_row,
+    )
+
+
+def _bytes(path: Path) -> bytes:
+    if path.is_dir():
+        raise RecordError(
+            path,
+            "this is a directory",
+            expected="a record file",
+            mend="name one of the files in it",
+        )
+    format_of(path)
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        problem, mend = "there is no such file", "check the path"
+    except OSError as error:
+        problem, mend = f"the file cannot be read ({error.strerror})", "check its permissions"
+    raise RecordError(path, problem, expected="a record file", mend=mend)
+
+
+def _table(data: bytes, path: Path) -> Table:
+    match format_of(path):
+        case "csv":
+            return CsvTable(data, path)
+        case "csv.gz":
+            return CsvTable(decompress(data, path), path)
+        case "parquet":
+            return ParquetTable(data, path)
+        case "mat":
+            return MatTable(data, path)
+        case "npz":
+            return NpzTable(data, path)
+
+
+def _why(name: str) -> str:
+    known = COLUMNS.get(name)
+    return f"{known.meaning}, in {known.unit}" if known else "a column of this name"

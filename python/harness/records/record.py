@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""The record: uniform samples of named columns, and how one is made and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.records.checks import check_columns
+from ehsid.harness.records.errors import RecordError, missing_column
+from ehsid.harness.records.schema import TIME_COLUMN
+from ehsid.harness.records.timebase import Gap, Jitter, analyse_time
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Uniform samples of named columns; arrays are read-only.
+
+    Attributes:
+        name: file stem, or the name given by whoever made it.
+        columns: name -> float64 array of shape (n,), without `time_s`; all finite.
+        time_s: float64 array of shape (n,), or None where the sampling time is not known.
+        dt_s: sampling time in seconds, or None (then time is counted in samples).
+        segments: slices of samples without a gap; they cover the record in order.
+        jitter: how even the steps are; None without time.
+        gaps: the holes between segments.
+        source: file it was read from, or None.
+        sha256: hex digest of that file's bytes, or None.
+    """
+
+    name: str
+    columns: Mapping[str, npt.NDArray[np.float64]]
+    time_s: npt.NDArray[np.float64] | None
+    dt_s: float | None
+    segments: tuple[slice, ...]
+    jitter: Jitter | None
+    gaps: tuple[Gap, ...]
+    source: Path | None = None
+    sha256: str | None = None
+
+    def __len__(self) -> int:
+        """Number of samples."""
+        return next(iter(self.columns.values())).size
+
+    def column(self, name: str) -> npt.NDArray[np.float64]:
+        """The column called `name`, shape (n,).
+
+        Raises:
+            RecordError: there is none; the nearest name is suggested.
+        """
+        if name not in self.columns:
+            raise missing_column(
+                self.source or self.name, name, self.columns, "a column of this name"
+            )
+        return self.columns[name]
+
+
+def make_record(
+    columns: Mapping[str, npt.ArrayLike],
+    *,
+    name: str = "record",
+    source: Path | None = None,
+    sha256: str | None = None,
+    first_row: int = 1,
+) -> Record:
+    """Check columns and put them together as a record.
+
+    Args:
+        columns: name -> numbers, one-dimensional and of equal length; `time_s` among them is
+            optional and becomes the time base.
+        name: the record's name.
+        source: file the columns came from.
+        sha256: digest of that file.
+        first_row: row of the first sample in messages (2 for CSV, whose row 1 is the header).
+
+    Raises:
+        RecordError: no column, fewer than two samples, unequal lengths, not one-dimensional, not
+            numbers, NaN or infinite values, or an unusable time base.
+    """
+    file = source or name
+    arrays = check_columns(columns, file=file, first_row=first_row)
+    time_s = arrays.pop(TIME_COLUMN, None)
+    if not arrays:
+        raise RecordError(
+            file,
+            f"there is no column beside '{TIME_COLUMN}'",
+            expected="at least one measured column",
+            mend="add the measured columns",
+        )
+    base = None if time_s is None else analyse_time(time_s, file=file, first_row=first_row)
+    for array in arrays.values() if time_s is None else (time_s, *arrays.values()):
+        array.setflags(write=False)
+    whole = slice(0, next(iter(arrays.values())).size)
+    return Record(
+        name=name,
+        columns=MappingProxyType(arrays),
+        time_s=time_s,
+        dt_s=base.dt_s if base else None,
+        segments=base.segments if base else (whole,),
+        jitter=base.jitter if base else None,
+        gaps=base.gaps if base else (),
+        source=source,
+        sha256=sha256,
+    )

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: MIT
+"""The time base of a record: sampling time, jitter, gaps, and the segments between gaps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.records.errors import RecordError
+
+MAX_JITTER = 0.01  # of dt: more is not a uniform record
+GAP_FACTOR = 1.5  # a step longer than this many dt is a gap
+
+
+@dataclass(frozen=True)
+class Jitter:
+    """How far the steps inside segments stray from dt.
+
+    Attributes:
+        max_relative: largest |step - dt| / dt.
+        rms_relative: root mean square of (step - dt) / dt.
+        worst_row: row (counted as in `RecordError.row`) at the end of the worst step.
+    """
+
+    max_relative: float
+    rms_relative: float
+    worst_row: int
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A hole in the record.
+
+    Attributes:
+        row: row of the first sample after the gap, counted as in `RecordError.row`.
+        start_s: time of the last sample before the gap.
+        duration_s: time between the two samples around the gap.
+    """
+
+    row: int
+    start_s: float
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class TimeBase:
+    """What the time column says: dt_s, jitter, gaps, and the segments as slices of samples."""
+
+    dt_s: float
+    jitter: Jitter
+    gaps: tuple[Gap, ...]
+    segments: tuple[slice, ...]
+
+
+def analyse_time(
+    time_s: npt.NDArray[np.float64], *, file: Path | str, first_row: int, column: str = "time_s"
+) -> TimeBase:
+    """Check the time column and split the record at its gaps.
+
+    A step is a gap when it is longer than 1.5 times the median step. dt_s is the mean of the other
+    steps, and each of them must agree with it within 1 %.
+
+    Args:
+        time_s: shape (n,), n >= 2, finite.
+        file: named in messages.
+        first_row: row of the first sample in messages.
+        column: named in messages.
+
+    Raises:
+        RecordError: repeated, reversed or uneven time.
+    """
+    steps = np.diff(time_s)
+    _check_increasing(time_s, steps, file, first_row, column)
+
+    is_gap = steps > GAP_FACTOR * float(np.median(steps))
+    regular = steps[~is_gap]
+    dt_s = float(np.mean(regular))
+    deviation = np.where(is_gap, 0.0, steps / dt_s - 1.0)
+
+    worst = int(np.argmax(np.abs(deviation)))
+    # Two neighbouring times are each rounded to half a unit in the last place.
+    rounding = float(np.spacing(np.max(np.abs(time_s)))) / dt_s
+    uneven = np.flatnonzero(np.abs(deviation) > MAX_JITTER + rounding)
+    if uneven.size:
+        raise _uneven(time_s, int(uneven[0]), dt_s, file, first_row, column)
+
+    ends = np.flatnonzero(is_gap) + 1
+    edges = [0, *ends.tolist(), time_s.size]
+    return TimeBase(
+        dt_s=dt_s,
+        jitter=Jitter(
+            max_relative=float(abs(deviation[worst])),
+            rms_relative=float(np.sqrt(np.mean(deviation[~is_gap] ** 2))),
+            worst_row=worst + 1 + first_row,
+        ),
+        gaps=tuple(
+            Gap(int(k) + first_row, float(time_s[k - 1]), float(steps[k - 1])) for k in ends
+        ),
+        segments=tuple(slice(a, b) for a, b in pairwise(edges)),
+    )
+
+
+def _check_increasing(
+    time_s: npt.NDArray[np.float64],
+    steps: npt.NDArray[np.float64],
+    file: Path | str,
+    first_row: int,
+    column: str,
+) -> None:
+    stuck = np.flatnonzero(steps <= 0.0)
+    if stuck.size == 0:
+        return
+    k = int(stuck[0])
+    row = k + 1 + first_row
+    now, before = float(time_s[k + 1]), float(time_s[k])
+    if steps[k] == 0.0:
+        problem = f"the time {now:.9g} s is the same as in the row before"
+        mend = "remove the repeated rows, or write time with more digits"
+    else:
+        problem = f"time runs backwards, from {before:.9g} s to {now:.9g} s"
+        mend = "sort the rows by time, or split the file where a new run starts"
+    if stuck.size > 1:
+        problem += f" ({stuck.size} such rows)"
+    raise RecordError(
+        file, problem, row=row, column=column, expected="time that increases", mend=mend
+    )
+
+
+def _uneven(
+    time_s: npt.NDArray[np.float64],
+    k: int,
+    dt_s: float,
+    file: Path | str,
+    first_row: int,
+    column: str,
+) -> RecordError:
+    step = float(time_s[k + 1] - time_s[k])
+    mend = "resample the record to a uniform step"
+    resolution = _written_resolution(time_s)
+    if resolution is not None and resolution > MAX_JITTER * dt_s:
+        mend = (
+            f"time is written in steps of {resolution:g} s, too coarse for samples "
+            f"{dt_s:.3g} s apart: write it with more digits, or {mend}"
+        )
+    return RecordError(
+        file,
+        f"uneven time: this step is {step:.6g} s, the mean step is {dt_s:.6g} s "
+        f"({100.0 * (step / dt_s - 1.0):+.1f} %)",
+        row=k + 1 + first_row,
+        column=column,
+        expected=f"steps equal within {100.0 * MAX_JITTER:g} %",
+        mend=mend,
+    )
+
+
+def _written_resolution(time_s: npt.NDArray[np.float64]) -> float | None:
+    """The coarsest decimal 10^-d, d = 0..6, of which every time is a multiple; None if none is."""
+    for digits in range(7):
+        if np.allclose(np.round(time_s, digits), time_s, rtol=0.0, atol=10.0**-digits * 1e-6):
+            return float(10.0**-digits)
+    return None

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+"""Writing a record to a file, whole or not at all."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import tempfile
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+import scipy.io
+
+from ehsid.harness.records.errors import RecordError
+from ehsid.harness.records.formats import Format, format_of
+from ehsid.harness.records.record import Record
+from ehsid.harness.records.schema import TIME_COLUMN
+
+
+def write_record(record: Record, path: str | os.PathLike[str]) -> None:
+    """Write the record in the format its extension names; an existing file is replaced.
+
+    Numbers are written so that reading gives the same float64 values. The file appears under its
+    name only when it is complete.
+
+    Raises:
+        RecordError: unknown extension, a name the format cannot hold, or the file system refuses.
+    """
+    path = Path(path)
+    kind = format_of(path)
+    columns: dict[str, npt.NDArray[np.float64]] = dict(record.columns)
+    if record.time_s is not None:
+        columns = {TIME_COLUMN: record.time_s, **columns}
+    if kind == "mat":
+        _check_mat_names(columns, path)
+    _replace(path, _encode(columns, kind))
+
+
+def _encode(columns: dict[str, npt.NDArray[np.float64]], kind: Format) -> bytes:
+    buffer = BytesIO()
+    match kind:
+        case "csv":
+            pl.DataFrame(columns).write_csv(buffer)
+        case "csv.gz":
+            # No time stamp: the same record gives the same bytes.
+            return gzip.compress(_encode(columns, "csv"), compresslevel=6, mtime=0)
+        case "parquet":
+            pl.DataFrame(columns).write_parquet(buffer)
+        case "mat":
+            file: Any = buffer  # the stubs know paths only; the function takes any binary file
+            scipy.io.savemat(file, columns, oned_as="column", do_compression=True)
+        case "npz":
+            np.savez_compressed(buffer, **columns)  # type: ignore[arg-type]
+    return buffer.getvalue()
+
+
+def _check_mat_names(columns: dict[str, npt.NDArray[np.float64]], path: Path) -> None:
+    for name in columns:
+        if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= 63):
+            raise RecordError(
+                path,
+                "MATLAB does not allow this name for a variable",
+                column=name,
+                expected="a letter, then letters, digits and underscores, 63 at most",
+                mend="rename the column, or write another format",
+            )
+
+
+def _replace(path: Path, content: bytes) -> None:
+    temporary: Path | None = None
+    try:
+        with tempfile.NamedTemporaryFile(
+            dir=path.parent, prefix=f".{path.name}.", suffix=".part", delete=False
+        ) as file:
+            temporary = Path(file.name)
+            file.write(content)
+        # A temporary file is private; the record gets the permissions any new file would have.
+        mask = os.umask(0)
+        os.umask(mask)
+        temporary.chmod(0o666 & ~mask)
+        temporary.replace(path)
+    except OSError as error:
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+        raise RecordError(
+            path,
+            f"the file cannot be written ({error.strerror})",
+            expected="a folder that exists and may be written to",
+            mend="create the folder, or choose another place",
+        ) from None
