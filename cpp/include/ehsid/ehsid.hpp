@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// Everything a controller needs; never the plant.
+#pragma once
+
+#include <ehsid/arx.hpp>
+#include <ehsid/forgetting.hpp>
+#include <ehsid/monitor.hpp>
+#include <ehsid/reset.hpp>
+#include <ehsid/rls.hpp>
+#include <ehsid/scaling.hpp>
+#include <ehsid/servo_estimator.hpp>
+#include <ehsid/servo_model.hpp>
+#include <ehsid/types.hpp>
+#include <ehsid/ud.hpp>
+#include <ehsid/version.hpp>

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ehsid/forgetting/evidence.hpp>
+
+namespace ehsid {
+
+/// Constant forgetting factor.
+///
+/// Source: Eq. (13) with a fixed lambda; Ljung & Soderstrom, Theory and Practice of Recursive
+/// Identification, MIT Press 1983, sec. 2.6.
+/// Equation: lambda(k) = lambda.
+/// Guarantee: the estimate minimises sum lambda^(k-i) e(i)^2 over the samples used, plus the prior.
+/// Cost: none. Memory: 1 / (1 - lambda) samples.
+/// Default: 0.99, the paper's comparison case. lambda = 1 is ordinary least squares.
+template <class Scalar>
+struct Constant {
+  static constexpr std::uint32_t kId = 1;
+  static constexpr bool kSpreads = false;
+  static constexpr bool kFilters = false;
+
+  Scalar lambda = Scalar(0.99);  // (0, 1]
+
+  bool valid() const { return is_forgetting_factor(lambda); }
+  template <class Factors>
+  Scalar loss(const Factors& /*factors*/) const {
+    return Scalar(1) - lambda;
+  }
+  void restart() {}
+  ForgettingFactors<Scalar> peek(const Evidence<Scalar>& /*evidence*/) const {
+    return {lambda, Scalar(1)};
+  }
+  void accept(const Evidence<Scalar>& /*evidence*/) {}
+};
+
+}  // namespace ehsid

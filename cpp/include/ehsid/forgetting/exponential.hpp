@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ehsid/forgetting/evidence.hpp>
+#include <limits>
+
+namespace ehsid {
+
+/// Forgetting factor that starts low and tends to one: the paper's "varying forgetting factor".
+///
+/// Source: Ghazali et al. (2011), Eq. (15).
+/// Equation: lambda(k) = lambda0 lambda(k-1) + (1 - lambda0), so 1 - lambda(k) = lambda0^k (1 - lambda(0)).
+/// Guarantee: total forgetting is finite, so the covariance cannot wind up for ever and the estimate
+/// becomes ordinary least squares; it does not follow a plant that changes later without a reset.
+/// Cost: one multiplication and one addition.
+/// Default: lambda0 = 0.99, lambda(0) = 0.95 (Ljung & Soderstrom 1983, sec. 5.6); the paper names neither.
+template <class Scalar>
+struct Exponential {
+  static constexpr std::uint32_t kId = 2;
+  static constexpr bool kSpreads = false;
+  static constexpr bool kFilters = false;
+
+  Scalar lambda0 = Scalar(0.99);         // rate, (0, 1]
+  Scalar lambda_initial = Scalar(0.95);  // lambda(0), (0, 1]
+  // 1 - lambda(k), state. Kept instead of lambda: a float32 lambda stops short of one, at 1 - 3e-6 for
+  // lambda0 = 0.99, where its steps round to nothing.
+  Scalar deficit = Scalar(1) - Scalar(0.95);
+
+  bool valid() const {
+    return is_forgetting_factor(lambda0) && is_forgetting_factor(lambda_initial) &&
+           deficit >= Scalar(0) && deficit < Scalar(1);
+  }
+  void restart() { deficit = Scalar(1) - lambda_initial; }
+  template <class Factors>
+  Scalar loss(const Factors& /*factors*/) const {
+    return next();
+  }
+  ForgettingFactors<Scalar> peek(const Evidence<Scalar>& /*evidence*/) const {
+    return {Scalar(1) - next(), Scalar(1)};
+  }
+  void accept(const Evidence<Scalar>& /*evidence*/) { deficit = next(); }
+
+ private:
+  Scalar next() const {
+    // (15): 1 - lambda(k) = lambda0 (1 - lambda(k-1)); nothing once lambda rounds to one
+    const Scalar shrunk = lambda0 * deficit;
+    return shrunk > std::numeric_limits<Scalar>::epsilon() / Scalar(4) ? shrunk : Scalar(0);
+  }
+};
+
+}  // namespace ehsid

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/ud.hpp>
+
+namespace ehsid {
+
+/// Kalman filter for parameters that wander: theta(k) = theta(k-1) + w(k), Var w = sigma^2 diag(drift).
+///
+/// Source: L. Ljung, S. Gunnarsson, "Adaptation and tracking in system identification - a survey",
+/// Automatica 26(1), 1990, pp. 7-21; factors updated by Bierman (1977), ch. III and V.
+/// Equation: P <- P + Q, then the measurement update with lambda = 1.
+/// Guarantee: P grows by at most Q a step, not geometrically; the optimal estimate if theta
+/// really is a random walk with this Q. The estimator's guards bound P without excitation.
+/// Cost: n rank-one updates of a unit vector, n^3 / 3 multiplications: the dearest policy.
+/// Default: drift = 1e-4 each, which at unit regressor variance matches lambda = 0.99.
+template <class Scalar, int kN>
+struct RandomWalk {
+  static constexpr std::uint32_t kId = 6;
+  static constexpr bool kSpreads = true;
+  static constexpr bool kFilters = false;
+
+  Array<Scalar, kN> drift = uniform(Scalar(1e-4));  // per parameter and step, in units of sigma^2, >= 0
+
+  static Array<Scalar, kN> uniform(Scalar value) {
+    Array<Scalar, kN> all;
+    all.fill(value);
+    return all;
+  }
+
+  bool valid() const {
+    bool good = all_finite<kN>(drift);
+    for (const Scalar value : drift) {
+      good = value >= Scalar(0) && good;
+    }
+    return good;
+  }
+  void restart() {}
+  ForgettingFactors<Scalar> peek(const Evidence<Scalar>& /*evidence*/) const {
+    return {Scalar(1), Scalar(1)};
+  }
+  void accept(const Evidence<Scalar>& /*evidence*/) {}
+
+  /// tr(P^-1 Q) / n: the growth of log det P by Q, shared among the directions.
+  Scalar loss(const UdFactors<Scalar, kN>& factors) const {
+    Scalar sum(0);
+    for (int i = 0; i < kN; ++i) {
+      sum += drift[static_cast<std::size_t>(i)] *
+             factors.information_along(Vector<Scalar, kN>::Unit(i));
+    }
+    return sum / Scalar(kN);
+  }
+
+  void spread(UdFactors<Scalar, kN>& factors, const Vector<Scalar, kN>& /*phi*/) const {
+    for (int i = 0; i < kN; ++i) {
+      Array<Scalar, kN> unit{};
+      unit[static_cast<std::size_t>(i)] = Scalar(1);
+      factors.add_rank_one(drift[static_cast<std::size_t>(i)], unit);
+    }
+  }
+};
+
+}  // namespace ehsid

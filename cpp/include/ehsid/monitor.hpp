@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ehsid/types.hpp>
+
+namespace ehsid {
+
+/// Settings of ConvergenceMonitor.
+template <class Scalar>
+struct ConvergenceOptions {
+  Scalar tolerance = Scalar(0.05);  // standard deviation relative to the parameter, > 0
+  Scalar magnitude = Scalar(0.1);   // a scaled parameter smaller than this is judged as if it were this, > 0
+  std::int32_t hold = 20;           // informative samples in a row before "converged", >= 1
+
+  bool valid() const {
+    return is_finite(tolerance) && tolerance > Scalar(0) && is_finite(magnitude) &&
+           magnitude > Scalar(0) && hold >= 1;
+  }
+};
+
+/// What ConvergenceMonitor remembers. Plain data.
+template <class Scalar>
+struct ConvergenceState {
+  std::int32_t steady;   // informative samples in a row inside the tolerance, up to `hold`
+  std::int32_t samples;  // samples seen since the start or the last reset (stops at its largest value)
+  Scalar excitation;     // share of recent samples that carried information, 0 to 1
+};
+
+/// Has the estimate converged? Judged in sigma^2 P: every standard deviation must stay below `tolerance` of its
+/// parameter for `hold` informative samples in a row. Also keeps the share of samples that carried
+/// information, over about the last 100.
+template <class Scalar>
+class ConvergenceMonitor {
+ public:
+  using Options = ConvergenceOptions<Scalar>;
+  using State = ConvergenceState<Scalar>;
+
+  Status configure(const Options& options) {
+    if (!options.valid()) {
+      return Status::invalid_argument;
+    }
+    options_ = options;
+    restart();
+    return Status::ok;
+  }
+
+  void restart() { state_ = State{}; }
+
+  /// After an informative update of any estimator with theta_hat, factors and residual variance.
+  template <class Estimator>
+  void updated(const Estimator& rls) {
+    count(true);
+    const auto& state = rls.state();
+    const Scalar variance = rls.residual_variance();
+    const Scalar share = options_.tolerance * options_.tolerance;
+    // Degrees of freedom: with no more samples than parameters the residuals say nothing.
+    bool inside = state.weight > Scalar(2 * Estimator::kN);
+    for (int i = 0; i < Estimator::kN; ++i) {
+      const Scalar theta = state.theta[static_cast<std::size_t>(i)];
+      const Scalar least = options_.magnitude * options_.magnitude;
+      const Scalar size = theta * theta > least ? theta * theta : least;
+      inside = variance * state.factors.variance(i) <= share * size && inside;
+    }
+    if (!inside) {
+      state_.steady = 0;
+    } else if (state_.steady < options_.hold) {
+      ++state_.steady;
+    }
+  }
+
+  /// After a sample that carried no information: what was known stays known.
+  void skipped() { count(false); }
+
+  bool converged() const { return state_.steady >= options_.hold; }
+  /// Share of recent samples that carried information, 0 to 1.
+  Scalar excitation() const { return state_.excitation; }
+  std::int32_t samples() const { return state_.samples; }
+
+  const State& state() const { return state_; }
+
+  /// May this saved state be taken over?
+  static bool usable(const State& saved) {
+    return saved.steady >= 0 && saved.samples >= 0 && is_finite(saved.excitation) &&
+           saved.excitation >= Scalar(0) && saved.excitation <= Scalar(1);
+  }
+
+  /// Takes a saved state over; invalid_argument, and nothing changed, unless it is usable.
+  Status restore(const State& saved) {
+    if (!usable(saved)) {
+      return Status::invalid_argument;
+    }
+    state_ = saved;
+    return Status::ok;
+  }
+
+ private:
+  static constexpr std::int32_t kMemory = 100;
+
+  void count(bool informative) {
+    constexpr std::int32_t kLast = 0x7fffffff;
+    state_.samples += state_.samples < kLast ? 1 : 0;
+    const std::int32_t window = state_.samples < kMemory ? state_.samples : kMemory;
+    const Scalar now = informative ? Scalar(1) : Scalar(0);
+    state_.excitation += (now - state_.excitation) / static_cast<Scalar>(window);
+  }
+
+  Options options_{};
+  State state_{};
+};
+
+}  // namespace ehsid

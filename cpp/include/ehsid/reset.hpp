@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ehsid/types.hpp>
+
+#include <cmath>
+
+namespace ehsid {
+
+/// Settings of RmseReset. Windows in samples, ratios of RMSE, floor in units of the scaled output.
+template <class Scalar>
+struct RmseResetOptions {
+  Scalar short_window = Scalar(10);   // >= 1
+  Scalar long_window = Scalar(200);   // > short_window; also the samples before the first alarm
+  Scalar trigger_ratio = Scalar(3);   // alarm above this ratio, > release_ratio
+  Scalar release_ratio = Scalar(1.5); // armed again below this ratio, >= 1
+  std::int32_t cool_down = 50;        // samples after an alarm without another, >= 0
+  Scalar floor = Scalar(1e-5);        // an RMSE below this is never a change of the plant, >= 0
+
+  bool valid() const {
+    return is_finite(short_window) && short_window >= Scalar(1) && is_finite(long_window) &&
+           long_window > short_window && is_finite(trigger_ratio) && is_finite(release_ratio) &&
+           release_ratio >= Scalar(1) && trigger_ratio > release_ratio && cool_down >= 0 &&
+           is_finite(floor) && floor >= Scalar(0);
+  }
+};
+
+/// What RmseReset remembers. Plain data.
+template <class Scalar>
+struct RmseResetState {
+  Scalar short_square;     // mean square over the short window
+  Scalar long_square;      // mean square over the long window
+  std::int32_t seen;       // samples so far, up to the long window
+  std::int32_t cooling;    // samples left in which no alarm is raised
+  std::int32_t alarms;     // alarms since the start
+  std::uint8_t armed;      // 0 after an alarm until the ratio has fallen below release_ratio
+};
+
+/// Detects a change of the plant from the RMSE of the prediction error (Fig. 4 of Ghazali et al. 2011): a
+/// short window against a long one, with hysteresis and cool-down.
+///
+/// Feed it the normalised square epsilon^2 lambda / (lambda + phi' P phi), whose mean is sigma^2 whether or
+/// not the estimate has converged: then neither the first samples nor those after a reset look like a
+/// change. The windows are exponential: two numbers of memory instead of two buffers.
+template <class Scalar>
+class RmseReset {
+ public:
+  using Options = RmseResetOptions<Scalar>;
+  using State = RmseResetState<Scalar>;
+
+  RmseReset() { restart(); }
+
+  /// invalid_argument, and nothing changed, if an option is out of its range.
+  Status configure(const Options& options) {
+    if (!options.valid()) {
+      return Status::invalid_argument;
+    }
+    options_ = options;
+    restart();
+    return Status::ok;
+  }
+
+  void restart() {
+    state_ = State{};
+    state_.armed = 1;
+  }
+
+  /// One normalised squared prediction error (finite, >= 0). True: the plant has changed, reset now.
+  bool update(Scalar square) {
+    const Scalar before = state_.long_square;  // the alarm must not be hidden by the error that raises it
+    const bool warm = static_cast<Scalar>(state_.seen) >= options_.long_window;
+    state_.seen += warm ? 0 : 1;
+    const auto count = static_cast<Scalar>(state_.seen);
+    state_.short_square += (square - state_.short_square) / smaller(count, options_.short_window);
+    state_.long_square += (square - state_.long_square) / smaller(count, options_.long_window);
+    if (state_.cooling > 0) {
+      --state_.cooling;
+      return false;
+    }
+    const Scalar reference = before + options_.floor * options_.floor;
+    if (state_.armed == 0) {
+      const Scalar release = options_.release_ratio * options_.release_ratio;
+      state_.armed = state_.short_square < release * reference ? 1 : 0;
+      return false;
+    }
+    const Scalar trigger = options_.trigger_ratio * options_.trigger_ratio;
+    if (!warm || !(state_.short_square > trigger * reference)) {
+      return false;
+    }
+    // What was learned of the noise before the change stays; the errors of the change itself do not count.
+    state_.short_square = before;
+    state_.long_square = before;
+    state_.armed = 0;
+    state_.cooling = options_.cool_down;
+    ++state_.alarms;
+    return true;
+  }
+
+  Scalar short_rmse() const { return std::sqrt(state_.short_square); }
+  Scalar long_rmse() const { return std::sqrt(state_.long_square); }
+  std::int32_t alarms() const { return state_.alarms; }
+
+  const State& state() const { return state_; }
+
+  /// May this saved state be taken over?
+  static bool usable(const State& saved) {
+    return is_finite(saved.short_square) && saved.short_square >= Scalar(0) &&
+           is_finite(saved.long_square) && saved.long_square >= Scalar(0) &&
+           saved.seen >= 0 && saved.cooling >= 0 && saved.alarms >= 0 && saved.armed <= 1;
+  }
+
+  /// Takes a saved state over; invalid_argument, and nothing changed, unless it is usable.
+  Status restore(const State& saved) {
+    if (!usable(saved)) {
+      return Status::invalid_argument;
+    }
+    state_ = saved;
+    return Status::ok;
+  }
+
+ private:
+  static Scalar smaller(Scalar a, Scalar b) { return a < b ? a : b; }
+
+  Options options_{};
+  State state_{};
+};
+
+}  // namespace ehsid

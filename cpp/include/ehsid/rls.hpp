@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: MIT
+// Recursive least squares, Eqs. (12)-(14) of Ghazali et al. (2011), on UD factors.
+//
+//   (12) epsilon(k) = y(k) - phi'(k) theta(k-1)
+//   (13) P(k) = (1/lambda) P(k-1) [I - phi phi' P(k-1) / (lambda + phi' P(k-1) phi)]
+//   (14) theta(k) = theta(k-1) + P(k) phi(k) epsilon(k)
+//
+// Works for any linear regression y = phi' theta + e, not only for ARX. P is in units of the residual
+// variance sigma^2, so sigma^2 P is the covariance of theta (an upper bound of it where lambda < 1: in the
+// steady state the factor 1 / (1 + lambda) is left out).
+#pragma once
+
+#include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/types.hpp>
+#include <ehsid/ud.hpp>
+
+#include <cmath>
+#include <limits>
+
+namespace ehsid {
+
+/// Guards against wind-up. Both are dimensionless: they never depend on the units of phi and y.
+template <class Scalar>
+struct RlsOptions {
+  /// A sample is skipped where phi' P phi, the information it adds, is below `information_margin` times what
+  /// the policy forgets meanwhile in one direction (1 - lambda), unless the recent errors say that the model
+  /// no longer fits. A lone held direction settles at 1, full excitation at n. 0 switches the rule off;
+  /// negative (default): sqrt(n), the geometric middle; off for n = 1, where one direction is all there is.
+  Scalar information_margin = Scalar(-1);
+  /// Backstop: the mean of P_ii / P0_ii never exceeds this. 1: never less certain than at the start.
+  Scalar covariance_ceiling = Scalar(1);
+
+  bool valid() const {
+    return is_finite(information_margin) && is_finite(covariance_ceiling) &&
+           covariance_ceiling > Scalar(0);
+  }
+};
+
+/// Everything the recursion changes. Plain data: copy it, store it, compare it.
+template <class Scalar, int kN, class Forgetting>
+struct RlsState {
+  Array<Scalar, kN> theta;
+  Array<Scalar, kN> remainder;  // what rounding took off theta so far, below its last digit
+  UdFactors<Scalar, kN> factors;
+  Forgetting forgetting;
+  Array<Scalar, kN> gain;      // K(k) = P(k) phi(k) of the last kept step
+  Scalar innovation;           // epsilon(k) of the last step that was not refused
+  Scalar forgetting_factor;    // lambda of the last kept step
+  Scalar square;               // epsilon^2 lambda / (lambda + phi' P phi) of the last kept step
+  Scalar mean_square;          // weighted mean of `square`
+  Scalar weight;               // its weight in samples, at most kWeightLimit
+  Scalar recent_square;        // the same over about the last 16 steps, skipped ones included
+};
+
+/// Recursive least squares with a forgetting policy and guards.
+///
+/// Scalar: float or double. kN: number of parameters, >= 1. Forgetting: see forgetting.hpp.
+/// update() is transactional: the whole step is computed, checked, and only then kept.
+template <class Scalar_, int kN_, class Forgetting_>
+class Rls {
+ public:
+  using Scalar = Scalar_;
+  using Forgetting = Forgetting_;
+  using Regressor = Vector<Scalar, kN_>;
+  using Parameters = Vector<Scalar, kN_>;
+  using Covariance = SquareMatrix<Scalar, kN_>;
+  using State = RlsState<Scalar, kN_, Forgetting>;
+  using Options = RlsOptions<Scalar>;
+
+  static constexpr int kN = kN_;
+  /// Start variance P0_ii where none is given: vague for regressors of order one.
+  static constexpr Scalar kDefaultVariance = Scalar(1e6);
+
+  static_assert(kN >= 1, "Rls needs at least one parameter");
+  static_assert(std::numeric_limits<Scalar>::is_iec559, "Rls needs float or double");
+
+  /// theta = 0, P0 = kDefaultVariance I. An invalid policy or option is replaced by its default; use
+  /// start() and configure() where the status matters.
+  explicit Rls(const Forgetting& forgetting = Forgetting{}, const Options& options = Options{}) {
+    if (configure(forgetting, options) != Status::ok) {
+      static_cast<void>(configure(Forgetting{}, Options{}));
+    }
+    static_cast<void>(start(Parameters::Zero(), Parameters::Constant(kDefaultVariance)));
+  }
+
+  /// Sets policy and guards; the estimate stays. invalid_argument leaves all as it was.
+  Status configure(const Forgetting& forgetting, const Options& options) {
+    if (!forgetting.valid() || !options.valid()) {
+      return Status::invalid_argument;
+    }
+    state_.forgetting = forgetting;
+    state_.forgetting.restart();
+    options_ = options;
+    return Status::ok;
+  }
+
+  /// Starts from theta0 and P0 = diag(variances), variances > 0 in units of sigma^2.
+  Status start(const Parameters& theta0, const Parameters& variances) {
+    UdFactors<Scalar, kN> factors;
+    return factors.set_diagonal(variances) ? begin(theta0, factors) : Status::invalid_argument;
+  }
+
+  /// Starts from theta0 and a full P0, symmetric positive definite, e.g. of an offline fit.
+  Status start_from_covariance(const Parameters& theta0, const Covariance& p0) {
+    UdFactors<Scalar, kN> factors;
+    return factors.factorise(p0) ? begin(theta0, factors) : Status::invalid_argument;
+  }
+
+  /// One sample: y = phi' theta + e.
+  ///
+  /// ok, no_information (kept on purpose, see RlsOptions), invalid_input or numerical_limit; on the
+  /// last two nothing at all has changed.
+  Status update(const Regressor& phi, Scalar y) {
+    if (!is_finite(y) || !all_finite<kN>(phi)) {
+      return Status::invalid_input;
+    }
+    // (12)
+    const Scalar predicted = dot<kN>(phi, state_.theta);
+    const Scalar innovation = y - predicted;
+    Projection<Scalar, kN> projection = state_.factors.project(phi);
+    const Evidence<Scalar> evidence{innovation, projection.s, known_residual_variance()};
+    const ForgettingFactors<Scalar> lambda = state_.forgetting.peek(evidence);
+    Scalar square = normalise(innovation, lambda.before, projection.s);
+    if (!is_finite(square) || !is_finite(projection.s)) {
+      return Status::numerical_limit;
+    }
+    const Scalar recent =
+        state_.recent_square + kRecentRate * (square - state_.recent_square);
+    if (uninformative(phi, projection.s, surprising(recent, y, predicted))) {
+      state_.innovation = innovation;
+      state_.recent_square = recent;
+      return Status::no_information;
+    }
+
+    UdFactors<Scalar, kN> factors = state_.factors;
+    if constexpr (Forgetting::kSpreads) {
+      state_.forgetting.spread(factors, phi);
+      projection = factors.project(phi);
+      square = normalise(innovation, lambda.before, projection.s);
+    }
+    // (13), and K(k) = P(k) phi(k)
+    Array<Scalar, kN> gain;
+    factors.measure(projection, lambda.before, lambda.before * lambda.after, gain);
+    limit(factors);
+    // (14), as a compensated sum: at large k the steps fall below the last digit of a float32 theta, and
+    // with a held regressor their rounding has a direction, so theta would drift without end.
+    Array<Scalar, kN> theta;
+    Array<Scalar, kN> remainder;
+    for (int i = 0; i < kN; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const Scalar increment = gain[at] * innovation + state_.remainder[at];
+      theta[at] = state_.theta[at] + increment;
+      const Scalar added = theta[at] - state_.theta[at];
+      remainder[at] = (state_.theta[at] - (theta[at] - added)) + (increment - added);
+    }
+    if (!factors.usable() || !all_finite<kN>(theta) || !all_finite<kN>(remainder)) {
+      return Status::numerical_limit;
+    }
+
+    state_.theta = theta;
+    state_.remainder = remainder;
+    state_.factors = factors;
+    state_.gain = gain;
+    state_.innovation = innovation;
+    state_.forgetting_factor = lambda.before * lambda.after;
+    state_.square = square;
+    state_.recent_square = recent;
+    state_.forgetting.accept(evidence);
+    accumulate(square, lambda);
+    return Status::ok;
+  }
+
+  /// lambda and P back to their start values, theta kept (Fig. 4).
+  void reset() {
+    state_.factors = initial_factors_;
+    restart_statistics();
+  }
+
+  /// lambda, P and theta back to their start values.
+  void reset_all() {
+    state_.theta = initial_theta_;
+    state_.remainder.fill(Scalar(0));
+    reset();
+  }
+
+  Parameters theta_hat() const { return as_vector(state_.theta); }
+  /// P(k), formed from the factors; sigma^2 P is the covariance of theta_hat.
+  Covariance P() const { return state_.factors.matrix(); }
+  Regressor gain() const { return as_vector(state_.gain); }
+  Scalar innovation() const { return state_.innovation; }
+  Scalar forgetting_factor() const { return state_.forgetting_factor; }
+  /// epsilon^2 lambda / (lambda + phi' P phi) of the last kept step: its mean is sigma^2, converged or not.
+  Scalar normalised_square() const { return state_.square; }
+
+  /// phi' theta_hat.
+  Scalar predict(const Regressor& phi) const { return dot<kN>(phi, state_.theta); }
+
+  /// sigma^2 from the weighted residuals, with kN degrees of freedom taken off; 0 before any sample.
+  Scalar residual_variance() const {
+    const Scalar freedom = state_.weight - Scalar(kN);
+    return state_.mean_square * state_.weight / (freedom > Scalar(1) ? freedom : Scalar(1));
+  }
+
+  /// sqrt(sigma^2 P_ii).
+  Parameters standard_deviation() const {
+    Parameters deviation;
+    const Scalar variance = residual_variance();
+    for (int i = 0; i < kN; ++i) {
+      deviation[i] = std::sqrt(variance * state_.factors.variance(i));
+    }
+    return deviation;
+  }
+
+  const State& state() const { return state_; }
+
+  /// May this saved state be taken over?
+  static bool usable(const State& saved) {
+    return all_finite<kN>(saved.theta) && all_finite<kN>(saved.remainder) && saved.factors.usable() && saved.forgetting.valid() &&
+           all_finite<kN>(saved.gain) && is_finite(saved.innovation) &&
+           is_forgetting_factor(saved.forgetting_factor) && is_magnitude(saved.square) &&
+           is_magnitude(saved.mean_square) && is_magnitude(saved.weight) &&
+           is_magnitude(saved.recent_square);
+  }
+
+  /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable.
+  Status restore(const State& saved) {
+    if (!usable(saved)) {
+      return Status::invalid_argument;
+    }
+    state_ = saved;
+    return Status::ok;
+  }
+
+ private:
+  // Above this weight a float can no longer count samples one by one; the mean square then becomes
+  // an exponential average over that many samples.
+  static constexpr Scalar kWeightLimit = Scalar(1e6);
+  // Errors count as surprising where their recent mean square is four times the residual variance:
+  // twice the RMSE, for a mean of about 16 squares (standard deviation 0.25) twelve deviations up.
+  static constexpr Scalar kRecentRate = Scalar(1) / Scalar(16);
+  static constexpr Scalar kSurprise = Scalar(4);
+  // Rounding of phi' theta: not a surprise, however small the noise.
+  static constexpr Scalar kRounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
+
+  /// Innovation a priori times residual a posteriori: variance sigma^2 whatever P still is.
+  static Scalar normalise(Scalar innovation, Scalar lambda, Scalar s) {
+    return innovation * innovation * (lambda / (lambda + s));
+  }
+
+  static bool is_magnitude(Scalar value) { return is_finite(value) && value >= Scalar(0); }
+
+  Status begin(const Parameters& theta0, const UdFactors<Scalar, kN>& factors) {
+    if (!all_finite<kN>(theta0)) {
+      return Status::invalid_argument;
+    }
+    for (int i = 0; i < kN; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      initial_theta_[at] = theta0[i];
+      ceiling_weight_[at] = Scalar(1) / (Scalar(kN) * factors.variance(i));
+    }
+    initial_factors_ = factors;
+    reset_all();
+    return Status::ok;
+  }
+
+  void restart_statistics() {
+    state_.forgetting.restart();
+    state_.gain.fill(Scalar(0));
+    state_.innovation = Scalar(0);
+    state_.forgetting_factor = Scalar(1);
+    state_.square = Scalar(0);
+    state_.mean_square = Scalar(0);
+    state_.weight = Scalar(0);
+    state_.recent_square = Scalar(0);
+  }
+
+  /// residual_variance() once there are enough samples for it to mean something, else 0.
+  Scalar known_residual_variance() const {
+    return state_.weight > Scalar(kN + 1) ? residual_variance() : Scalar(0);
+  }
+
+  bool surprising(Scalar recent, Scalar y, Scalar predicted) const {
+    const Scalar rounding = kRounding * kRounding * (y * y + predicted * predicted);
+    const Scalar variance = known_residual_variance();
+    return state_.weight <= Scalar(kN + 1) || recent > kSurprise * variance + rounding;
+  }
+
+  bool uninformative(const Regressor& phi, Scalar s, bool surprised) const {
+    if (!(s > Scalar(0))) {
+      return true;  // phi = 0: forgetting without measuring would be all that is left
+    }
+    if constexpr (Forgetting::kFilters) {
+      if (state_.forgetting.filters(phi)) {
+        return true;
+      }
+    }
+    return !surprised && s < information_margin() * state_.forgetting.loss(state_.factors);
+  }
+
+  Scalar information_margin() const {
+    if (options_.information_margin >= Scalar(0)) {
+      return options_.information_margin;
+    }
+    return kN > 1 ? std::sqrt(Scalar(kN)) : Scalar(0);
+  }
+
+  /// Backstop: scales P down to the ceiling. P(k) stays above what the measurement alone leaves, since
+  /// without forgetting P cannot have grown past the ceiling.
+  void limit(UdFactors<Scalar, kN>& factors) const {
+    Scalar mean(0);
+    for (int i = 0; i < kN; ++i) {
+      mean += ceiling_weight_[static_cast<std::size_t>(i)] * factors.variance(i);
+    }
+    if (mean > options_.covariance_ceiling) {
+      factors.scale(options_.covariance_ceiling / mean);
+    }
+  }
+
+  /// Recursion of the weighted residual sum of squares, as a mean so that it cannot overflow.
+  void accumulate(Scalar square, const ForgettingFactors<Scalar>& lambda) {
+    const Scalar samples = lambda.before * state_.weight + Scalar(1);
+    state_.mean_square += (square - state_.mean_square) / samples;
+    const Scalar weight = lambda.after * samples;
+    state_.weight = weight < kWeightLimit ? weight : kWeightLimit;
+  }
+
+  State state_{};
+  Options options_{};
+  Array<Scalar, kN> initial_theta_{};
+  UdFactors<Scalar, kN> initial_factors_{};
+  Array<Scalar, kN> ceiling_weight_{};
+};
+
+}  // namespace ehsid

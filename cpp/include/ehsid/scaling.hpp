@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ehsid/types.hpp>
+
+namespace ehsid {
+
+/// Units out: the estimator works on (command - command_offset) / command_scale and
+/// (position - position_offset) / position_scale, so every threshold holds for any machine.
+///
+/// Choose scales of the order of the signals' excursions (rated command, stroke), offsets near their means.
+template <class Scalar>
+struct Scaling {
+  Scalar command_scale = Scalar(1);    // units of the command, > 0
+  Scalar position_scale = Scalar(1);   // units of the position, > 0
+  Scalar command_offset = Scalar(0);   // units of the command
+  Scalar position_offset = Scalar(0);  // units of the position
+
+  bool valid() const {
+    return is_finite(command_scale) && command_scale > Scalar(0) && is_finite(position_scale) &&
+           position_scale > Scalar(0) && is_finite(command_offset) && is_finite(position_offset);
+  }
+
+  Scalar scale_command(Scalar command) const { return (command - command_offset) / command_scale; }
+  Scalar scale_position(Scalar position) const {
+    return (position - position_offset) / position_scale;
+  }
+  Scalar unscale_position(Scalar scaled) const {
+    return scaled * position_scale + position_offset;
+  }
+
+  /// Factor from a scaled parameter to one in the units of the signals: 1 for a_i, position_scale /
+  /// command_scale for b_i, position_scale for the constant term.
+  Scalar parameter_unit(int index, int na, int nb) const {
+    if (index < na) {
+      return Scalar(1);
+    }
+    return index < na + nb ? position_scale / command_scale : position_scale;
+  }
+};
+
+}  // namespace ehsid

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT
+// The estimator a controller links: ARX regressor, RLS, reset and convergence monitor behind one call.
+#pragma once
+
+#include <ehsid/arx.hpp>
+#include <ehsid/forgetting.hpp>
+#include <ehsid/monitor.hpp>
+#include <ehsid/reset.hpp>
+#include <ehsid/rls.hpp>
+#include <ehsid/scaling.hpp>
+#include <type_traits>
+
+namespace ehsid {
+
+/// Settings of an OnlineEstimator. Every default is usable; give at least the scaling.
+template <class Scalar, int kN, class Forgetting>
+struct EstimatorOptions {
+  Scaling<Scalar> scaling{};
+  Forgetting forgetting{};
+  RlsOptions<Scalar> rls{};
+  RmseResetOptions<Scalar> reset{};
+  ConvergenceOptions<Scalar> convergence{};
+  bool reset_enabled = true;
+  /// Start values in the units of the signals, and their variances in scaled units and units of sigma^2.
+  Vector<Scalar, kN> theta0 = Vector<Scalar, kN>::Zero();
+  Vector<Scalar, kN> variance0 = Vector<Scalar, kN>::Constant(Scalar(1e6));
+  /// Largest plausible |scaled command| or |scaled position|: beyond it a sample is refused.
+  Scalar input_limit = Scalar(1e4);
+
+  /// All but theta0 and variance0, which the recursion checks.
+  bool valid() const {
+    return scaling.valid() && forgetting.valid() && rls.valid() && reset.valid() &&
+           convergence.valid() && is_finite(input_limit) && input_limit > Scalar(0);
+  }
+};
+
+/// Online identification of a model whose regressor is made from commands and positions.
+///
+/// Model: Arx<...>, or a class with the same members. Forgetting: see forgetting.hpp.
+template <class Model_, class Forgetting_>
+class OnlineEstimator {
+ public:
+  using Model = Model_;
+  using Forgetting = Forgetting_;
+  using Scalar = typename Model::Scalar;
+  static constexpr int kN = Model::kN;
+  using Recursion = Rls<Scalar, kN, Forgetting>;
+  using Options = EstimatorOptions<Scalar, kN, Forgetting>;
+  using Parameters = Vector<Scalar, kN>;
+  using Covariance = SquareMatrix<Scalar, kN>;
+
+  /// The whole state as plain data: store the bytes, restore them into an estimator with the same options.
+  struct Snapshot {
+    std::uint32_t magic;
+    std::uint16_t version;
+    std::uint16_t scalar_bytes;
+    std::uint16_t forgetting_id;
+    std::uint8_t na, nb, nk, offset;
+    std::uint8_t enabled;
+    std::uint8_t reserved;
+    typename Recursion::State recursion;
+    typename Model::State history;
+    typename RmseReset<Scalar>::State reset;
+    typename ConvergenceMonitor<Scalar>::State convergence;
+  };
+  static_assert(std::is_trivially_copyable<Snapshot>::value, "a snapshot must be plain bytes");
+
+  OnlineEstimator() { static_cast<void>(configure(Options{})); }
+  explicit OnlineEstimator(const Model& model) : model_(model) {
+    static_cast<void>(configure(Options{}));
+  }
+
+  /// Takes the options over and starts anew from them. invalid_argument leaves everything as it was.
+  Status configure(const Options& options) {
+    if (!options.valid()) {
+      return Status::invalid_argument;
+    }
+    Parameters scaled = options.theta0;
+    for (int i = 0; i < kN; ++i) {
+      scaled[i] /= options.scaling.parameter_unit(i, model_.na(), model_.nb());
+    }
+    if (recursion_.start(scaled, options.variance0) != Status::ok) {
+      return Status::invalid_argument;
+    }
+    // Their options have been checked: these cannot refuse.
+    static_cast<void>(recursion_.configure(options.forgetting, options.rls));
+    static_cast<void>(reset_.configure(options.reset));
+    static_cast<void>(monitor_.configure(options.convergence));
+    scaling_ = options.scaling;
+    input_limit_ = options.input_limit;
+    reset_enabled_ = options.reset_enabled;
+    enabled_ = true;
+    model_.clear();
+    return Status::ok;
+  }
+
+  /// One sample: the command sent at t_k and the position measured at t_k, in the units of the scaling.
+  ///
+  /// ok, filling, no_information, disabled, reset, or an error. After invalid_input and out_of_range
+  /// the estimate is bit for bit what it was; the history has a hole, so it fills anew before
+  /// the next estimate.
+  Status step(Scalar command, Scalar position) {
+    if (!is_finite(command) || !is_finite(position)) {
+      model_.clear();
+      return Status::invalid_input;
+    }
+    const Scalar u = scaling_.scale_command(command);
+    const Scalar y = scaling_.scale_position(position);
+    if (!plausible(u) || !plausible(y)) {
+      model_.clear();
+      return Status::out_of_range;
+    }
+    model_.advance_command(u);
+    Status status = enabled_ ? Status::filling : Status::disabled;
+    if (enabled_ && model_.ready()) {
+      status = estimate(model_.regressor(), y);
+    }
+    model_.advance_output(y);
+    return status;
+  }
+
+  /// Bumpless: while switched off the history moves on, so estimation resumes with the first sample.
+  void enable(bool on) { enabled_ = on; }
+  bool enabled() const { return enabled_; }
+
+  /// lambda and P back to their start values, theta kept (Fig. 4).
+  void reset() {
+    recursion_.reset();
+    monitor_.restart();
+  }
+
+  /// (a1 .. a_na, b1 .. b_nb [, c]) in the units of the signals (about the offsets of the scaling).
+  Parameters theta_hat() const { return in_units(recursion_.theta_hat()); }
+
+  /// Standard deviations of theta_hat, sqrt(sigma^2 P_ii), in the same units.
+  Parameters standard_deviation() const { return in_units(recursion_.standard_deviation()); }
+
+  /// Covariance of theta_hat, sigma^2 P, in the same units.
+  Covariance covariance() const {
+    Covariance p = recursion_.P();
+    const Scalar variance = recursion_.residual_variance();
+    for (int i = 0; i < kN; ++i) {
+      for (int j = 0; j < kN; ++j) {
+        p(i, j) *= variance * unit(i) * unit(j);
+      }
+    }
+    return p;
+  }
+
+  /// position(k+1) .. position(k+kSteps) predicted after step k, on the commands of the same samples, with
+  /// theta_hat of now. Only meaningful once the history is full, see Model::ready().
+  template <int kSteps>
+  Vector<Scalar, kSteps> predict_ahead(const Vector<Scalar, kSteps>& commands) const {
+    Vector<Scalar, kSteps> scaled;
+    for (int i = 0; i < kSteps; ++i) {
+      scaled[i] = scaling_.scale_command(commands[i]);
+    }
+    Vector<Scalar, kSteps> positions =
+        model_.template predict_ahead<kSteps>(recursion_.theta_hat(), scaled);
+    for (int i = 0; i < kSteps; ++i) {
+      positions[i] = scaling_.unscale_position(positions[i]);
+    }
+    return positions;
+  }
+
+  /// epsilon(k) of the last estimated sample, in units of the position.
+  Scalar innovation() const { return recursion_.innovation() * scaling_.position_scale; }
+  Scalar forgetting_factor() const { return recursion_.forgetting_factor(); }
+  /// sigma^2, in squared units of the position.
+  Scalar residual_variance() const {
+    return recursion_.residual_variance() * scaling_.position_scale * scaling_.position_scale;
+  }
+  bool converged() const { return monitor_.converged(); }
+
+  const Model& model() const { return model_; }
+  const Recursion& recursion() const { return recursion_; }
+  const RmseReset<Scalar>& change_detector() const { return reset_; }
+  const ConvergenceMonitor<Scalar>& monitor() const { return monitor_; }
+  const Scaling<Scalar>& scaling() const { return scaling_; }
+
+  Snapshot save() const {
+    Snapshot saved{};
+    identify(saved);
+    saved.enabled = enabled_ ? 1 : 0;
+    saved.recursion = recursion_.state();
+    saved.history = model_.state();
+    saved.reset = reset_.state();
+    saved.convergence = monitor_.state();
+    return saved;
+  }
+
+  /// invalid_argument, and nothing changed, if the snapshot is of another version, model, precision or
+  /// policy, or damaged.
+  Status restore(const Snapshot& saved) {
+    Snapshot expected{};
+    identify(expected);
+    const bool same = saved.magic == expected.magic && saved.version == expected.version &&
+                      saved.scalar_bytes == expected.scalar_bytes &&
+                      saved.forgetting_id == expected.forgetting_id && saved.na == expected.na &&
+                      saved.nb == expected.nb && saved.nk == expected.nk &&
+                      saved.offset == expected.offset && saved.enabled <= 1;
+    if (!same || !Recursion::usable(saved.recursion) || !model_.usable(saved.history) ||
+        !RmseReset<Scalar>::usable(saved.reset) ||
+        !ConvergenceMonitor<Scalar>::usable(saved.convergence)) {
+      return Status::invalid_argument;
+    }
+    static_cast<void>(recursion_.restore(saved.recursion));
+    static_cast<void>(model_.restore(saved.history));
+    static_cast<void>(reset_.restore(saved.reset));
+    static_cast<void>(monitor_.restore(saved.convergence));
+    enabled_ = saved.enabled == 1;
+    return Status::ok;
+  }
+
+ private:
+  static constexpr std::uint32_t kMagic = 0x45485331U;  // "EHS1"
+  static constexpr std::uint16_t kVersion = 1;          // of the layout of Snapshot
+
+  Status estimate(const Parameters& phi, Scalar y) {
+    const Status status = recursion_.update(phi, y);
+    if (status == Status::no_information) {
+      monitor_.skipped();
+      return status;
+    }
+    if (status != Status::ok) {
+      return status;
+    }
+    monitor_.updated(recursion_);
+    if (reset_enabled_ && reset_.update(recursion_.normalised_square())) {
+      reset();
+      return Status::reset;
+    }
+    return status;
+  }
+
+  void identify(Snapshot& saved) const {
+    saved.magic = kMagic;
+    saved.version = kVersion;
+    saved.scalar_bytes = static_cast<std::uint16_t>(sizeof(Scalar));
+    saved.forgetting_id = static_cast<std::uint16_t>(Forgetting::kId);
+    saved.na = static_cast<std::uint8_t>(model_.na());
+    saved.nb = static_cast<std::uint8_t>(model_.nb());
+    saved.nk = static_cast<std::uint8_t>(model_.nk());
+    saved.offset = model_.offset() ? 1 : 0;
+  }
+
+  bool plausible(Scalar scaled) const { return scaled <= input_limit_ && scaled >= -input_limit_; }
+
+  Scalar unit(int i) const { return scaling_.parameter_unit(i, model_.na(), model_.nb()); }
+
+  Parameters in_units(Parameters values) const {
+    for (int i = 0; i < kN; ++i) {
+      values[i] *= unit(i);
+    }
+    return values;
+  }
+
+  Model model_{};
+  Recursion recursion_{};
+  RmseReset<Scalar> reset_{};
+  ConvergenceMonitor<Scalar> monitor_{};
+  Scaling<Scalar> scaling_{};
+  Scalar input_limit_ = Scalar(1);
+  bool reset_enabled_ = true;
+  bool enabled_ = true;
+};
+
+/// The electro-hydraulic servo: ARX(na, nb, nk), third order for Eq. (6): ServoEstimator<float, 3, 3, 1>.
+template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = FRatio<Scalar>,
+          bool kOffset = false>
+using ServoEstimator = OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting>;
+
+}  // namespace ehsid

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ehsid/types.hpp>
+
+namespace ehsid {
+
+/// Sum of the last kWindow numbers by additions only.
+///
+/// A running sum that subtracts the number that leaves keeps the rounding of the largest number it ever
+/// held, for ever; in float32 one spike then hides everything after it. Here the sum is split into
+/// the samples since the last wrap (`head`) and stored suffix sums of the block before, so a spike
+/// is gone when it leaves the window. One addition a push, kWindow more every kWindow pushes.
+template <class Scalar, int kWindow>
+struct SlidingSum {
+  static_assert(kWindow >= 1, "a window holds at least one sample");
+
+  Array<Scalar, kWindow> slots{};  // [0, next): this block's values; [next, kWindow): suffix sums
+  Scalar head{};                   // sum of this block's values
+  std::int32_t next = 0;           // where the coming value goes
+
+  /// The sum as it would be after push(value).
+  Scalar peek(Scalar value) const {
+    const bool last = next + 1 == kWindow;
+    const Scalar tail = last ? Scalar(0) : slots[static_cast<std::size_t>(next + 1)];
+    return tail + (head + value);
+  }
+
+  void push(Scalar value) {
+    slots[static_cast<std::size_t>(next)] = value;
+    head += value;
+    ++next;
+    if (next == kWindow) {
+      for (int i = kWindow - 2; i >= 0; --i) {
+        slots[static_cast<std::size_t>(i)] += slots[static_cast<std::size_t>(i + 1)];
+      }
+      head = Scalar(0);
+      next = 0;
+    }
+  }
+};
+
+}  // namespace ehsid
