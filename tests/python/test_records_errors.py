@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import gzip
-import os
 from pathlib import Path
 from typing import NamedTuple
 
@@ -93,6 +92,10 @@ CSV_CASES = [
     csv("cut short", GOOD[:-7], 7, None, "the row has 1 cell", "cut short"),
     csv("blank row", GOOD.replace("0.3,3,0.3", ""), 5, None, "the row is blank", "remove"),
     csv("open quote", GOOD.replace("0.3,3,", '0.3,"3,'), 5, None, "cell", "quotation mark"),
+    csv("stray return in the header", GOOD.replace("time_s", "time\r_s"), 1, None,
+        "cannot be divided into cells", "mixed line ends"),
+    csv("endless cell", GOOD.replace("0.3,3,", "0.3," + "x" * 200_000 + ","), 5, None,
+        "cannot be divided into cells", "control characters"),
     csv("date", GOOD.replace("0.3,3", "2024-01-01,3"), 5, "time_s", "'2024-01-01'", "correct"),
     Case("UTF-16", "bad.csv", GOOD.encode("utf-16"), None, None, "UTF-16", "CSV UTF-8"),
     Case("UTF-16 without a mark", "bad.csv", GOOD.encode("utf-16-le"), 1, None, "zero bytes",
@@ -274,7 +277,7 @@ def test_writing_is_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.Monk
         with pytest.raises(RecordError, match="No space left"):
             write_record(record, target)
     assert target.read_text() == "old"
-    assert os.listdir(tmp_path) == ["r.csv"]
+    assert list(tmp_path.iterdir()) == [target]
 
     with pytest.raises(RecordError, match="MATLAB does not allow"):
         write_record(record, tmp_path / "r.mat")
@@ -282,7 +285,7 @@ def test_writing_is_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.Monk
         write_record(record, tmp_path / "none" / "r.csv")
     with pytest.raises(RecordError, match="not known"):
         write_record(record, tmp_path / "r.txt")
-    assert os.listdir(tmp_path) == ["r.csv"]
+    assert list(tmp_path.iterdir()) == [target]
 
 
 @settings(max_examples=300, deadline=None)

@@ -19,8 +19,10 @@ def check_columns(
 ) -> dict[str, npt.NDArray[np.float64]]:
     """Copies of the columns as float64 arrays of shape (n,), all finite and equally long.
 
-    Raises:
-        RecordError: see `make_record`.
+    Raises
+    ------
+    RecordError
+        see `make_record`.
     """
     arrays = {name: _as_numbers(name, values, file) for name, values in columns.items()}
     _check_lengths(arrays, file)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from ehsid.harness.records.csv_text import split_header
+from ehsid.harness.records.csv_text import split_header, unreadable_line
 from ehsid.harness.records.errors import RecordError
 
 FIRST_DATA_ROW = 2  # row 1 is the header
@@ -30,8 +30,10 @@ class CsvTable:
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[np.float64]]:
         """Columns `wanted` as float64; an empty cell becomes NaN.
 
-        Raises:
-            RecordError: a cell that is not a number, or a row with too many or too few cells.
+        Raises
+        ------
+        RecordError
+            a cell that is not a number, or a row with too many or too few cells.
         """
         # Every column is parsed, the others as text, so that surplus cells are never overlooked.
         schema: dict[str, type[pl.DataType]] = {
@@ -51,12 +53,15 @@ class CsvTable:
         values: dict[str, list[float]] = {name: [] for name in wanted}
         reader = csv.reader(StringIO(self._body.decode("utf-8"), newline=""))
         row = FIRST_DATA_ROW
-        for cells in reader:
-            if len(cells) != len(self.names):
-                raise self._ragged(row, cells)
-            for name, position in positions:
-                values[name].append(self._number(cells[position], row, name))
-            row = FIRST_DATA_ROW + reader.line_num
+        try:
+            for cells in reader:
+                if len(cells) != len(self.names):
+                    raise self._ragged(row, cells)
+                for name, position in positions:
+                    values[name].append(self._number(cells[position], row, name))
+                row = FIRST_DATA_ROW + reader.line_num
+        except csv.Error as error:
+            raise unreadable_line(self._path, row, error) from None
         return {name: np.array(numbers) for name, numbers in values.items()}
 
     def _number(self, cell: str, row: int, column: str) -> float:

@@ -20,8 +20,10 @@ EXPECTED_CSV = "comma-separated UTF-8 text with column names in row 1 and a deci
 def decompress(data: bytes, path: Path) -> bytes:
     """The content of a gzip file.
 
-    Raises:
-        RecordError: not gzip, cut short, or damaged.
+    Raises
+    ------
+    RecordError
+        not gzip, cut short, or damaged.
     """
     if not data:
         raise RecordError(path, "the file is empty", expected="a gzip file", mend="export it again")
@@ -46,8 +48,10 @@ def decompress(data: bytes, path: Path) -> bytes:
 def split_header(data: bytes, path: Path) -> tuple[list[str], bytes]:
     """Column names and the bytes below them, blank lines at the end removed.
 
-    Raises:
-        RecordError: empty, not text, not UTF-8, wrong delimiter, no usable names, no data rows.
+    Raises
+    ------
+    RecordError
+        empty, not text, not UTF-8, wrong delimiter, no usable names, no data rows.
     """
     data = _clean_text(data, path)
     first_line, _, body = data.partition(b"\n")
@@ -109,7 +113,10 @@ def _clean_text(data: bytes, path: Path) -> bytes:
 
 
 def _names(line: str, body: bytes, path: Path) -> list[str]:
-    names = [name.strip() for name in next(csv.reader([line]), [])]
+    try:
+        names = [name.strip() for name in next(csv.reader([line]), [])]
+    except csv.Error as error:
+        raise unreadable_line(path, 1, error) from None
     if not any(names):
         raise RecordError(
             path, "the first row is blank", row=1, expected=EXPECTED_CSV, mend="remove that row"
@@ -144,6 +151,17 @@ def _names(line: str, body: bytes, path: Path) -> list[str]:
             mend="rename or remove the repeated column",
         )
     return names
+
+
+def unreadable_line(path: Path, row: int, error: csv.Error) -> RecordError:
+    """The error for a line that is no CSV at all, such as one with a stray carriage return."""
+    return RecordError(
+        path,
+        f"the row cannot be divided into cells ({str(error).split(' - ')[0]})",
+        row=row,
+        expected=EXPECTED_CSV,
+        mend="look for stray control characters and mixed line ends",
+    )
 
 
 def _wrong_delimiter(line: str, body: bytes, path: Path) -> RecordError:

@@ -13,14 +13,21 @@ MAX_NAMES_LISTED = 12
 class RecordError(ValueError):
     """A record that cannot be read or written as it is.
 
-    Attributes:
-        file: path of the record, or the name of a record made in memory.
-        problem: what is wrong, without the place.
-        row: row of the first offence, or None. In CSV as an editor counts (the header is row 1);
-            in Parquet, MAT and NPZ the first sample is row 1.
-        column: name of the offending column, or None.
-        expected: what should have been there, or None.
-        mend: what the reader of the message can do, or None.
+    Attributes
+    ----------
+    file
+        path of the record, or the name of a record made in memory.
+    problem
+        what is wrong, without the place.
+    row
+        row of the first offence, or None. In CSV as an editor counts (the header is row 1);
+        in Parquet, MAT and NPZ the first sample is row 1.
+    column
+        name of the offending column, or None.
+    expected
+        what should have been there, or None.
+    mend
+        what the reader of the message can do, or None.
     """
 
     def __init__(

@@ -17,8 +17,10 @@ FORMATS: tuple[Format, ...] = ("csv.gz", "csv", "parquet", "mat", "npz")
 def format_of(path: Path) -> Format:
     """The format that the ending of the name stands for, in either case.
 
-    Raises:
-        RecordError: an unknown ending.
+    Raises
+    ------
+    RecordError
+        an unknown ending.
     """
     for ending in FORMATS:
         if path.name.lower().endswith("." + ending):

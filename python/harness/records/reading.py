@@ -27,18 +27,25 @@ def read_record(
 ) -> Record:
     """Read and check a record.
 
-    Args:
-        path: CSV, CSV.gz, Parquet, MAT (version 4 to 7) or NPZ, told by the extension.
-        columns: names to read; `time_s` is read as well where the file has it. None reads all
-            columns, which must then all be numbers.
-        required: names that must be there. By default those in `columns`, or where that is None
-            `time_s` and `command_v`.
+    Parameters
+    ----------
+    path
+        CSV, CSV.gz, Parquet, MAT (version 4 to 7) or NPZ, told by the extension.
+    columns
+        names to read; `time_s` is read as well where the file has it. None reads all
+        columns, which must then all be numbers.
+    required
+        names that must be there. By default those in `columns`, or where that is None
+        `time_s` and `command_v`.
 
-    Returns:
-        The record; without a `time_s` column its `dt_s` is None.
+    Returns
+    -------
+    The record; without a `time_s` column its `dt_s` is None.
 
-    Raises:
-        RecordError: whatever is wrong with the file; the message says where and how to mend it.
+    Raises
+    ------
+    RecordError
+        whatever is wrong with the file; the message says where and how to mend it.
     """
     path = Path(path)
     data = _bytes(path)

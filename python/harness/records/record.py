@@ -21,16 +21,26 @@ from ehsid.harness.records.timebase import Gap, Jitter, analyse_time
 class Record:
     """Uniform samples of named columns; arrays are read-only.
 
-    Attributes:
-        name: file stem, or the name given by whoever made it.
-        columns: name -> float64 array of shape (n,), without `time_s`; all finite.
-        time_s: float64 array of shape (n,), or None where the sampling time is not known.
-        dt_s: sampling time in seconds, or None (then time is counted in samples).
-        segments: slices of samples without a gap; they cover the record in order.
-        jitter: how even the steps are; None without time.
-        gaps: the holes between segments.
-        source: file it was read from, or None.
-        sha256: hex digest of that file's bytes, or None.
+    Attributes
+    ----------
+    name
+        file stem, or the name given by whoever made it.
+    columns
+        name -> float64 array of shape (n,), without `time_s`; all finite.
+    time_s
+        float64 array of shape (n,), or None where the sampling time is not known.
+    dt_s
+        sampling time in seconds, or None (then time is counted in samples).
+    segments
+        slices of samples without a gap; they cover the record in order.
+    jitter
+        how even the steps are; None without time.
+    gaps
+        the holes between segments.
+    source
+        file it was read from, or None.
+    sha256
+        hex digest of that file's bytes, or None.
     """
 
     name: str
@@ -50,8 +60,10 @@ class Record:
     def column(self, name: str) -> npt.NDArray[np.float64]:
         """The column called `name`, shape (n,).
 
-        Raises:
-            RecordError: there is none; the nearest name is suggested.
+        Raises
+        ------
+        RecordError
+            there is none; the nearest name is suggested.
         """
         if name not in self.columns:
             raise missing_column(
@@ -70,17 +82,25 @@ def make_record(
 ) -> Record:
     """Check columns and put them together as a record.
 
-    Args:
-        columns: name -> numbers, one-dimensional and of equal length; `time_s` among them is
-            optional and becomes the time base.
-        name: the record's name.
-        source: file the columns came from.
-        sha256: digest of that file.
-        first_row: row of the first sample in messages (2 for CSV, whose row 1 is the header).
+    Parameters
+    ----------
+    columns
+        name -> numbers, one-dimensional and of equal length; `time_s` among them is
+        optional and becomes the time base.
+    name
+        the record's name.
+    source
+        file the columns came from.
+    sha256
+        digest of that file.
+    first_row
+        row of the first sample in messages (2 for CSV, whose row 1 is the header).
 
-    Raises:
-        RecordError: no column, fewer than two samples, unequal lengths, not one-dimensional, not
-            numbers, NaN or infinite values, or an unusable time base.
+    Raises
+    ------
+    RecordError
+        no column, fewer than two samples, unequal lengths, not one-dimensional, not
+        numbers, NaN or infinite values, or an unusable time base.
     """
     file = source or name
     arrays = check_columns(columns, file=file, first_row=first_row)

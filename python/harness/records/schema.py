@@ -10,10 +10,14 @@ from dataclasses import dataclass
 class Column:
     """One column of the schema.
 
-    Attributes:
-        name: as written in the file, ending in its unit where it has one.
-        unit: SI unit, "1" for a fraction.
-        meaning: what was measured, in words.
+    Attributes
+    ----------
+    name
+        as written in the file, ending in its unit where it has one.
+    unit
+        SI unit, "1" for a fraction.
+    meaning
+        what was measured, in words.
     """
 
     name: str

@@ -20,10 +20,14 @@ GAP_FACTOR = 1.5  # a step longer than this many dt is a gap
 class Jitter:
     """How far the steps inside segments stray from dt.
 
-    Attributes:
-        max_relative: largest |step - dt| / dt.
-        rms_relative: root mean square of (step - dt) / dt.
-        worst_row: row (counted as in `RecordError.row`) at the end of the worst step.
+    Attributes
+    ----------
+    max_relative
+        largest |step - dt| / dt.
+    rms_relative
+        root mean square of (step - dt) / dt.
+    worst_row
+        row (counted as in `RecordError.row`) at the end of the worst step.
     """
 
     max_relative: float
@@ -35,10 +39,14 @@ class Jitter:
 class Gap:
     """A hole in the record.
 
-    Attributes:
-        row: row of the first sample after the gap, counted as in `RecordError.row`.
-        start_s: time of the last sample before the gap.
-        duration_s: time between the two samples around the gap.
+    Attributes
+    ----------
+    row
+        row of the first sample after the gap, counted as in `RecordError.row`.
+    start_s
+        time of the last sample before the gap.
+    duration_s
+        time between the two samples around the gap.
     """
 
     row: int
@@ -64,14 +72,21 @@ def analyse_time(
     A step is a gap when it is longer than 1.5 times the median step. dt_s is the mean of the other
     steps, and each of them must agree with it within 1 %.
 
-    Args:
-        time_s: shape (n,), n >= 2, finite.
-        file: named in messages.
-        first_row: row of the first sample in messages.
-        column: named in messages.
+    Parameters
+    ----------
+    time_s
+        shape (n,), n >= 2, finite.
+    file
+        named in messages.
+    first_row
+        row of the first sample in messages.
+    column
+        named in messages.
 
-    Raises:
-        RecordError: repeated, reversed or uneven time.
+    Raises
+    ------
+    RecordError
+        repeated, reversed or uneven time.
     """
     steps = np.diff(time_s)
     _check_increasing(time_s, steps, file, first_row, column)

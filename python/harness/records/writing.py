@@ -27,8 +27,10 @@ def write_record(record: Record, path: str | os.PathLike[str]) -> None:
     Numbers are written so that reading gives the same float64 values. The file appears under its
     name only when it is complete.
 
-    Raises:
-        RecordError: unknown extension, a name the format cannot hold, or the file system refuses.
+    Raises
+    ------
+    RecordError
+        unknown extension, a name the format cannot hold, or the file system refuses.
     """
     path = Path(path)
     kind = format_of(path)

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""Offline estimation of an ARX model by least squares, Ghazali et al. 2011, Eqs. (7)-(11)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy.stats
+
+from ehsid.harness.identification.data import IoData
+from ehsid.harness.identification.orders import ArxOrders
+from ehsid.harness.identification.regression import least_squares, regression
+from ehsid.harness.identification.serialise import to_plain
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ArxModel:
+    """An estimated ARX model.
+
+    Attributes
+    ----------
+    orders
+        structure.
+    theta
+        shape (d,), (a1..a_na, b1..b_nb[, offset]).
+    covariance
+        shape (d, d), noise_variance (phi' phi)^-1; true to the scatter of theta where
+        the residuals are white (Ljung, System Identification, 2nd ed. 1999, ch. 9).
+    noise_variance
+        sum of squared residuals / (n_rows - d); NaN where n_rows = d.
+    loss
+        sum of squared residuals / n_rows.
+    n_rows
+        number of equations used.
+    u_mean, y_mean
+        subtracted from the signals before the estimation; zero unless asked for.
+    """
+
+    orders: ArxOrders
+    theta: FloatArray
+    covariance: FloatArray
+    noise_variance: float
+    loss: float
+    n_rows: int
+    u_mean: float = 0.0
+    y_mean: float = 0.0
+
+    @property
+    def a(self) -> FloatArray:
+        """a1..a_na, shape (na,)."""
+        return self.theta[: self.orders.na]
+
+    @property
+    def b(self) -> FloatArray:
+        """b1..b_nb, shape (nb,)."""
+        return self.theta[self.orders.na : self.orders.na + self.orders.nb]
+
+    @property
+    def offset(self) -> float:
+        """The constant term, 0 where the model has none."""
+        return float(self.theta[-1]) if self.orders.offset else 0.0
+
+    @property
+    def standard_deviations(self) -> FloatArray:
+        """Square roots of the diagonal of the covariance, shape (d,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def intervals(self, level: float = 0.95) -> FloatArray:
+        """Confidence intervals of theta, shape (d, 2), by the normal limit distribution.
+
+        Parameters
+        ----------
+        level
+            0 < level < 1.
+        """
+        half = float(scipy.stats.norm.ppf(0.5 + 0.5 * level)) * self.standard_deviations
+        return np.column_stack((self.theta - half, self.theta + half))
+
+    def centre(self, data: IoData) -> IoData:
+        """The data less the means that were subtracted in the estimation."""
+        return replace(data, u=data.u - self.u_mean, y=data.y - self.y_mean)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON, with names and standard deviations."""
+        return {
+            **to_plain(self),
+            "names": list(self.orders.names),
+            "standard_deviations": to_plain(self.standard_deviations),
+        }
+
+
+def fit_arx(
+    data: IoData, orders: ArxOrders, *, remove_means: bool = False, skip: int | None = None
+) -> ArxModel:
+    """Least-squares estimate of an ARX model over all segments.
+
+    Parameters
+    ----------
+    data
+        input and output.
+    orders
+        structure.
+    remove_means
+        subtract the mean of input and output over the segments first.
+    skip
+        see `regression`.
+
+    Raises
+    ------
+    TooFewSamplesError
+        fewer equations than parameters.
+    UnexcitedError
+        the data do not determine all parameters.
+    """
+    u_mean, y_mean = (_mean(data, data.u), _mean(data, data.y)) if remove_means else (0.0, 0.0)
+    rows = regression(
+        replace(data, u=_less(data.u, u_mean), y=_less(data.y, y_mean)), orders, skip=skip
+    )
+    theta, inverse = least_squares(rows.phi, rows.y, orders.names)
+    squares = float(np.sum((rows.y - rows.phi @ theta) ** 2))
+    n, d = rows.phi.shape
+    noise_variance = squares / (n - d) if n > d else float("nan")
+    return ArxModel(
+        orders, theta, noise_variance * inverse, noise_variance, squares / n, n, u_mean, y_mean
+    )
+
+
+def _mean(data: IoData, signal: FloatArray) -> float:
+    return float(np.mean(np.concatenate([signal[segment] for segment in data.segments])))
+
+
+def _less(signal: FloatArray, mean: float) -> FloatArray:
+    centred = signal - mean
+    # A constant less its own mean is rounding, which must not pass for excitation.
+    if np.max(np.abs(centred)) <= 8.0 * np.finfo(np.float64).eps * abs(mean):
+        return np.zeros_like(signal)
+    return centred

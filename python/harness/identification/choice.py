@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: MIT
+"""The rules by which delay and order are chosen, and their reasons in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+import scipy.stats
+
+from ehsid.harness.identification.candidates import Candidate
+
+FloatArray = npt.NDArray[np.float64]
+
+# One-sided level at which one delay counts as worse than another.
+DELAY_LEVEL = 0.99
+
+
+def orders_added(lower: Candidate, higher: Candidate) -> float:
+    """Orders added from one to the other, two parameters each."""
+    return (higher.orders.n_parameters - lower.orders.n_parameters) / 2.0
+
+
+def choose_delay(judged: Sequence[tuple[Candidate, FloatArray]], floor: float) -> Candidate:
+    """Of one order with several delays: the smallest that is not clearly worse than the best.
+
+    The best has the lowest validation loss. Another is clearly worse when the mean of the paired
+    differences of squared residuals exceeds its standard error by the 99 % quantile. A delay taken
+    too short costs a small coefficient, one taken too long cannot be made good by the others.
+
+    Parameters
+    ----------
+    judged
+        candidates with their one-step validation residuals, by increasing delay.
+    floor
+        losses below this are rounding, and equal.
+    """
+    best = min(judged, key=lambda pair: max(pair[0].validation.loss, floor))
+    quantile = float(scipy.stats.norm.ppf(DELAY_LEVEL))
+
+    def clearly_worse(residual: FloatArray) -> bool:
+        difference = residual**2 - best[1] ** 2
+        error = float(np.std(difference) / np.sqrt(difference.size))
+        return float(np.mean(difference)) > max(quantile * error, floor)
+
+    # The best passes its own comparison: there always is one.
+    return next(candidate for candidate, residual in judged if not clearly_worse(residual))
+
+
+def choose_order(by_order: Sequence[Candidate], min_improvement: float, floor: float) -> Candidate:
+    """The lowest order after which the validation fit no longer improves meaningfully.
+
+    That is the first candidate for which no later one lowers the one-step misfit, 100 - fit in
+    percent, by `min_improvement` for each order added; two parameters count as one order. The
+    misfit, not the fit, is compared: with fast sampling every order fits above 99 %, and yet one
+    may halve the error of another. A demand for each order added keeps a far higher order from
+    winning by many small gains.
+
+    Parameters
+    ----------
+    by_order
+        one candidate an order, by increasing number of parameters.
+    min_improvement
+        0 <= min_improvement < 1.
+    floor
+        misfits in percent below this are rounding, and equal.
+    """
+    for position, candidate in enumerate(by_order):
+        misfit = max(_misfit(candidate), floor)
+        if not any(
+            max(_misfit(other), floor)
+            < misfit * (1.0 - min_improvement) ** orders_added(candidate, other)
+            for other in by_order[position + 1 :]
+        ):
+            return candidate
+    return by_order[-1]
+
+
+def order_reason(by_order: Sequence[Candidate], chosen: Candidate, min_improvement: float) -> str:
+    """Why this order, with the numbers."""
+    position = list(by_order).index(chosen)
+    text = (
+        f"{_label(chosen).capitalize()}: one-step fit {_fit(chosen)} on the validation data, "
+        f"simulation fit {chosen.simulation_fit_percent:.2f} %."
+    )
+    if position > 0:
+        below = max(by_order[:position], key=lambda other: other.one_step_fit_percent)
+        text += (
+            f" {_label(below).capitalize()} reaches {_fit(below)}: "
+            f"the step up lowers the misfit by {_gain(below, chosen)}."
+        )
+    if position + 1 < len(by_order):
+        above = max(by_order[position + 1 :], key=lambda other: other.one_step_fit_percent)
+        change = (
+            f"lowers the misfit by only {_gain(chosen, above)}"
+            if above.one_step_fit_percent > chosen.one_step_fit_percent
+            else "does not lower the misfit"
+        )
+        added = orders_added(chosen, above)
+        needed = 100.0 * (1.0 - (1.0 - min_improvement) ** added)
+        text += (
+            f" The best of the higher orders, {_label(above)} with {_fit(above)}, {change}; "
+            f"to count, {added:g} more {'order' if added == 1 else 'orders'} must lower it by "
+            f"{needed:.1f} % ({100.0 * min_improvement:g} % for each order added)."
+        )
+    elif position > 0:
+        text += " It is the highest order tried, so that the fit may still improve beyond it."
+    else:
+        text += " It is the only order tried that the data determine."
+    return text
+
+
+def delay_reason(same_order: Sequence[Candidate], chosen: Candidate) -> str:
+    """Why this delay, with the numbers. same_order: all delays of the chosen order."""
+    nk = chosen.orders.nk
+    if len(same_order) == 1:
+        return f"Delay {nk}: the only one tried that the data determine."
+    best = max(same_order, key=lambda other: other.one_step_fit_percent)
+    others = [other for other in same_order if other is not chosen]
+    rival = max(others, key=lambda other: other.one_step_fit_percent)
+    worst = min(others, key=lambda other: other.one_step_fit_percent)
+    if best is not chosen and best.one_step_fit_percent > chosen.one_step_fit_percent:
+        return (
+            f"Delay {nk} with {_fit(chosen)}: the smallest that is not clearly worse than "
+            f"the best, delay {best.orders.nk} with {_fit(best)}; the data hardly tell them apart "
+            f"(all delays tried fit between {worst.one_step_fit_percent:.2f} "
+            f"and {_fit(best)})."
+        )
+    return (
+        f"Delay {nk} with {_fit(chosen)}: the best one-step fit at this order; "
+        f"next is delay {rival.orders.nk} with {_fit(rival)}."
+    )
+
+
+def _misfit(candidate: Candidate) -> float:
+    return 100.0 - candidate.one_step_fit_percent
+
+
+def _gain(lower: Candidate, higher: Candidate) -> str:
+    before = _misfit(lower)
+    gain = 100.0 * (1.0 - _misfit(higher) / before) if before > 0.0 else 0.0
+    return f"{gain:.1f} %"
+
+
+def _fit(candidate: Candidate) -> str:
+    return f"{candidate.one_step_fit_percent:.2f} %"
+
+
+def _label(candidate: Candidate) -> str:
+    na, nb = candidate.orders.na, candidate.orders.nb
+    return f"order {na}" if na == nb else f"order na = {na}, nb = {nb}"

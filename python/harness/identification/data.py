@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""One input and one output, in segments without gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.identification.errors import IdentificationError
+from ehsid.harness.records import Record
+
+
+@dataclass(frozen=True, eq=False)
+class IoData:
+    """Samples of input u and output y; only those inside `segments` count.
+
+    Attributes
+    ----------
+    u, y
+        float64 arrays of shape (n,), finite.
+    segments
+        slices of consecutive samples, in order, not overlapping.
+    dt_s
+        sampling time in seconds, None where it is not known.
+    input_name, output_name
+        for messages and tables.
+    """
+
+    u: npt.NDArray[np.float64]
+    y: npt.NDArray[np.float64]
+    segments: tuple[slice, ...]
+    dt_s: float | None = None
+    input_name: str = "u"
+    output_name: str = "y"
+
+    @classmethod
+    def from_arrays(
+        cls,
+        u: npt.ArrayLike,
+        y: npt.ArrayLike,
+        *,
+        segments: Sequence[slice] | None = None,
+        dt_s: float | None = None,
+    ) -> IoData:
+        """From two vectors of equal length; without `segments` they are one segment.
+
+        Raises
+        ------
+        IdentificationError
+            not vectors of equal length, or not finite.
+        """
+        u, y = np.asarray(u, dtype=np.float64), np.asarray(y, dtype=np.float64)
+        if u.ndim != 1 or u.shape != y.shape:
+            raise IdentificationError(
+                f"input and output must be vectors of equal length, not {u.shape} and {y.shape}"
+            )
+        if not (np.isfinite(u).all() and np.isfinite(y).all()):
+            raise IdentificationError("input and output must be finite numbers throughout")
+        return cls(u, y, tuple(segments) if segments is not None else (slice(0, u.size),), dt_s)
+
+    @classmethod
+    def from_record(cls, record: Record, input_name: str, output_name: str) -> IoData:
+        """From two columns of a record, with its segments and sampling time.
+
+        Raises
+        ------
+        RecordError
+            the record has no such column.
+        """
+        return cls(
+            record.column(input_name),
+            record.column(output_name),
+            record.segments,
+            record.dt_s,
+            input_name,
+            output_name,
+        )
+
+    @property
+    def n_samples(self) -> int:
+        """Number of samples inside the segments."""
+        return sum(segment.stop - segment.start for segment in self.segments)
+
+    def split(self, fraction: float) -> tuple[IoData, IoData]:
+        """The first `fraction` of the samples, 0 < fraction < 1, and the rest.
+
+        The arrays stay whole, the segments are divided: sample numbers mean the same in both.
+
+        Raises
+        ------
+        IdentificationError
+            a fraction outside the range.
+        """
+        if not 0.0 < fraction < 1.0:
+            raise IdentificationError(f"the split must lie between 0 and 1, not at {fraction:g}")
+        remaining = round(fraction * self.n_samples)
+        first: list[slice] = []
+        second: list[slice] = []
+        for segment in self.segments:
+            cut = min(segment.start + remaining, segment.stop)
+            remaining -= cut - segment.start
+            if cut > segment.start:
+                first.append(slice(segment.start, cut))
+            if cut < segment.stop:
+                second.append(slice(cut, segment.stop))
+        return replace(self, segments=tuple(first)), replace(self, segments=tuple(second))

@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: MIT
+"""Choice of order and delay on validation data, with reasons and residual tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from ehsid.harness.identification.advice import advise
+from ehsid.harness.identification.candidates import Candidate, Rejected, judge
+from ehsid.harness.identification.choice import (
+    choose_delay,
+    choose_order,
+    delay_reason,
+    order_reason,
+)
+from ehsid.harness.identification.data import IoData
+from ehsid.harness.identification.errors import (
+    IdentificationError,
+    TooFewSamplesError,
+    UnexcitedError,
+)
+from ehsid.harness.identification.orders import ArxOrders
+from ehsid.harness.identification.residuals import (
+    MAX_LAG,
+    IndependenceTest,
+    WhitenessTest,
+    independence_test,
+    whiteness_test,
+)
+from ehsid.harness.identification.serialise import to_plain
+from ehsid.harness.identification.simulation import Prediction, predict_one_step, simulate
+
+DEFAULT_ORDERS = range(2, 6)
+DEFAULT_DELAYS = range(1, 6)
+MIN_IMPROVEMENT = 0.05
+MIN_ROWS = 20  # a fit over fewer says nothing
+
+# Relative to the output, residuals below this are rounding: a regression row sums some ten
+# products, each rounded to 1.1e-16, and theta itself is exact to about 1e-13 at best.
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class IdentificationResult:
+    """What `identify` found.
+
+    Attributes
+    ----------
+    chosen
+        the chosen order and delay, with its model.
+    reason
+        why this order, in words with numbers.
+    delay_reason
+        why this delay.
+    by_order
+        one candidate an order, each with its own chosen delay, by number of parameters.
+    candidates
+        all orders and delays tried, by number of parameters, then delay.
+    rejected
+        those that the data do not determine.
+    one_step, simulated
+        predictions of the chosen model on the validation part.
+    whiteness, independence
+        tests of the one-step residuals on the validation part.
+    advice
+        what to keep in mind or try next; empty if nothing.
+    dt_s
+        sampling time in seconds, None where it is not known.
+    n_estimation, n_validation
+        samples in either part.
+    min_improvement
+        share of the misfit that each order added must remove to count.
+    """
+
+    chosen: Candidate
+    reason: str
+    delay_reason: str
+    by_order: tuple[Candidate, ...]
+    candidates: tuple[Candidate, ...]
+    rejected: tuple[Rejected, ...]
+    one_step: Prediction
+    simulated: Prediction
+    whiteness: WhitenessTest
+    independence: IndependenceTest
+    advice: tuple[str, ...]
+    dt_s: float | None
+    n_estimation: int
+    n_validation: int
+    min_improvement: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON; the two predictions are left out, they are data, not findings."""
+        plain: dict[str, Any] = to_plain(self)
+        del plain["one_step"], plain["simulated"]
+        plain["chosen"]["model"] = self.chosen.model.to_dict()
+        return plain
+
+
+def identify(
+    data: IoData,
+    *,
+    orders: Iterable[int | tuple[int, int]] = DEFAULT_ORDERS,
+    delays: Iterable[int] = DEFAULT_DELAYS,
+    split: float = 0.5,
+    offset: bool = True,
+    remove_means: bool = False,
+    min_improvement: float = MIN_IMPROVEMENT,
+    max_lag: int = MAX_LAG,
+) -> IdentificationResult:
+    """Estimate ARX models of several orders and delays, choose one, and test its residuals.
+
+    All are estimated on the first part of the data and judged on the rest, on the same samples.
+    The rules of the choice are those of `choose_delay` and `choose_order`.
+
+    Parameters
+    ----------
+    data
+        input and output.
+    orders
+        na = nb, or pairs (na, nb).
+    delays
+        nk in samples.
+    split
+        share of the samples used for the estimation, 0 < split < 1.
+    offset
+        estimate a constant term. It takes up the working point and a null bias of the valve
+        exactly, also where the plant integrates.
+    remove_means
+        subtract the means of the estimation part from both parts instead. For a plant that
+        integrates this is wrong: its output drifts with B(1) times the mean of the input.
+    min_improvement
+        share of the misfit that each order added must remove to count.
+    max_lag
+        of the residual tests; at most a quarter of the validation residuals is used.
+
+    Raises
+    ------
+    IdentificationError
+        nothing to try, or a setting out of range.
+    TooFewSamplesError
+        a part is too short.
+    UnexcitedError
+        the data determine none of the structures, or the output is constant.
+    """
+    if not 0.0 <= min_improvement < 1.0:
+        raise IdentificationError(f"min_improvement must be in [0, 1), not {min_improvement:g}")
+    structures = _structures(orders, delays, offset)
+    delays_tried = sorted({structure.nk for structure in structures})
+    skip = max(structure.n_history for structure in structures)
+    estimation, validation = data.split(split)
+    n_needed = max(structure.n_parameters for structure in structures) + 1
+    _check_part(estimation, "estimation", skip, n_needed)
+    _check_part(validation, "validation", skip, n_needed)
+
+    judged, rejected = [], []
+    for structure in structures:
+        outcome = judge(structure, estimation, validation, remove_means=remove_means, skip=skip)
+        if isinstance(outcome, Rejected):
+            rejected.append(outcome)
+        else:
+            judged.append(outcome)
+    if not judged:
+        raise UnexcitedError(rejected[0].parameters, rejected[0].why)
+
+    loss_floor = (ROUNDING * float(np.max(np.abs(data.y)))) ** 2
+    by_order = tuple(
+        choose_delay(list(group), loss_floor)
+        for _, group in groupby(judged, key=lambda pair: (pair[0].orders.na, pair[0].orders.nb))
+    )
+    chosen = choose_order(by_order, min_improvement, 100.0 * ROUNDING)
+    same_order = [
+        candidate
+        for candidate, _ in judged
+        if (candidate.orders.na, candidate.orders.nb) == (chosen.orders.na, chosen.orders.nb)
+    ]
+    one_step = predict_one_step(chosen.model, validation, skip=skip)
+    lag = min(max_lag, one_step.residual.size // 4)
+    white = whiteness_test(one_step.residual, runs=one_step.runs, max_lag=lag)
+    independent = independence_test(
+        one_step.residual, data.u[one_step.index], runs=one_step.runs, max_lag=lag
+    )
+    return IdentificationResult(
+        chosen=chosen,
+        reason=order_reason(by_order, chosen, min_improvement),
+        delay_reason=delay_reason(same_order, chosen),
+        by_order=by_order,
+        candidates=tuple(candidate for candidate, _ in judged),
+        rejected=tuple(rejected),
+        one_step=one_step,
+        simulated=simulate(chosen.model, validation, skip=skip),
+        whiteness=white,
+        independence=independent,
+        advice=advise(by_order, chosen, delays_tried, white, independent, min_improvement),
+        dt_s=data.dt_s,
+        n_estimation=estimation.n_samples,
+        n_validation=validation.n_samples,
+        min_improvement=min_improvement,
+    )
+
+
+def _structures(
+    orders: Iterable[int | tuple[int, int]], delays: Iterable[int], offset: bool
+) -> list[ArxOrders]:
+    pairs = {(order, order) if isinstance(order, int) else order for order in orders}
+    structures = [ArxOrders(na, nb, nk, offset) for na, nb in pairs for nk in set(delays)]
+    if not structures:
+        raise IdentificationError("there is no order or no delay to try")
+    return sorted(structures, key=lambda s: (s.n_parameters, s.na, s.nk))
+
+
+def _check_part(part: IoData, name: str, skip: int, n_needed: int) -> None:
+    """Is the part long enough, and does its output move?"""
+    rows = [part.y[s.start + skip : s.stop] for s in part.segments if s.stop - s.start > skip]
+    n_rows = sum(row.size for row in rows)
+    n_needed = max(n_needed, MIN_ROWS)
+    if n_rows < n_needed:
+        raise TooFewSamplesError(
+            f"the {name} part has {part.n_samples} samples in {len(part.segments)} segment(s), "
+            f"which leave {n_rows} equations after the {skip} samples of history of each; "
+            f"at least {n_needed} are needed: record longer, or try lower orders and delays"
+        )
+    if np.ptp(np.concatenate(rows)) == 0.0:
+        raise IdentificationError(f"the output '{part.output_name}' is constant in the {name} part")
