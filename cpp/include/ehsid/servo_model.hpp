@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: MIT
+// The linear electro-hydraulic servo, Eqs. (1)-(6) of Ghazali, Sam, Rahmat, Zulfatman, "Recursive
+// parameter estimation for discrete-time model of an electro-hydraulic servo system with varying
+// forgetting factor", Int. J. Phys. Sci. 6(30), 2011. Forwards (servo_discretisation.hpp): physical
+// parameters -> continuous model (5) -> sampled model (6). Here the way back: from an estimated
+// theta to gain, natural frequency and damping, with standard deviations, or the reason why there
+// are none. Derivation, limits and accuracy: docs/servo_model.md.
+#pragma once
+
+#include <ehsid/servo_discretisation.hpp>
+#include <ehsid/servo_poles.hpp>
+#include <ehsid/types.hpp>
+
+#include <cmath>
+#include <limits>
+
+namespace ehsid {
+
+/// Whether theta can be read as a servo (5), and if not, why.
+enum class ServoReadingStatus : std::uint8_t {
+  ok = 0,
+  not_finite = 1,           // NaN or Inf in theta, covariance or dt_s
+  invalid_argument = 2,     // dt_s <= 0, or a negative variance
+  no_integrator = 3,        // no real pole at z = 1, within its uncertainty
+  poles_not_separable = 4,  // uncertainty of the integrator pole reaches the next pole
+  pole_near_zero = 5,       // product of the other two poles is zero within its uncertainty
+  negative_real_pole = 6,   // a real pole below zero: no continuous servo has one under a hold
+  unstable_pole = 7,        // one of the other two poles on or outside the unit circle
+  aliasing = 8,             // angle of the poles reaches pi: sampled too slowly
+  no_gain = 9,              // b1 = b2 = b3 = 0
+  numerical_limit = 10,     // result or a standard deviation not finite in Scalar
+};
+
+/// What theta says about the servo. Every number that was not determined is NaN.
+template <class Scalar>
+struct ServoReading {
+  static constexpr Scalar kUnknown = std::numeric_limits<Scalar>::quiet_NaN();
+
+  ServoReadingStatus status = ServoReadingStatus::ok;
+  Scalar gain = kUnknown;      // K, m/(s V)
+  Scalar omega_n = kUnknown;   // rad/s
+  Scalar xi = kUnknown;        // 1
+  Scalar gain_std = kUnknown;  // standard deviations, units as above
+  Scalar omega_n_std = kUnknown;
+  Scalar xi_std = kUnknown;
+  SquareMatrix<Scalar, 3> covariance = SquareMatrix<Scalar, 3>::Constant(kUnknown);  // same order
+  Scalar integrator_pole = kUnknown;  // the real pole nearest to z = 1
+  Scalar integrator_pole_std = kUnknown;
+  Scalar integrator_distance = kUnknown;  // its distance from 1
+  // How far (b1, b2, b3) are from the b that (K, omega_n, xi) imply under zero-order hold:
+  Scalar zoh_mismatch = kUnknown;       // |b - b_implied| / |b|
+  Scalar zoh_mismatch_chi2 = kUnknown;  // squared distance in its covariance, chi^2 with 2 degrees
+};
+
+/// Confidence width of every decision below, in standard deviations.
+template <class Scalar>
+constexpr Scalar kReadingSigmas = Scalar(3);
+/// A pole counts as integrator if it is this much closer to z = 1 than the next pole, whatever its
+/// uncertainty: the drift over the time constant of the servo is then below 2 %.
+template <class Scalar>
+constexpr Scalar kIntegratorShare = Scalar(0.02);
+/// Least distance of the poles' angle from pi, as a share of pi.
+template <class Scalar>
+constexpr Scalar kNyquistMargin = Scalar(0.02);
+
+namespace detail {
+
+/// The steps of identify_servo. Every test is worded so that NaN fails it.
+template <class Scalar>
+class ServoReader {
+ public:
+  using Status = ServoReadingStatus;
+
+  ServoReader(const Vector<Scalar, 6>& theta, const SquareMatrix<Scalar, 6>& covariance,
+              Scalar dt_s)
+      : theta_(theta), covariance_(covariance), dt_s_(dt_s), poles_(theta) {
+    // theta is stored in Scalar: its rounding, up to eps/2 relative, is uncertainty like any other.
+    for (int i = 0; i < 6; ++i) {
+      const Scalar rounding = std::numeric_limits<Scalar>::epsilon() * theta[i];
+      covariance_(i, i) += rounding * rounding;
+    }
+  }
+
+  Status read(ServoReading<Scalar>& reading) {
+    Status status = judge_integrator(reading);
+    if (status == Status::ok) {
+      status = judge_pair();
+    }
+    if (status == Status::ok) {
+      logarithms_ = poles_.logarithms();
+      differentiate();
+      status = judge_angle();
+    }
+    if (status == Status::ok && !(theta_.template tail<3>().cwiseAbs().maxCoeff() > Scalar(0))) {
+      status = Status::no_gain;
+    }
+    return status == Status::ok ? finish(reading) : status;
+  }
+
+ private:
+  /// Standard deviation of a quantity with the given gradient; NaN where the covariance is none.
+  Scalar deviation(const Row6<Scalar>& gradient) const {
+    return std::sqrt((gradient * covariance_).dot(gradient));
+  }
+
+  Status judge_integrator(ServoReading<Scalar>& reading) const {
+    const Scalar distance = std::abs(poles_.factors.root);
+    const Scalar width = kReadingSigmas<Scalar> * deviation(poles_.d_pole);
+    const Scalar next = poles_.next_distance();
+    reading.integrator_pole = Scalar(1) + poles_.factors.root;
+    reading.integrator_pole_std = deviation(poles_.d_pole);
+    reading.integrator_distance = distance;
+    if (!(distance <= width) && !(distance <= kIntegratorShare<Scalar> * next)) {
+      return Status::no_integrator;
+    }
+    return width < next ? Status::ok : Status::poles_not_separable;
+  }
+
+  Status judge_pair() const {
+    const auto& factors = poles_.factors;
+    const Scalar width = kReadingSigmas<Scalar> * deviation(poles_.d_q2);
+    if (poles_.q2 < -width) {
+      return Status::negative_real_pole;
+    }
+    if (!(poles_.q2 > width)) {
+      return Status::pole_near_zero;
+    }
+    // Q = delta^2 + b delta + c. Real poles of one sign by now; b/2 is the distance of their mean
+    // from 1.
+    const bool real = factors.discriminant >= Scalar(0);
+    if (real && factors.b > Scalar(2)) {
+      return Status::negative_real_pole;
+    }
+    // Inside the unit circle: |z|^2 = q2 = 1 + c - b < 1; for real poles also both below 1.
+    const bool stable = factors.c < factors.b && factors.c > Scalar(0);
+    return stable ? Status::ok : Status::unstable_pole;
+  }
+
+  Status judge_angle() const {
+    const Scalar angle = logarithms_.angle;
+    Scalar margin = kNyquistMargin<Scalar> * kPi<Scalar>;
+    if (angle > kPi<Scalar> / Scalar(2)) {
+      // angle^2 = y - v^2/4 differentiated
+      const Row6<Scalar> d_angle =
+          (d_y_ - (logarithms_.v / Scalar(2)) * d_v_) / (Scalar(2) * angle);
+      const Scalar width = kReadingSigmas<Scalar> * deviation(d_angle);
+      margin = width <= margin ? margin : width;
+    }
+    return angle <= kPi<Scalar> - margin ? Status::ok : Status::aliasing;
+  }
+
+  /// Implicit differentiation: the forward map (v, y) -> (Q(1), q2) is smooth also where the two
+  /// poles coincide, so its 2 x 2 Jacobian is inverted instead of differentiating the poles.
+  void differentiate() {
+    unit_ = sample_servo(logarithms_.v, logarithms_.y);
+    d_v_ = (Scalar(1) / unit_.q2.by_v) * poles_.d_q2;
+    d_y_ = (Scalar(1) / unit_.q_at_one.by_y) * (poles_.d_q_at_one - unit_.q_at_one.by_v * d_v_);
+  }
+
+  Status finish(ServoReading<Scalar>& reading) const {
+    const auto b = theta_.template tail<3>();
+    const Scalar x = std::sqrt(logarithms_.y);
+    const Scalar b_sum = b[0] + b[1] + b[2];
+    // The model's velocity at constant input is (b1 + b2 + b3) / (dt Q(1)).
+    const Scalar step = b_sum / poles_.q_at_one;  // K dt
+    Row6<Scalar> d_step;
+    d_step << Scalar(0), Scalar(0), Scalar(0), Scalar(1), Scalar(1), Scalar(1);
+    d_step = (d_step - step * poles_.d_q_at_one) / poles_.q_at_one;
+
+    reading.gain = step / dt_s_;
+    reading.omega_n = x / dt_s_;
+    reading.xi = logarithms_.v / (Scalar(2) * x);
+
+    Eigen::Matrix<Scalar, 5, 6> jacobian;  // K, omega_n, xi, and the mismatch of b1 and b3
+    jacobian.row(0) = d_step / dt_s_;
+    jacobian.row(1) = d_y_ / (Scalar(2) * x * dt_s_);
+    jacobian.row(2) = (d_v_ - (reading.xi / x) * d_y_) / (Scalar(2) * x);
+    jacobian.row(3) = -implied_gradient(unit_.b1, step, d_step);
+    jacobian.row(4) = -implied_gradient(unit_.b3, step, d_step);
+    jacobian(3, 3) += Scalar(1);
+    jacobian(4, 5) += Scalar(1);
+    const Eigen::Matrix<Scalar, 5, 6> weighted = jacobian * covariance_;
+    const SquareMatrix<Scalar, 5> spread = weighted * jacobian.transpose();
+
+    reading.covariance = spread.template topLeftCorner<3, 3>();
+    reading.gain_std = std::sqrt(spread(0, 0));
+    reading.omega_n_std = std::sqrt(spread(1, 1));
+    reading.xi_std = std::sqrt(spread(2, 2));
+
+    // b and its implied value have the same sum by the choice of K: two mismatches say everything.
+    const Scalar first = b[0] - step * unit_.b1.value;
+    const Scalar last = b[2] - step * unit_.b3.value;
+    const Vector<Scalar, 3> mismatch(first, -(first + last), last);
+    reading.zoh_mismatch = mismatch.norm() / b.norm();
+    // r' C^-1 r by Cholesky factors of the 2 x 2 covariance C
+    const Scalar l11 = std::sqrt(spread(3, 3));
+    const Scalar l21 = spread(4, 3) / l11;
+    const Scalar l22 = std::sqrt(spread(4, 4) - l21 * l21);
+    const Scalar u1 = first / l11;
+    const Scalar u2 = (last - l21 * u1) / l22;
+    reading.zoh_mismatch_chi2 = u1 * u1 + u2 * u2;
+
+    const Scalar results[] = {reading.gain,     reading.omega_n,     reading.xi,
+                              reading.gain_std, reading.omega_n_std, reading.xi_std};
+    for (const Scalar value : results) {
+      if (!is_finite(value)) {
+        return Status::numerical_limit;
+      }
+    }
+    return Status::ok;
+  }
+
+  /// Gradient of b_implied = K dt beta(v, y).
+  Row6<Scalar> implied_gradient(const Sensitive<Scalar>& beta, Scalar step,
+                                const Row6<Scalar>& d_step) const {
+    return beta.value * d_step + step * (beta.by_v * d_v_ + beta.by_y * d_y_);
+  }
+
+  Vector<Scalar, 6> theta_;
+  SquareMatrix<Scalar, 6> covariance_;
+  Scalar dt_s_;
+  ServoDenominator<Scalar> poles_;
+  PoleLogarithms<Scalar> logarithms_{};
+  SampledServo<Scalar> unit_{};
+  Row6<Scalar> d_v_;
+  Row6<Scalar> d_y_;
+};
+
+}  // namespace detail
+
+/// Reads theta = (a1, a2, a3, b1, b2, b3) of Eq. (6) as a servo (5) under zero-order hold.
+/// covariance: of theta, sigma^2 P, symmetric, zero where unknown (rounding of theta is added).
+/// dt_s: sampling period, s, > 0.
+template <class Scalar>
+ServoReading<Scalar> identify_servo(const Vector<Scalar, 6>& theta,
+                                    const SquareMatrix<Scalar, 6>& covariance, Scalar dt_s) {
+  ServoReading<Scalar> reading;
+  bool finite = is_finite(dt_s) && all_finite<6>(theta);
+  bool valid = dt_s > Scalar(0);
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) {
+      finite = is_finite(covariance(i, j)) && finite;
+    }
+    valid = covariance(i, i) >= Scalar(0) && valid;
+  }
+  if (!finite || !valid) {
+    reading.status = finite ? ServoReadingStatus::invalid_argument : ServoReadingStatus::not_finite;
+    return reading;
+  }
+  reading.status = detail::ServoReader<Scalar>(theta, covariance, dt_s).read(reading);
+  return reading;
+}
+
+}  // namespace ehsid
