@@ -8,7 +8,7 @@
 #include <complex>
 #include <limits>
 #include <random>
-#include <vector>
+#include <string>
 
 namespace {
 
@@ -85,7 +85,13 @@ Vector<long double, 6> closed_form(long double x, long double xi) {
 template <class Scalar>
 class ServoModel : public testing::Test {};
 using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(ServoModel, Scalars);
+struct ScalarName {
+  template <class Scalar>
+  static std::string GetName(int) {
+    return sizeof(Scalar) == sizeof(float) ? "float" : "double";
+  }
+};
+TYPED_TEST_SUITE(ServoModel, Scalars, ScalarName);
 
 TYPED_TEST(ServoModel, PhysicalParametersGiveEquation5) {
   using Scalar = TypeParam;
@@ -141,13 +147,13 @@ TYPED_TEST(ServoModel, DiscretisationAgreesWithPolesAndResidues) {
     for (const Scalar xi : {Scalar(0.01), Scalar(0.2), Scalar(0.7), Scalar(1.3), Scalar(3)}) {
       const auto theta = sampled(Scalar(1), x, xi, Scalar(1));
       const auto exact = closed_form(static_cast<long double>(x), static_cast<long double>(xi));
-      // a: absolute, a few roundings of numbers up to 4. b: relative; exp(-v) alone is conditioned
-      // with v = 2 xi x, and up to seven doublings add some four roundings each.
+      // a: absolute, Q(1) up to 4 after up to seven doublings. b: relative; exp(-v) alone is
+      // conditioned with v = 2 xi x, and up to seven doublings add some four roundings each.
       const double v = 2.0 * static_cast<double>(xi) * static_cast<double>(x);
       const double unit = static_cast<double>(kEps<Scalar>);
       const double slack = 1e4 * static_cast<double>(std::numeric_limits<long double>::epsilon());
       for (int i = 0; i < 3; ++i) {
-        EXPECT_NEAR(static_cast<double>(theta[i]), static_cast<double>(exact[i]), 8.0 * unit);
+        EXPECT_NEAR(static_cast<double>(theta[i]), static_cast<double>(exact[i]), 16.0 * unit);
       }
       for (int i = 3; i < 6; ++i) {
         EXPECT_NEAR(static_cast<double>(theta[i]) / static_cast<double>(exact[i]), 1.0,
@@ -229,11 +235,11 @@ TEST(ServoModelPrecision, FloatFollowsDouble) {
     const auto x = static_cast<float>(std::exp(log_x(random)));
     const auto xi = static_cast<float>(std::exp(log_xi(random)));
     const auto single = sampled(1.0F, x, xi, 1.0F);
-    const auto twice = sampled<double>(1.0, x, xi, 1.0);
+    const auto twice = sampled(1.0, static_cast<double>(x), static_cast<double>(xi), 1.0);
     const double v = 2.0 * static_cast<double>(x * xi);
     for (int j = 0; j < 6; ++j) {
       // as in DiscretisationAgreesWithPolesAndResidues
-      const double scale = j < 3 ? 8.0 : (32.0 + v) * twice[j];
+      const double scale = j < 3 ? 16.0 : (32.0 + v) * twice[j];
       EXPECT_NEAR(static_cast<double>(single[j]), twice[j],
                   scale * static_cast<double>(kEps<float>));
     }
@@ -270,15 +276,15 @@ TYPED_TEST(ServoModel, LogarithmAndAngleMatchTheLibrary) {
   for (double exponent = -80.0; exponent < 3.0; exponent += 0.37) {
     const auto z = static_cast<Scalar>(std::exp(exponent));
     const double exact = std::log(static_cast<double>(z));
-    EXPECT_NEAR(static_cast<double>(ehsid::real_logarithm(z, z - Scalar(1))) / exact, 1.0,
+    EXPECT_NEAR(static_cast<double>(ehsid::real_logarithm(z)) / exact, 1.0,
                 16.0 * static_cast<double>(kEps<Scalar>));
   }
   for (double size = 1e-12; size < 0.5; size *= 3.0) {
     for (const double u : {size, -size}) {
-      const auto stored = static_cast<Scalar>(u);
-      const double exact = std::log1p(static_cast<double>(stored));
-      EXPECT_NEAR(static_cast<double>(ehsid::real_logarithm(Scalar(1) + stored, stored)) / exact,
-                  1.0, 16.0 * static_cast<double>(kEps<Scalar>));
+      const Scalar z = Scalar(1) + static_cast<Scalar>(u);
+      const double exact = std::log(static_cast<double>(z));
+      EXPECT_NEAR(static_cast<double>(ehsid::real_logarithm(z)), exact,
+                  16.0 * static_cast<double>(kEps<Scalar>) * std::abs(exact));
     }
   }
   for (double angle = 1e-6; angle < 3.1415; angle += 0.0137) {
@@ -564,8 +570,9 @@ TEST(ServoModelRefusal, NumericalLimit) {
   covariance(4, 4) = 1e-6;
   covariance(3, 4) = -2e-6;
   covariance(4, 3) = -2e-6;
-  EXPECT_EQ(identify_servo<double>(theta_of_angle(1.0, 0.7, 0.6), covariance, kDt).status,
-            ServoReadingStatus::numerical_limit);
+  const auto reading = identify_servo<double>(theta_of_angle(1.0, 0.7, 0.6), covariance, kDt);
+  EXPECT_EQ(reading.status, ServoReadingStatus::numerical_limit);
+  EXPECT_TRUE(std::isnan(reading.omega_n));  // half a reading is none
 }
 
 TYPED_TEST(ServoModel, AnyThetaEndsInFiniteNumbersOrAReason) {

@@ -94,14 +94,14 @@ ServoStep<Scalar> short_servo_step(const Sensitive<Scalar>& v, const Sensitive<S
   return {sum.e, y * sum.w, y * sum.s};
 }
 
-/// 1 - exp(-v) for v up to 1/4 in size, by Horner's rule: v (1 - v/2 (1 - v/3 (...))).
+/// exp(-v) for v up to 1/4 in size, by Horner's rule: 1 - v (1 - v/2 (1 - v/3 (...))).
 template <class Scalar>
-Sensitive<Scalar> one_minus_exponential(const Sensitive<Scalar>& v) {
+Sensitive<Scalar> short_exponential(const Sensitive<Scalar>& v) {
   Sensitive<Scalar> sum{Scalar(1)};
-  for (int n = kServoSeriesTerms; n >= 2; --n) {
+  for (int n = kServoSeriesTerms; n >= 1; --n) {
     sum = Scalar(1) - Scalar(1) / static_cast<Scalar>(n) * v * sum;
   }
-  return v * sum;
+  return sum;
 }
 
 }  // namespace detail
@@ -130,8 +130,7 @@ SampledServo<Scalar> sample_servo(Scalar v_value, Scalar y_value) {
   const Number short_y = tau * tau * y;
   const auto forward = detail::short_servo_step(short_v, short_y);
   const auto backward = detail::short_servo_step(Scalar(-1) * short_v, short_y);
-  Number m = detail::one_minus_exponential(short_v);
-  Number d = Scalar(1) - m;
+  Number d = detail::short_exponential(short_v);
   Number e = tau * forward.e;
   Number w = forward.w;
   Number s = tau * forward.s;
@@ -149,9 +148,7 @@ SampledServo<Scalar> sample_servo(Scalar v_value, Scalar y_value) {
     s_r = s_r * d_plus_e_dot + w_r * (tau * d + e);
     w_r = w_r * d_plus_e_dot + y_e_e;
     e = e * trace;
-    // 1 - d keeps its accuracy while d is near one, d itself once it is small.
-    m = m * (Scalar(2) - m);
-    d = m.value < Scalar(0.5) ? Scalar(1) - m : d * d;
+    d = d * d;
     tau *= Scalar(2);
   }
   return {w + w_r, d, s, s_r};

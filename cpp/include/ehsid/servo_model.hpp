@@ -131,8 +131,8 @@ class ServoReader {
     if (real && factors.b > Scalar(2)) {
       return Status::negative_real_pole;
     }
-    // Inside the unit circle: |z|^2 = q2 = 1 + c - b < 1; for real poles also both below 1.
-    const bool stable = factors.c < factors.b && factors.c > Scalar(0);
+    // Inside the unit circle: |z|^2 = q2 < 1, and Q(1) = (1 - z1)(1 - z2) > 0 for real poles.
+    const bool stable = poles_.q2 < Scalar(1) && poles_.q_at_one > Scalar(0);
     return stable ? Status::ok : Status::unstable_pole;
   }
 
@@ -158,6 +158,7 @@ class ServoReader {
   }
 
   Status finish(ServoReading<Scalar>& reading) const {
+    ServoReading<Scalar> result = reading;
     const auto b = theta_.template tail<3>();
     const Scalar x = std::sqrt(logarithms_.y);
     const Scalar b_sum = b[0] + b[1] + b[2];
@@ -167,14 +168,14 @@ class ServoReader {
     d_step << Scalar(0), Scalar(0), Scalar(0), Scalar(1), Scalar(1), Scalar(1);
     d_step = (d_step - step * poles_.d_q_at_one) / poles_.q_at_one;
 
-    reading.gain = step / dt_s_;
-    reading.omega_n = x / dt_s_;
-    reading.xi = logarithms_.v / (Scalar(2) * x);
+    result.gain = step / dt_s_;
+    result.omega_n = x / dt_s_;
+    result.xi = logarithms_.v / (Scalar(2) * x);
 
     Eigen::Matrix<Scalar, 5, 6> jacobian;  // K, omega_n, xi, and the mismatch of b1 and b3
     jacobian.row(0) = d_step / dt_s_;
     jacobian.row(1) = d_y_ / (Scalar(2) * x * dt_s_);
-    jacobian.row(2) = (d_v_ - (reading.xi / x) * d_y_) / (Scalar(2) * x);
+    jacobian.row(2) = (d_v_ - (result.xi / x) * d_y_) / (Scalar(2) * x);
     jacobian.row(3) = -implied_gradient(unit_.b1, step, d_step);
     jacobian.row(4) = -implied_gradient(unit_.b3, step, d_step);
     jacobian(3, 3) += Scalar(1);
@@ -182,31 +183,32 @@ class ServoReader {
     const Eigen::Matrix<Scalar, 5, 6> weighted = jacobian * covariance_;
     const SquareMatrix<Scalar, 5> spread = weighted * jacobian.transpose();
 
-    reading.covariance = spread.template topLeftCorner<3, 3>();
-    reading.gain_std = std::sqrt(spread(0, 0));
-    reading.omega_n_std = std::sqrt(spread(1, 1));
-    reading.xi_std = std::sqrt(spread(2, 2));
+    result.covariance = spread.template topLeftCorner<3, 3>();
+    result.gain_std = std::sqrt(spread(0, 0));
+    result.omega_n_std = std::sqrt(spread(1, 1));
+    result.xi_std = std::sqrt(spread(2, 2));
 
     // b and its implied value have the same sum by the choice of K: two mismatches say everything.
     const Scalar first = b[0] - step * unit_.b1.value;
     const Scalar last = b[2] - step * unit_.b3.value;
     const Vector<Scalar, 3> mismatch(first, -(first + last), last);
-    reading.zoh_mismatch = mismatch.norm() / b.norm();
+    result.zoh_mismatch = mismatch.norm() / b.norm();
     // r' C^-1 r by Cholesky factors of the 2 x 2 covariance C
     const Scalar l11 = std::sqrt(spread(3, 3));
     const Scalar l21 = spread(4, 3) / l11;
     const Scalar l22 = std::sqrt(spread(4, 4) - l21 * l21);
     const Scalar u1 = first / l11;
     const Scalar u2 = (last - l21 * u1) / l22;
-    reading.zoh_mismatch_chi2 = u1 * u1 + u2 * u2;
+    result.zoh_mismatch_chi2 = u1 * u1 + u2 * u2;
 
-    const Scalar results[] = {reading.gain,     reading.omega_n,     reading.xi,
-                              reading.gain_std, reading.omega_n_std, reading.xi_std};
+    const Scalar results[] = {result.gain,     result.omega_n,     result.xi,
+                              result.gain_std, result.omega_n_std, result.xi_std};
     for (const Scalar value : results) {
       if (!is_finite(value)) {
         return Status::numerical_limit;
       }
     }
+    reading = result;
     return Status::ok;
   }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // From the coefficients of a sampled third-order model to its poles and their logarithms, with
-// square roots and series of bounded length only. Poles are kept as delta = z - 1 too, because at
-// short sampling periods they crowd at z = 1 and z alone no longer tells them apart.
+// square roots and series of bounded length only. The cubic is solved for delta = z - 1: at short
+// sampling periods the poles crowd at z = 1, and the integrator is the root nearest to delta = 0.
 #pragma once
 
 #include <ehsid/types.hpp>
@@ -14,20 +14,18 @@ namespace ehsid {
 template <class Scalar>
 constexpr Scalar kPi = Scalar(3.14159265358979323846L);
 
-/// ln z of a real z > 0, from z and z - 1 (given apart, so that no digits are lost near z = 1).
-/// Relative accuracy: a few units of rounding.
+/// ln z of a real z > 0. Relative accuracy: a few units of rounding, also near z = 1.
 template <class Scalar>
-Scalar real_logarithm(Scalar z, Scalar z_minus_one) {
+Scalar real_logarithm(Scalar z) {
   // ln z = 2^k ln z^(1/2^k). Twelve roots bring the smallest double to within 1/2 of one.
   Scalar factor = Scalar(2);
-  for (int i = 0; i < 12 && std::abs(z_minus_one) > Scalar(0.5); ++i) {
+  for (int i = 0; i < 12 && std::abs(z - Scalar(1)) > Scalar(0.5); ++i) {
     z = std::sqrt(z);
-    z_minus_one = z - Scalar(1);
     factor *= Scalar(2);
   }
   // ln(1 + u) = 2 artanh(t), t = u / (2 + u), |t| <= 1/3: term n is below 9^-n, under 2^-53 at n
   // = 17.
-  const Scalar t = z_minus_one / (Scalar(2) + z_minus_one);
+  const Scalar t = (z - Scalar(1)) / (z + Scalar(1));
   const Scalar t_t = t * t;
   Scalar sum = Scalar(0);
   for (int n = 17; n >= 0; --n) {
@@ -201,18 +199,16 @@ struct ServoDenominator {
 
   /// Needs the two poles inside the unit circle, and positive if they are real.
   PoleLogarithms<Scalar> logarithms() const {
-    const Scalar v = -real_logarithm(q2, factors.c - factors.b);
+    const Scalar v = -real_logarithm(q2);
     const Scalar mean = Scalar(1) - factors.b / Scalar(2);
     if (factors.discriminant < Scalar(0)) {
       const Scalar angle = upper_angle(mean, std::sqrt(-factors.discriminant));
       return {v, v * v / Scalar(4) + angle * angle, angle};
     }
-    // The slow pole is known best as delta = c / delta_fast, the fast one as z = q2 / z_slow.
-    const Scalar root = std::sqrt(factors.discriminant);
-    const Scalar delta_fast = -(factors.b / Scalar(2) + root);
-    const Scalar z_slow = mean + root;
-    const Scalar y =
-        real_logarithm(z_slow, factors.c / delta_fast) * real_logarithm(q2 / z_slow, delta_fast);
+    // The fast pole may be far below the rounding of the slow one: from the product, not by
+    // subtraction.
+    const Scalar z_slow = mean + std::sqrt(factors.discriminant);
+    const Scalar y = real_logarithm(z_slow) * real_logarithm(q2 / z_slow);
     return {v, y, Scalar(0)};
   }
 };
