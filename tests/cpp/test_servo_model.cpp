@@ -466,6 +466,22 @@ TEST(ServoModelReading, MismatchIsTheDistanceFromTheImpliedNumerator) {
   EXPECT_GT(size, 0.0);
 }
 
+TYPED_TEST(ServoModel, SizeOfTheGainDoesNotMatter) {
+  using Scalar = TypeParam;
+  // A power of two, so that b scales exactly; in float the squares of such b underflow.
+  const Scalar scale = Scalar(1) / static_cast<Scalar>(1ULL << 62);
+  auto theta = sampled(Scalar(1), Scalar(20), Scalar(0.4), Scalar(0.05));
+  theta[3] *= Scalar(1.125);
+  const auto plain = identify_servo<Scalar>(theta, no_covariance<Scalar>(), Scalar(0.05));
+  theta.template tail<3>() *= scale;
+  const auto small = identify_servo<Scalar>(theta, no_covariance<Scalar>(), Scalar(0.05));
+  ASSERT_EQ(small.status, ServoReadingStatus::ok);
+  EXPECT_EQ(small.gain, scale * plain.gain);
+  EXPECT_EQ(small.omega_n, plain.omega_n);
+  EXPECT_NEAR(small.zoh_mismatch, plain.zoh_mismatch, Scalar(4) * kEps<Scalar>);
+  EXPECT_GT(plain.zoh_mismatch, Scalar(0.01));
+}
+
 TEST(ServoModelRefusal, NotFinite) {
   const auto theta = theta_of_angle(1.0, 0.7, 0.6);
   for (const double bad :

@@ -192,7 +192,8 @@ class ServoReader {
     const Scalar first = b[0] - step * unit_.b1.value;
     const Scalar last = b[2] - step * unit_.b3.value;
     const Vector<Scalar, 3> mismatch(first, -(first + last), last);
-    result.zoh_mismatch = mismatch.norm() / b.norm();
+    const Scalar largest = b.cwiseAbs().maxCoeff();  // squares of small b underflow in float
+    result.zoh_mismatch = (mismatch / largest).norm() / (b / largest).norm();
     // r' C^-1 r by Cholesky factors of the 2 x 2 covariance C
     const Scalar l11 = std::sqrt(spread(3, 3));
     const Scalar l21 = spread(4, 3) / l11;
