@@ -140,8 +140,8 @@ def test_discretisation_agrees_with_scipy_and_python_control(x: float, xi: float
 @given(x=phases, xi=dampings)
 def test_discretisation_is_exact_to_rounding(x: float, xi: float) -> None:
     theta, exact = unit_theta(x, xi), exact_theta(x, xi)
-    # a: absolute, Q(1) up to 4 after up to seven doublings. b: relative, however small; exp(-v) alone
-    # is conditioned with v, and up to seven doublings add some four roundings each.
+    # a: absolute, Q(1) up to 4 after up to seven doublings. b: relative, however small; exp(-v)
+    # alone is conditioned with v, and up to seven doublings add some four roundings each.
     np.testing.assert_allclose(theta[:3], exact[:3], rtol=0.0, atol=16.0 * EPS)
     np.testing.assert_allclose(theta[3:], exact[3:], rtol=(32.0 + 2.0 * xi * x) * EPS)
 
