@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+// One Python class for every order, precision and policy: what the compiled estimators have in common.
+#pragma once
+
+#include <ehsid/forgetting.hpp>
+#include <ehsid/servo_estimator.hpp>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace ehsid::bindings {
+
+/// RandomWalk before the number of parameters is known: one drift for all, or one each.
+struct RandomWalkSettings {
+  std::vector<double> drift = {RandomWalk<double, 1>{}.drift[0]};
+};
+
+using ForgettingSettings =
+    std::variant<Constant<double>, Exponential<double>, ErrorDriven<double>, FRatio<double>,
+                 Directional<double>, RandomWalkSettings>;
+
+/// Settings as Python gives them, in double; rounded once to the precision of the estimator.
+struct RlsSettings {
+  int n = 1;
+  ForgettingSettings forgetting;
+  RlsOptions<double> options;
+  std::vector<double> theta0;     // empty: default
+  std::vector<double> variance0;  // empty: default
+};
+
+struct EstimatorSettings {
+  int na = 1;
+  int nb = 1;
+  int nk = 1;
+  bool offset = false;
+  ForgettingSettings forgetting;
+  Scaling<double> scaling;
+  RlsOptions<double> rls;
+  std::optional<RmseResetOptions<double>> reset;
+  ConvergenceOptions<double> convergence;
+  std::vector<double> theta0;
+  std::vector<double> variance0;
+  std::optional<double> input_limit;
+};
+
+/// Where a run writes, row by row; columns of the caller's arrays, `theta` and `deviation` with n a row.
+template <class Scalar>
+struct TrajectoryView {
+  Scalar* theta;
+  Scalar* deviation;
+  Scalar* innovation;
+  Scalar* forgetting_factor;
+  Scalar* residual_variance;
+  std::uint8_t* status;
+  bool* converged;  // null where the recursion alone runs
+};
+
+/// What Python reads of an estimate. Numbers in double hold every float32 exactly.
+class AnyRecursion {
+ public:
+  virtual ~AnyRecursion() = default;
+  virtual int n() const = 0;
+  virtual bool single() const = 0;
+  virtual std::vector<double> theta_hat() const = 0;
+  virtual std::vector<double> standard_deviation() const = 0;
+  virtual std::vector<double> gain() const = 0;
+  virtual std::vector<double> P() const = 0;  // n * n, symmetric
+  virtual double innovation() const = 0;
+  virtual double forgetting_factor() const = 0;
+  virtual double residual_variance() const = 0;
+  virtual void reset() = 0;
+  virtual std::string save() const = 0;
+  virtual Status restore(const std::string& bytes) = 0;
+};
+
+class AnyRls : public AnyRecursion {
+ public:
+  virtual Status update(const double* phi, double y) = 0;
+  virtual double predict(const double* phi) const = 0;
+  virtual void reset_all() = 0;
+  virtual Status start_from_covariance(const std::vector<double>& theta0,
+                                       const std::vector<double>& p0) = 0;
+  virtual void run(const float* phi, const float* y, std::size_t rows, TrajectoryView<float>) = 0;
+  virtual void run(const double* phi, const double* y, std::size_t rows, TrajectoryView<double>) = 0;
+};
+
+class AnyEstimator : public AnyRecursion {
+ public:
+  virtual Status step(double command, double position) = 0;
+  virtual void run(const float* u, const float* y, std::size_t rows, TrajectoryView<float>) = 0;
+  virtual void run(const double* u, const double* y, std::size_t rows, TrajectoryView<double>) = 0;
+  virtual std::vector<double> covariance() const = 0;  // n * n
+  virtual void enable(bool on) = 0;
+  virtual bool enabled() const = 0;
+  virtual bool converged() const = 0;
+  virtual double excitation() const = 0;
+  virtual int resets() const = 0;
+};
+
+/// Policies as template parameters that still lack precision and size.
+struct ConstantPolicy {
+  using Settings = Constant<double>;
+  template <class Scalar, int kN>
+  using Type = Constant<Scalar>;
+};
+struct ExponentialPolicy {
+  using Settings = Exponential<double>;
+  template <class Scalar, int kN>
+  using Type = Exponential<Scalar>;
+};
+struct ErrorDrivenPolicy {
+  using Settings = ErrorDriven<double>;
+  template <class Scalar, int kN>
+  using Type = ErrorDriven<Scalar>;
+};
+struct FRatioPolicy {
+  using Settings = FRatio<double>;
+  template <class Scalar, int kN>
+  using Type = FRatio<Scalar>;
+};
+struct DirectionalPolicy {
+  using Settings = Directional<double>;
+  template <class Scalar, int kN>
+  using Type = Directional<Scalar>;
+};
+struct RandomWalkPolicy {
+  using Settings = RandomWalkSettings;
+  template <class Scalar, int kN>
+  using Type = RandomWalk<Scalar, kN>;
+};
+
+/// One of the compiled estimators. Instantiated once a precision and policy, in a file of its own
+/// (see CMakeLists.txt): together they would be one very long compilation.
+template <class Scalar, class Policy>
+std::unique_ptr<AnyRls> make_rls(const RlsSettings& settings);
+template <class Scalar, class Policy>
+std::unique_ptr<AnyEstimator> make_estimator(const EstimatorSettings& settings);
+
+}  // namespace ehsid::bindings

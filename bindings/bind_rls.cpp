@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "bindings.hpp"
+#include "estimator_instances.hpp"
+
+namespace ehsid::bindings {
+namespace {
+
+/// phi as a float64 vector of n numbers.
+InputArray<double> regressor(const AnyRls& self, const InputArray<double>& phi) {
+  require_shape("phi", phi, 1, self.n());
+  return phi;
+}
+
+template <class Scalar>
+Trajectory run(AnyRls& self, const py::object& phi_in, const py::object& y_in) {
+  const auto phi = InputArray<Scalar>::ensure(phi_in);
+  const auto y = InputArray<Scalar>::ensure(y_in);
+  if (!phi || !y) {
+    throw py::error_already_set();
+  }
+  require_shape("phi", phi, 2, self.n());
+  require_shape("y", y, 1, phi.shape(0));
+  TrajectoryView<Scalar> view{};
+  Trajectory out = make_trajectory(y.shape(0), self.n(), false, view);
+  const Scalar* phi_data = phi.data();
+  const Scalar* y_data = y.data();
+  const auto rows = static_cast<std::size_t>(y.shape(0));
+  {
+    const py::gil_scoped_release released;
+    self.run(phi_data, y_data, rows, view);
+  }
+  return out;
+}
+
+}  // namespace
+
+void bind_rls(py::module_& m) {
+  const RlsOptions<double> defaults;
+  py::class_<RlsOptions<double>>(m, "RlsOptions", R"(Guards against wind-up; dimensionless.
+
+Parameters
+----------
+information_margin : float
+    A sample is skipped where phi' P phi is below this many times what the policy forgets meanwhile in one
+    direction. 0 switches the rule off; negative (default) takes sqrt(n).
+covariance_ceiling : float > 0
+    The mean of P_ii / P0_ii never exceeds this; inf is not allowed, 1e30 never acts.)")
+      .def(py::init([](double information_margin, double covariance_ceiling) {
+             const RlsOptions<double> options{information_margin, covariance_ceiling};
+             if (!options.valid()) {
+               throw py::value_error(
+                   "RlsOptions: information_margin must be finite, covariance_ceiling finite and > 0");
+             }
+             return options;
+           }),
+           py::kw_only(), py::arg("information_margin") = defaults.information_margin,
+           py::arg("covariance_ceiling") = defaults.covariance_ceiling)
+      .def_readonly("information_margin", &RlsOptions<double>::information_margin)
+      .def_readonly("covariance_ceiling", &RlsOptions<double>::covariance_ceiling);
+
+  py::class_<AnyRls> cls(m, "Rls", R"(Recursive least squares on UD factors, Eqs. (12)-(14), for any regressor.
+
+Runs the C++ recursion that firmware runs; float32 results are bit for bit the same.
+Use one object from one thread at a time.
+
+Parameters
+----------
+n : int in 1..13
+    Number of parameters.
+forgetting : Constant, Exponential, ErrorDriven, FRatio, Directional or RandomWalk
+options : RlsOptions
+theta0 : array_like, shape (n,), optional
+    Start values; zero by default.
+variance0 : array_like, shape (n,), optional
+    Diagonal of P0 in units of sigma^2, > 0; 1e6 by default.
+dtype : float32 or float64
+
+Raises
+------
+ValueError
+    Where an argument is outside its range.)");
+  cls.def(py::init([](int n, const ForgettingSettings& forgetting, const RlsOptions<double>& options,
+                      std::vector<double> theta0, std::vector<double> variance0,
+                      const py::object& dtype) {
+            require_range("n", n, 1, kMaxParameters);
+            RlsSettings settings{n, forgetting, options, std::move(theta0), std::move(variance0)};
+            return dispatch(is_single(dtype), forgetting, [&](auto scalar, auto policy) {
+              return make_rls<decltype(scalar), decltype(policy)>(settings);
+            });
+          }),
+          py::arg("n"), py::kw_only(), py::arg("forgetting") = Constant<double>{},
+          py::arg("options") = defaults, py::arg("theta0") = std::vector<double>{},
+          py::arg("variance0") = std::vector<double>{}, py::arg("dtype") = "float64");
+  bind_recursion(cls);
+  cls.def("reset_all", &AnyRls::reset_all, "lambda, P and theta back to their start values.")
+      .def(
+          "start_from_covariance",
+          [](AnyRls& self, const std::vector<double>& theta0, const InputArray<double>& p0) {
+            require_shape("p0", p0, 2, self.n());
+            require_shape("p0[0]", py::array(p0[py::int_(0)]), 1, self.n());
+            const std::vector<double> values(p0.data(), p0.data() + p0.size());
+            if (p0.shape(0) != self.n() ||
+                self.start_from_covariance(theta0, values) != Status::ok) {
+              throw py::value_error("start_from_covariance: p0 must be a symmetric positive definite (" +
+                                    std::to_string(self.n()) + ", " + std::to_string(self.n()) +
+                                    ") matrix in the precision of the estimator; nothing was changed");
+            }
+          },
+          py::arg("theta0"), py::arg("p0"),
+          "Starts from theta0, shape (n,), and a full P0, shape (n, n), in units of sigma^2.")
+      .def(
+          "predict",
+          [](const AnyRls& self, const InputArray<double>& phi) {
+            return self.predict(regressor(self, phi).data());
+          },
+          py::arg("phi"), "phi' theta_hat for one regressor, shape (n,).")
+      .def(
+          "update",
+          [](AnyRls& self, const InputArray<double>& phi, double y) {
+            return self.update(regressor(self, phi).data(), y);
+          },
+          py::arg("phi"), py::arg("y"), "One sample, y = phi' theta + e. Returns the Status.")
+      .def(
+          "run",
+          [](AnyRls& self, const py::object& phi, const py::object& y) {
+            return self.single() ? run<float>(self, phi, y) : run<double>(self, phi, y);
+          },
+          py::arg("phi"), py::arg("y"),
+          "Samples in order: phi of shape (N, n), y of shape (N,). Releases the GIL. Returns a Trajectory.");
+}
+
+}  // namespace ehsid::bindings

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+#include "any_arx.hpp"
+#include "bindings.hpp"
+
+namespace ehsid::bindings {
+namespace {
+
+template <class Options>
+Options checked(const Options& options, const char* message) {
+  if (!options.valid()) {
+    throw py::value_error(message);
+  }
+  return options;
+}
+
+template <class Scalar>
+Trajectory run(AnyEstimator& self, const py::object& u_in, const py::object& y_in) {
+  const auto u = InputArray<Scalar>::ensure(u_in);
+  const auto y = InputArray<Scalar>::ensure(y_in);
+  if (!u || !y) {
+    throw py::error_already_set();
+  }
+  require_shape("u", u, 1, -1);
+  require_shape("y", y, 1, u.shape(0));
+  TrajectoryView<Scalar> view{};
+  Trajectory out = make_trajectory(y.shape(0), self.n(), true, view);
+  const Scalar* u_data = u.data();
+  const Scalar* y_data = y.data();
+  const auto rows = static_cast<std::size_t>(y.shape(0));
+  {
+    const py::gil_scoped_release released;
+    self.run(u_data, y_data, rows, view);
+  }
+  return out;
+}
+
+void bind_options(py::module_& m) {
+  const Scaling<double> scaling;
+  py::class_<Scaling<double>>(m, "Scaling", R"(Units out: the estimator sees (signal - offset) / scale.
+
+Parameters
+----------
+command_scale, position_scale : float > 0
+    Of the order of the signals' excursions, e.g. rated command and stroke.
+command_offset, position_offset : float
+    Near the signals' means.)")
+      .def(py::init([](double command_scale, double position_scale, double command_offset,
+                       double position_offset) {
+             return checked(Scaling<double>{command_scale, position_scale, command_offset, position_offset},
+                            "Scaling: scales must be finite and > 0, offsets finite");
+           }),
+           py::kw_only(), py::arg("command_scale") = scaling.command_scale,
+           py::arg("position_scale") = scaling.position_scale,
+           py::arg("command_offset") = scaling.command_offset,
+           py::arg("position_offset") = scaling.position_offset)
+      .def_readonly("command_scale", &Scaling<double>::command_scale)
+      .def_readonly("position_scale", &Scaling<double>::position_scale)
+      .def_readonly("command_offset", &Scaling<double>::command_offset)
+      .def_readonly("position_offset", &Scaling<double>::position_offset);
+
+  using Reset = RmseResetOptions<double>;
+  const Reset reset;
+  py::class_<Reset>(m, "RmseResetOptions",
+                    R"(Reset on a change of the plant: short- against long-window RMSE (Fig. 4).
+
+Parameters
+----------
+short_window, long_window : float
+    Samples, 1 <= short_window < long_window.
+trigger_ratio, release_ratio : float
+    Ratios of RMSE, 1 <= release_ratio < trigger_ratio.
+cool_down : int >= 0
+    Samples after a reset without another.
+floor : float >= 0
+    An RMSE below this, in scaled units of the output, is never a change.)")
+      .def(py::init([](double short_window, double long_window, double trigger_ratio,
+                       double release_ratio, std::int32_t cool_down, double floor) {
+             return checked(
+                 Reset{short_window, long_window, trigger_ratio, release_ratio, cool_down, floor},
+                 "RmseResetOptions: needs 1 <= short_window < long_window, 1 <= release_ratio < "
+                 "trigger_ratio, cool_down >= 0, floor >= 0, all finite");
+           }),
+           py::kw_only(), py::arg("short_window") = reset.short_window,
+           py::arg("long_window") = reset.long_window, py::arg("trigger_ratio") = reset.trigger_ratio,
+           py::arg("release_ratio") = reset.release_ratio, py::arg("cool_down") = reset.cool_down,
+           py::arg("floor") = reset.floor)
+      .def_readonly("short_window", &Reset::short_window)
+      .def_readonly("long_window", &Reset::long_window)
+      .def_readonly("trigger_ratio", &Reset::trigger_ratio)
+      .def_readonly("release_ratio", &Reset::release_ratio)
+      .def_readonly("cool_down", &Reset::cool_down)
+      .def_readonly("floor", &Reset::floor);
+
+  using Convergence = ConvergenceOptions<double>;
+  const Convergence convergence;
+  py::class_<Convergence>(m, "ConvergenceOptions", R"(When an estimate counts as converged, in sigma^2 P.
+
+Parameters
+----------
+tolerance : float > 0
+    Largest standard deviation relative to its parameter.
+magnitude : float > 0
+    Scaled parameters smaller than this are judged as if they were this.
+hold : int >= 1
+    Informative samples in a row.)")
+      .def(py::init([](double tolerance, double magnitude, std::int32_t hold) {
+             return checked(Convergence{tolerance, magnitude, hold},
+                            "ConvergenceOptions: tolerance and magnitude must be finite and > 0, hold >= 1");
+           }),
+           py::kw_only(), py::arg("tolerance") = convergence.tolerance,
+           py::arg("magnitude") = convergence.magnitude, py::arg("hold") = convergence.hold)
+      .def_readonly("tolerance", &Convergence::tolerance)
+      .def_readonly("magnitude", &Convergence::magnitude)
+      .def_readonly("hold", &Convergence::hold);
+}
+
+}  // namespace
+
+void bind_servo_estimator(py::module_& m) {
+  bind_options(m);
+
+  py::class_<AnyEstimator> cls(m, "ServoEstimator",
+                               R"(Online ARX identification: regressor, RLS, reset and convergence monitor.
+
+Runs the C++ code that firmware runs; float32 results are bit for bit the same. Parameters are
+(a1 .. a_na, b1 .. b_nb [, c]) of Eqs. (7)-(8), in the units of the signals about the offsets of the scaling.
+Use one object from one thread at a time.
+
+Parameters
+----------
+na, nb : int in 1..6
+nk : int in 0..20
+    Delay in samples.
+offset : bool
+    Append a constant term c.
+forgetting : Constant, Exponential, ErrorDriven, FRatio, Directional or RandomWalk
+scaling : Scaling
+rls : RlsOptions
+reset : RmseResetOptions or None
+    None never resets.
+convergence : ConvergenceOptions
+theta0 : array_like, shape (n,), optional
+    Start values in the units of the signals; zero by default.
+variance0 : array_like, shape (n,), optional
+    Diagonal of P0 in scaled units and units of sigma^2; 1e6 by default.
+input_limit : float > 0, optional
+    Largest plausible |scaled signal|; beyond it a sample is refused.
+dtype : float32 or float64
+
+Raises
+------
+ValueError
+    Where an argument is outside its range.)");
+  cls.def(py::init([](int na, int nb, int nk, bool offset, const ForgettingSettings& forgetting,
+                      const Scaling<double>& scaling, const RlsOptions<double>& rls,
+                      const std::optional<RmseResetOptions<double>>& reset,
+                      const ConvergenceOptions<double>& convergence, std::vector<double> theta0,
+                      std::vector<double> variance0, std::optional<double> input_limit,
+                      const py::object& dtype) {
+            require_range("na", na, 1, kMaxOrder);
+            require_range("nb", nb, 1, kMaxOrder);
+            require_range("nk", nk, 0, kMaxDelay);
+            const EstimatorSettings settings{na,    nb,  nk,    offset,      forgetting,
+                                             scaling, rls, reset, convergence, std::move(theta0),
+                                             std::move(variance0), input_limit};
+            return dispatch(is_single(dtype), forgetting, [&](auto scalar, auto policy) {
+              return make_estimator<decltype(scalar), decltype(policy)>(settings);
+            });
+          }),
+          py::arg("na"), py::arg("nb"), py::arg("nk"), py::kw_only(), py::arg("offset") = false,
+          py::arg("forgetting") = FRatio<double>{}, py::arg("scaling") = Scaling<double>{},
+          py::arg("rls") = RlsOptions<double>{}, py::arg("reset") = RmseResetOptions<double>{},
+          py::arg("convergence") = ConvergenceOptions<double>{},
+          py::arg("theta0") = std::vector<double>{}, py::arg("variance0") = std::vector<double>{},
+          py::arg("input_limit") = py::none(), py::arg("dtype") = "float32");
+  bind_recursion(cls);
+  cls.def_property_readonly(
+         "covariance",
+         [](const AnyEstimator& self) { return as_matrix_array(self.covariance(), self.n()); },
+         "sigma^2 P of theta_hat, shape (n, n), in the units of the signals.")
+      .def_property("enabled", &AnyEstimator::enabled, &AnyEstimator::enable,
+                    "While False the sample history moves on and the estimate rests (bumpless).")
+      .def_property_readonly("converged", &AnyEstimator::converged,
+                             "True once every standard deviation stays inside the tolerance.")
+      .def_property_readonly("excitation", &AnyEstimator::excitation,
+                             "Share of about the last 100 samples that carried information, 0 to 1.")
+      .def_property_readonly("resets", &AnyEstimator::resets, "Plant changes detected so far.")
+      .def("step", &AnyEstimator::step, py::arg("command"), py::arg("position"),
+           "One sample in the units of the signals. Returns the Status.")
+      .def(
+          "run",
+          [](AnyEstimator& self, const py::object& u, const py::object& y) {
+            return self.single() ? run<float>(self, u, y) : run<double>(self, u, y);
+          },
+          py::arg("u"), py::arg("y"),
+          "Samples in order: u and y of shape (N,). Releases the GIL. Returns a Trajectory.");
+}
+
+}  // namespace ehsid::bindings

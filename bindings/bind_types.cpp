@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include "bindings.hpp"
+
+namespace ehsid::bindings {
+
+bool is_single(const py::object& dtype) {
+  py::dtype wanted;
+  try {
+    wanted = py::dtype::from_args(dtype);
+  } catch (const py::error_already_set&) {
+    throw py::value_error("dtype must be float32 or float64, got " + py::repr(dtype).cast<std::string>());
+  }
+  if (wanted.is(py::dtype::of<float>())) {
+    return true;
+  }
+  if (wanted.is(py::dtype::of<double>())) {
+    return false;
+  }
+  throw py::value_error("dtype must be float32 or float64, got " + py::str(wanted).cast<std::string>());
+}
+
+void require_range(const char* name, int value, int first, int last) {
+  if (value < first || value > last) {
+    throw py::value_error(std::string(name) + " must be in " + std::to_string(first) + ".." +
+                          std::to_string(last) + ", got " + std::to_string(value));
+  }
+}
+
+void require_shape(const char* name, const py::array& array, py::ssize_t dimensions,
+                   py::ssize_t length) {
+  if (array.ndim() == dimensions && (length < 0 || array.shape(dimensions - 1) == length)) {
+    return;
+  }
+  std::string shape = "(";
+  for (py::ssize_t i = 0; i < array.ndim(); ++i) {
+    shape += (i > 0 ? ", " : "") + std::to_string(array.shape(i));
+  }
+  shape += ")";
+  const std::string last = length < 0 ? "N" : std::to_string(length);
+  throw py::value_error(std::string(name) + " has shape " + shape + ", expected " +
+                        (dimensions == 1 ? "(" + last + ",)" : "(N, " + last + ")"));
+}
+
+py::array_t<double> as_vector_array(const std::vector<double>& values) {
+  return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
+py::array_t<double> as_matrix_array(const std::vector<double>& values, int n) {
+  return py::array_t<double>({n, n}, values.data());
+}
+
+void bind_types(py::module_& m) {
+  py::native_enum<Status>(m, "Status", "enum.IntEnum",
+                          "Outcome of a step. From invalid_input on, the step was refused.")
+      .value("ok", Status::ok, "step taken, estimate updated")
+      .value("filling", Status::filling, "not enough past samples yet")
+      .value("no_information", Status::no_information, "sample carries no information, estimate kept")
+      .value("disabled", Status::disabled, "estimation is switched off")
+      .value("reset", Status::reset, "step taken; plant change detected, P and lambda restarted")
+      .value("invalid_input", Status::invalid_input, "NaN or Inf, refused")
+      .value("out_of_range", Status::out_of_range, "beyond the plausible range, refused")
+      .value("numerical_limit", Status::numerical_limit, "result not finite or not positive, refused")
+      .value("invalid_argument", Status::invalid_argument, "configuration or snapshot refused")
+      .finalize();
+  m.def("is_error", &is_error, py::arg("status"), "True where the step was refused.");
+
+  py::class_<Trajectory>(m, "Trajectory", "What a run() did, one row a sample.")
+      .def_readonly("theta", &Trajectory::theta, "theta_hat after each sample, shape (N, n).")
+      .def_readonly("standard_deviation", &Trajectory::standard_deviation,
+                    "sqrt(sigma^2 P_ii) after each sample, shape (N, n).")
+      .def_readonly("innovation", &Trajectory::innovation,
+                    "Measured minus predicted, shape (N,); NaN where nothing was estimated.")
+      .def_readonly("forgetting_factor", &Trajectory::forgetting_factor,
+                    "lambda of the last kept step, shape (N,).")
+      .def_readonly("residual_variance", &Trajectory::residual_variance,
+                    "Estimate of sigma^2, shape (N,).")
+      .def_readonly("status", &Trajectory::status, "Status codes, uint8, shape (N,).")
+      .def_readonly("converged", &Trajectory::converged,
+                    "Convergence flag, bool, shape (N,); None from Rls.run().");
+}
+
+}  // namespace ehsid::bindings

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+// What the binding files share: array types and the checks every entry point needs.
+#pragma once
+
+#include "any_estimator.hpp"
+
+#include <pybind11/native_enum.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <string>
+
+namespace ehsid::bindings {
+
+namespace py = pybind11;
+
+template <class Scalar>
+using InputArray = py::array_t<Scalar, py::array::c_style | py::array::forcecast>;
+
+/// A run, as numpy arrays of the estimator's precision.
+struct Trajectory {
+  py::array theta;
+  py::array standard_deviation;
+  py::array innovation;
+  py::array forgetting_factor;
+  py::array residual_variance;
+  py::array status;
+  py::object converged;  // None where the recursion ran alone
+};
+
+/// Arrays for `rows` samples of n parameters, and where they lie in memory.
+template <class Scalar>
+Trajectory make_trajectory(py::ssize_t rows, py::ssize_t n, bool with_converged,
+                           TrajectoryView<Scalar>& view) {
+  py::array_t<Scalar> theta({rows, n});
+  py::array_t<Scalar> deviation({rows, n});
+  py::array_t<Scalar> innovation(rows);
+  py::array_t<Scalar> factor(rows);
+  py::array_t<Scalar> variance(rows);
+  py::array_t<std::uint8_t> status(rows);
+  py::object converged = py::none();
+  bool* converged_data = nullptr;
+  if (with_converged) {
+    py::array_t<bool> flags(rows);
+    converged_data = flags.mutable_data();
+    converged = flags;
+  }
+  view = {theta.mutable_data(),  deviation.mutable_data(), innovation.mutable_data(),
+          factor.mutable_data(), variance.mutable_data(),  status.mutable_data(),
+          converged_data};
+  return {theta, deviation, innovation, factor, variance, status, converged};
+}
+
+/// True for float32, false for float64, ValueError for anything else.
+bool is_single(const py::object& dtype);
+
+/// ValueError unless first <= value <= last.
+void require_range(const char* name, int value, int first, int last);
+
+/// ValueError unless `array` has the wanted number of dimensions and, where given, length.
+void require_shape(const char* name, const py::array& array, py::ssize_t dimensions,
+                   py::ssize_t length);
+
+py::array_t<double> as_vector_array(const std::vector<double>& values);
+py::array_t<double> as_matrix_array(const std::vector<double>& values, int n);
+
+/// Makes the compiled estimator for precision and policy; `Make` is called as
+/// make.template operator()<Scalar, Policy>().
+template <class Make>
+auto dispatch(bool single, const ForgettingSettings& forgetting, Make make) {
+  const auto with_policy = [&](auto policy) {
+    using Policy = decltype(policy);
+    return single ? make(float{}, policy) : make(double{}, Policy{});
+  };
+  struct Choose {
+    decltype(with_policy)& use;
+    auto operator()(const Constant<double>&) const { return use(ConstantPolicy{}); }
+    auto operator()(const Exponential<double>&) const { return use(ExponentialPolicy{}); }
+    auto operator()(const ErrorDriven<double>&) const { return use(ErrorDrivenPolicy{}); }
+    auto operator()(const FRatio<double>&) const { return use(FRatioPolicy{}); }
+    auto operator()(const Directional<double>&) const { return use(DirectionalPolicy{}); }
+    auto operator()(const RandomWalkSettings&) const { return use(RandomWalkPolicy{}); }
+  };
+  return std::visit(Choose{with_policy}, forgetting);
+}
+
+/// Properties and methods that Rls and ServoEstimator share.
+template <class Class>
+void bind_recursion(Class& cls) {
+  using Any = typename Class::type;
+  cls.def_property_readonly("n", &Any::n, "Number of parameters.")
+      .def_property_readonly(
+          "dtype",
+          [](const Any& self) {
+            return self.single() ? py::dtype::of<float>() : py::dtype::of<double>();
+          },
+          "Precision the recursion runs in, float32 or float64.")
+      .def_property_readonly(
+          "theta_hat", [](const Any& self) { return as_vector_array(self.theta_hat()); },
+          "Estimated parameters, shape (n,).")
+      .def_property_readonly(
+          "standard_deviation",
+          [](const Any& self) { return as_vector_array(self.standard_deviation()); },
+          "sqrt(sigma^2 P_ii), shape (n,), in the units of theta_hat.")
+      .def_property_readonly(
+          "gain", [](const Any& self) { return as_vector_array(self.gain()); },
+          "Gain K(k) of the last kept step, shape (n,).")
+      .def_property_readonly(
+          "P", [](const Any& self) { return as_matrix_array(self.P(), self.n()); },
+          "Covariance in units of sigma^2, shape (n, n), formed from the factors.")
+      .def_property_readonly("innovation", &Any::innovation,
+                             "Measured minus predicted, Eq. (12), of the last sample taken.")
+      .def_property_readonly("forgetting_factor", &Any::forgetting_factor,
+                             "lambda(k) of the last kept step.")
+      .def_property_readonly("residual_variance", &Any::residual_variance,
+                             "Estimate of sigma^2, squared units of the output.")
+      .def("reset", &Any::reset, "lambda and P back to their start values; theta stays (Fig. 4).")
+      .def(
+          "save", [](const Any& self) { return py::bytes(self.save()); },
+          "Whole state as bytes, for restore() of an estimator made with the same arguments.")
+      .def(
+          "restore",
+          [](Any& self, const py::bytes& state) {
+            if (self.restore(state) != Status::ok) {
+              throw py::value_error(
+                  "restore: the bytes are not a state of an estimator made with these arguments "
+                  "(orders, dtype, forgetting), or are damaged; nothing was changed");
+            }
+          },
+          py::arg("state"), "Takes over a saved state. ValueError, and nothing changed, unless it fits.");
+}
+
+void bind_types(py::module_& m);
+void bind_forgetting(py::module_& m);
+void bind_rls(py::module_& m);
+void bind_servo_estimator(py::module_& m);
+
+}  // namespace ehsid::bindings
+
+void bind_servo_model(pybind11::module_& m);
