@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstring>
+#include <ehsid/forgetting.hpp>
+#include <ehsid/rls.hpp>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using ehsid::Status;
+
+template <class Policy>
+struct RlsPolicy : testing::Test {
+  using Recursion = ehsid::Rls<float, 6, Policy>;
+};
+using Policies =
+    testing::Types<ehsid::Constant<float>, ehsid::Exponential<float>, ehsid::ErrorDriven<float>,
+                   ehsid::FRatio<float>, ehsid::Directional<float>, ehsid::RandomWalk<float, 6>>;
+TYPED_TEST_SUITE(RlsPolicy, Policies);
+
+/// Model (16) of the paper, driven with equation noise.
+class Plant {
+ public:
+  explicit Plant(unsigned seed) : random_(seed) {}
+
+  ehsid::Vector<float, 6> regressor() const {
+    ehsid::Vector<float, 6> phi;
+    for (int i = 0; i < 3; ++i) {
+      phi[i] = static_cast<float>(-y_[i]);
+      phi[3 + i] = static_cast<float>(u_[i]);
+    }
+    return phi;
+  }
+
+  float advance(double command, double noise) {
+    const double y = 2.2390 * y_[0] - 1.7820 * y_[1] + 0.5427 * y_[2] + 0.3850 * u_[0] -
+                     0.5810 * u_[1] + 0.2954 * u_[2] + noise * normal_(random_);
+    for (int i = 2; i > 0; --i) {
+      y_[i] = y_[i - 1];
+      u_[i] = u_[i - 1];
+    }
+    y_[0] = y;
+    u_[0] = command;
+    return static_cast<float>(y);
+  }
+
+  double random_command() { return normal_(random_) > 0.0 ? 1.0 : -1.0; }
+
+ private:
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+  double y_[3] = {};
+  double u_[3] = {};
+};
+
+template <class Recursion>
+void expect_usable(const Recursion& rls) {
+  EXPECT_TRUE(rls.state().factors.usable());
+  EXPECT_TRUE(ehsid::all_finite<6>(rls.state().theta));
+}
+
+template <class Recursion>
+void excite(Recursion& rls, Plant& plant, int samples) {
+  for (int k = 0; k < samples; ++k) {
+    const auto phi = plant.regressor();
+    rls.update(phi, plant.advance(plant.random_command(), 1e-3));
+  }
+}
+
+TYPED_TEST(RlsPolicy, BadInputLeavesEveryBitAsItWas) {
+  typename TestFixture::Recursion rls;
+  Plant plant(1);
+  excite(rls, plant, 500);
+  const auto before = rls.state();
+  const float bad[] = {std::numeric_limits<float>::quiet_NaN(),
+                       std::numeric_limits<float>::infinity(),
+                       -std::numeric_limits<float>::infinity()};
+  for (const float value : bad) {
+    EXPECT_EQ(rls.update(plant.regressor(), value), Status::invalid_input);
+    for (int i = 0; i < 6; ++i) {
+      auto phi = plant.regressor();
+      phi[i] = value;
+      EXPECT_EQ(rls.update(phi, 0.0F), Status::invalid_input);
+    }
+  }
+  // Finite, but the result overflows.
+  EXPECT_EQ(rls.update(plant.regressor(), 1e30F), Status::numerical_limit);
+  EXPECT_EQ(std::memcmp(&before, &rls.state(), sizeof before), 0);
+}
+
+TYPED_TEST(RlsPolicy, HugeInputsAtAnyTimeStayFinite) {
+  typename TestFixture::Recursion rls;
+  Plant plant(2);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> exponent(-38.0F, 38.0F);
+  for (int k = 0; k < 20000; ++k) {
+    auto phi = plant.regressor();
+    float y = plant.advance(plant.random_command(), 1e-3);
+    if (k % 7 == 0) {
+      phi[k % 6] = std::pow(10.0F, exponent(random));
+    }
+    if (k % 11 == 0) {
+      y = -std::pow(10.0F, exponent(random));
+    }
+    rls.update(phi, y);
+    ASSERT_TRUE(rls.state().factors.usable()) << "at sample " << k;
+    ASSERT_TRUE(ehsid::all_finite<6>(rls.state().theta)) << "at sample " << k;
+  }
+}
+
+TYPED_TEST(RlsPolicy, CovarianceNeverExceedsTheCeiling) {
+  typename TestFixture::Recursion rls;
+  Plant plant(4);
+  excite(rls, plant, 500);
+  for (int k = 0; k < 100000; ++k) {
+    const auto phi = plant.regressor();
+    rls.update(phi, plant.advance(0.0, 1e-3));
+  }
+  double mean = 0.0;
+  for (int i = 0; i < 6; ++i) {
+    mean += static_cast<double>(rls.state().factors.variance(i)) / 6.0;
+  }
+  // One rounding for each of the operations on the diagonal: 100 eps is generous.
+  EXPECT_LE(mean, 1e6 * (1.0 + 100.0 * static_cast<double>(std::numeric_limits<float>::epsilon())));
+}
+
+TYPED_TEST(RlsPolicy, SlowHeldInputForAHundredMillionUpdatesStaysFinite) {
+  typename TestFixture::Recursion rls;
+  Plant plant(5);
+  excite(rls, plant, 2000);
+  // Noise from a fixed block: drawing 1e8 normal numbers would take longer than the updates.
+  constexpr int kBlock = 1 << 16;
+  static float outputs[kBlock];
+  static ehsid::Vector<float, 6> regressors[kBlock];
+  for (int k = 0; k < kBlock; ++k) {
+    regressors[k] = plant.regressor();
+    outputs[k] = plant.advance(0.5, 1e-3);
+  }
+#ifdef __OPTIMIZE__
+  constexpr int kBlocks = 1526;  // 1e8 updates
+#else
+  constexpr int kBlocks = 16;
+#endif
+  for (int block = 0; block < kBlocks; ++block) {
+    for (int k = 0; k < kBlock; ++k) {
+      rls.update(regressors[k], outputs[k]);
+    }
+    ASSERT_TRUE(rls.state().factors.usable()) << "after block " << block;
+    ASSERT_TRUE(ehsid::all_finite<6>(rls.state().theta)) << "after block " << block;
+  }
+  expect_usable(rls);
+}
+
+TEST(Rls, LambdaOneIsLeastSquaresWithThePrior) {
+  ehsid::Rls<double, 3, ehsid::Constant<double>> rls(ehsid::Constant<double>{1.0});
+  std::mt19937 random(6);
+  std::normal_distribution<double> normal;
+  const Eigen::Vector3d truth(0.5, -2.0, 3.0);
+  Eigen::Matrix3d information = Eigen::Matrix3d::Identity() / 1e6;
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 1000; ++k) {
+    const Eigen::Vector3d phi(normal(random), normal(random), normal(random));
+    const double y = phi.dot(truth) + 0.1 * normal(random);
+    ASSERT_EQ(rls.update(phi, y), Status::ok);
+    information += phi * phi.transpose();
+    moment += phi * y;
+  }
+  const Eigen::Vector3d batch = information.ldlt().solve(moment);
+  // Forward error of either solution: condition number (about 2) times eps times the number of updates.
+  EXPECT_LT((rls.theta_hat() - batch).norm(), 1000 * 2.2e-16 * 10.0);
+  EXPECT_LT((rls.P() - information.inverse()).norm(), 1000 * 2.2e-16 * 10.0);
+}
+
+TEST(Rls, ZeroRegressorIsSkipped) {
+  ehsid::Rls<float, 6, ehsid::Constant<float>> rls;
+  EXPECT_EQ(rls.update(ehsid::Vector<float, 6>::Zero(), 1.0F), Status::no_information);
+}
+
+TEST(Rls, RefusesACovarianceThatIsNotPositiveDefinite) {
+  ehsid::Rls<double, 2, ehsid::Constant<double>> rls;
+  Eigen::Matrix2d indefinite;
+  indefinite << 1.0, 2.0, 2.0, 1.0;
+  EXPECT_EQ(rls.start_from_covariance(Eigen::Vector2d::Zero(), indefinite),
+            Status::invalid_argument);
+  Eigen::Matrix2d good;
+  good << 2.0, 0.5, 0.5, 1.0;
+  ASSERT_EQ(rls.start_from_covariance(Eigen::Vector2d::Zero(), good), Status::ok);
+  EXPECT_LT((rls.P() - good).norm(), 1e-15);
+}
+
+}  // namespace
