@@ -35,6 +35,7 @@ __all__ = [
     "ErrorDriven",
     "Exponential",
     "FRatio",
+    "Forgetting",
     "RandomWalk",
     "Rls",
     "RlsOptions",
@@ -52,3 +53,5 @@ __all__ = [
     "identify_servo",
     "is_error",
 ]
+
+Forgetting = Constant | Exponential | ErrorDriven | FRatio | Directional | RandomWalk

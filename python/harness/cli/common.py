@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+"""What the verbs share: reading the two columns, clear errors, files written whole."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NoReturn
+
+import typer
+from matplotlib.figure import Figure
+
+from ehsid.harness.identification import IdentificationError, IoData
+from ehsid.harness.records import RecordError, read_record
+
+
+def refuse(message: str) -> NoReturn:
+    """Say what is wrong on stderr and end with code 2."""
+    typer.echo(f"ehsid: {message}", err=True)
+    raise typer.Exit(2)
+
+
+@contextmanager
+def clear_errors() -> Iterator[None]:
+    """Bad input ends in one message and exit code 2, never in a traceback."""
+    try:
+        yield
+    except (RecordError, IdentificationError, ValueError, OSError) as error:
+        refuse(str(error))
+
+
+def read_io(path: Path, input_name: str, output_name: str) -> IoData:
+    """Two columns of a record."""
+    record = read_record(path, columns=[input_name, output_name])
+    return IoData.from_record(record, input_name, output_name)
+
+
+def write_results(folder: Path, stem: str, findings: dict[str, Any], figure: Figure) -> None:
+    """Write STEM.json and STEM.png into the folder, each under a temporary name first."""
+    folder.mkdir(parents=True, exist_ok=True)
+    unfinished = folder / f".{stem}.json.part"
+    unfinished.write_text(json.dumps(findings, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    unfinished.replace(folder / f"{stem}.json")
+    picture = folder / f".{stem}.png.part"
+    figure.savefig(picture, dpi=120, format="png")
+    picture.replace(folder / f"{stem}.png")

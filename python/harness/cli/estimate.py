@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""`ehsid estimate`: a record through the C++ estimator."""
+
+from __future__ import annotations
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+import ehsid
+from ehsid.harness.cli.common import clear_errors, read_io, write_results
+from ehsid.harness.estimation import EstimationResult, estimate
+from ehsid.harness.identification import ArxOrders
+from ehsid.harness.report import estimation_figure
+
+
+class ForgettingName(StrEnum):
+    """Policies by name."""
+
+    constant = "constant"
+    exponential = "exponential"
+    error_driven = "error-driven"
+    f_ratio = "f-ratio"
+    directional = "directional"
+    random_walk = "random-walk"
+
+
+def _policy(name: ForgettingName, lambda0: float | None) -> ehsid.Forgetting:
+    if name is ForgettingName.constant:
+        return ehsid.Constant() if lambda0 is None else ehsid.Constant(lambda0)
+    if name is ForgettingName.exponential:
+        return ehsid.Exponential() if lambda0 is None else ehsid.Exponential(lambda0)
+    if lambda0 is not None:
+        raise ValueError(f"--lambda0 goes with constant and exponential forgetting, not {name}")
+    if name is ForgettingName.error_driven:
+        return ehsid.ErrorDriven()
+    if name is ForgettingName.f_ratio:
+        return ehsid.FRatio()
+    if name is ForgettingName.directional:
+        return ehsid.Directional()
+    return ehsid.RandomWalk()
+
+
+def _table(result: EstimationResult) -> Table:
+    table = Table(title=f"{result.orders}, {result.forgetting}")
+    for heading in ("parameter", "value", "95 % interval"):
+        table.add_column(heading, justify="right")
+    for name, entry in result.to_dict()["parameters"].items():
+        low, high = entry["ci95"]
+        table.add_row(name, f"{entry['value']:.5g}", f"{low:.5g} .. {high:.5g}")
+    return table
+
+
+def estimate_command(
+    record: Annotated[Path, typer.Argument(help="CSV, CSV.gz, Parquet, MAT or NPZ")],
+    input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
+    output_name: Annotated[str, typer.Option("--output", help="output column")] = "position_m",
+    na: Annotated[int, typer.Option(help="past outputs, 1 to 6")] = 3,
+    nb: Annotated[int, typer.Option(help="past inputs, 1 to 6")] = 3,
+    nk: Annotated[int, typer.Option(help="delay in samples, 0 to 20")] = 1,
+    forgetting: Annotated[
+        ForgettingName, typer.Option(help="forgetting policy")
+    ] = ForgettingName.f_ratio,
+    lambda0: Annotated[
+        float | None, typer.Option(help="factor (constant) or rate (exponential)")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of tables")] = False,
+    out: Annotated[Path | None, typer.Option(help="folder for estimate.json and .png")] = None,
+) -> None:
+    """Estimate an ARX model recursively, with the code the firmware runs.
+
+    Example: ehsid estimate rec.csv --na 3 --nb 3 --nk 1 --forgetting exponential --lambda0 0.99
+    """
+    with clear_errors():
+        data = read_io(record, input_name, output_name)
+        orders = ArxOrders(na, nb, nk, offset=False)
+        result = estimate(data, orders, forgetting=_policy(forgetting, lambda0))
+        if out is not None:
+            write_results(out, "estimate", result.to_dict(), estimation_figure(result, data.dt_s))
+    if as_json:
+        typer.echo(json.dumps(result.to_dict(), allow_nan=False))
+        return
+    console = Console()
+    console.print(_table(result))
+    console.print(
+        f"one-step fit {result.one_step_fit_percent:.2f} %, simulation fit "
+        f"{result.simulation_fit_percent:.2f} %, RMSE {result.rmse:.4g}, resets {result.resets}, "
+        f"{'converged' if result.converged else 'not converged'}, "
+        f"{result.skipped} of {result.status.size} samples carried no information"
+    )

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: MIT
+"""`ehsid identify`: offline ARX, order and delay."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from ehsid.harness.cli.common import clear_errors, read_io, write_results
+from ehsid.harness.identification import IdentificationResult, identify
+from ehsid.harness.report import identification_figure
+
+
+def _range(text: str, option: str) -> range:
+    """Range from "2-5" or "3"."""
+    match = re.fullmatch(r"(\d+)(?:-(\d+))?", text.strip())
+    if match is None or int(match[2] or match[1]) < int(match[1]):
+        raise ValueError(f"{option} {text!r}: expected a number or a range such as 2-5")
+    return range(int(match[1]), int(match[2] or match[1]) + 1)
+
+
+def _table(result: IdentificationResult) -> Table:
+    table = Table(title="validation half; the chosen order is marked")
+    for heading in (
+        "order",
+        "nk",
+        "one-step fit %",
+        "simulation fit %",
+        "FPE",
+        "loss",
+        "AIC",
+        "MDL",
+    ):
+        table.add_column(heading, justify="right")
+    for candidate in result.by_order:
+        mark = " *" if candidate.orders == result.chosen.orders else ""
+        table.add_row(
+            f"{candidate.orders.na}{mark}",
+            str(candidate.orders.nk),
+            f"{candidate.one_step_fit_percent:.2f}",
+            f"{candidate.simulation_fit_percent:.2f}",
+            f"{candidate.validation.fpe:.6g}",
+            f"{candidate.validation.loss:.6g}",
+            f"{candidate.validation.aic:.4g}",
+            f"{candidate.validation.mdl:.4g}",
+        )
+    return table
+
+
+def identify_command(
+    record: Annotated[Path, typer.Argument(help="CSV, CSV.gz, Parquet, MAT or NPZ")],
+    input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
+    output_name: Annotated[str, typer.Option("--output", help="output column")] = "position_m",
+    orders: Annotated[str, typer.Option(help="orders na = nb to try, e.g. 2-5")] = "2-5",
+    delays: Annotated[str, typer.Option(help="delays nk to try, in samples")] = "1-5",
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of tables")] = False,
+    out: Annotated[Path | None, typer.Option(help="folder for identify.json and .png")] = None,
+) -> None:
+    """Choose order and delay of an ARX model on one half of a record, judged on the other.
+
+    Example: ehsid identify rec.csv --input u --output y --orders 2-5
+    """
+    with clear_errors():
+        data = read_io(record, input_name, output_name)
+        result = identify(
+            data, orders=_range(orders, "--orders"), delays=_range(delays, "--delays")
+        )
+        if out is not None:
+            write_results(out, "identify", result.to_dict(), identification_figure(result))
+    if as_json:
+        typer.echo(json.dumps(result.to_dict(), allow_nan=False))
+        return
+    console = Console()
+    console.print(_table(result))
+    for line in (
+        result.reason,
+        result.delay_reason,
+        result.whiteness.verdict,
+        result.independence.verdict,
+        *result.advice,
+    ):
+        console.print(line)

@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: MIT
+"""Replays records through the C++ estimator."""
+
+from ehsid.harness.estimation.replay import EstimationResult, estimate
+
+__all__ = ["EstimationResult", "estimate"]

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: MIT
+"""One record through the C++ estimator, and what it says of the fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness.identification import (
+    ArxModel,
+    ArxOrders,
+    IdentificationError,
+    IoData,
+    fit_percent,
+    simulate,
+)
+
+FloatArray = npt.NDArray[np.float64]
+
+# Half width of a two-sided 95 % interval of a normal distribution, in standard deviations.
+NORMAL_95 = 1.959963984540054
+
+
+@dataclass(frozen=True, eq=False)
+class EstimationResult:
+    """What the recursion made of a record.
+
+    Attributes
+    ----------
+    orders
+        structure of the model.
+    forgetting
+        the policy, in words.
+    theta, standard_deviation
+        shape (n,), at the end of the record, in the units of the signals about their means.
+    theta_path, deviation_path
+        shape (N, n), after each sample.
+    innovation
+        shape (N,), measured minus predicted; NaN where nothing was estimated.
+    forgetting_factor
+        shape (N,).
+    status
+        shape (N,), codes of `ehsid.Status`.
+    rmse
+        of the innovation, in the units of the output.
+    one_step_fit_percent
+        of the prediction made at each sample with the parameters of the sample before.
+    simulation_fit_percent
+        of a free run of the whole record with the final parameters.
+    resets, converged, skipped
+        changes detected; convergence at the end; samples without information.
+    """
+
+    orders: ArxOrders
+    forgetting: str
+    theta: FloatArray
+    standard_deviation: FloatArray
+    theta_path: FloatArray
+    deviation_path: FloatArray
+    innovation: FloatArray
+    forgetting_factor: FloatArray
+    status: npt.NDArray[np.uint8]
+    rmse: float
+    one_step_fit_percent: float
+    simulation_fit_percent: float
+    resets: int
+    converged: bool
+    skipped: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON; the paths are left out, they are data, not findings."""
+        finite = np.isfinite(self.simulation_fit_percent)
+        return {
+            "na": self.orders.na,
+            "nb": self.orders.nb,
+            "nk": self.orders.nk,
+            "forgetting": self.forgetting,
+            "parameters": {
+                name: {"value": value, "ci95": [value - width, value + width]}
+                for name, value, width in zip(
+                    self.orders.names,
+                    self.theta.tolist(),
+                    (NORMAL_95 * self.standard_deviation).tolist(),
+                    strict=True,
+                )
+            },
+            "rmse": self.rmse,
+            "one_step_fit_percent": self.one_step_fit_percent,
+            "simulation_fit_percent": self.simulation_fit_percent if finite else None,
+            "resets": self.resets,
+            "converged": self.converged,
+            "skipped": self.skipped,
+        }
+
+
+def _scaling(data: IoData) -> ehsid.Scaling:
+    """Offsets at the means, scales at the standard deviations of the record."""
+    parts = [data.u[s] for s in data.segments], [data.y[s] for s in data.segments]
+    u, y = (np.concatenate(part) for part in parts)
+    for name, values in ((data.input_name, u), (data.output_name, y)):
+        if float(np.ptp(values)) == 0.0:
+            raise IdentificationError(f"{name} is constant: there is nothing to identify from it")
+    return ehsid.Scaling(
+        command_scale=float(np.std(u)),
+        position_scale=float(np.std(y)),
+        command_offset=float(np.mean(u)),
+        position_offset=float(np.mean(y)),
+    )
+
+
+def estimate(
+    data: IoData,
+    orders: ArxOrders,
+    *,
+    forgetting: ehsid.Forgetting,
+    reset: bool = True,
+    dtype: str = "float32",
+) -> EstimationResult:
+    """Run the C++ estimator over a record, segment by segment.
+
+    Parameters
+    ----------
+    data
+        input and output.
+    orders
+        structure, na and nb up to 6, nk up to 20.
+    forgetting
+        a policy, e.g. `ehsid.Exponential()`.
+    reset
+        restart lambda and P where the RMSE shows a change of the plant.
+    dtype
+        "float32", as on the target, or "float64".
+
+    Raises
+    ------
+    IdentificationError
+        a constant signal, or too few samples to fill the regressor.
+    ValueError
+        a structure outside the compiled range.
+    """
+    scaling = _scaling(data)
+    estimator = ehsid.ServoEstimator(
+        orders.na,
+        orders.nb,
+        orders.nk,
+        offset=orders.offset,
+        forgetting=forgetting,
+        scaling=scaling,
+        reset=ehsid.RmseResetOptions() if reset else None,
+        dtype=dtype,
+    )
+    paths = []
+    for segment in data.segments:
+        # A gap: a refused sample empties the history, so that no regressor spans the hole.
+        estimator.step(float("nan"), float("nan"))
+        paths.append(estimator.run(data.u[segment], data.y[segment]))
+
+    def joined(name: str) -> FloatArray:
+        return np.concatenate([getattr(path, name) for path in paths]).astype(np.float64)
+
+    measured = np.concatenate([data.y[segment] for segment in data.segments])
+    innovation = joined("innovation")
+    known = np.isfinite(innovation)
+    if np.count_nonzero(known) <= orders.n_parameters:
+        raise IdentificationError(
+            f"{measured.size} samples leave {np.count_nonzero(known)} equations for "
+            f"{orders.n_parameters} parameters; give a longer record or a lower order"
+        )
+    theta = np.asarray(estimator.theta_hat, dtype=np.float64)
+    status = np.concatenate([path.status for path in paths])
+    model = ArxModel(
+        orders,
+        theta,
+        np.asarray(estimator.covariance, dtype=np.float64),
+        float(estimator.residual_variance),
+        float(np.mean(innovation[known] ** 2)),
+        int(np.count_nonzero(known)),
+        u_mean=scaling.command_offset,
+        y_mean=scaling.position_offset,
+    )
+    free_run = simulate(model, data)
+    return EstimationResult(
+        orders=orders,
+        forgetting=repr(forgetting),
+        theta=theta,
+        standard_deviation=np.asarray(estimator.standard_deviation, dtype=np.float64),
+        theta_path=joined("theta"),
+        deviation_path=joined("standard_deviation"),
+        innovation=innovation,
+        forgetting_factor=joined("forgetting_factor"),
+        status=status,
+        rmse=float(np.sqrt(np.mean(innovation[known] ** 2))),
+        one_step_fit_percent=fit_percent(measured[known], measured[known] - innovation[known]),
+        simulation_fit_percent=fit_percent(free_run.measured, free_run.predicted),
+        resets=estimator.resets,
+        converged=estimator.converged,
+        skipped=int(np.count_nonzero(status == ehsid.Status.no_information)),
+    )

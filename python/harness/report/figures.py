@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""Figures of an estimation and of an identification."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ehsid.harness.estimation import EstimationResult
+from ehsid.harness.identification import IdentificationResult
+
+
+def _axis_of(dt_s: float | None, n: int) -> tuple[np.ndarray, str]:
+    return (np.arange(n), "sample") if dt_s is None else (np.arange(n) * dt_s, "time in s")
+
+
+def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
+    """Parameters with their 95 % band, forgetting factor and innovation over time."""
+    figure = Figure(figsize=(9, 8), layout="constrained")
+    upper, middle, lower = figure.subplots(3, 1, sharex=True, height_ratios=[3, 1, 1])
+    x, label = _axis_of(dt_s, result.status.size)
+    # The first samples swing by orders of magnitude; the axis follows what comes after.
+    settled = result.theta_path[result.theta_path.shape[0] // 10 :]
+    for i, name in enumerate(result.orders.names):
+        (line,) = upper.plot(x, result.theta_path[:, i], label=name, linewidth=1.2)
+        half = 1.96 * result.deviation_path[:, i]
+        upper.fill_between(
+            x,
+            result.theta_path[:, i] - half,
+            result.theta_path[:, i] + half,
+            color=line.get_color(),
+            alpha=0.2,
+            linewidth=0,
+        )
+    margin = 0.1 * float(np.ptp(settled)) + 1e-12
+    upper.set_ylim(float(settled.min()) - margin, float(settled.max()) + margin)
+    upper.set_ylabel("parameters, 95 % band")
+    upper.legend(ncols=len(result.orders.names), fontsize="small")
+    upper.set_title(result.forgetting)
+    middle.plot(x, result.forgetting_factor, color="tab:green", linewidth=1.0)
+    middle.set_ylabel("lambda")
+    lower.plot(x, result.innovation, color="tab:gray", linewidth=0.8)
+    lower.set_ylabel("innovation")
+    lower.set_xlabel(label)
+    return figure
+
+
+def identification_figure(result: IdentificationResult) -> Figure:
+    """Measured against simulated output, and both residual tests with their 99 % bands."""
+    figure = Figure(figsize=(9, 8), layout="constrained")
+    upper, middle, lower = figure.subplots(3, 1, height_ratios=[2, 1, 1])
+    _, label = _axis_of(result.dt_s, 1)
+    step = 1.0 if result.dt_s is None else result.dt_s
+    upper.plot(result.simulated.index * step, result.simulated.measured, label="measured")
+    upper.plot(
+        result.simulated.index * step,
+        result.simulated.predicted,
+        label=f"simulated, fit {result.chosen.simulation_fit_percent:.1f} %",
+    )
+    upper.set_xlabel(label)
+    upper.legend()
+    upper.set_title(f"validation half, {result.chosen.orders}")
+    for axes, test, title in (
+        (middle, result.whiteness, "autocorrelation of the residual"),
+        (lower, result.independence, "correlation of residual and input"),
+    ):
+        axes.vlines(test.lags, 0.0, test.correlation)
+        axes.axhspan(-test.band, test.band, color="tab:orange", alpha=0.25, label="99 % band")
+        axes.set_ylabel(title, fontsize="small")
+        axes.legend(fontsize="small")
+    lower.set_xlabel("lag in samples")
+    return figure
