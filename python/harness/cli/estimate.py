@@ -91,5 +91,6 @@ def estimate_command(
         f"one-step fit {result.one_step_fit_percent:.2f} %, simulation fit "
         f"{result.simulation_fit_percent:.2f} %, RMSE {result.rmse:.4g}, resets {result.resets}, "
         f"{'converged' if result.converged else 'not converged'}, "
-        f"{result.skipped} of {result.status.size} samples carried no information"
+        f"{result.skipped} of {result.status.size} samples carried no information; "
+        f"one-step fit and RMSE leave out the first {result.n_start} equations"
     )

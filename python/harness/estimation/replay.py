@@ -24,6 +24,9 @@ FloatArray = npt.NDArray[np.float64]
 # Half width of a two-sided 95 % interval of a normal distribution, in standard deviations.
 NORMAL_95 = 1.959963984540054
 
+# Equations a parameter that count as start-up.
+START_EQUATIONS = 10
+
 
 @dataclass(frozen=True, eq=False)
 class EstimationResult:
@@ -45,10 +48,14 @@ class EstimationResult:
         shape (N,).
     status
         shape (N,), codes of `ehsid.Status`.
+    n_start
+        equations left out of the two figures below: 10 a parameter. From vague start values the
+        first predictions are wild, and a handful of them would decide the whole figure.
     rmse
-        of the innovation, in the units of the output.
+        of the innovation behind the start, in the units of the output.
     one_step_fit_percent
-        of the prediction made at each sample with the parameters of the sample before.
+        of the prediction made at each sample with the parameters of the sample before,
+        behind the start.
     simulation_fit_percent
         of a free run of the whole record with the final parameters.
     resets, converged, skipped
@@ -64,6 +71,7 @@ class EstimationResult:
     innovation: FloatArray
     forgetting_factor: FloatArray
     status: npt.NDArray[np.uint8]
+    n_start: int
     rmse: float
     one_step_fit_percent: float
     simulation_fit_percent: float
@@ -88,6 +96,7 @@ class EstimationResult:
                     strict=True,
                 )
             },
+            "n_start": self.n_start,
             "rmse": self.rmse,
             "one_step_fit_percent": self.one_step_fit_percent,
             "simulation_fit_percent": self.simulation_fit_percent if finite else None,
@@ -165,11 +174,14 @@ def estimate(
     measured = np.concatenate([data.y[segment] for segment in data.segments])
     innovation = joined("innovation")
     known = np.isfinite(innovation)
-    if np.count_nonzero(known) <= orders.n_parameters:
+    n_start = START_EQUATIONS * orders.n_parameters
+    if np.count_nonzero(known) <= 2 * n_start:
         raise IdentificationError(
             f"{measured.size} samples leave {np.count_nonzero(known)} equations for "
-            f"{orders.n_parameters} parameters; give a longer record or a lower order"
+            f"{orders.n_parameters} parameters; needed are more than {2 * n_start}: "
+            "give a longer record or a lower order"
         )
+    settled = known & (np.cumsum(known) > n_start)
     theta = np.asarray(estimator.theta_hat, dtype=np.float64)
     status = np.concatenate([path.status for path in paths])
     model = ArxModel(
@@ -177,8 +189,8 @@ def estimate(
         theta,
         np.asarray(estimator.covariance, dtype=np.float64),
         float(estimator.residual_variance),
-        float(np.mean(innovation[known] ** 2)),
-        int(np.count_nonzero(known)),
+        float(np.mean(innovation[settled] ** 2)),
+        int(np.count_nonzero(settled)),
         u_mean=scaling.command_offset,
         y_mean=scaling.position_offset,
     )
@@ -193,8 +205,11 @@ def estimate(
         innovation=innovation,
         forgetting_factor=joined("forgetting_factor"),
         status=status,
-        rmse=float(np.sqrt(np.mean(innovation[known] ** 2))),
-        one_step_fit_percent=fit_percent(measured[known], measured[known] - innovation[known]),
+        n_start=n_start,
+        rmse=float(np.sqrt(np.mean(innovation[settled] ** 2))),
+        one_step_fit_percent=fit_percent(
+            measured[settled], measured[settled] - innovation[settled]
+        ),
         simulation_fit_percent=fit_percent(free_run.measured, free_run.predicted),
         resets=estimator.resets,
         converged=estimator.converged,

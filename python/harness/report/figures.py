@@ -40,6 +40,7 @@ def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
     middle.plot(x, result.forgetting_factor, color="tab:green", linewidth=1.0)
     middle.set_ylabel("lambda")
     lower.plot(x, result.innovation, color="tab:gray", linewidth=0.8)
+    lower.set_ylim(-6 * result.rmse, 6 * result.rmse)
     lower.set_ylabel("innovation")
     lower.set_xlabel(label)
     return figure
