@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// What a controller calls, for every forgetting policy; the storage is the caller's.
+#include <ehsid/ehsid.hpp>
+
+#include <new>
+
+namespace {
+
+template <class Forgetting>
+using Estimator = ehsid::ServoEstimator<float, 3, 3, 1, Forgetting>;
+
+}  // namespace
+
+template <class Forgetting>
+void start(void* storage) {
+  static_cast<void>(::new (storage) Estimator<Forgetting>());
+}
+
+template <class Forgetting>
+ehsid::Status configure(Estimator<Forgetting>& estimator, float lambda_margin) {
+  typename Estimator<Forgetting>::Options options;
+  options.rls.information_margin = lambda_margin;
+  return estimator.configure(options);
+}
+
+template <class Forgetting>
+ehsid::Status step(Estimator<Forgetting>& estimator, float command, float position) {
+  return estimator.step(command, position);
+}
+
+template <class Forgetting>
+ehsid::Status move_state(const Estimator<Forgetting>& from, Estimator<Forgetting>& to) {
+  return to.restore(from.save());
+}
+
+template <class Forgetting>
+bool read(const Estimator<Forgetting>& estimator, float* theta, float* deviation, float* ahead) {
+  const auto theta_hat = estimator.theta_hat();
+  const auto standard_deviation = estimator.standard_deviation();
+  const auto covariance = estimator.covariance();
+  const ehsid::Vector<float, 4> commands = ehsid::Vector<float, 4>::Zero();
+  const auto predicted = estimator.template predict_ahead<4>(commands);
+  for (int i = 0; i < 6; ++i) {
+    theta[i] = theta_hat[i];
+    deviation[i] = standard_deviation[i] + covariance(i, 0);
+  }
+  for (int i = 0; i < 4; ++i) {
+    ahead[i] = predicted[i] + estimator.innovation() * estimator.forgetting_factor();
+  }
+  return estimator.converged();
+}
+
+template <class Forgetting>
+void operate(Estimator<Forgetting>& estimator, bool on) {
+  estimator.reset();
+  estimator.enable(on);
+}
+
+#define EHSID_FIRMWARE(Policy)                                                              \
+  template void start<ehsid::Policy>(void*);                                                \
+  template ehsid::Status configure<ehsid::Policy>(Estimator<ehsid::Policy>&, float);        \
+  template ehsid::Status step<ehsid::Policy>(Estimator<ehsid::Policy>&, float, float);      \
+  template ehsid::Status move_state<ehsid::Policy>(const Estimator<ehsid::Policy>&,         \
+                                                   Estimator<ehsid::Policy>&);              \
+  template bool read<ehsid::Policy>(const Estimator<ehsid::Policy>&, float*, float*, float*); \
+  template void operate<ehsid::Policy>(Estimator<ehsid::Policy>&, bool)
+
+EHSID_FIRMWARE(Constant<float>);
+EHSID_FIRMWARE(Exponential<float>);
+EHSID_FIRMWARE(ErrorDriven<float>);
+EHSID_FIRMWARE(FRatio<float>);
+EHSID_FIRMWARE(Directional<float>);
+namespace ehsid {  // a name without a comma, for the macro
+using RandomWalk6 = RandomWalk<float, 6>;
+}  // namespace ehsid
+EHSID_FIRMWARE(RandomWalk6);

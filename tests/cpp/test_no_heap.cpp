@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+// Nothing in the life of an estimator allocates: malloc and its kin are wrapped by the linker (see
+// CMakeLists.txt), operator new is replaced, and both count.
+#include <ehsid/ehsid.hpp>
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <limits>
+#include <new>
+#include <random>
+
+namespace {
+int allocations = 0;
+}
+
+extern "C" {
+void* __real_malloc(std::size_t size);
+void* __real_calloc(std::size_t count, std::size_t size);
+void* __real_realloc(void* memory, std::size_t size);
+void* __real_aligned_alloc(std::size_t alignment, std::size_t size);
+int __real_posix_memalign(void** memory, std::size_t alignment, std::size_t size);
+
+void* __wrap_malloc(std::size_t size) {
+  ++allocations;
+  return __real_malloc(size);
+}
+void* __wrap_calloc(std::size_t count, std::size_t size) {
+  ++allocations;
+  return __real_calloc(count, size);
+}
+void* __wrap_realloc(void* memory, std::size_t size) {
+  ++allocations;
+  return __real_realloc(memory, size);
+}
+void* __wrap_aligned_alloc(std::size_t alignment, std::size_t size) {
+  ++allocations;
+  return __real_aligned_alloc(alignment, size);
+}
+int __wrap_posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
+  ++allocations;
+  return __real_posix_memalign(memory, alignment, size);
+}
+}
+
+// Not inline: gcc would otherwise take new and free for a mismatched pair.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  if (void* memory = std::malloc(size)) {
+    return memory;
+  }
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace {
+
+template <class Estimator>
+class NoHeap : public testing::Test {};
+
+template <class Scalar, class Forgetting>
+using Servo = ehsid::ServoEstimator<Scalar, 3, 3, 1, Forgetting>;
+
+using Estimators =
+    testing::Types<Servo<float, ehsid::Constant<float>>, Servo<float, ehsid::Exponential<float>>,
+                   Servo<float, ehsid::ErrorDriven<float>>, Servo<float, ehsid::FRatio<float>>,
+                   Servo<float, ehsid::Directional<float>>,
+                   Servo<float, ehsid::RandomWalk<float, 6>>,
+                   Servo<double, ehsid::Constant<double>>,
+                   Servo<double, ehsid::Exponential<double>>,
+                   Servo<double, ehsid::ErrorDriven<double>>, Servo<double, ehsid::FRatio<double>>,
+                   Servo<double, ehsid::Directional<double>>,
+                   Servo<double, ehsid::RandomWalk<double, 6>>>;
+TYPED_TEST_SUITE(NoHeap, Estimators);
+
+TYPED_TEST(NoHeap, WholeLifeOfAnEstimator) {
+  using Scalar = typename TypeParam::Scalar;
+  std::minstd_rand random(7);
+  const int before = allocations;
+
+  TypeParam estimator;
+  typename TypeParam::Options options;
+  options.theta0.setConstant(Scalar(0.1));
+  ehsid::Status status = estimator.configure(options);
+  int estimated = 0;
+  Scalar y(0);
+  for (int k = 0; k < 2000; ++k) {
+    const Scalar u = random() % 2 == 0 ? Scalar(1) : Scalar(-1);
+    status = estimator.step(u, y);
+    estimated += status == ehsid::Status::ok ? 1 : 0;
+    y = Scalar(0.9) * y + (k < 1000 ? Scalar(0.1) : Scalar(0.5)) * u;  // the plant changes half-way
+  }
+  status = estimator.step(std::numeric_limits<Scalar>::quiet_NaN(), y);
+  const bool refused = status == ehsid::Status::invalid_input;
+  const typename TypeParam::Snapshot saved = estimator.save();
+  estimator.reset();
+  estimator.enable(false);
+  status = estimator.restore(saved);
+  const Scalar sum = estimator.theta_hat().sum() + estimator.standard_deviation().sum() +
+                     estimator.covariance().sum() + estimator.recursion().P().sum();
+  const int allocated = allocations - before;
+
+  EXPECT_EQ(allocated, 0);
+  // ... and the work was done.
+  EXPECT_GT(estimated, 100);
+  EXPECT_TRUE(refused);
+  EXPECT_EQ(status, ehsid::Status::ok);
+  EXPECT_TRUE(ehsid::is_finite(sum));
+}
+
+TEST(NoHeapCounter, CountsWhatItIsMeantToCount) {
+  const int before = allocations;
+  void* volatile from_malloc = std::malloc(8);
+  EXPECT_EQ(allocations, before + 1);
+  int* volatile from_new = new int(1);
+  EXPECT_EQ(allocations, before + 2);
+  Eigen::VectorXf* volatile from_eigen = new Eigen::VectorXf(100);
+  EXPECT_EQ(allocations, before + 4);
+  std::free(from_malloc);
+  delete from_new;
+  delete from_eigen;
+}
+
+}  // namespace
