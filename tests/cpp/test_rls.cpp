@@ -20,7 +20,7 @@ struct RlsPolicy : testing::Test {
 using Policies =
     testing::Types<ehsid::Constant<float>, ehsid::Exponential<float>, ehsid::ErrorDriven<float>,
                    ehsid::FRatio<float>, ehsid::Directional<float>, ehsid::RandomWalk<float, 6>>;
-TYPED_TEST_SUITE(RlsPolicy, Policies);
+TYPED_TEST_SUITE(RlsPolicy, Policies, );
 
 /// Model (16) of the paper, driven with equation noise.
 class Plant {
