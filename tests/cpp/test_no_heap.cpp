@@ -71,7 +71,7 @@ using Estimators =
                    Servo<double, ehsid::ErrorDriven<double>>, Servo<double, ehsid::FRatio<double>>,
                    Servo<double, ehsid::Directional<double>>,
                    Servo<double, ehsid::RandomWalk<double, 6>>>;
-TYPED_TEST_SUITE(NoHeap, Estimators);
+TYPED_TEST_SUITE(NoHeap, Estimators, );
 
 TYPED_TEST(NoHeap, WholeLifeOfAnEstimator) {
   using Scalar = typename TypeParam::Scalar;
