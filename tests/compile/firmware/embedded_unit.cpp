@@ -56,12 +56,12 @@ void operate(Estimator<Forgetting>& estimator, bool on) {
   estimator.enable(on);
 }
 
-#define EHSID_FIRMWARE(Policy)                                                              \
-  template void start<ehsid::Policy>(void*);                                                \
-  template ehsid::Status configure<ehsid::Policy>(Estimator<ehsid::Policy>&, float);        \
-  template ehsid::Status step<ehsid::Policy>(Estimator<ehsid::Policy>&, float, float);      \
-  template ehsid::Status move_state<ehsid::Policy>(const Estimator<ehsid::Policy>&,         \
-                                                   Estimator<ehsid::Policy>&);              \
+#define EHSID_FIRMWARE(Policy)                                                                \
+  template void start<ehsid::Policy>(void*);                                                  \
+  template ehsid::Status configure<ehsid::Policy>(Estimator<ehsid::Policy>&, float);          \
+  template ehsid::Status step<ehsid::Policy>(Estimator<ehsid::Policy>&, float, float);        \
+  template ehsid::Status move_state<ehsid::Policy>(const Estimator<ehsid::Policy>&,           \
+                                                   Estimator<ehsid::Policy>&);                \
   template bool read<ehsid::Policy>(const Estimator<ehsid::Policy>&, float*, float*, float*); \
   template void operate<ehsid::Policy>(Estimator<ehsid::Policy>&, bool)
 
