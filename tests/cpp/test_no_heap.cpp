@@ -14,6 +14,8 @@ namespace {
 int allocations = 0;
 }
 
+// The names are the linker's.
+// NOLINTBEGIN(bugprone-reserved-identifier, readability-inconsistent-declaration-parameter-name)
 extern "C" {
 void* __real_malloc(std::size_t size);
 void* __real_calloc(std::size_t count, std::size_t size);
@@ -42,6 +44,7 @@ int __wrap_posix_memalign(void** memory, std::size_t alignment, std::size_t size
   return __real_posix_memalign(memory, alignment, size);
 }
 }
+// NOLINTEND(bugprone-reserved-identifier, readability-inconsistent-declaration-parameter-name)
 
 // Not inline: gcc would otherwise take new and free for a mismatched pair.
 [[gnu::noinline]] void* operator new(std::size_t size) {
