@@ -68,8 +68,16 @@ sys.exit(not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Pyth
     ! -path '*__pycache__*' -print0 | sort -z | xargs -0 cat | cksum)"
   if [ "$(cat .venv/ehsid-stamp 2>/dev/null)" != "$stamp" ]; then
     say "installing ehsid and what it needs into .venv (compiles the estimator: 2 to 4 minutes the first time)"
-    CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)} .venv/bin/python -m pip install -q \
-      --disable-pip-version-check ".$1" || fail "pip install failed"
+    # The build's own needs go into .venv too: in a fresh folder each time, as pip would have them, every
+    # path changes and everything is compiled again.
+    local build_needs
+    build_needs=$("$python" -c 'import tomllib
+print("\n".join(tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"]))')
+    printf '%s\n' "$build_needs" cmake ninja | .venv/bin/python -m pip install -q \
+      --disable-pip-version-check -r /dev/stdin || fail "pip install failed"
+    CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)} PATH="$PWD/.venv/bin:$PATH" \
+      .venv/bin/python -m pip install -q --disable-pip-version-check --no-build-isolation ".$1" ||
+      fail "pip install failed"
     printf '%s' "$stamp" >.venv/ehsid-stamp
   fi
 }
