@@ -45,7 +45,7 @@ class EstimationResult:
     innovation
         shape (N,), measured minus predicted; NaN where nothing was estimated.
     forgetting_factor
-        shape (N,).
+        shape (N,); NaN where nothing was estimated.
     status
         shape (N,), codes of `ehsid.Status`.
     n_start
@@ -203,7 +203,7 @@ def estimate(
         theta_path=joined("theta"),
         deviation_path=joined("standard_deviation"),
         innovation=innovation,
-        forgetting_factor=joined("forgetting_factor"),
+        forgetting_factor=np.where(known, joined("forgetting_factor"), np.nan),
         status=status,
         n_start=n_start,
         rmse=float(np.sqrt(np.mean(innovation[settled] ** 2))),

@@ -1,6 +1,28 @@
 # SPDX-License-Identifier: MIT
-"""Renders findings as figures; computes nothing."""
+"""Renders findings as figures, tables and pages; computes nothing."""
 
+from ehsid.harness.report.comparison_figures import change_figure, error_figure
 from ehsid.harness.report.figures import estimation_figure, identification_figure
+from ehsid.harness.report.page import (
+    Page,
+    Picture,
+    Section,
+    Table,
+    Words,
+    render_page,
+    write_page,
+)
 
-__all__ = ["estimation_figure", "identification_figure"]
+__all__ = [
+    "Page",
+    "Picture",
+    "Section",
+    "Table",
+    "Words",
+    "change_figure",
+    "error_figure",
+    "estimation_figure",
+    "identification_figure",
+    "render_page",
+    "write_page",
+]

@@ -39,6 +39,7 @@ def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
     upper.set_title(result.forgetting)
     middle.plot(x, result.forgetting_factor, color="tab:green", linewidth=1.0)
     middle.set_ylabel("lambda")
+    middle.margins(x=0.0)
     lower.plot(x, result.innovation, color="tab:gray", linewidth=0.8)
     lower.set_ylim(-6 * result.rmse, 6 * result.rmse)
     lower.set_ylabel("innovation")
@@ -59,15 +60,16 @@ def identification_figure(result: IdentificationResult) -> Figure:
         label=f"simulated, fit {result.chosen.simulation_fit_percent:.1f} %",
     )
     upper.set_xlabel(label)
+    upper.margins(x=0.0)
     upper.legend()
     upper.set_title(f"validation half, {result.chosen.orders}")
     for axes, test, title in (
         (middle, result.whiteness, "autocorrelation of the residual"),
         (lower, result.independence, "correlation of residual and input"),
     ):
-        axes.vlines(test.lags, 0.0, test.correlation)
-        axes.axhspan(-test.band, test.band, color="tab:orange", alpha=0.25, label="99 % band")
-        axes.set_ylabel(title, fontsize="small")
-        axes.legend(fontsize="small")
+        axes.axhspan(-test.band, test.band, color="tab:orange", alpha=0.25)
+        axes.axhline(0.0, color="0.5", linewidth=0.8)
+        axes.vlines(test.lags, 0.0, test.correlation, linewidth=2.0)
+        axes.set_title(f"{title}, 99 % band of a single lag", fontsize="medium", loc="left")
     lower.set_xlabel("lag in samples")
     return figure
