@@ -3,16 +3,38 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import typer
 
+import ehsid
 from ehsid.harness.cli.estimate import estimate_command
 from ehsid.harness.cli.identify import identify_command
 
 app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
-    help="Identify electro-hydraulic servos from their records.",
 )
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"ehsid {ehsid.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="print the version and exit"
+        ),
+    ] = False,
+) -> None:
+    """Identify electro-hydraulic servos from their records."""
+
+
 app.command("estimate")(estimate_command)
 app.command("identify")(identify_command)
 

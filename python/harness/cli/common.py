@@ -39,6 +39,8 @@ def read_io(path: Path, input_name: str, output_name: str) -> IoData:
 
 def write_results(folder: Path, stem: str, findings: dict[str, Any], figure: Figure) -> None:
     """Write STEM.json and STEM.png into the folder, each under a temporary name first."""
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"--out {folder}: this is a file; give the name of a folder")
     folder.mkdir(parents=True, exist_ok=True)
     unfinished = folder / f".{stem}.json.part"
     unfinished.write_text(json.dumps(findings, indent=2, allow_nan=False) + "\n", encoding="utf-8")

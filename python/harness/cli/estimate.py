@@ -47,7 +47,7 @@ def _policy(name: ForgettingName, lambda0: float | None) -> ehsid.Forgetting:
 
 
 def _table(result: EstimationResult) -> Table:
-    table = Table(title=f"{result.orders}, {result.forgetting}")
+    table = Table()
     for heading in ("parameter", "value", "95 % interval"):
         table.add_column(heading, justify="right")
     for name, entry in result.to_dict()["parameters"].items():
@@ -64,11 +64,14 @@ def estimate_command(
     nb: Annotated[int, typer.Option(help="past inputs, 1 to 6")] = 3,
     nk: Annotated[int, typer.Option(help="delay in samples, 0 to 20")] = 1,
     forgetting: Annotated[
-        ForgettingName, typer.Option(help="forgetting policy")
-    ] = ForgettingName.f_ratio,
+        ForgettingName, typer.Option(help="forgetting policy; exponential is Eq. (15)")
+    ] = ForgettingName.exponential,
     lambda0: Annotated[
         float | None, typer.Option(help="factor (constant) or rate (exponential)")
     ] = None,
+    reset: Annotated[
+        bool, typer.Option("--reset/--no-reset", help="restart where the RMSE shows a change")
+    ] = True,
     as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of tables")] = False,
     out: Annotated[Path | None, typer.Option(help="folder for estimate.json and .png")] = None,
 ) -> None:
@@ -79,13 +82,14 @@ def estimate_command(
     with clear_errors():
         data = read_io(record, input_name, output_name)
         orders = ArxOrders(na, nb, nk, offset=False)
-        result = estimate(data, orders, forgetting=_policy(forgetting, lambda0))
+        result = estimate(data, orders, forgetting=_policy(forgetting, lambda0), reset=reset)
         if out is not None:
             write_results(out, "estimate", result.to_dict(), estimation_figure(result, data.dt_s))
     if as_json:
         typer.echo(json.dumps(result.to_dict(), allow_nan=False))
         return
     console = Console()
+    console.print(f"{result.orders}, {result.forgetting}")
     console.print(_table(result))
     console.print(
         f"one-step fit {result.one_step_fit_percent:.2f} %, simulation fit "

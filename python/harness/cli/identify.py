@@ -26,12 +26,12 @@ def _range(text: str, option: str) -> range:
 
 
 def _table(result: IdentificationResult) -> Table:
-    table = Table(title="validation half; the chosen order is marked")
+    table = Table(title="fit on the validation half; the chosen order is marked")
     for heading in (
         "order",
         "nk",
-        "one-step fit %",
-        "simulation fit %",
+        "one-step %",
+        "simulated %",
         "FPE",
         "loss",
         "AIC",
@@ -45,8 +45,8 @@ def _table(result: IdentificationResult) -> Table:
             str(candidate.orders.nk),
             f"{candidate.one_step_fit_percent:.2f}",
             f"{candidate.simulation_fit_percent:.2f}",
-            f"{candidate.validation.fpe:.6g}",
-            f"{candidate.validation.loss:.6g}",
+            f"{candidate.validation.fpe:.5g}",
+            f"{candidate.validation.loss:.5g}",
             f"{candidate.validation.aic:.4g}",
             f"{candidate.validation.mdl:.4g}",
         )

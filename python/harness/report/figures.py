@@ -19,7 +19,8 @@ def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
     figure = Figure(figsize=(9, 8), layout="constrained")
     upper, middle, lower = figure.subplots(3, 1, sharex=True, height_ratios=[3, 1, 1])
     x, label = _axis_of(dt_s, result.status.size)
-    # The first samples swing by orders of magnitude; the axis follows what comes after.
+    # The first samples, and those after a reset, swing by orders of magnitude; the axis follows
+    # the rest.
     settled = result.theta_path[result.theta_path.shape[0] // 10 :]
     for i, name in enumerate(result.orders.names):
         (line,) = upper.plot(x, result.theta_path[:, i], label=name, linewidth=1.2)
@@ -32,8 +33,9 @@ def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
             alpha=0.2,
             linewidth=0,
         )
-    margin = 0.1 * float(np.ptp(settled)) + 1e-12
-    upper.set_ylim(float(settled.min()) - margin, float(settled.max()) + margin)
+    low, high = (float(value) for value in np.quantile(settled, [0.02, 0.98]))
+    margin = 0.3 * (high - low) + 1e-12
+    upper.set_ylim(low - margin, high + margin)
     upper.set_ylabel("parameters, 95 % band")
     upper.legend(ncols=len(result.orders.names), fontsize="small")
     upper.set_title(result.forgetting)

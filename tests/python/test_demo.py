@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: MIT
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from test_page import read
+
+from ehsid.harness.identification import IoData, identify
+from ehsid.harness.records import read_record
+
+ROOT = Path(__file__).parents[2]
+COLUMNS = ("valve_opening", "oil_pressure")
+
+
+@pytest.fixture(scope="module")
+def html(tmp_path_factory: pytest.TempPathFactory) -> str:
+    out = tmp_path_factory.mktemp("demo")
+    command = [sys.executable, "examples/demo.py", "--out", str(out), "--seeds", "2"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "demo.html" in done.stdout
+    return (out / "demo.html").read_text(encoding="utf-8")
+
+
+def test_page_works_offline(html: str) -> None:
+    references = read(html).found
+    assert references
+    assert all(ref.startswith(("#s", "data:image/svg+xml;base64,")) for ref in references)
+
+
+def test_crane_table_shows_what_identify_finds(html: str) -> None:
+    data = IoData.from_record(
+        read_record(ROOT / "examples" / "data" / "hydraulic_crane.csv", columns=COLUMNS), *COLUMNS
+    )
+    words = [word.strip() for word in read(html).words]
+    for candidate in identify(data).by_order:
+        at = words.index(f"{candidate.validation.loss:.5f}")
+        assert words[at - 5] == str(candidate.orders.na)
+        assert words[at - 3] == f"{candidate.one_step_fit_percent:.2f}"
+        assert words[at - 2] == f"{candidate.simulation_fit_percent:.2f}"
+
+
+@pytest.mark.parametrize("number", ["-2.2390", "-2.2553", "-2.2502", "-2.2020", "0.6967"])
+def test_truth_and_published_figures_stand_beside_ours(html: str, number: str) -> None:
+    assert number in read(html).words
