@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib.figure import Figure
 from real_record import Part
 
 import ehsid
@@ -106,6 +107,12 @@ def changed_runs(seeds: int) -> dict[str, tuple[Outcome, Outcome]]:
     return {name: (outcomes[f"{name}|False"], outcomes[f"{name}|True"]) for name in policies()}
 
 
+def drawn_change(pairs: Mapping[str, tuple[Outcome, Outcome]]) -> Figure:
+    """From 2 s before the change to 15 s after it."""
+    window = slice(CHANGE - round(2 / DT_S), CHANGE + round(15 / DT_S))
+    return change_figure(pairs, DT_S, CHANGE, window)
+
+
 def change_table(pairs: Mapping[str, tuple[Outcome, Outcome]]) -> Table:
     """Samples until the estimate has followed."""
     rows = []
@@ -191,9 +198,7 @@ def known_model_sections(seeds: int) -> Part:
                 "fire."
             ),
             Picture(
-                change_figure(
-                    pairs, DT_S, CHANGE, slice(CHANGE - round(2 / DT_S), CHANGE + round(15 / DT_S))
-                ),
+                drawn_change(pairs),
                 "Error of the parameters around the change, median of the runs; dashed without, "
                 "solid with reset.",
                 "With reset every curve jumps at the change and falls back at once; without, only "
