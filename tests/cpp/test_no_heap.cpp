@@ -11,7 +11,8 @@
 #include <random>
 
 namespace {
-int allocations = 0;
+// volatile: compilers know malloc and new, and would otherwise take the count for unchanged by them.
+volatile int allocations = 0;
 }
 
 // The names are the linker's.
@@ -24,23 +25,23 @@ void* __real_aligned_alloc(std::size_t alignment, std::size_t size);
 int __real_posix_memalign(void** memory, std::size_t alignment, std::size_t size);
 
 void* __wrap_malloc(std::size_t size) {
-  ++allocations;
+  allocations = allocations + 1;
   return __real_malloc(size);
 }
 void* __wrap_calloc(std::size_t count, std::size_t size) {
-  ++allocations;
+  allocations = allocations + 1;
   return __real_calloc(count, size);
 }
 void* __wrap_realloc(void* memory, std::size_t size) {
-  ++allocations;
+  allocations = allocations + 1;
   return __real_realloc(memory, size);
 }
 void* __wrap_aligned_alloc(std::size_t alignment, std::size_t size) {
-  ++allocations;
+  allocations = allocations + 1;
   return __real_aligned_alloc(alignment, size);
 }
 int __wrap_posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
-  ++allocations;
+  allocations = allocations + 1;
   return __real_posix_memalign(memory, alignment, size);
 }
 }
