@@ -6,18 +6,16 @@ namespace ehsid::bindings {
 namespace {
 
 /// phi as a float64 vector of n numbers.
-InputArray<double> regressor(const AnyRls& self, const InputArray<double>& phi) {
+InputArray<double> regressor(const AnyRls& self, const py::object& values) {
+  auto phi = real_array<double>("phi", values);
   require_shape("phi", phi, 1, self.n());
   return phi;
 }
 
 template <class Scalar>
 Trajectory run(AnyRls& self, const py::object& phi_in, const py::object& y_in) {
-  const auto phi = InputArray<Scalar>::ensure(phi_in);
-  const auto y = InputArray<Scalar>::ensure(y_in);
-  if (!phi || !y) {
-    throw py::error_already_set();
-  }
+  const auto phi = real_array<Scalar>("phi", phi_in);
+  const auto y = real_array<Scalar>("y", y_in);
   require_shape("phi", phi, 2, self.n());
   require_shape("y", y, 1, phi.shape(0));
   TrajectoryView<Scalar> view{};
@@ -95,9 +93,9 @@ ValueError
   cls.def("reset_all", &AnyRls::reset_all, "lambda, P and theta back to their start values.")
       .def(
           "start_from_covariance",
-          [](AnyRls& self, const std::vector<double>& theta0, const InputArray<double>& p0) {
+          [](AnyRls& self, const std::vector<double>& theta0, const py::object& p0_in) {
+            const auto p0 = real_array<double>("p0", p0_in);
             require_shape("p0", p0, 2, self.n());
-            require_shape("p0[0]", py::array(p0[py::int_(0)]), 1, self.n());
             const std::vector<double> values(p0.data(), p0.data() + p0.size());
             if (p0.shape(0) != self.n() ||
                 self.start_from_covariance(theta0, values) != Status::ok) {
@@ -110,13 +108,13 @@ ValueError
           "Starts from theta0, shape (n,), and a full P0, shape (n, n), in units of sigma^2.")
       .def(
           "predict",
-          [](const AnyRls& self, const InputArray<double>& phi) {
+          [](const AnyRls& self, const py::object& phi) {
             return self.predict(regressor(self, phi).data());
           },
           py::arg("phi"), "phi' theta_hat for one regressor, shape (n,).")
       .def(
           "update",
-          [](AnyRls& self, const InputArray<double>& phi, double y) {
+          [](AnyRls& self, const py::object& phi, double y) {
             return self.update(regressor(self, phi).data(), y);
           },
           py::arg("phi"), py::arg("y"), "One sample, y = phi' theta + e. Returns the Status.")

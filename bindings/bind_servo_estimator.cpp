@@ -15,11 +15,8 @@ Options checked(const Options& options, const char* message) {
 
 template <class Scalar>
 Trajectory run(AnyEstimator& self, const py::object& u_in, const py::object& y_in) {
-  const auto u = InputArray<Scalar>::ensure(u_in);
-  const auto y = InputArray<Scalar>::ensure(y_in);
-  if (!u || !y) {
-    throw py::error_already_set();
-  }
+  const auto u = real_array<Scalar>("u", u_in);
+  const auto y = real_array<Scalar>("y", y_in);
   require_shape("u", u, 1, -1);
   require_shape("y", y, 1, u.shape(0));
   TrajectoryView<Scalar> view{};

@@ -62,6 +62,17 @@ void require_range(const char* name, int value, int first, int last);
 void require_shape(const char* name, const py::array& array, py::ssize_t dimensions,
                    py::ssize_t length);
 
+/// `values` as an array in the precision of the estimator; TypeError unless it holds real numbers.
+template <class Scalar>
+InputArray<Scalar> real_array(const char* name, const py::object& values) {
+  const py::array given(values);
+  if (std::string("biuf").find(given.dtype().kind()) == std::string::npos) {
+    throw py::type_error(std::string(name) + " must hold real numbers, got dtype " +
+                         py::str(given.dtype()).cast<std::string>());
+  }
+  return InputArray<Scalar>(given);
+}
+
 py::array_t<double> as_vector_array(const std::vector<double>& values);
 py::array_t<double> as_matrix_array(const std::vector<double>& values, int n);
 

@@ -5,6 +5,7 @@
 #include "any_arx.hpp"
 #include "any_estimator.hpp"
 
+#include <array>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
@@ -164,10 +165,13 @@ class RlsInstance final : public AnyRls {
   double residual_variance() const override { return static_cast<double>(rls_.residual_variance()); }
   void reset() override { rls_.reset(); }
   void reset_all() override { rls_.reset_all(); }
-  std::string save() const override { return to_bytes(rls_.state()); }
+  std::string save() const override { return to_bytes(kTag) + to_bytes(rls_.state()); }
   Status restore(const std::string& bytes) override {
+    const std::string tag = to_bytes(kTag);
     typename Recursion::State state;
-    return from_bytes(bytes, state) ? rls_.restore(state) : Status::invalid_argument;
+    return bytes.compare(0, tag.size(), tag) == 0 && from_bytes(bytes.substr(tag.size()), state)
+               ? rls_.restore(state)
+               : Status::invalid_argument;
   }
   Status update(const double* phi, double y) override {
     return rls_.update(regressor(phi), static_cast<Scalar>(y));
@@ -196,6 +200,12 @@ class RlsInstance final : public AnyRls {
   }
 
  private:
+  /// What a saved state is of. The state alone does not say: several have the same size.
+  static constexpr std::array<std::uint32_t, 4> kTag = {
+      0x524c5331U,  // "RLS1", the number is the version of the layout
+      static_cast<std::uint32_t>(sizeof(Scalar)), static_cast<std::uint32_t>(kN),
+      Recursion::Forgetting::kId};
+
   template <class Number>
   static typename Recursion::Regressor regressor(const Number* phi) {
     typename Recursion::Regressor vector;

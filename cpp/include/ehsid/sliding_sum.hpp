@@ -38,6 +38,11 @@ struct SlidingSum {
       next = 0;
     }
   }
+
+  /// May a saved window be taken over? `next` says where push() writes.
+  bool usable() const {
+    return next >= 0 && next < kWindow && is_finite(head) && all_finite<kWindow>(slots);
+  }
 };
 
 }  // namespace ehsid

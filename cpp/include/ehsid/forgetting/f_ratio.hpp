@@ -35,7 +35,8 @@ struct FRatio {
 
   bool valid() const {
     return is_finite(eta) && eta >= Scalar(0) && is_finite(critical_ratio) &&
-           critical_ratio >= Scalar(1);
+           critical_ratio >= Scalar(1) && seen >= 0 && seen <= kLong && short_window.usable() &&
+           long_window.usable();
   }
   /// While the errors stay alike nothing is forgotten: nothing to protect.
   template <class Factors>
