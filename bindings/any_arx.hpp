@@ -67,8 +67,9 @@ class AnyArx {
   const State& state() const { return state_; }
 
   bool usable(const State& saved) const {
-    return all_finite<kMaxOrder>(saved.outputs) && all_finite<kMaxDelay + kMaxOrder>(saved.commands) &&
-           saved.filled >= 0 && saved.filled <= full();
+    return all_finite<kMaxOrder>(saved.outputs) &&
+           all_finite<kMaxDelay + kMaxOrder>(saved.commands) && saved.filled >= 0 &&
+           saved.filled <= full();
   }
 
   Status restore(const State& saved) {

@@ -18,9 +18,8 @@ struct RandomWalkSettings {
   std::vector<double> drift = {RandomWalk<double, 1>{}.drift[0]};
 };
 
-using ForgettingSettings =
-    std::variant<Constant<double>, Exponential<double>, ErrorDriven<double>, FRatio<double>,
-                 Directional<double>, RandomWalkSettings>;
+using ForgettingSettings = std::variant<Constant<double>, Exponential<double>, ErrorDriven<double>,
+                                        FRatio<double>, Directional<double>, RandomWalkSettings>;
 
 /// Settings as Python gives them, in double; rounded once to the precision of the estimator.
 struct RlsSettings {
@@ -84,7 +83,8 @@ class AnyRls : public AnyRecursion {
   virtual Status start_from_covariance(const std::vector<double>& theta0,
                                        const std::vector<double>& p0) = 0;
   virtual void run(const float* phi, const float* y, std::size_t rows, TrajectoryView<float>) = 0;
-  virtual void run(const double* phi, const double* y, std::size_t rows, TrajectoryView<double>) = 0;
+  virtual void run(const double* phi, const double* y, std::size_t rows,
+                   TrajectoryView<double>) = 0;
 };
 
 class AnyEstimator : public AnyRecursion {

@@ -17,7 +17,8 @@ std::string show(double value) { return py::repr(py::float_(value)).cast<std::st
 
 std::string show(const Constant<double>& p) { return "Constant(lambda_=" + show(p.lambda) + ")"; }
 std::string show(const Exponential<double>& p) {
-  return "Exponential(lambda0=" + show(p.lambda0) + ", lambda_initial=" + show(p.lambda_initial) + ")";
+  return "Exponential(lambda0=" + show(p.lambda0) + ", lambda_initial=" + show(p.lambda_initial) +
+         ")";
 }
 std::string show(const ErrorDriven<double>& p) {
   return "ErrorDriven(memory=" + show(p.memory) + ", lambda_min=" + show(p.lambda_min) +
@@ -54,7 +55,8 @@ py::class_<Policy> bind_policy(py::module_& m, const char* name, const char* doc
 
 void bind_forgetting(py::module_& m) {
   const Constant<double> constant;
-  bind_policy<Constant<double>>(m, "Constant", R"(Constant forgetting factor (Eq. 13 with a fixed lambda).
+  bind_policy<Constant<double>>(m, "Constant",
+                                R"(Constant forgetting factor (Eq. 13 with a fixed lambda).
 
 Parameters
 ----------
@@ -172,7 +174,8 @@ drift : float or sequence of n floats, each >= 0
     Variance a step in units of sigma^2 (of the scaled parameters in a ServoEstimator).)")
       .def(py::init([](double drift) { return checked_random_walk({{drift}}); }),
            py::arg("drift") = random_walk.drift[0])
-      .def(py::init([](std::vector<double> drift) { return checked_random_walk({std::move(drift)}); }),
+      .def(py::init(
+               [](std::vector<double> drift) { return checked_random_walk({std::move(drift)}); }),
            py::arg("drift"))
       .def_readonly("drift", &RandomWalkSettings::drift);
 }

@@ -150,10 +150,9 @@ omega_n : float > 0
     Undamped natural frequency, rad/s.
 xi : float >= 0
     Damping ratio; above 1 the two poles are real.)")
-      .def(py::init([](double gain, double omega_n, double xi) {
-             return Servo{gain, omega_n, xi};
-           }),
-           py::kw_only(), py::arg("gain"), py::arg("omega_n"), py::arg("xi"))
+      .def(
+          py::init([](double gain, double omega_n, double xi) { return Servo{gain, omega_n, xi}; }),
+          py::kw_only(), py::arg("gain"), py::arg("omega_n"), py::arg("xi"))
       .def_readonly("gain", &Servo::gain, "Velocity gain K, m/(s V).")
       .def_readonly("omega_n", &Servo::omega_n, "Undamped natural frequency, rad/s.")
       .def_readonly("xi", &Servo::xi, "Damping ratio.")
@@ -233,9 +232,7 @@ void bind_backwards(py::module_& m) {
       .def_readonly("xi_std", &Reading::xi_std, "Standard deviation of xi.")
       .def_property_readonly(
           "covariance",
-          [](const Reading& r) {
-            return py::array_t<double>({3, 3}, r.covariance.data());
-          },
+          [](const Reading& r) { return py::array_t<double>({3, 3}, r.covariance.data()); },
           "Covariance of (gain, omega_n, xi), shape (3, 3).")
       .def_readonly("integrator_pole", &Reading::integrator_pole, "The real pole nearest to z = 1.")
       .def_readonly("integrator_pole_std", &Reading::integrator_pole_std, "Its standard deviation.")

@@ -8,7 +8,8 @@ bool is_single(const py::object& dtype) {
   try {
     wanted = py::dtype::from_args(dtype);
   } catch (const py::error_already_set&) {
-    throw py::value_error("dtype must be float32 or float64, got " + py::repr(dtype).cast<std::string>());
+    throw py::value_error("dtype must be float32 or float64, got " +
+                          py::repr(dtype).cast<std::string>());
   }
   if (wanted.is(py::dtype::of<float>())) {
     return true;
@@ -16,7 +17,8 @@ bool is_single(const py::object& dtype) {
   if (wanted.is(py::dtype::of<double>())) {
     return false;
   }
-  throw py::value_error("dtype must be float32 or float64, got " + py::str(wanted).cast<std::string>());
+  throw py::value_error("dtype must be float32 or float64, got " +
+                        py::str(wanted).cast<std::string>());
 }
 
 void require_range(const char* name, int value, int first, int last) {
@@ -54,12 +56,14 @@ void bind_types(py::module_& m) {
                           "Outcome of a step. From invalid_input on, the step was refused.")
       .value("ok", Status::ok, "step taken, estimate updated")
       .value("filling", Status::filling, "not enough past samples yet")
-      .value("no_information", Status::no_information, "sample carries no information, estimate kept")
+      .value("no_information", Status::no_information,
+             "sample carries no information, estimate kept")
       .value("disabled", Status::disabled, "estimation is switched off")
       .value("reset", Status::reset, "step taken; plant change detected, P and lambda restarted")
       .value("invalid_input", Status::invalid_input, "NaN or Inf, refused")
       .value("out_of_range", Status::out_of_range, "beyond the plausible range, refused")
-      .value("numerical_limit", Status::numerical_limit, "result not finite or not positive, refused")
+      .value("numerical_limit", Status::numerical_limit,
+             "result not finite or not positive, refused")
       .value("invalid_argument", Status::invalid_argument, "configuration or snapshot refused")
       .finalize();
   m.def("is_error", &is_error, py::arg("status"), "True where the step was refused.");

@@ -13,7 +13,7 @@
 namespace {
 // volatile: compilers know malloc and new, and would otherwise take the count for unchanged by them.
 volatile int allocations = 0;
-}
+}  // namespace
 
 // The names are the linker's.
 // NOLINTBEGIN(bugprone-reserved-identifier, readability-inconsistent-declaration-parameter-name)

@@ -42,8 +42,8 @@ class Servo {
     const auto theta = estimator.theta_hat();
     double worst = 0.0;
     for (int i = 0; i < 6; ++i) {
-      worst = std::max(worst, std::abs(static_cast<double>(theta[i]) - truth[i]) /
-                                  std::abs(truth[i]));
+      worst =
+          std::max(worst, std::abs(static_cast<double>(theta[i]) - truth[i]) / std::abs(truth[i]));
     }
     return worst;
   }

@@ -115,9 +115,9 @@ TYPED_TEST(ServoModel, PhysicalParametersOutsideTheirRangeAreRefused) {
   using Parameters = ehsid::ServoParameters<Scalar>;
   const Parameters good{Scalar(2e-4), Scalar(0.5),  Scalar(4e-12), Scalar(1e-12),
                         Scalar(3e-3), Scalar(1e-3), Scalar(1e9),   Scalar(360)};
-  Scalar Parameters::*const all[] = {&Parameters::k_v, &Parameters::k_q,   &Parameters::k_c,
-                                     &Parameters::c_p, &Parameters::a_p,   &Parameters::v_t,
-                                     &Parameters::m_t, &Parameters::beta_e};
+  Scalar Parameters::* const all[] = {&Parameters::k_v, &Parameters::k_q,   &Parameters::k_c,
+                                      &Parameters::c_p, &Parameters::a_p,   &Parameters::v_t,
+                                      &Parameters::m_t, &Parameters::beta_e};
   for (const auto member : all) {
     for (const Scalar bad : {Scalar(-1), std::numeric_limits<Scalar>::infinity(),
                              std::numeric_limits<Scalar>::quiet_NaN()}) {

@@ -9,8 +9,9 @@ namespace ehsid {
 template <class Scalar>
 struct ConvergenceOptions {
   Scalar tolerance = Scalar(0.05);  // standard deviation relative to the parameter, > 0
-  Scalar magnitude = Scalar(0.1);   // a scaled parameter smaller than this is judged as if it were this, > 0
-  std::int32_t hold = 20;           // informative samples in a row before "converged", >= 1
+  Scalar magnitude =
+      Scalar(0.1);         // a scaled parameter smaller than this is judged as if it were this, > 0
+  std::int32_t hold = 20;  // informative samples in a row before "converged", >= 1
 
   bool valid() const {
     return is_finite(tolerance) && tolerance > Scalar(0) && is_finite(magnitude) &&
@@ -21,9 +22,10 @@ struct ConvergenceOptions {
 /// What ConvergenceMonitor remembers. Plain data.
 template <class Scalar>
 struct ConvergenceState {
-  std::int32_t steady;   // informative samples in a row inside the tolerance, up to `hold`
-  std::int32_t samples;  // samples seen since the start or the last reset (stops at its largest value)
-  Scalar excitation;     // share of recent samples that carried information, 0 to 1
+  std::int32_t steady;  // informative samples in a row inside the tolerance, up to `hold`
+  std::int32_t
+      samples;        // samples seen since the start or the last reset (stops at its largest value)
+  Scalar excitation;  // share of recent samples that carried information, 0 to 1
 };
 
 /// Has the estimate converged? Judged in sigma^2 P: every standard deviation must stay below `tolerance` of its

@@ -10,12 +10,12 @@ namespace ehsid {
 /// Settings of RmseReset. Windows in samples, ratios of RMSE, floor in units of the scaled output.
 template <class Scalar>
 struct RmseResetOptions {
-  Scalar short_window = Scalar(10);   // >= 1
-  Scalar long_window = Scalar(200);   // > short_window; also the samples before the first alarm
-  Scalar trigger_ratio = Scalar(3);   // alarm above this ratio, > release_ratio
-  Scalar release_ratio = Scalar(1.5); // armed again below this ratio, >= 1
-  std::int32_t cool_down = 50;        // samples after an alarm without another, >= 0
-  Scalar floor = Scalar(1e-5);        // an RMSE below this is never a change of the plant, >= 0
+  Scalar short_window = Scalar(10);    // >= 1
+  Scalar long_window = Scalar(200);    // > short_window; also the samples before the first alarm
+  Scalar trigger_ratio = Scalar(3);    // alarm above this ratio, > release_ratio
+  Scalar release_ratio = Scalar(1.5);  // armed again below this ratio, >= 1
+  std::int32_t cool_down = 50;         // samples after an alarm without another, >= 0
+  Scalar floor = Scalar(1e-5);         // an RMSE below this is never a change of the plant, >= 0
 
   bool valid() const {
     return is_finite(short_window) && short_window >= Scalar(1) && is_finite(long_window) &&
@@ -28,12 +28,12 @@ struct RmseResetOptions {
 /// What RmseReset remembers. Plain data.
 template <class Scalar>
 struct RmseResetState {
-  Scalar short_square;     // mean square over the short window
-  Scalar long_square;      // mean square over the long window
-  std::int32_t seen;       // samples so far, up to the long window
-  std::int32_t cooling;    // samples left in which no alarm is raised
-  std::int32_t alarms;     // alarms since the start
-  std::uint8_t armed;      // 0 after an alarm until the ratio has fallen below release_ratio
+  Scalar short_square;   // mean square over the short window
+  Scalar long_square;    // mean square over the long window
+  std::int32_t seen;     // samples so far, up to the long window
+  std::int32_t cooling;  // samples left in which no alarm is raised
+  std::int32_t alarms;   // alarms since the start
+  std::uint8_t armed;    // 0 after an alarm until the ratio has fallen below release_ratio
 };
 
 /// Detects a change of the plant from the RMSE of the prediction error (Fig. 4 of Ghazali et al. 2011): a
@@ -67,7 +67,8 @@ class RmseReset {
 
   /// One normalised squared prediction error (finite, >= 0). True: the plant has changed, reset now.
   bool update(Scalar square) {
-    const Scalar before = state_.long_square;  // the alarm must not be hidden by the error that raises it
+    const Scalar before =
+        state_.long_square;  // the alarm must not be hidden by the error that raises it
     const bool warm = static_cast<Scalar>(state_.seen) >= options_.long_window;
     state_.seen += warm ? 0 : 1;
     const auto count = static_cast<Scalar>(state_.seen);
@@ -105,8 +106,8 @@ class RmseReset {
   /// May this saved state be taken over?
   static bool usable(const State& saved) {
     return is_finite(saved.short_square) && saved.short_square >= Scalar(0) &&
-           is_finite(saved.long_square) && saved.long_square >= Scalar(0) &&
-           saved.seen >= 0 && saved.cooling >= 0 && saved.alarms >= 0 && saved.armed <= 1;
+           is_finite(saved.long_square) && saved.long_square >= Scalar(0) && saved.seen >= 0 &&
+           saved.cooling >= 0 && saved.alarms >= 0 && saved.armed <= 1;
   }
 
   /// Takes a saved state over; invalid_argument, and nothing changed, unless it is usable.

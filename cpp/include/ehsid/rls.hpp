@@ -43,13 +43,13 @@ struct RlsState {
   Array<Scalar, kN> remainder;  // what rounding took off theta so far, below its last digit
   UdFactors<Scalar, kN> factors;
   Forgetting forgetting;
-  Array<Scalar, kN> gain;      // K(k) = P(k) phi(k) of the last kept step
-  Scalar innovation;           // epsilon(k) of the last step that was not refused
-  Scalar forgetting_factor;    // lambda of the last kept step
-  Scalar square;               // epsilon^2 lambda / (lambda + phi' P phi) of the last kept step
-  Scalar mean_square;          // weighted mean of `square`
-  Scalar weight;               // its weight in samples, at most kWeightLimit
-  Scalar recent_square;        // the same over about the last 16 steps, skipped ones included
+  Array<Scalar, kN> gain;    // K(k) = P(k) phi(k) of the last kept step
+  Scalar innovation;         // epsilon(k) of the last step that was not refused
+  Scalar forgetting_factor;  // lambda of the last kept step
+  Scalar square;             // epsilon^2 lambda / (lambda + phi' P phi) of the last kept step
+  Scalar mean_square;        // weighted mean of `square`
+  Scalar weight;             // its weight in samples, at most kWeightLimit
+  Scalar recent_square;      // the same over about the last 16 steps, skipped ones included
 };
 
 /// Recursive least squares with a forgetting policy and guards.
@@ -124,8 +124,7 @@ class Rls {
     if (!is_finite(square) || !is_finite(projection.s)) {
       return Status::numerical_limit;
     }
-    const Scalar recent =
-        state_.recent_square + kRecentRate * (square - state_.recent_square);
+    const Scalar recent = state_.recent_square + kRecentRate * (square - state_.recent_square);
     if (uninformative(phi, projection.s, surprising(recent, y, predicted))) {
       state_.innovation = innovation;
       state_.recent_square = recent;
@@ -215,11 +214,11 @@ class Rls {
 
   /// May this saved state be taken over?
   static bool usable(const State& saved) {
-    return all_finite<kN>(saved.theta) && all_finite<kN>(saved.remainder) && saved.factors.usable() && saved.forgetting.valid() &&
-           all_finite<kN>(saved.gain) && is_finite(saved.innovation) &&
-           is_forgetting_factor(saved.forgetting_factor) && is_magnitude(saved.square) &&
-           is_magnitude(saved.mean_square) && is_magnitude(saved.weight) &&
-           is_magnitude(saved.recent_square);
+    return all_finite<kN>(saved.theta) && all_finite<kN>(saved.remainder) &&
+           saved.factors.usable() && saved.forgetting.valid() && all_finite<kN>(saved.gain) &&
+           is_finite(saved.innovation) && is_forgetting_factor(saved.forgetting_factor) &&
+           is_magnitude(saved.square) && is_magnitude(saved.mean_square) &&
+           is_magnitude(saved.weight) && is_magnitude(saved.recent_square);
   }
 
   /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable.

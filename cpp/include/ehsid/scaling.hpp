@@ -25,9 +25,7 @@ struct Scaling {
   Scalar scale_position(Scalar position) const {
     return (position - position_offset) / position_scale;
   }
-  Scalar unscale_position(Scalar scaled) const {
-    return scaled * position_scale + position_offset;
-  }
+  Scalar unscale_position(Scalar scaled) const { return scaled * position_scale + position_offset; }
 
   /// Factor from a scaled parameter to one in the units of the signals: 1 for a_i, position_scale /
   /// command_scale for b_i, position_scale for the constant term.

@@ -24,7 +24,7 @@ struct Projection {
 template <class Scalar, int kN>
 struct UdFactors {
   static_assert(kN >= 1, "a covariance needs at least one parameter");
-  static constexpr int kUpper = kN > 1 ? kN * (kN - 1) / 2 : 1;
+  static constexpr int kUpper = kN > 1 ? kN*(kN - 1) / 2 : 1;
 
   Array<Scalar, kN> d;
   Array<Scalar, kUpper> u;
@@ -55,7 +55,8 @@ struct UdFactors {
     for (int j = kN - 1; j >= 0; --j) {
       const Scalar pivot = rest(j, j);
       // A pivot lost in the rounding of the diagonal means: singular in this precision.
-      const Scalar rounding = Scalar(kN) * std::numeric_limits<Scalar>::epsilon() * covariance(j, j);
+      const Scalar rounding =
+          Scalar(kN) * std::numeric_limits<Scalar>::epsilon() * covariance(j, j);
       if (!is_finite(pivot) || !(pivot > rounding)) {
         return false;
       }

@@ -40,10 +40,11 @@ struct ErrorDriven {
   }
   void restart() {}
   ForgettingFactors<Scalar> peek(const Evidence<Scalar>& evidence) const {
-    const Scalar variance = noise_variance > Scalar(0) ? noise_variance : evidence.residual_variance;
+    const Scalar variance =
+        noise_variance > Scalar(0) ? noise_variance : evidence.residual_variance;
     // 1 - phi' K = 1 / (1 + phi' P phi): K is the gain of the step before forgetting
-    const Scalar error = evidence.innovation * evidence.innovation /
-                         (Scalar(1) + evidence.regressor_variance);
+    const Scalar error =
+        evidence.innovation * evidence.innovation / (Scalar(1) + evidence.regressor_variance);
     const Scalar allowance = variance * memory;
     if (!(error < (Scalar(1) - lambda_min) * allowance)) {
       return {Scalar(1), allowance > Scalar(0) ? lambda_min : Scalar(1)};

@@ -21,7 +21,8 @@ struct RandomWalk {
   static constexpr bool kSpreads = true;
   static constexpr bool kFilters = false;
 
-  Array<Scalar, kN> drift = uniform(Scalar(1e-4));  // per parameter and step, in units of sigma^2, >= 0
+  Array<Scalar, kN> drift =
+      uniform(Scalar(1e-4));  // per parameter and step, in units of sigma^2, >= 0
 
   static Array<Scalar, kN> uniform(Scalar value) {
     Array<Scalar, kN> all;
