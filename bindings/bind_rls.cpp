@@ -47,7 +47,8 @@ covariance_ceiling : float > 0
              const RlsOptions<double> options{information_margin, covariance_ceiling};
              if (!options.valid()) {
                throw py::value_error(
-                   "RlsOptions: information_margin must be finite, covariance_ceiling finite and > 0");
+                   "RlsOptions: information_margin must be finite, covariance_ceiling finite and > "
+                   "0");
              }
              return options;
            }),
@@ -56,7 +57,8 @@ covariance_ceiling : float > 0
       .def_readonly("information_margin", &RlsOptions<double>::information_margin)
       .def_readonly("covariance_ceiling", &RlsOptions<double>::covariance_ceiling);
 
-  py::class_<AnyRls> cls(m, "Rls", R"(Recursive least squares on UD factors, Eqs. (12)-(14), for any regressor.
+  py::class_<AnyRls> cls(
+      m, "Rls", R"(Recursive least squares on UD factors, Eqs. (12)-(14), for any regressor.
 
 Runs the C++ recursion that firmware runs; float32 results are bit for bit the same.
 Use one object from one thread at a time.
@@ -77,9 +79,9 @@ Raises
 ------
 ValueError
     Where an argument is outside its range.)");
-  cls.def(py::init([](int n, const ForgettingSettings& forgetting, const RlsOptions<double>& options,
-                      std::vector<double> theta0, std::vector<double> variance0,
-                      const py::object& dtype) {
+  cls.def(py::init([](int n, const ForgettingSettings& forgetting,
+                      const RlsOptions<double>& options, std::vector<double> theta0,
+                      std::vector<double> variance0, const py::object& dtype) {
             require_range("n", n, 1, kMaxParameters);
             RlsSettings settings{n, forgetting, options, std::move(theta0), std::move(variance0)};
             return dispatch(is_single(dtype), forgetting, [&](auto scalar, auto policy) {
@@ -99,9 +101,10 @@ ValueError
             const std::vector<double> values(p0.data(), p0.data() + p0.size());
             if (p0.shape(0) != self.n() ||
                 self.start_from_covariance(theta0, values) != Status::ok) {
-              throw py::value_error("start_from_covariance: p0 must be a symmetric positive definite (" +
-                                    std::to_string(self.n()) + ", " + std::to_string(self.n()) +
-                                    ") matrix in the precision of the estimator; nothing was changed");
+              throw py::value_error(
+                  "start_from_covariance: p0 must be a symmetric positive definite (" +
+                  std::to_string(self.n()) + ", " + std::to_string(self.n()) +
+                  ") matrix in the precision of the estimator; nothing was changed");
             }
           },
           py::arg("theta0"), py::arg("p0"),
@@ -124,7 +127,8 @@ ValueError
             return self.single() ? run<float>(self, phi, y) : run<double>(self, phi, y);
           },
           py::arg("phi"), py::arg("y"),
-          "Samples in order: phi of shape (N, n), y of shape (N,). Releases the GIL. Returns a Trajectory.");
+          "Samples in order: phi of shape (N, n), y of shape (N,). Releases the GIL. Returns a "
+          "Trajectory.");
 }
 
 }  // namespace ehsid::bindings

@@ -33,7 +33,8 @@ Trajectory run(AnyEstimator& self, const py::object& u_in, const py::object& y_i
 
 void bind_options(py::module_& m) {
   const Scaling<double> scaling;
-  py::class_<Scaling<double>>(m, "Scaling", R"(Units out: the estimator sees (signal - offset) / scale.
+  py::class_<Scaling<double>>(m, "Scaling",
+                              R"(Units out: the estimator sees (signal - offset) / scale.
 
 Parameters
 ----------
@@ -43,8 +44,9 @@ command_offset, position_offset : float
     Near the signals' means.)")
       .def(py::init([](double command_scale, double position_scale, double command_offset,
                        double position_offset) {
-             return checked(Scaling<double>{command_scale, position_scale, command_offset, position_offset},
-                            "Scaling: scales must be finite and > 0, offsets finite");
+             return checked(
+                 Scaling<double>{command_scale, position_scale, command_offset, position_offset},
+                 "Scaling: scales must be finite and > 0, offsets finite");
            }),
            py::kw_only(), py::arg("command_scale") = scaling.command_scale,
            py::arg("position_scale") = scaling.position_scale,
@@ -78,7 +80,8 @@ floor : float >= 0
                  "trigger_ratio, cool_down >= 0, floor >= 0, all finite");
            }),
            py::kw_only(), py::arg("short_window") = reset.short_window,
-           py::arg("long_window") = reset.long_window, py::arg("trigger_ratio") = reset.trigger_ratio,
+           py::arg("long_window") = reset.long_window,
+           py::arg("trigger_ratio") = reset.trigger_ratio,
            py::arg("release_ratio") = reset.release_ratio, py::arg("cool_down") = reset.cool_down,
            py::arg("floor") = reset.floor)
       .def_readonly("short_window", &Reset::short_window)
@@ -90,7 +93,8 @@ floor : float >= 0
 
   using Convergence = ConvergenceOptions<double>;
   const Convergence convergence;
-  py::class_<Convergence>(m, "ConvergenceOptions", R"(When an estimate counts as converged, in sigma^2 P.
+  py::class_<Convergence>(m, "ConvergenceOptions",
+                          R"(When an estimate counts as converged, in sigma^2 P.
 
 Parameters
 ----------
@@ -101,8 +105,9 @@ magnitude : float > 0
 hold : int >= 1
     Informative samples in a row.)")
       .def(py::init([](double tolerance, double magnitude, std::int32_t hold) {
-             return checked(Convergence{tolerance, magnitude, hold},
-                            "ConvergenceOptions: tolerance and magnitude must be finite and > 0, hold >= 1");
+             return checked(
+                 Convergence{tolerance, magnitude, hold},
+                 "ConvergenceOptions: tolerance and magnitude must be finite and > 0, hold >= 1");
            }),
            py::kw_only(), py::arg("tolerance") = convergence.tolerance,
            py::arg("magnitude") = convergence.magnitude, py::arg("hold") = convergence.hold)
@@ -116,8 +121,9 @@ hold : int >= 1
 void bind_servo_estimator(py::module_& m) {
   bind_options(m);
 
-  py::class_<AnyEstimator> cls(m, "ServoEstimator",
-                               R"(Online ARX identification: regressor, RLS, reset and convergence monitor.
+  py::class_<AnyEstimator> cls(
+      m, "ServoEstimator",
+      R"(Online ARX identification: regressor, RLS, reset and convergence monitor.
 
 Runs the C++ code that firmware runs; float32 results are bit for bit the same. Parameters are
 (a1 .. a_na, b1 .. b_nb [, c]) of Eqs. (7)-(8), in the units of the signals about the offsets of the scaling.
@@ -157,9 +163,18 @@ ValueError
             require_range("na", na, 1, kMaxOrder);
             require_range("nb", nb, 1, kMaxOrder);
             require_range("nk", nk, 0, kMaxDelay);
-            const EstimatorSettings settings{na,    nb,  nk,    offset,      forgetting,
-                                             scaling, rls, reset, convergence, std::move(theta0),
-                                             std::move(variance0), input_limit};
+            const EstimatorSettings settings{na,
+                                             nb,
+                                             nk,
+                                             offset,
+                                             forgetting,
+                                             scaling,
+                                             rls,
+                                             reset,
+                                             convergence,
+                                             std::move(theta0),
+                                             std::move(variance0),
+                                             input_limit};
             return dispatch(is_single(dtype), forgetting, [&](auto scalar, auto policy) {
               return make_estimator<decltype(scalar), decltype(policy)>(settings);
             });
@@ -179,8 +194,9 @@ ValueError
                     "While False the sample history moves on and the estimate rests (bumpless).")
       .def_property_readonly("converged", &AnyEstimator::converged,
                              "True once every standard deviation stays inside the tolerance.")
-      .def_property_readonly("excitation", &AnyEstimator::excitation,
-                             "Share of about the last 100 samples that carried information, 0 to 1.")
+      .def_property_readonly(
+          "excitation", &AnyEstimator::excitation,
+          "Share of about the last 100 samples that carried information, 0 to 1.")
       .def_property_readonly("resets", &AnyEstimator::resets, "Plant changes detected so far.")
       .def("step", &AnyEstimator::step, py::arg("command"), py::arg("position"),
            "One sample in the units of the signals. Returns the Status.")

@@ -139,7 +139,8 @@ void bind_recursion(Class& cls) {
                   "(orders, dtype, forgetting), or are damaged; nothing was changed");
             }
           },
-          py::arg("state"), "Takes over a saved state. ValueError, and nothing changed, unless it fits.");
+          py::arg("state"),
+          "Takes over a saved state. ValueError, and nothing changed, unless it fits.");
 }
 
 void bind_types(py::module_& m);

@@ -43,7 +43,8 @@ typename Policy::template Type<Scalar, kN> to_policy(const ForgettingSettings& s
                                   std::to_string(kN) + " parameters");
     }
     for (std::size_t i = 0; i < policy.drift.size(); ++i) {
-      policy.drift[i] = static_cast<Scalar>(given.drift.size() == 1 ? given.drift[0] : given.drift[i]);
+      policy.drift[i] =
+          static_cast<Scalar>(given.drift.size() == 1 ? given.drift[0] : given.drift[i]);
     }
   }
   return policy;
@@ -51,7 +52,8 @@ typename Policy::template Type<Scalar, kN> to_policy(const ForgettingSettings& s
 
 template <class Scalar>
 RlsOptions<Scalar> to_options(const RlsOptions<double>& given) {
-  return {static_cast<Scalar>(given.information_margin), static_cast<Scalar>(given.covariance_ceiling)};
+  return {static_cast<Scalar>(given.information_margin),
+          static_cast<Scalar>(given.covariance_ceiling)};
 }
 
 /// Fills a vector from Python's values; keeps `vector` where none were given.
@@ -161,8 +163,12 @@ class RlsInstance final : public AnyRls {
   std::vector<double> gain() const override { return to_double<Scalar, kN>(rls_.gain()); }
   std::vector<double> P() const override { return to_double_matrix<Scalar, kN>(rls_.P()); }
   double innovation() const override { return static_cast<double>(rls_.innovation()); }
-  double forgetting_factor() const override { return static_cast<double>(rls_.forgetting_factor()); }
-  double residual_variance() const override { return static_cast<double>(rls_.residual_variance()); }
+  double forgetting_factor() const override {
+    return static_cast<double>(rls_.forgetting_factor());
+  }
+  double residual_variance() const override {
+    return static_cast<double>(rls_.residual_variance());
+  }
   void reset() override { rls_.reset(); }
   void reset_all() override { rls_.reset_all(); }
   std::string save() const override { return to_bytes(kTag) + to_bytes(rls_.state()); }
@@ -231,8 +237,7 @@ class RlsInstance final : public AnyRls {
 template <class Scalar, class Policy, int kN>
 class EstimatorInstance final : public AnyEstimator {
  public:
-  using Estimator =
-      OnlineEstimator<AnyArx<Scalar, kN>, typename Policy::template Type<Scalar, kN>>;
+  using Estimator = OnlineEstimator<AnyArx<Scalar, kN>, typename Policy::template Type<Scalar, kN>>;
 
   explicit EstimatorInstance(const EstimatorSettings& given)
       : estimator_(AnyArx<Scalar, kN>(given.na, given.nb, given.nk)) {
@@ -253,7 +258,8 @@ class EstimatorInstance final : public AnyEstimator {
                        static_cast<Scalar>(given.reset->floor)};
     }
     options.convergence = {static_cast<Scalar>(given.convergence.tolerance),
-                           static_cast<Scalar>(given.convergence.magnitude), given.convergence.hold};
+                           static_cast<Scalar>(given.convergence.magnitude),
+                           given.convergence.hold};
     assign<Scalar, kN>(options.theta0, given.theta0, "theta0");
     assign<Scalar, kN>(options.variance0, given.variance0, "variance0");
     if (given.input_limit) {
@@ -301,13 +307,16 @@ class EstimatorInstance final : public AnyEstimator {
   void run(const float* u, const float* y, std::size_t rows, TrajectoryView<float> out) override {
     run_in(u, y, rows, out);
   }
-  void run(const double* u, const double* y, std::size_t rows, TrajectoryView<double> out) override {
+  void run(const double* u, const double* y, std::size_t rows,
+           TrajectoryView<double> out) override {
     run_in(u, y, rows, out);
   }
   void enable(bool on) override { estimator_.enable(on); }
   bool enabled() const override { return estimator_.enabled(); }
   bool converged() const override { return estimator_.converged(); }
-  double excitation() const override { return static_cast<double>(estimator_.monitor().excitation()); }
+  double excitation() const override {
+    return static_cast<double>(estimator_.monitor().excitation());
+  }
   int resets() const override { return estimator_.change_detector().alarms(); }
 
  private:
@@ -329,8 +338,9 @@ class EstimatorInstance final : public AnyEstimator {
 template <int kFirst, class Make, int... kSteps>
 auto for_size(int n, Make make, std::integer_sequence<int, kSteps...>) {
   decltype(make(std::integral_constant<int, kFirst>{})) made;
-  ((n == kFirst + kSteps ? static_cast<void>(made = make(std::integral_constant<int, kFirst + kSteps>{}))
-                         : static_cast<void>(0)),
+  ((n == kFirst + kSteps
+        ? static_cast<void>(made = make(std::integral_constant<int, kFirst + kSteps>{}))
+        : static_cast<void>(0)),
    ...);
   return made;
 }
