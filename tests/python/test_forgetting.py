@@ -91,6 +91,14 @@ def test_f_ratio_forgets_only_after_the_errors_have_grown() -> None:
     np.testing.assert_allclose(path.theta[-1], theta + 10.0, rtol=0.0, atol=0.25)
 
 
+def test_f_ratio_speaks_with_the_hundredth_error() -> None:
+    for spike, forgets in ((98, False), (99, True)):
+        phi, y, _ = white(4, 100, 3)
+        y[spike] += 100.0
+        path = unguarded(3, ehsid.FRatio(2.0, 3.3)).run(phi, y)
+        assert (path.forgetting_factor[spike] < 1.0) == forgets
+
+
 def test_directional_keeps_what_it_knows_of_directions_not_excited() -> None:
     phi, y, _ = white(5, 100_000, 6)
     rls = unguarded(6, ehsid.Directional(0.94))
