@@ -151,6 +151,8 @@ def test_every_figure_on_the_crane(name: str, dtype: str) -> None:
     result = estimate(data, orders, forgetting=policies.PAIRS[name].compiled, dtype=dtype)
     check_figures(result, data, orders)
     assert result.status.size == 1024
+    in_single = np.array_equal(result.theta, result.theta.astype(np.float32))
+    assert in_single == (dtype == "float32")
     assert result.forgetting == repr(policies.PAIRS[name].compiled)
     plain = json.loads(json.dumps(result.to_dict(), allow_nan=False))
     assert plain["rmse"] == result.rmse
