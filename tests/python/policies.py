@@ -80,9 +80,8 @@ def bits(estimator: ehsid.Rls | ehsid.ServoEstimator) -> dict[str, bytes]:
     return {name: np.asarray(getattr(estimator, name)).tobytes() for name in names}
 
 
-def same_bits(one: ehsid.Trajectory, other: ehsid.Trajectory, behind: int = 0) -> bool:
-    """Is `other` the part of `one` from row `behind` on, to the last bit?"""
+def same_bits(one: ehsid.Trajectory, other: ehsid.Trajectory) -> bool:
+    """Are two runs the same to the last bit?"""
     names = ("theta", "standard_deviation", "innovation", "forgetting_factor")
-    names += ("residual_variance", "status", "converged")
-    pairs = [(getattr(one, name), getattr(other, name)) for name in names]
-    return all(b is None if a is None else a[behind:].tobytes() == b.tobytes() for a, b in pairs)
+    names += ("residual_variance", "status")
+    return all(getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in names)
