@@ -55,7 +55,10 @@ covariance_ceiling : float > 0
            py::kw_only(), py::arg("information_margin") = defaults.information_margin,
            py::arg("covariance_ceiling") = defaults.covariance_ceiling)
       .def_readonly("information_margin", &RlsOptions<double>::information_margin)
-      .def_readonly("covariance_ceiling", &RlsOptions<double>::covariance_ceiling);
+      .def_readonly("covariance_ceiling", &RlsOptions<double>::covariance_ceiling)
+      .def("__repr__", [](const py::object& self) {
+        return show_properties(self, {"information_margin", "covariance_ceiling"});
+      });
 
   py::class_<AnyRls> cls(
       m, "Rls", R"(Recursive least squares on UD factors, Eqs. (12)-(14), for any regressor.
@@ -89,7 +92,7 @@ ValueError
             });
           }),
           py::arg("n"), py::kw_only(), py::arg("forgetting") = Constant<double>{},
-          py::arg("options") = defaults, py::arg("theta0") = std::vector<double>{},
+          py::arg_v("options", defaults, "RlsOptions()"), py::arg("theta0") = std::vector<double>{},
           py::arg("variance0") = std::vector<double>{}, py::arg("dtype") = "float64");
   bind_recursion(cls);
   cls.def("reset_all", &AnyRls::reset_all, "lambda, P and theta back to their start values.")

@@ -55,7 +55,11 @@ command_offset, position_offset : float
       .def_readonly("command_scale", &Scaling<double>::command_scale)
       .def_readonly("position_scale", &Scaling<double>::position_scale)
       .def_readonly("command_offset", &Scaling<double>::command_offset)
-      .def_readonly("position_offset", &Scaling<double>::position_offset);
+      .def_readonly("position_offset", &Scaling<double>::position_offset)
+      .def("__repr__", [](const py::object& self) {
+        return show_properties(
+            self, {"command_scale", "position_scale", "command_offset", "position_offset"});
+      });
 
   using Reset = RmseResetOptions<double>;
   const Reset reset;
@@ -89,7 +93,11 @@ floor : float >= 0
       .def_readonly("trigger_ratio", &Reset::trigger_ratio)
       .def_readonly("release_ratio", &Reset::release_ratio)
       .def_readonly("cool_down", &Reset::cool_down)
-      .def_readonly("floor", &Reset::floor);
+      .def_readonly("floor", &Reset::floor)
+      .def("__repr__", [](const py::object& self) {
+        return show_properties(self, {"short_window", "long_window", "trigger_ratio",
+                                      "release_ratio", "cool_down", "floor"});
+      });
 
   using Convergence = ConvergenceOptions<double>;
   const Convergence convergence;
@@ -113,7 +121,10 @@ hold : int >= 1
            py::arg("magnitude") = convergence.magnitude, py::arg("hold") = convergence.hold)
       .def_readonly("tolerance", &Convergence::tolerance)
       .def_readonly("magnitude", &Convergence::magnitude)
-      .def_readonly("hold", &Convergence::hold);
+      .def_readonly("hold", &Convergence::hold)
+      .def("__repr__", [](const py::object& self) {
+        return show_properties(self, {"tolerance", "magnitude", "hold"});
+      });
 }
 
 }  // namespace
@@ -180,9 +191,11 @@ ValueError
             });
           }),
           py::arg("na"), py::arg("nb"), py::arg("nk"), py::kw_only(), py::arg("offset") = false,
-          py::arg("forgetting") = FRatio<double>{}, py::arg("scaling") = Scaling<double>{},
-          py::arg("rls") = RlsOptions<double>{}, py::arg("reset") = RmseResetOptions<double>{},
-          py::arg("convergence") = ConvergenceOptions<double>{},
+          py::arg("forgetting") = FRatio<double>{},
+          py::arg_v("scaling", Scaling<double>{}, "Scaling()"),
+          py::arg_v("rls", RlsOptions<double>{}, "RlsOptions()"),
+          py::arg_v("reset", RmseResetOptions<double>{}, "RmseResetOptions()"),
+          py::arg_v("convergence", ConvergenceOptions<double>{}, "ConvergenceOptions()"),
           py::arg("theta0") = std::vector<double>{}, py::arg("variance0") = std::vector<double>{},
           py::arg("input_limit") = py::none(), py::arg("dtype") = "float32");
   bind_recursion(cls);

@@ -43,6 +43,16 @@ void require_shape(const char* name, const py::array& array, py::ssize_t dimensi
                         (dimensions == 1 ? "(" + last + ",)" : "(N, " + last + ")"));
 }
 
+std::string show_properties(const py::object& self, std::initializer_list<const char*> names) {
+  std::string text = py::str(py::type::of(self).attr("__name__")).cast<std::string>();
+  const char* before = "(";
+  for (const char* name : names) {
+    text += before + std::string(name) + "=" + py::repr(self.attr(name)).cast<std::string>();
+    before = ", ";
+  }
+  return text + ")";
+}
+
 py::array_t<double> as_vector_array(const std::vector<double>& values) {
   return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
 }

@@ -9,6 +9,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <initializer_list>
 #include <string>
 
 namespace ehsid::bindings {
@@ -72,6 +73,9 @@ InputArray<Scalar> real_array(const char* name, const py::object& values) {
   }
   return InputArray<Scalar>(given);
 }
+
+/// "Scaling(command_scale=10.0, ...)": type and the properties named, as Python shows them.
+std::string show_properties(const py::object& self, std::initializer_list<const char*> names);
 
 py::array_t<double> as_vector_array(const std::vector<double>& values);
 py::array_t<double> as_matrix_array(const std::vector<double>& values, int n);

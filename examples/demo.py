@@ -6,12 +6,13 @@ python examples/demo.py [--out FOLDER] [--seeds N]
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from known_model import known_model_sections
-from real_record import real_record_section
+from real_record import Part, real_record_section
 from rich.progress import track
 
 from ehsid.harness.experiment.published import SOURCE
@@ -28,8 +29,8 @@ def main(
 
     Example: python examples/demo.py --out build/demo
     """
-    parts = (real_record_section, lambda: known_model_sections(seeds))
-    done = [part() for part in track(parts, description="estimating")]
+    parts = (real_record_section, partial(known_model_sections, seeds))
+    done: list[Part] = [part() for part in track(parts, description="estimating")]
     sections = [section for found in done for section in found.sections]
     page = Page(
         title="ehsid: a hydraulic servo, identified while it runs",
