@@ -6,6 +6,7 @@ python examples/demo.py [--out FOLDER] [--seeds N]
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -29,7 +30,10 @@ def main(
 
     Example: python examples/demo.py --out build/demo
     """
-    parts = (real_record_section, partial(known_model_sections, seeds))
+    parts: tuple[Callable[[], Part], ...] = (
+        real_record_section,
+        partial(known_model_sections, seeds),
+    )
     done: list[Part] = [part() for part in track(parts, description="estimating")]
     sections = [section for found in done for section in found.sections]
     page = Page(
