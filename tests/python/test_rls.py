@@ -185,13 +185,16 @@ def test_reset_keeps_theta_and_reset_all_starts_anew(name: str, dtype: str, seed
     rls = ehsid.Rls(6, forgetting=policies.PAIRS[name].compiled, theta0=theta0, dtype=dtype)
     fresh = rls.save()
     path = rls.run(phi, y)
-    theta = rls.theta_hat
+    theta, variance = rls.theta_hat, rls.residual_variance
+    assert variance > 0.0
     rls.reset()
     np.testing.assert_array_equal(rls.theta_hat, theta)
     np.testing.assert_array_equal(rls.P, 1e6 * np.eye(6))
     assert rls.forgetting_factor == 1.0
-    assert rls.residual_variance == 0.0
+    # The noise is what it was: the deviations are those of P0, not zero. Two roundings of its digits.
+    assert rls.residual_variance == pytest.approx(variance, rel=4.0 * float(np.finfo(dtype).eps))
     rls.reset_all()
+    assert rls.residual_variance == 0.0
     assert rls.save() == fresh
     assert policies.same_bits(path, rls.run(phi, y))
 

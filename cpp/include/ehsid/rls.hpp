@@ -169,17 +169,25 @@ class Rls {
     return Status::ok;
   }
 
-  /// lambda and P back to their start values, theta kept (Fig. 4).
-  void reset() {
+  /// lambda and P back to their start values, theta kept (Fig. 4). sigma^2 stays until new samples replace it.
+  void reset() { reset(known_residual_variance()); }
+
+  /// The same with sigma^2 from elsewhere (finite, >= 0), where the last errors are those of a change. It counts
+  /// as much as two samples: without it the first deviations after a reset would be zero and look certain.
+  void reset(Scalar noise_variance) {
     state_.factors = initial_factors_;
     restart_statistics();
+    if (noise_variance > Scalar(0)) {
+      state_.weight = Scalar(kN + 2);
+      state_.mean_square = noise_variance * Scalar(2) / Scalar(kN + 2);
+    }
   }
 
-  /// lambda, P and theta back to their start values.
+  /// lambda, P, theta and sigma^2 back to their start values.
   void reset_all() {
     state_.theta = initial_theta_;
     state_.remainder.fill(Scalar(0));
-    reset();
+    reset(Scalar(0));
   }
 
   Parameters theta_hat() const { return as_vector(state_.theta); }
@@ -194,7 +202,8 @@ class Rls {
   /// phi' theta_hat.
   Scalar predict(const Regressor& phi) const { return dot<kN>(phi, state_.theta); }
 
-  /// sigma^2 from the weighted residuals, with kN degrees of freedom taken off; 0 before any sample.
+  /// sigma^2 from the weighted residuals, with kN degrees of freedom taken off; 0 before any sample, and of no
+  /// use before more than kN.
   Scalar residual_variance() const {
     const Scalar freedom = state_.weight - Scalar(kN);
     return state_.mean_square * state_.weight / (freedom > Scalar(1) ? freedom : Scalar(1));

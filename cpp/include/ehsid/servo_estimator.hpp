@@ -227,7 +227,9 @@ class OnlineEstimator {
     }
     monitor_.updated(recursion_);
     if (reset_enabled_ && reset_.update(recursion_.normalised_square())) {
-      reset();
+      // The noise as it was before the change, not as its errors make it look.
+      recursion_.reset(reset_.long_rmse() * reset_.long_rmse());
+      monitor_.restart();
       return Status::reset;
     }
     return status;

@@ -41,7 +41,8 @@ class EstimationResult:
     theta, standard_deviation
         shape (n,), at the end of the record, in the units of the signals about their means.
     theta_path, deviation_path
-        shape (N, n), after each sample.
+        shape (N, n), after each sample. Deviations are NaN until more equations than parameters
+        have told how large the noise is.
     innovation
         shape (N,), measured minus predicted; NaN where nothing was estimated.
     forgetting_factor
@@ -182,6 +183,8 @@ def estimate(
             "give a longer record or a lower order"
         )
     settled = known & (np.cumsum(known) > n_start)
+    deviation = joined("standard_deviation")
+    deviation[np.cumsum(known) <= orders.n_parameters + 1] = np.nan
     theta = np.asarray(estimator.theta_hat, dtype=np.float64)
     status = np.concatenate([path.status for path in paths])
     model = ArxModel(
@@ -201,7 +204,7 @@ def estimate(
         theta=theta,
         standard_deviation=np.asarray(estimator.standard_deviation, dtype=np.float64),
         theta_path=joined("theta"),
-        deviation_path=joined("standard_deviation"),
+        deviation_path=deviation,
         innovation=innovation,
         forgetting_factor=np.where(known, joined("forgetting_factor"), np.nan),
         status=status,
