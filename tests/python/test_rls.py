@@ -191,7 +191,7 @@ def test_reset_keeps_theta_and_reset_all_starts_anew(name: str, dtype: str, seed
     np.testing.assert_array_equal(rls.theta_hat, theta)
     np.testing.assert_array_equal(rls.P, 1e6 * np.eye(6))
     assert rls.forgetting_factor == 1.0
-    # The noise is what it was: the deviations are those of P0, not zero. Two roundings of its digits.
+    # The noise is what it was, so deviations are those of P0, not zero; to two roundings.
     assert rls.residual_variance == pytest.approx(variance, rel=4.0 * float(np.finfo(dtype).eps))
     rls.reset_all()
     assert rls.residual_variance == 0.0
