@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include <ehsid/reset.hpp>
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+namespace {
+
+using Detector = ehsid::RmseReset<float>;
+using ehsid::Status;
+
+Detector made(const Detector::Options& options = {}) {
+  Detector detector;
+  EXPECT_EQ(detector.configure(options), Status::ok);
+  return detector;
+}
+
+/// Samples up to `limit` until the alarm, or -1.
+int samples_to_alarm(Detector& detector, float square, int limit) {
+  for (int k = 0; k < limit; ++k) {
+    if (detector.update(square)) {
+      return k;
+    }
+  }
+  return -1;
+}
+
+TEST(RmseReset, StationaryNoiseRaisesNoAlarm) {
+  Detector detector = made();
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal;
+  for (int k = 0; k < 200000; ++k) {
+    const float error = normal(random);
+    // The mean of about 10 squares would have to be nine times the variance: 99 is the size of the
+    // chi-squared statistic of 11 degrees of freedom, exceeded once in 1e16 samples.
+    ASSERT_FALSE(detector.update(error * error)) << "at " << k;
+  }
+}
+
+TEST(RmseReset, AlarmComesWhenTheShortWindowExceedsTheRatio) {
+  Detector detector = made();
+  EXPECT_EQ(samples_to_alarm(detector, 1.0F, 300), -1);
+  // The short mean square goes 1 + x (1 - 0.9^m) for squares 1 + x; the trigger is 9. With x = 100 the
+  // first step brings 11.
+  EXPECT_EQ(samples_to_alarm(detector, 101.0F, 10), 0);
+  EXPECT_EQ(detector.alarms(), 1);
+  // What it learned before the change stays.
+  EXPECT_FLOAT_EQ(detector.long_rmse(), 1.0F);
+}
+
+TEST(RmseReset, AChangeBelowTheRatioIsNone) {
+  Detector detector = made();
+  samples_to_alarm(detector, 1.0F, 300);
+  EXPECT_EQ(samples_to_alarm(detector, 8.9F, 1000), -1);  // ratio of RMSE 2.98
+}
+
+TEST(RmseReset, NothingIsAChangeBeforeTheLongWindowIsFull) {
+  Detector detector = made();
+  samples_to_alarm(detector, 1.0F, 150);
+  EXPECT_EQ(samples_to_alarm(detector, 1e6F, 49), -1);
+}
+
+TEST(RmseReset, NothingIsAnAlarmDuringTheCoolDown) {
+  Detector detector = made();
+  samples_to_alarm(detector, 1.0F, 300);
+  ASSERT_EQ(samples_to_alarm(detector, 101.0F, 10), 0);
+  EXPECT_EQ(samples_to_alarm(detector, 1.0F, 10), -1);
+  EXPECT_EQ(samples_to_alarm(detector, 1e4F, 40), -1);  // the last of the 50
+}
+
+TEST(RmseReset, NoSecondAlarmBeforeTheErrorsHaveFallen) {
+  Detector::Options options;
+  options.cool_down = 5;
+  Detector detector = made(options);
+  samples_to_alarm(detector, 1.0F, 300);
+  ASSERT_EQ(samples_to_alarm(detector, 101.0F, 10), 0);
+  // Ten samples on the long window is at 1 + 100 (1 - 0.995^10) = 6, the short one at 66: above the
+  // trigger of nine times, but the detector is not armed.
+  EXPECT_EQ(samples_to_alarm(detector, 101.0F, 60), -1);
+  EXPECT_EQ(detector.state().armed, 0);
+  EXPECT_EQ(samples_to_alarm(detector, 1.0F, 2000), -1);
+  EXPECT_EQ(detector.state().armed, 1);
+  EXPECT_GE(samples_to_alarm(detector, 1e4F, 10), 0);
+  EXPECT_EQ(detector.alarms(), 2);
+}
+
+TEST(RmseReset, RoundingOfANoiselessPlantIsBelowTheFloor) {
+  Detector detector = made();
+  samples_to_alarm(detector, 0.0F, 300);
+  EXPECT_EQ(samples_to_alarm(detector, 1e-10F, 100), -1);  // RMSE 1e-5, the floor
+  EXPECT_GE(samples_to_alarm(detector, 1e-6F, 100), 0);
+}
+
+TEST(RmseReset, OptionsOutsideTheirRangesAreRefused) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  Detector detector = made();
+  samples_to_alarm(detector, 1.0F, 20);
+  const auto refused = [&](auto change) {
+    Detector::Options options;
+    change(options);
+    return detector.configure(options) == Status::invalid_argument;
+  };
+  EXPECT_TRUE(refused([](auto& o) { o.short_window = 0.5F; }));
+  EXPECT_TRUE(refused([](auto& o) { o.long_window = o.short_window; }));
+  EXPECT_TRUE(refused([](auto& o) { o.trigger_ratio = o.release_ratio; }));
+  EXPECT_TRUE(refused([](auto& o) { o.release_ratio = 0.9F; }));
+  EXPECT_TRUE(refused([](auto& o) { o.cool_down = -1; }));
+  EXPECT_TRUE(refused([&](auto& o) { o.floor = nan; }));
+  EXPECT_EQ(detector.state().seen, 20);
+}
+
+TEST(RmseReset, DamagedStateIsRefused) {
+  Detector detector = made();
+  auto state = detector.state();
+  state.long_square = -1.0F;
+  EXPECT_EQ(detector.restore(state), Status::invalid_argument);
+  state = detector.state();
+  state.armed = 2;
+  EXPECT_EQ(detector.restore(state), Status::invalid_argument);
+  EXPECT_EQ(detector.restore(detector.state()), Status::ok);
+}
+
+}  // namespace

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+// The factors against the full matrix in double, which Eigen computes.
+#include <ehsid/ud.hpp>
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace {
+
+constexpr int kN = 5;
+using Factors = ehsid::UdFactors<double, kN>;
+using Matrix = Eigen::Matrix<double, kN, kN>;
+using Vector = Eigen::Matrix<double, kN, 1>;
+
+// Condition numbers go up to kCondition; a factorisation loses about that many times epsilon, and
+// each of the kN^2 operations on an entry adds a rounding.
+constexpr double kCondition = 1e6;
+constexpr double kTolerance = kN * kN * kCondition * std::numeric_limits<double>::epsilon();
+
+class Ud : public testing::TestWithParam<unsigned> {
+ protected:
+  Ud() : random_(GetParam()) {
+    // Q diag(1 .. 1/kCondition) Q' with a random Q.
+    const Matrix square = Matrix::NullaryExpr([&](int, int) { return normal_(random_); });
+    const Matrix q = square.householderQr().householderQ();
+    Vector eigenvalues;
+    for (int i = 0; i < kN; ++i) {
+      eigenvalues[i] = std::pow(kCondition, -static_cast<double>(i) / (kN - 1));
+    }
+    p_ = q * eigenvalues.asDiagonal() * q.transpose();
+    p_ = (0.5 * (p_ + p_.transpose())).eval();
+    phi_ = Vector::NullaryExpr([&](int) { return normal_(random_); });
+    factorised_ = factors_.factorise(p_);
+  }
+
+  void expect_near(const Matrix& actual, const Matrix& expected) const {
+    EXPECT_LE((actual - expected).norm(), kTolerance * expected.norm());
+    EXPECT_EQ(actual, actual.transpose());
+  }
+
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+  Matrix p_;
+  Vector phi_;
+  Factors factors_{};
+  bool factorised_ = false;
+};
+
+TEST_P(Ud, FactorsMultiplyBackToTheMatrix) {
+  ASSERT_TRUE(factorised_);
+  EXPECT_TRUE(factors_.usable());
+  expect_near(factors_.matrix(), p_);
+  for (int i = 0; i < kN; ++i) {
+    EXPECT_NEAR(factors_.variance(i), p_(i, i), kTolerance * p_.norm());
+  }
+}
+
+TEST_P(Ud, ProjectionIsTheQuadraticForm) {
+  const auto projection = factors_.project(phi_);
+  EXPECT_NEAR(projection.s, phi_.dot(p_ * phi_), kTolerance * phi_.squaredNorm());
+}
+
+TEST_P(Ud, InformationIsTheQuadraticFormOfTheInverse) {
+  const double expected = phi_.dot(p_.inverse() * phi_);
+  EXPECT_NEAR(factors_.information_along(phi_), expected, kTolerance * expected);
+}
+
+TEST_P(Ud, MeasurementIsEquation13) {
+  const double lambda = 0.95;
+  ehsid::Array<double, kN> gain{};
+  factors_.measure(factors_.project(phi_), lambda, lambda, gain);
+  const Vector column = p_ * phi_;
+  const double alpha = lambda + phi_.dot(column);
+  expect_near(factors_.matrix(), (p_ - column * column.transpose() / alpha) / lambda);
+  const Vector expected = column / alpha;
+  for (int i = 0; i < kN; ++i) {
+    EXPECT_NEAR(gain[static_cast<std::size_t>(i)], expected[i], kTolerance * expected.norm());
+  }
+}
+
+TEST_P(Ud, RankOneIsAdded) {
+  ehsid::Array<double, kN> a{};
+  for (int i = 0; i < kN; ++i) {
+    a[static_cast<std::size_t>(i)] = phi_[i];
+  }
+  factors_.add_rank_one(0.3, a);
+  expect_near(factors_.matrix(), p_ + 0.3 * phi_ * phi_.transpose());
+}
+
+TEST_P(Ud, ScalingScales) {
+  factors_.scale(0.25);
+  expect_near(factors_.matrix(), 0.25 * p_);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, Ud, testing::Range(0U, 20U));
+
+TEST(UdFactors, RefusesWhatIsNotACovarianceAndKeepsItsOwn) {
+  Factors factors;
+  ASSERT_TRUE(factors.set_diagonal(Vector::Constant(2.0)));
+  const Matrix before = factors.matrix();
+  const double bad[] = {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(),
+                        std::numeric_limits<double>::infinity()};
+  for (const double value : bad) {
+    Vector variances = Vector::Ones();
+    variances[3] = value;
+    EXPECT_FALSE(factors.set_diagonal(variances));
+    EXPECT_FALSE(factors.factorise(variances.asDiagonal()));
+  }
+  Matrix singular = Matrix::Ones();
+  EXPECT_FALSE(factors.factorise(singular));
+  Matrix indefinite = Matrix::Identity();
+  indefinite(0, 1) = indefinite(1, 0) = 1.5;
+  EXPECT_FALSE(factors.factorise(indefinite));
+  EXPECT_EQ(factors.matrix(), before);
+}
+
+TEST(UdFactors, FactorsStayPositiveInFloatWhereTheMatrixDoesNot) {
+  // Two regressors that hardly differ, many times: the textbook update (13) in float goes indefinite.
+  ehsid::UdFactors<float, 3> factors;
+  ASSERT_TRUE(factors.set_diagonal(Eigen::Vector3f::Constant(1e6F)));
+  Eigen::Matrix3f textbook = Eigen::Matrix3f::Identity() * 1e6F;
+  bool textbook_failed = false;
+  for (int k = 0; k < 2000; ++k) {
+    const Eigen::Vector3f phi(1.0F, 1.0F + 1e-3F * static_cast<float>(k % 2), 1.0F);
+    ehsid::Array<float, 3> gain{};
+    factors.measure(factors.project(phi), 1.0F, 1.0F, gain);
+    ASSERT_TRUE(factors.usable()) << "at " << k;
+    const Eigen::Vector3f column = textbook * phi;
+    textbook -= column * column.transpose() / (1.0F + phi.dot(column));
+    textbook_failed = textbook_failed || !(textbook.diagonal().minCoeff() > 0.0F);
+  }
+  EXPECT_TRUE(textbook_failed);
+}
+
+}  // namespace
