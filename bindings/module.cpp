@@ -11,4 +11,5 @@ PYBIND11_MODULE(_core, m) {
   ehsid::bindings::bind_rls(m);
   ehsid::bindings::bind_servo_estimator(m);
   bind_servo_model(m);
+  ehsid::bindings::bind_plant(m);
 }

@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: MIT
+include_guard(GLOBAL)
 # The warnings of our own targets. Never part of ehsid::ehsid: what a user's code warns about is the user's.
 add_library(ehsid_warnings INTERFACE)
 target_compile_options(

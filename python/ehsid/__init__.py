@@ -6,9 +6,11 @@ from ehsid._core import (
     ContinuousServo,
     ConvergenceOptions,
     Directional,
+    EffectInfo,
     ErrorDriven,
     Exponential,
     FRatio,
+    PlantParameter,
     RandomWalk,
     Rls,
     RlsOptions,
@@ -23,8 +25,12 @@ from ehsid._core import (
     __version__,
     continuous_servo,
     discretise,
+    effects,
     identify_servo,
     is_error,
+    plant_parameters,
+    plant_substeps,
+    simulate_plant,
 )
 
 __all__ = [
@@ -32,10 +38,12 @@ __all__ = [
     "ContinuousServo",
     "ConvergenceOptions",
     "Directional",
+    "EffectInfo",
     "ErrorDriven",
     "Exponential",
     "FRatio",
     "Forgetting",
+    "PlantParameter",
     "RandomWalk",
     "Rls",
     "RlsOptions",
@@ -50,8 +58,12 @@ __all__ = [
     "__version__",
     "continuous_servo",
     "discretise",
+    "effects",
     "identify_servo",
     "is_error",
+    "plant_parameters",
+    "plant_substeps",
+    "simulate_plant",
 ]
 
 Forgetting = Constant | Exponential | ErrorDriven | FRatio | Directional | RandomWalk

@@ -14,7 +14,7 @@ ehsid\._core\.[A-Z]\w*
 # enums: a member of pybind11's own
 ehsid\._core\.\w+\.__pybind11_native_enum__
 # results, which only the module makes: their __init__ takes anything, and raises
-ehsid\._core\.(ServoReading|Trajectory)\.__init__
+ehsid\._core\.(EffectInfo|PlantParameter|ServoReading|Trajectory)\.__init__
 """
 
 

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+#include "bindings.hpp"
+
+#include <ehsid/plant/parameters.hpp>
+#include <ehsid/plant/simulate.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+namespace ehsid::bindings {
+namespace {
+
+using plant::PlantKind;
+
+struct ShownParameter {
+  std::string name, unit, meaning;
+  double minimum, maximum, typical;
+};
+
+ShownParameter shown(const std::string& name, const plant::ParameterInfo& info) {
+  return {name, info.unit, info.meaning, info.minimum, info.maximum, info.typical};
+}
+
+struct ShownEffect {
+  std::string id, subsystem, equation, source, excitation;
+  py::tuple parameters;
+};
+
+const char* name_of(plant::Subsystem subsystem) {
+  switch (subsystem) {
+    case plant::Subsystem::valve:
+      return "valve";
+    case plant::Subsystem::hydraulics:
+      return "hydraulics";
+    case plant::Subsystem::mechanics:
+      return "mechanics";
+    case plant::Subsystem::sensor:
+      return "sensor";
+    case plant::Subsystem::timing:
+      return "timing";
+  }
+  return "";
+}
+
+py::tuple effects() {
+  py::list all;
+  plant::for_each_effect([&](const plant::EffectInfo& info, const auto& parameters) {
+    py::list shown_parameters;
+    for (const plant::ParameterInfo& parameter : parameters) {
+      shown_parameters.append(shown(parameter.name, parameter));
+    }
+    all.append(ShownEffect{info.id, name_of(info.subsystem), info.equation, info.source,
+                           info.excitation, py::tuple(shown_parameters)});
+  });
+  return py::tuple(all);
+}
+
+py::tuple parameters() {
+  py::list all;
+  for (const plant::PlantParameter& parameter : plant::plant_parameters()) {
+    all.append(shown(parameter.name, parameter.info));
+  }
+  return py::tuple(all);
+}
+
+PlantKind kind_of(const std::string& name) {
+  if (name == "ehs") {
+    return PlantKind::ehs;
+  }
+  if (name == "axis") {
+    return PlantKind::axis;
+  }
+  throw py::value_error("plant must be 'ehs' or 'axis', got '" + name + "'");
+}
+
+void require_finite(const char* name, const InputArray<double>& array) {
+  const double* const values = array.data();
+  for (py::ssize_t i = 0; i < array.size(); ++i) {
+    if (!is_finite(values[i])) {
+      throw py::value_error(std::string(name) + " must be finite, entry " + std::to_string(i) +
+                            " is not");
+    }
+  }
+}
+
+/// The runs of one call, handed out to as many threads as are worth it.
+void run_all(const std::vector<plant::Simulation>& runs, const double* command,
+             const double* aligned, std::size_t samples, double* outputs, double* sensitivities,
+             std::size_t threads) {
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i = next++; i < runs.size(); i = next++) {
+      const std::size_t size = samples * plant::kOutputs;
+      double* const partials =
+          sensitivities == nullptr ? nullptr : sensitivities + i * size * runs[i].varied.size();
+      plant::simulate(runs[i], command, aligned, samples, outputs + i * size, partials);
+    }
+  };
+  std::vector<std::thread> others;
+  for (std::size_t i = 1; i < std::min(threads, runs.size()); ++i) {
+    others.emplace_back(work);
+  }
+  work();
+  for (std::thread& other : others) {
+    other.join();
+  }
+}
+
+py::tuple simulate(const std::string& kind, const InputArray<double>& values, const py::object& u,
+                   double dt_s, int substeps, const std::vector<std::size_t>& varied,
+                   const py::object& aligned, std::size_t threads) {
+  const std::size_t count = plant::plant_parameters().size();
+  require_shape("values", values, 2, static_cast<py::ssize_t>(count));
+  const auto command = real_array<double>("command", u);
+  require_shape("command", command, 1, -1);
+  require_finite("command", command);
+  const py::ssize_t samples = command.shape(0);
+  InputArray<double> targets;
+  if (!aligned.is_none()) {
+    targets = real_array<double>("aligned", aligned);
+    require_shape("aligned", targets, 1, samples);
+  }
+  if (!is_finite(dt_s) || !(dt_s > 0.0)) {
+    throw py::value_error("dt_s must be finite and > 0");
+  }
+  require_range("substeps", substeps, 1, 1000);
+  for (const std::size_t index : varied) {
+    if (index >= count) {
+      throw py::value_error("varied: " + std::to_string(index) + " is not below " +
+                            std::to_string(count) + ", the number of parameters");
+    }
+  }
+  const py::ssize_t sets = values.shape(0);
+  std::vector<plant::Simulation> runs;
+  for (py::ssize_t i = 0; i < sets; ++i) {
+    const double* const first = values.data(i, 0);
+    runs.push_back({kind_of(kind), dt_s, substeps, {first, first + count}, varied});
+  }
+  const auto columns = static_cast<py::ssize_t>(plant::kOutputs);
+  const auto wanted = static_cast<py::ssize_t>(varied.size());
+  py::array_t<double> outputs({sets, samples, columns});
+  py::array_t<double> sensitivities({sets, samples, wanted, columns});
+  double* const out = outputs.mutable_data();
+  double* const partials = wanted > 0 ? sensitivities.mutable_data() : nullptr;
+  const double* const commands = command.data();
+  const double* const positions = aligned.is_none() ? nullptr : targets.data();
+  if (threads == 0) {
+    threads = std::max(1U, std::thread::hardware_concurrency());
+  }
+  {
+    const py::gil_scoped_release release;
+    run_all(runs, commands, positions, static_cast<std::size_t>(samples), out, partials, threads);
+  }
+  return py::make_tuple(outputs, sensitivities);
+}
+
+int substeps_for(const std::string& kind, const InputArray<double>& values, double dt_s) {
+  const auto count = static_cast<py::ssize_t>(plant::plant_parameters().size());
+  require_shape("values", values, 1, count);
+  return plant::recommended_substeps(kind_of(kind), {values.data(), values.data() + count}, dt_s);
+}
+
+}  // namespace
+
+void bind_plant(py::module_& m) {
+  py::class_<ShownParameter>(m, "PlantParameter", "A parameter of the simulated plant, SI.")
+      .def_readonly("name", &ShownParameter::name)
+      .def_readonly("unit", &ShownParameter::unit, "1 for a fraction.")
+      .def_readonly("meaning", &ShownParameter::meaning)
+      .def_readonly("minimum", &ShownParameter::minimum, "Of the plausible range.")
+      .def_readonly("maximum", &ShownParameter::maximum, "Of the plausible range.")
+      .def_readonly("typical", &ShownParameter::typical)
+      .def("__repr__",
+           [](const py::object& self) { return show_properties(self, {"name", "unit"}); });
+  py::class_<ShownEffect>(m, "EffectInfo", "An effect of the catalogue, in words.")
+      .def_readonly("id", &ShownEffect::id)
+      .def_readonly("subsystem", &ShownEffect::subsystem,
+                    "valve, hydraulics, mechanics, sensor or timing.")
+      .def_readonly("equation", &ShownEffect::equation)
+      .def_readonly("source", &ShownEffect::source)
+      .def_readonly("excitation", &ShownEffect::excitation, "What shows the effect in a record.")
+      .def_readonly("parameters", &ShownEffect::parameters, "Tuple of PlantParameter; zero is off.")
+      .def("__repr__", [](const py::object& self) { return show_properties(self, {"id"}); });
+  m.def("effects", &effects,
+        "The catalogue: a tuple of EffectInfo, in the order in which they act.");
+  m.def("plant_parameters", &parameters,
+        "Everything the plant can be told: a tuple of PlantParameter in the order of `values`.");
+  m.def("plant_substeps", &substeps_for, py::arg("plant"), py::arg("values"), py::arg("dt_s"),
+        R"(Steps of integration a sample that suit a plant.
+
+The fastest oscillation (oil spring, seals before they slide) then turns by at most a third of a radian a step.
+
+Parameters
+----------
+plant : "ehs" or "axis"
+values : array_like, shape (P,)
+    In the order of plant_parameters().
+dt_s : float > 0
+    Sampling time, s.
+)");
+  m.def("simulate_plant", &simulate, py::arg("plant"), py::arg("values"), py::arg("command"),
+        py::kw_only(), py::arg("dt_s"), py::arg("substeps") = 2,
+        py::arg("varied") = std::vector<std::size_t>{}, py::arg("aligned") = py::none(),
+        py::arg("threads") = 0,
+        R"(Runs the plant on a logged command, each sample held until the next.
+
+Releases the GIL and runs parameter sets side by side.
+
+Parameters
+----------
+plant : "ehs" or "axis"
+values : array_like, shape (M, P)
+    M sets of parameters in the order of plant_parameters(). Zero switches an effect off.
+command : array_like, shape (N,)
+    V, finite.
+dt_s : float > 0
+    Sampling time, s.
+substeps : int in 1..1000
+    Steps of integration a sample, see plant_substeps().
+varied : sequence of S int
+    Positions in `values` of the parameters whose sensitivities are wanted.
+aligned : array_like, shape (N,), optional
+    Where it is finite, the position reading is set to it before that sample; all else goes on.
+threads : int >= 0
+    0 takes as many as there are cores.
+
+Returns
+-------
+outputs : shape (M, N, 6)
+    position_m, velocity_m_s, pressure_a_pa, pressure_b_pa, supply_pressure_pa, spool (fraction).
+sensitivities : shape (M, N, S, 6)
+    Derivatives of the outputs, by dual numbers.
+
+Raises
+------
+ValueError
+    A wrong shape, a command that is not finite, or a number outside its range.
+)");
+}
+
+}  // namespace ehsid::bindings

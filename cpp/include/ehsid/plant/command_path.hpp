@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ehsid/plant/dual.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace ehsid::plant {
+
+/// Sampled commands behind a delay: command k acts over [t_k + delay, t_k+1 + delay). Before the first one the command
+/// is zero.
+template <class Scalar>
+class CommandPath {
+ public:
+  CommandPath() = default;
+  CommandPath(const Scalar& delay, double dt, std::size_t samples) : delay_(delay / dt) {
+    commands_.reserve(samples);
+  }
+
+  void push(const Scalar& command) { commands_.push_back(command); }
+
+  /// Mean of the delayed command over [from, from + length), in samples; length <= 1.
+  Scalar mean(double from, double length) const {
+    const Scalar begin = from - delay_;
+    // Rounding must not put the edge of an interval into the sample before.
+    const double index = std::floor(value_of(begin) + 1e-9);
+    const Scalar until_next = index + 1.0 - begin;
+    const auto k = static_cast<std::ptrdiff_t>(index);
+    if (value_of(until_next) >= length - 1e-9) {
+      return at(k);
+    }
+    const Scalar share = until_next / length;
+    return at(k) * share + at(k + 1) * (1.0 - share);
+  }
+
+ private:
+  Scalar at(std::ptrdiff_t k) const {
+    return k < 0 ? Scalar(0.0) : commands_[static_cast<std::size_t>(k)];
+  }
+
+  Scalar delay_{};  // in samples
+  std::vector<Scalar> commands_;
+};
+
+}  // namespace ehsid::plant

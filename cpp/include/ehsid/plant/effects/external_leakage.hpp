@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ehsid/plant/effect.hpp>
+
+#include <array>
+
+namespace ehsid::plant {
+
+/// Laminar flow out of the chambers, to the tank.
+template <class Scalar>
+struct ExternalLeakage : Effect<Scalar> {
+  static constexpr EffectInfo kInfo{"external_leakage", Subsystem::hydraulics,
+                                    "q_i = coefficient_i (p_i - p_tank), i = a, b",
+                                    "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6",
+                                    "holding against a load; both pressures"};
+  static constexpr std::array<ParameterInfo, 2> kParameters{
+      {{"coefficient_a_m3_s_pa", "m^3/(s Pa)", 0.0, 5e-10, 2e-11, "of the cap side"},
+       {"coefficient_b_m3_s_pa", "m^3/(s Pa)", 0.0, 5e-10, 2e-11, "of the rod side"}}};
+  std::array<Scalar, 2> parameters{};
+
+  Leakage<Scalar> leakage(const Scalar& p_a, const Scalar& p_b, const Scalar& p_tank) const {
+    return {parameters[0] * (p_a - p_tank), parameters[1] * (p_b - p_tank)};
+  }
+};
+
+}  // namespace ehsid::plant

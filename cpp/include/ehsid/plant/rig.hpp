@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// What the simulator is told about the machine, besides its effects: names, units and ranges, in the order in which
+// the plant reads the values. Nuisances are what every real servo has and no data sheet tells.
+#pragma once
+
+#include <ehsid/plant/effect.hpp>
+
+#include <array>
+#include <cstddef>
+#include <limits>
+
+namespace ehsid::plant {
+
+enum class RigValue : std::size_t {
+  bore,
+  rod,
+  stroke,
+  dead_volume_a,
+  dead_volume_b,
+  mass,
+  viscous_friction,
+  rated_flow,
+  rated_pressure_drop,
+  rated_command,
+  supply_pressure,
+  tank_pressure,
+  bulk_modulus,
+  axis_mass,
+  axis_viscous_friction,
+  force_per_volt,
+  count
+};
+
+/// `typical` is the value of the bench of the reference experiment, as far as it is known.
+inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(RigValue::count)> kRigValues{{
+    {"cylinder.bore_m", "m", 1e-3, 2.0, 0.063, "diameter of the piston"},
+    {"cylinder.rod_m", "m", 0.0, 1.9, 0.035, "diameter of the rod"},
+    {"cylinder.stroke_m", "m", 1e-3, 20.0, 0.3, "from end to end"},
+    {"cylinder.dead_volume_a_m3", "m^3", 1e-9, 1.0, 2.5e-4, "cap side, at position zero"},
+    {"cylinder.dead_volume_b_m3", "m^3", 1e-9, 1.0, 2.5e-4, "rod side, fully extended"},
+    {"load.mass_kg", "kg", 1e-2, 1e6, 120.0, "moved mass"},
+    {"load.viscous_friction_n_s_m", "N s/m", 0.0, 1e7, 900.0, "force over speed"},
+    {"valve.rated_flow_m3_s", "m^3/s", 1e-7, 1.0, 6.33e-4,
+     "across one metering edge, rated command"},
+    {"valve.rated_pressure_drop_pa", "Pa", 1e4, 1e8, 3.5e6, "across one metering edge"},
+    {"valve.rated_command_v", "V", 1e-3, 1e3, 10.0, "full opening"},
+    {"supply.pressure_pa", "Pa", 1e5, 1e8, 12e6, "absolute, at no flow"},
+    {"supply.tank_pressure_pa", "Pa", 1e4, 1e7, 2e5, "absolute"},
+    {"fluid.bulk_modulus_pa", "Pa", 1e7, 5e9, 1.1e9, "without air"},
+    {"axis.mass_kg", "kg", 1e-3, 1e6, 95.0, "moved mass"},
+    {"axis.viscous_friction_n_s_m", "N s/m", 0.0, 1e7, 205.0, "force over speed"},
+    {"axis.force_per_volt", "N/V", 1e-6, 1e6, 35.15, "gain of the drive"},
+}};
+
+enum class Nuisance : std::size_t {
+  spool_bandwidth,
+  spool_damping,
+  edge_rounding,
+  edge_pa,
+  edge_at,
+  edge_pb,
+  edge_bt,
+  flow_exponent,
+  laminar_pressure,
+  presliding,
+  count
+};
+
+/// `typical` is the value where nothing is known. A spool bandwidth of zero switches the hidden spool off.
+inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(Nuisance::count)> kNuisances{{
+    {"nuisance.spool_bandwidth_hz", "Hz", 100.0, 1000.0, 250.0,
+     "hidden spool, where no lag is told"},
+    {"nuisance.spool_damping", "1", 0.4, 1.5, 0.9, "of the hidden spool"},
+    {"nuisance.edge_rounding", "1", 1e-4, 0.03, 2e-3, "width of the rounded metering edges"},
+    {"nuisance.edge_pa", "1", -0.02, 0.02, 0.0,
+     "overlap of the edge supply to A beyond the common one"},
+    {"nuisance.edge_at", "1", -0.02, 0.02, 0.0, "the same, A to tank"},
+    {"nuisance.edge_pb", "1", -0.02, 0.02, 0.0, "the same, supply to B"},
+    {"nuisance.edge_bt", "1", -0.02, 0.02, 0.0, "the same, B to tank"},
+    {"nuisance.flow_exponent", "1", 0.45, 0.6, 0.5, "flow over pressure drop, turbulent"},
+    {"nuisance.laminar_pressure_pa", "Pa", 1e2, 5e5, 2e4,
+     "pressure drop where the flow turns laminar"},
+    {"nuisance.presliding_m", "m", 1e-6, 5e-4, 2e-5, "give of the seals before they slide"},
+}};
+
+enum class Initial : std::size_t { position, velocity, pressure_a, pressure_b, count };
+
+/// NaN pressures are those of equilibrium.
+inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(Initial::count)> kInitials{{
+    {"initial.position_m", "m", 0.0, 20.0, 0.15, "of the rod, from the cap end"},
+    {"initial.velocity_m_s", "m/s", -10.0, 10.0, 0.0, "of the rod"},
+    {"initial.pressure_a_pa", "Pa", 1e3, 1e8, std::numeric_limits<double>::quiet_NaN(), "cap side"},
+    {"initial.pressure_b_pa", "Pa", 1e3, 1e8, std::numeric_limits<double>::quiet_NaN(), "rod side"},
+}};
+
+}  // namespace ehsid::plant

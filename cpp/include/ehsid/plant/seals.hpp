@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ehsid/plant/dual.hpp>
+
+#include <cmath>
+
+namespace ehsid::plant {
+
+/// Dry friction of the seals as a bristle that bends before it slides (Dahl 1968; Canudas de Wit et al., IEEE
+/// Trans. Automatic Control 40(3), 1995). With the bend in units of the presliding distance d,
+///   s' = (v - |v| s g(0) / g(v)) / d,   force = g(0) (s + tau s'),
+/// so that sliding at v gives g(v) sgn(v), and d -> 0 the sharp form.
+template <class Scalar>
+class Seals {
+ public:
+  Seals() = default;
+  Seals(const Scalar& at_rest, const Scalar& presliding)
+      : active_(value_of(at_rest) > 0.0), at_rest_(at_rest), presliding_(presliding) {}
+
+  bool active() const { return active_; }
+
+  /// Before sliding, N/m.
+  Scalar stiffness() const { return active_ ? at_rest_ / presliding_ : Scalar(0.0); }
+
+  /// Elastic part of the force, N.
+  Scalar force() const { return at_rest_ * bend_; }
+
+  /// What the damping of the bristle adds to the viscous friction, N s/m; none once it slides.
+  Scalar damping(const Scalar& velocity) const {
+    const Scalar left = value_of(velocity) < 0.0 ? 1.0 + bend_ : 1.0 - bend_;
+    return value_of(left) > 0.0 ? at_rest_ * (kDamping / presliding_) * left : Scalar(0.0);
+  }
+
+  /// h seconds at a constant velocity with friction g there; exact.
+  void advance(const Scalar& velocity, const Scalar& friction, double h) {
+    using std::exp;
+    const Scalar sliding = friction / at_rest_;
+    const Scalar speed = absolute<Scalar>(velocity);
+    const Scalar decay = exp(-(speed * (h / presliding_) / sliding));
+    const Scalar steady = value_of(velocity) < 0.0 ? -sliding : sliding;
+    bend_ = steady + (bend_ - steady) * decay;
+  }
+
+ private:
+  static constexpr double kDamping = 1e-3;  // tau, s
+
+  bool active_ = false;
+  Scalar at_rest_{};
+  Scalar presliding_{};
+  Scalar bend_{};
+};
+
+}  // namespace ehsid::plant

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// The plant on a logged command, compiled once (cpp/src/simulate.cpp).
+#pragma once
+
+#include <ehsid/plant/servo_plant.hpp>
+
+#include <cstddef>
+#include <vector>
+
+namespace ehsid::plant {
+
+/// Numbers in a row of outputs, in the order of Outputs.
+inline constexpr std::size_t kOutputs = 6;
+
+/// One run.
+struct Simulation {
+  PlantKind kind = PlantKind::ehs;
+  double dt = 1e-3;                 // sampling time of the command, s
+  int substeps = 2;                 // steps of integration a sample
+  std::vector<double> values;       // as plant_parameters()
+  std::vector<std::size_t> varied;  // positions in `values` of those whose sensitivities are wanted
+};
+
+/// Runs over `samples` commands, V, each held until the next.
+///
+/// aligned: null, or one number a sample: where it is finite, the position reading is set to it before the sample.
+/// outputs: samples x kOutputs. sensitivities: null, or samples x varied x kOutputs, derivatives of each output.
+void simulate(const Simulation& run, const double* command, const double* aligned,
+              std::size_t samples, double* outputs, double* sensitivities);
+
+/// Steps a sample for which the fastest oscillation (oil spring, seals before they slide) turns by at most a third of
+/// a radian a step: about 0.1 % of its frequency. At least 2.
+int recommended_substeps(PlantKind kind, const std::vector<double>& values, double dt);
+
+}  // namespace ehsid::plant
