@@ -28,17 +28,18 @@ class Seals {
 
   /// What the damping of the bristle adds to the viscous friction, N s/m; none once it slides.
   Scalar damping(const Scalar& velocity) const {
-    const Scalar left = value_of(velocity) < 0.0 ? 1.0 + bend_ : 1.0 - bend_;
+    const Scalar share = bend_ / sliding_;
+    const Scalar left = value_of(velocity) < 0.0 ? 1.0 + share : 1.0 - share;
     return value_of(left) > 0.0 ? at_rest_ * (kDamping / presliding_) * left : Scalar(0.0);
   }
 
   /// h seconds at a constant velocity with friction g there; exact.
   void advance(const Scalar& velocity, const Scalar& friction, double h) {
     using std::exp;
-    const Scalar sliding = friction / at_rest_;
+    sliding_ = friction / at_rest_;
     const Scalar speed = absolute<Scalar>(velocity);
-    const Scalar decay = exp(-(speed * (h / presliding_) / sliding));
-    const Scalar steady = value_of(velocity) < 0.0 ? -sliding : sliding;
+    const Scalar decay = exp(-(speed * (h / presliding_) / sliding_));
+    const Scalar steady = value_of(velocity) < 0.0 ? -sliding_ : sliding_;
     bend_ = steady + (bend_ - steady) * decay;
   }
 
@@ -49,6 +50,7 @@ class Seals {
   Scalar at_rest_{};
   Scalar presliding_{};
   Scalar bend_{};
+  Scalar sliding_{1.0};  // g(v) / g(0) at the last velocity
 };
 
 }  // namespace ehsid::plant

@@ -121,6 +121,15 @@ class ServoPlant {
 
   void start(const std::vector<Scalar>& values);
 
+  /// Outputs at this whole step, the new command not acting yet.
+  Outputs<Scalar> observe(const Scalar& drive) const {
+    Outputs<Scalar> now{reading_,         (velocity_ + accelerate(drive)) * 0.5,
+                        pressure_.a,      pressure_.b,
+                        pressure_.supply, spool_.position()};
+    each([&](const auto& effect) { put(now.position, effect.store(now.position)); });
+    return now;
+  }
+
   /// Velocity half a step on, from the forces at this whole step.
   Scalar accelerate(const Scalar& drive) const;
   void advance_pressures(const Scalar& spool, const Scalar& from_middle_position);
@@ -364,24 +373,20 @@ Outputs<Scalar> ServoPlant<Scalar>::sample(double command_v) {
     const Scalar first = commands_.mean(now, 0.5 * share);
     const Scalar later = commands_.mean(now + 0.5 * share, 0.5 * share);
     Scalar drive;
+    Scalar drive_before;
     if (kind_ == PlantKind::ehs) {
       drive = pressure_.a * area_a_ - pressure_.b * area_b_ - atmosphere_force_;
+      drive_before = drive;
     } else {
       const Scalar current = (first + later) * 0.5 * force_gain_;
-      drive = (drive_before_ + current) * 0.5;
+      drive_before = drive_before_;
+      drive = (drive_before + current) * 0.5;
       drive_before_ = current;
     }
-    const Scalar before = velocity_;
-    velocity_ = accelerate(drive);
     if (i == 0) {
-      outputs.position = reading_;
-      each([&](const auto& effect) { put(outputs.position, effect.store(outputs.position)); });
-      outputs.velocity = (before + velocity_) * 0.5;
-      outputs.pressure_a = pressure_.a;
-      outputs.pressure_b = pressure_.b;
-      outputs.supply_pressure = pressure_.supply;
-      outputs.spool = spool_.position();
+      outputs = observe(drive_before);
     }
+    velocity_ = accelerate(drive);
     const Scalar moved = velocity_ * h_;
     if (kind_ == PlantKind::ehs) {
       const Scalar spool = spool_.advance(first);

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: MIT
+"""The servo as one stiff ordinary differential equation, solved by scipy with tight tolerances.
+
+Written from the equations of the documents, with another integrator (Radau), another state
+(velocity and pressures at the same instants), another spool (an equation, not a transition
+matrix).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+from scipy.integrate import solve_ivp
+
+import ehsid
+
+FloatArray = npt.NDArray[np.float64]
+ATMOSPHERE = 101325.0
+OUTPUTS = (
+    "position_m",
+    "velocity_m_s",
+    "pressure_a_pa",
+    "pressure_b_pa",
+    "supply_pressure_pa",
+    "spool",
+)
+
+
+def typical() -> dict[str, float]:
+    """Every parameter of the plant: rig and nuisances at their typical values, effects off."""
+    return {
+        parameter.name: 0.0 if parameter.name.startswith("effects.") else parameter.typical
+        for parameter in ehsid.plant_parameters()
+    }
+
+
+class Reference:
+    """State: y, v, p_a, p_b, p_s, spool, spool rate, bend of the seals, sensor."""
+
+    def __init__(self, plant: str, values: Mapping[str, float]) -> None:
+        self.plant = plant
+        self.p = dict(values)
+        p = self.p
+        self.a_a = np.pi / 4.0 * p["cylinder.bore_m"] ** 2
+        self.a_b = self.a_a - np.pi / 4.0 * p["cylinder.rod_m"] ** 2
+        self.hydraulic = plant == "ehs"
+        prefix = "load" if self.hydraulic else "axis"
+        self.mass = p[f"{prefix}.mass_kg"]
+        self.viscous = p[f"{prefix}.viscous_friction_n_s_m"]
+        self.middle = p["cylinder.stroke_m"] / 2.0 if self.hydraulic else 0.0
+        if self.effect("valve_lag", "bandwidth_hz") > 0.0:
+            self.spool = (
+                self.effect("valve_lag", "bandwidth_hz"),
+                self.effect("valve_lag", "damping"),
+            )
+        else:
+            self.spool = p["nuisance.spool_bandwidth_hz"], p["nuisance.spool_damping"]
+
+    def effect(self, effect: str, parameter: str) -> float:
+        return self.p[f"effects.{effect}.{parameter}"]
+
+    def load(self, y: float) -> float:
+        spring = self.effect("load_spring", "stiffness_n_m") * (y - self.middle)
+        constant = self.effect("load_spring", "force_at_mid_stroke_n")
+        return spring + constant + self.effect("load_force", "force_n")
+
+    def friction(self, v: float) -> float:
+        force = self.effect("coulomb_friction", "force_n")
+        coulomb = self.effect("stribeck_friction", "coulomb_n")
+        static = self.effect("stribeck_friction", "static_n")
+        speed = self.effect("stribeck_friction", "stribeck_velocity_m_s")
+        if speed > 0.0:
+            force += coulomb + (static - coulomb) * np.exp(-((v / speed) ** 2))
+        return force
+
+    def bulk_modulus(self, p: float) -> float:
+        beta = self.p["fluid.bulk_modulus_pa"]
+        alpha = self.effect("entrained_air", "volume_fraction")
+        r = alpha * (ATMOSPHERE / p) ** (1.0 / 1.3)
+        beta = beta * (1.0 + r) / (1.0 + r * beta / (1.3 * p))
+        return beta / (1.0 + (3e4 / p) ** 4)
+
+    def flow(self, x: float, drop: float) -> float:
+        p = self.p
+        e = p["nuisance.flow_exponent"]
+        area = 0.5 * (x + np.hypot(x, p["nuisance.edge_rounding"]))
+        gain = p["valve.rated_flow_m3_s"] / p["valve.rated_pressure_drop_pa"] ** e
+        softened = drop**2 + p["nuisance.laminar_pressure_pa"] ** 2
+        return gain * area * drop * softened ** ((e - 1.0) / 2.0)
+
+    def opening(self, x: float) -> float:
+        x = x + self.effect("valve_null_bias", "offset")
+        limit = self.effect("valve_flow_saturation", "limit")
+        return limit * np.tanh(x / limit) if limit > 0.0 else x
+
+    def rates(self, state: FloatArray, u: float) -> FloatArray:
+        y, v, p_a, p_b, p_s, x, dx, s, m = state
+        p = self.p
+        rate = np.zeros(9)
+        w, zeta = 2.0 * np.pi * self.spool[0], self.spool[1]
+        rate[5], rate[6] = dx, w * w * (u - x) - 2.0 * zeta * w * dx
+        force = -self.load(y)
+        if self.hydraulic:
+            at_rest = self.opening(x if self.spool[0] > 0.0 else u)
+            overlap = self.effect("valve_dead_band", "overlap")
+            q_pa = self.flow(at_rest - overlap - p["nuisance.edge_pa"], p_s - p_a)
+            q_at = self.flow(
+                -at_rest - overlap - p["nuisance.edge_at"], p_a - p["supply.tank_pressure_pa"]
+            )
+            q_pb = self.flow(-at_rest - overlap - p["nuisance.edge_pb"], p_s - p_b)
+            q_bt = self.flow(
+                at_rest - overlap - p["nuisance.edge_bt"], p_b - p["supply.tank_pressure_pa"]
+            )
+            inside = self.effect("internal_leakage", "coefficient_m3_s_pa") * (p_a - p_b)
+            tank = p["supply.tank_pressure_pa"]
+            out_a = self.effect("external_leakage", "coefficient_a_m3_s_pa") * (p_a - tank)
+            out_b = self.effect("external_leakage", "coefficient_b_m3_s_pa") * (p_b - tank)
+            v_a = p["cylinder.dead_volume_a_m3"] + self.a_a * y
+            v_b = p["cylinder.dead_volume_b_m3"] + self.a_b * (p["cylinder.stroke_m"] - y)
+            rate[2] = self.bulk_modulus(p_a) / v_a * (q_pa - q_at - inside - out_a - self.a_a * v)
+            rate[3] = self.bulk_modulus(p_b) / v_b * (q_pb - q_bt + inside - out_b + self.a_b * v)
+            resistance = self.effect("supply_droop", "source_resistance_pa_s_m3")
+            if resistance > 0.0:
+                source = (p["supply.pressure_pa"] - p_s) / resistance
+                capacitance = self.effect("supply_droop", "accumulator_capacitance_m3_pa")
+                rate[4] = (source - q_pa - q_pb) / capacitance
+            force += p_a * self.a_a - p_b * self.a_b - ATMOSPHERE * (self.a_a - self.a_b)
+        else:
+            force += p["axis.force_per_volt"] * u
+        g0 = self.friction(0.0)
+        if g0 > 0.0:
+            d = p["nuisance.presliding_m"]
+            rate[7] = (v - abs(v) * s * g0 / self.friction(v)) / d
+            force -= g0 * s + g0 * 1e-3 * max(rate[7] * np.sign(v), 0.0) * np.sign(v)
+        rate[0] = v
+        rate[1] = (force - self.viscous * v) / self.mass
+        tau = self.effect("sensor_lag", "time_constant_s")
+        rate[8] = (y - m) / tau if tau > 0.0 else 0.0
+        return rate
+
+    def start(self) -> FloatArray:
+        p = self.p
+        y = p["initial.position_m"]
+        total = p["supply.pressure_pa"] + p["supply.tank_pressure_pa"]
+        force = self.load(y) + ATMOSPHERE * (self.a_a - self.a_b)
+        # p_a A_a - p_b A_b = force with p_a + p_b = total
+        p_a, p_b = np.linalg.solve([[self.a_a, -self.a_b], [1.0, 1.0]], [force, total])
+        return np.array(
+            [y, p["initial.velocity_m_s"], p_a, p_b, p["supply.pressure_pa"], 0.0, 0.0, 0.0, y]
+        )
+
+    def run(self, command: FloatArray, dt_s: float, fine: int = 20) -> dict[str, FloatArray]:
+        """Outputs at the samples; the play of the sensor is followed at `fine` points of each."""
+        scale = self.p["valve.rated_command_v"] if self.hydraulic else 1.0
+        half = self.effect("valve_hysteresis", "half_width")
+        delay = self.effect("transport_delay", "delay_s")
+        play, held = self.effect("sensor_backlash", "half_width_m"), self.p["initial.position_m"]
+        u, w = np.zeros(command.size), 0.0
+        for k, value in enumerate(command / scale):
+            w = min(max(w, value - half), value + half)
+            u[k] = w
+        whole, part = divmod(delay, dt_s)
+        state = self.start()
+        outputs = {name: np.zeros(command.size) for name in OUTPUTS}
+        lagging = self.effect("sensor_lag", "time_constant_s") > 0.0
+        for k in range(command.size):
+            shown = state[8] if lagging else held if play > 0.0 else state[0]
+            step = self.effect("sensor_quantisation", "step_m")
+            shown = step * np.round(shown / step) if step > 0.0 else shown
+            for name, value in zip(OUTPUTS, [shown, *state[1:6]], strict=True):
+                outputs[name][k] = value
+            # Between two samples the delayed command changes once, `part` after the sample.
+            first = int(k - whole - 1) if part > 0.0 else int(k - whole)
+            for index, span in ((first, part), (int(k - whole), dt_s - part)):
+                if span <= 0.0:
+                    continue
+                value = u[index] if index >= 0 else 0.0
+                solution = solve_ivp(
+                    lambda _, x, value=value: self.rates(x, value),
+                    (0.0, span),
+                    state,
+                    method="Radau",
+                    rtol=1e-9,
+                    atol=[1e-12, 1e-10, 1e-2, 1e-2, 1e-2, 1e-11, 1e-8, 1e-9, 1e-12],
+                    t_eval=np.linspace(0.0, span, fine),
+                )
+                for y in solution.y[0]:
+                    held = min(max(held, y - play), y + play)
+                state = solution.y[:, -1].copy()
+        return outputs

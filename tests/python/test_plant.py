@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: MIT
+"""Steady states, sensitivities, alignment, many runs at once, and wrong arguments."""
+
+import numpy as np
+import plant_runs as runs
+import pytest
+from plant_reference import OUTPUTS, typical
+from scipy.optimize import brentq
+
+import ehsid
+
+EFFECTS = {effect.id: effect for effect in ehsid.effects()}
+
+
+def test_it_starts_in_equilibrium_and_stays_there() -> None:
+    values = typical() | {"effects.load_force.force_n": 500.0}
+    found = runs.simulate(values, np.zeros(50), 4)
+    area_a = np.pi / 4 * values["cylinder.bore_m"] ** 2
+    area_b = area_a - np.pi / 4 * values["cylinder.rod_m"] ** 2
+    force = found["pressure_a_pa"][0] * area_a - found["pressure_b_pa"][0] * area_b
+    # Forces of some 2e4 N that cancel, in double.
+    assert force - 101325.0 * (area_a - area_b) == pytest.approx(500.0, abs=1e-9)
+    # Closed, rounded edges leak: the rod creeps, but it does not jump.
+    assert np.max(np.abs(found["position_m"] - values["initial.position_m"])) < 1e-4
+
+
+@pytest.mark.parametrize("command_v", [-8.0, -2.0, 1.0, 5.0])
+def test_steady_speed_is_that_of_orifices_and_forces(command_v: float) -> None:
+    """Both edges in use, no rounding to speak of: q = K x sqrt(dp) on each side, and the forces."""
+    values = typical() | {
+        "nuisance.edge_rounding": 1e-6,
+        "nuisance.laminar_pressure_pa": 1e2,
+        "cylinder.stroke_m": 4.0,
+        "initial.position_m": 2.0,
+        "effects.load_force.force_n": 1500.0,
+    }
+    found = runs.simulate(values, np.full(3000, command_v), 8)
+    gain = values["valve.rated_flow_m3_s"] / np.sqrt(values["valve.rated_pressure_drop_pa"])
+    x = abs(command_v) / values["valve.rated_command_v"]
+    area_a = np.pi / 4 * values["cylinder.bore_m"] ** 2
+    area_b = area_a - np.pi / 4 * values["cylinder.rod_m"] ** 2
+    p_s, p_t = values["supply.pressure_pa"], values["supply.tank_pressure_pa"]
+
+    def pressures(v: float) -> tuple[float, float]:
+        drops = [(area * v / (gain * x)) ** 2 for area in (area_a, area_b)]
+        if command_v > 0:
+            return p_s - drops[0], p_t + drops[1]
+        return p_t + drops[0], p_s - drops[1]
+
+    def surplus(v: float) -> float:
+        p_a, p_b = pressures(v)
+        force = p_a * area_a - p_b * area_b - 101325.0 * (area_a - area_b) - 1500.0
+        return float(force - values["load.viscous_friction_n_s_m"] * v)
+
+    # Faster than without load no opening lets it go.
+    fastest = gain * x * np.sqrt(p_s) / area_b
+    v = brentq(surplus, 0.0, np.sign(command_v) * fastest, xtol=1e-12)
+    p_a, p_b = pressures(v)
+    # Over the last 0.2 s, oscillation gone; the volumes still change, which costs about 1e-3.
+    tail = slice(-100, None)
+    assert np.mean(found["velocity_m_s"][tail]) == pytest.approx(v, rel=2e-3)
+    assert np.mean(found["pressure_a_pa"][tail]) == pytest.approx(p_a, rel=5e-3)
+    assert np.mean(found["pressure_b_pa"][tail]) == pytest.approx(p_b, rel=5e-3)
+
+
+VARIED = [
+    "cylinder.bore_m",
+    "load.mass_kg",
+    "load.viscous_friction_n_s_m",
+    "valve.rated_flow_m3_s",
+    "supply.pressure_pa",
+    "fluid.bulk_modulus_pa",
+    "nuisance.spool_bandwidth_hz",
+    "nuisance.spool_damping",
+    "nuisance.edge_rounding",
+    "nuisance.edge_at",
+    "nuisance.flow_exponent",
+    "nuisance.laminar_pressure_pa",
+    "initial.position_m",
+    "effects.transport_delay.delay_s",
+    "effects.valve_hysteresis.half_width",
+    "effects.valve_null_bias.offset",
+    "effects.valve_flow_saturation.limit",
+    "effects.valve_dead_band.overlap",
+    "effects.internal_leakage.coefficient_m3_s_pa",
+    "effects.external_leakage.coefficient_b_m3_s_pa",
+    "effects.entrained_air.volume_fraction",
+    "effects.supply_droop.source_resistance_pa_s_m3",
+    "effects.coulomb_friction.force_n",
+    "effects.load_spring.stiffness_n_m",
+    "effects.sensor_lag.time_constant_s",
+    "effects.sensor_backlash.half_width_m",
+]
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_sensitivities_are_the_slopes_of_the_simulation(name: str) -> None:
+    effect = name.split(".")[1] if name.startswith("effects.") else None
+    values = typical() if effect is None else runs.with_effect(EFFECTS[effect])
+    if name == "effects.transport_delay.delay_s":
+        values[name] = 0.0043  # off the grid of steps, where the derivative has a corner
+    command = runs.steps(4, 60, 10, 6.0)
+    index = runs.NAMES.index(name)
+    _, partials = ehsid.simulate_plant(
+        "ehs", runs.vector(values), command, dt_s=runs.DT_S, substeps=4, varied=[index]
+    )
+    # Fourth-order central differences, steps of 1e-4 of the value or of its typical size: their
+    # own error is far below 1e-4 of the slope, rounding of the outputs / step about 1e-9.
+    size = abs(values[name]) or ehsid.plant_parameters()[index].maximum
+    step = 1e-4 * size
+    shifted = [
+        ehsid.simulate_plant(
+            "ehs",
+            runs.vector(values | {name: values[name] + k * step}),
+            command,
+            dt_s=runs.DT_S,
+            substeps=4,
+        )[0][0]
+        for k in (-2, -1, 1, 2)
+    ]
+    slope = (shifted[0] - 8 * shifted[1] + 8 * shifted[2] - shifted[3]) / (12 * step)
+    # A sensor changes nothing but the reading.
+    for j in range(1 if ".sensor_" in name else 4):
+        scale = np.max(np.abs(slope[:, j]))
+        assert scale > 0.0
+        difference = np.abs(partials[0, :, 0, j] - slope[:, j])
+        # Where a clamp or a reversal falls between the shifted runs single samples differ.
+        assert np.quantile(difference, 0.9) < 1e-3 * scale, OUTPUTS[j]
+
+
+def test_sensitivities_in_one_call_are_those_one_by_one() -> None:
+    command = runs.steps(5, 50, 10, 6.0)
+    varied = [runs.NAMES.index(name) for name in VARIED[:13]]
+    values = runs.vector(typical())
+    outputs, together = ehsid.simulate_plant("ehs", values, command, dt_s=runs.DT_S, varied=varied)
+    plain, nothing = ehsid.simulate_plant("ehs", values, command, dt_s=runs.DT_S)
+    assert nothing.shape == (1, 50, 0, 6)
+    # The same operations in another order of compilation: rounding only.
+    np.testing.assert_allclose(outputs, plain, rtol=1e-9, atol=1e-12)
+    for i, index in enumerate(varied):
+        _, alone = ehsid.simulate_plant("ehs", values, command, dt_s=runs.DT_S, varied=[index])
+        scale = np.abs(alone).max(axis=(0, 1, 2))
+        assert np.all(np.abs(together[:, :, i] - alone[:, :, 0]).max(axis=(0, 1)) <= 1e-9 * scale)
+
+
+def test_sets_side_by_side_are_those_one_by_one() -> None:
+    command = runs.steps(6, 80, 10, 6.0)
+    sets = np.repeat(runs.vector(typical()), 7, axis=0)
+    sets[:, runs.NAMES.index("load.mass_kg")] = np.linspace(50.0, 300.0, 7)
+    together, _ = ehsid.simulate_plant("ehs", sets, command, dt_s=runs.DT_S, threads=3)
+    for i in range(7):
+        alone, _ = ehsid.simulate_plant("ehs", sets[i : i + 1], command, dt_s=runs.DT_S)
+        np.testing.assert_array_equal(together[i], alone[0])
+
+
+def test_alignment_moves_the_reading_and_nothing_else() -> None:
+    values = typical() | {
+        "effects.sensor_lag.time_constant_s": 0.01,
+        "effects.sensor_backlash.half_width_m": 1e-4,
+    }
+    command = runs.steps(7, 100, 10, 5.0)
+    aligned = np.full(100, np.nan)
+    aligned[[30, 60]] = 0.14, 0.16
+    free = runs.simulate(values, command, 4)
+    outputs, _ = ehsid.simulate_plant(
+        "ehs", runs.vector(values), command, dt_s=runs.DT_S, substeps=4, aligned=aligned
+    )
+    assert outputs[0, 30, 0] == pytest.approx(0.14, abs=1e-15)
+    assert outputs[0, 60, 0] == pytest.approx(0.16, abs=1e-15)
+    np.testing.assert_array_equal(outputs[0, :30, 0], free["position_m"][:30])
+    # A position a few millimetres away changes the volumes by per cents: speeds stay alike.
+    assert np.corrcoef(outputs[0, :, 1], free["velocity_m_s"])[0, 1] > 0.99
+
+
+def test_end_stops_hold_the_rod() -> None:
+    for command_v in (-10.0, 10.0):
+        found = runs.simulate(typical(), np.full(2000, command_v), 4)
+        assert found["position_m"].min() > -0.01
+        assert found["position_m"].max() < 0.31
+        assert abs(found["velocity_m_s"][-1]) < 1e-3
+        assert found["pressure_a_pa"].min() > 0.0
+        assert found["pressure_b_pa"].min() > 0.0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"plant": "robot"}, "plant must be 'ehs' or 'axis'"),
+        ({"command": [0.0, float("nan")]}, "command must be finite, entry 1"),
+        ({"command": "abc"}, "command must hold real numbers"),
+        ({"values": np.zeros((1, 3))}, "values has shape"),
+        ({"dt_s": 0.0}, "dt_s must be finite and > 0"),
+        ({"substeps": 0}, "substeps must be in 1..1000"),
+        ({"varied": [1000]}, "varied: 1000 is not below"),
+        ({"aligned": [0.1]}, "aligned has shape"),
+    ],
+)
+def test_wrong_arguments_are_named(change: dict[str, object], words: str) -> None:
+    arguments: dict[str, object] = {
+        "plant": "ehs",
+        "values": runs.vector(typical()),
+        "command": np.zeros(5),
+        "dt_s": 1e-3,
+    } | change
+    with pytest.raises((ValueError, TypeError), match=words):
+        ehsid.simulate_plant(**arguments)  # type: ignore[arg-type]
