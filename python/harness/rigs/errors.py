@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: MIT
+"""The one exception of this room: every problem of a rig file at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+class RigError(ValueError):
+    """A rig that cannot be read, written or simulated as it is.
+
+    Attributes
+    ----------
+    source
+        the file, or the name of a rig made in memory.
+    problems
+        what is wrong, one line each: key, value, what was expected.
+    """
+
+    def __init__(self, source: object, problems: Sequence[str]) -> None:
+        self.source = str(source)
+        self.problems = tuple(problems)
+        lines = "".join(f"\n  {problem}" for problem in self.problems)
+        super().__init__(
+            f"{self.source}: {lines.strip()}"
+            if len(problems) == 1
+            else f"{self.source}: {len(problems)} problems{lines}"
+        )

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT
+"""Writing a rig as TOML."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from ehsid.harness.rigs.errors import RigError
+from ehsid.harness.rigs.rig import Rig
+
+
+def rig_text(rig: Rig) -> str:
+    """The rig as TOML; reading it gives the same rig, to the last digit."""
+    document: dict[str, Any] = {"name": rig.name, "plant": rig.plant}
+    for name, value in rig.values.items():
+        *sections, key = name.split(".")
+        table = document
+        for section in sections:
+            table = table.setdefault(section, {})
+        table[key] = value
+    if rig.uncertainty:
+        document["uncertainty"] = dict(rig.uncertainty)
+    if rig.sensors:
+        document["sensors"] = dict(rig.sensors)
+    if rig.columns:
+        document["columns"] = {
+            key: {"name": column.name} | ({"unit": column.unit} if column.unit else {})
+            for key, column in rig.columns.items()
+        }
+    return tomli_w.dumps(document)
+
+
+def write_rig(rig: Rig, path: str | os.PathLike[str]) -> None:
+    """Write the rig under a temporary name, then rename.
+
+    Raises
+    ------
+    RigError
+        the file system refuses.
+    """
+    path = Path(path)
+    unfinished = path.with_name(f".{path.name}.part")
+    try:
+        unfinished.write_text(rig_text(rig), encoding="utf-8")
+        unfinished.replace(path)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        raise RigError(path, [f"cannot be written ({error.strerror})"]) from None
