@@ -26,8 +26,7 @@ using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(Finite, Scalars, );
 
 TYPED_TEST(Finite, AnyBitsAreJudgedAsTheLibraryJudgesThem) {
-  using Bits =
-      std::conditional_t<sizeof(TypeParam) == sizeof(float), std::uint32_t, std::uint64_t>;
+  using Bits = std::conditional_t<sizeof(TypeParam) == sizeof(float), std::uint32_t, std::uint64_t>;
   constexpr int kExponentBits = sizeof(TypeParam) == sizeof(float) ? 8 : 11;
   constexpr int kMantissaBits = static_cast<int>(8 * sizeof(TypeParam)) - 1 - kExponentBits;
   std::mt19937_64 random(1);
@@ -68,8 +67,8 @@ TYPED_TEST(Finite, OneBadEntryAnywhereIsFound) {
 }
 
 TEST(Status, ErrorsAreTheRefusals) {
-  for (const Status normal : {Status::ok, Status::filling, Status::no_information, Status::disabled,
-                              Status::reset}) {
+  for (const Status normal :
+       {Status::ok, Status::filling, Status::no_information, Status::disabled, Status::reset}) {
     EXPECT_FALSE(ehsid::is_error(normal));
   }
   for (const Status error : {Status::invalid_input, Status::out_of_range, Status::numerical_limit,
@@ -80,9 +79,10 @@ TEST(Status, ErrorsAreTheRefusals) {
 
 TEST(Status, CodesAreThoseOfRecordsAlreadyWritten) {
   // Trajectories store the number of a status: a new one goes to the end of its kind, none moves.
-  const Status in_order[] = {Status::ok,           Status::filling,       Status::no_information,
-                            Status::disabled,     Status::reset,         Status::invalid_input,
-                            Status::out_of_range, Status::numerical_limit, Status::invalid_argument};
+  const Status in_order[] = {
+      Status::ok,           Status::filling,         Status::no_information,
+      Status::disabled,     Status::reset,           Status::invalid_input,
+      Status::out_of_range, Status::numerical_limit, Status::invalid_argument};
   int code = 0;
   for (const Status status : in_order) {
     EXPECT_EQ(static_cast<int>(status), code++);
