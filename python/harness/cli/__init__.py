@@ -8,8 +8,10 @@ from typing import Annotated
 import typer
 
 import ehsid
+from ehsid.harness.cli.effects import effects_command
 from ehsid.harness.cli.estimate import estimate_command
 from ehsid.harness.cli.identify import identify_command
+from ehsid.harness.cli.simulate import simulate_command
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -37,6 +39,8 @@ def _options(
 
 app.command("estimate")(estimate_command)
 app.command("identify")(identify_command)
+app.command("simulate")(simulate_command)
+app.command("effects")(effects_command)
 
 
 def main() -> None:

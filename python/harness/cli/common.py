@@ -45,6 +45,11 @@ def write_results(folder: Path, stem: str, findings: dict[str, Any], figure: Fig
     unfinished = folder / f".{stem}.json.part"
     unfinished.write_text(json.dumps(findings, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     unfinished.replace(folder / f"{stem}.json")
-    picture = folder / f".{stem}.png.part"
-    figure.savefig(picture, dpi=120, format="png")
-    picture.replace(folder / f"{stem}.png")
+    write_figure(folder / f"{stem}.png", figure)
+
+
+def write_figure(path: Path, figure: Figure) -> None:
+    """Write a PNG under a temporary name, then rename."""
+    unfinished = path.with_name(f".{path.name}.part")
+    figure.savefig(unfinished, dpi=120, format="png")
+    unfinished.replace(path)

@@ -12,6 +12,7 @@ from ehsid.harness.report.page import (
     render_page,
     write_page,
 )
+from ehsid.harness.report.record_figure import record_figure
 
 __all__ = [
     "Page",
@@ -23,6 +24,7 @@ __all__ = [
     "error_figure",
     "estimation_figure",
     "identification_figure",
+    "record_figure",
     "render_page",
     "write_page",
 ]

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: MIT
+"""Sine of rising frequency."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import scipy.signal
+
+
+def chirp(
+    n: int, dt_s: float, *, amplitude: float, band_hz: tuple[float, float]
+) -> npt.NDArray[np.float64]:
+    """From the low to the high end of the band, by equal factors in equal times.
+
+    Parameters
+    ----------
+    n
+        samples, at least 2.
+    dt_s
+        sampling time in seconds.
+    amplitude
+        >= 0.
+    band_hz
+        0 < low < high < 1 / (2 dt_s).
+    """
+    low, high = band_hz
+    if not (n >= 2 and amplitude >= 0.0 and 0.0 < low < high < 0.5 / dt_s):
+        raise ValueError(
+            f"chirp: n = {n}, amplitude = {amplitude:g}, band_hz = {band_hz}: expected n >= 2, "
+            f"amplitude >= 0, 0 < low < high < {0.5 / dt_s:g}"
+        )
+    time = np.arange(n) * dt_s
+    phase = scipy.signal.chirp(time, low, time[-1], high, method="logarithmic", phi=-90.0)
+    return np.asarray(amplitude * phase, dtype=np.float64)

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: MIT
+"""Pseudo-random binary sequence.
+
+L. Ljung, System Identification: Theory for the User, 2nd ed., 1999, sec. 13.3.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import max_len_seq
+
+
+def prbs(n: int, *, amplitude: float, hold: int, bits: int = 10) -> npt.NDArray[np.float64]:
+    """2^bits - 1 values of +-amplitude in maximum-length order, each held, repeated.
+
+    Parameters
+    ----------
+    n
+        samples, at least 1.
+    amplitude
+        >= 0.
+    hold
+        samples each value is held, >= 1: the spectrum is flat up to about 0.4 / (hold dt_s).
+    bits
+        length of the shift register, 2 to 20.
+    """
+    if not (n >= 1 and amplitude >= 0.0 and hold >= 1 and 2 <= bits <= 20):
+        raise ValueError(
+            f"prbs: n = {n}, amplitude = {amplitude:g}, hold = {hold}, bits = {bits}: expected "
+            "n >= 1, amplitude >= 0, hold >= 1, bits 2 to 20"
+        )
+    sequence, _ = max_len_seq(bits)
+    period = np.repeat(amplitude * (2.0 * sequence - 1.0), hold)
+    return np.resize(period, n)

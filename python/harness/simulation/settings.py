@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: MIT
+"""Values given on a command line: effect.parameter=number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ehsid.harness.rigs import RigError
+from ehsid.harness.rigs.checks import check_values
+from ehsid.harness.rigs.parameters import EFFECT_PREFIX
+
+
+def parse_settings(texts: Iterable[str]) -> dict[str, float]:
+    """Full names and values from texts such as "coulomb_friction.force_n=400".
+
+    Raises
+    ------
+    RigError
+        a text of another form, an unknown name, a value outside its range.
+    """
+    values: dict[str, float] = {}
+    problems: list[str] = []
+    for text in texts:
+        name, equals, number = text.partition("=")
+        if not equals or "." not in name:
+            problems.append(
+                f"'{text}': expected EFFECT.PARAMETER=NUMBER, as coulomb_friction.force_n=400"
+            )
+            continue
+        full = EFFECT_PREFIX + name.strip()
+        try:
+            value = float(number)
+        except ValueError:
+            problems.append(f"'{text}': '{number}' is not a number")
+            continue
+        problems += check_values({full: value})
+        values[full] = value
+    if problems:
+        raise RigError("--effect", problems)
+    return values
