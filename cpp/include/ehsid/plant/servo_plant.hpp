@@ -288,11 +288,12 @@ void ServoPlant<Scalar>::advance_pressures(const Scalar& spool, const Scalar& mi
     Pressures value;  // Pa/s
     Pressures slope;  // of each over its own pressure, 1/s
   };
-  const auto rates = [&](const Pressures& p) {
-    const Flow<Scalar> pa = edges_.flow(open_pa, p.supply - p.a);
-    const Flow<Scalar> at = edges_.flow(open_at, p.a - tank_);
-    const Flow<Scalar> pb = edges_.flow(open_pb, p.supply - p.b);
-    const Flow<Scalar> bt = edges_.flow(open_bt, p.b - tank_);
+  const auto rates = [&](const Pressures& p, auto with_slope) {
+    constexpr bool kSlope = decltype(with_slope)::value;
+    const Flow<Scalar> pa = edges_.template flow<kSlope>(open_pa, p.supply - p.a);
+    const Flow<Scalar> at = edges_.template flow<kSlope>(open_at, p.a - tank_);
+    const Flow<Scalar> pb = edges_.template flow<kSlope>(open_pb, p.supply - p.b);
+    const Flow<Scalar> bt = edges_.template flow<kSlope>(open_bt, p.b - tank_);
     Scalar into_a = pa.rate - at.rate - swept_a;
     Scalar into_b = pb.rate - bt.rate + swept_b;
     each([&](const auto& effect) { leak(into_a, into_b, effect.leakage(p.a, p.b, tank_)); });
@@ -301,12 +302,16 @@ void ServoPlant<Scalar>::advance_pressures(const Scalar& spool, const Scalar& mi
     Rates r{};
     r.value.a = stiff_a * into_a;
     r.value.b = stiff_b * into_b;
-    r.slope.a = -(stiff_a * (pa.slope + at.slope));
-    r.slope.b = -(stiff_b * (pb.slope + bt.slope));
+    if constexpr (kSlope) {
+      r.slope.a = -(stiff_a * (pa.slope + at.slope));
+      r.slope.b = -(stiff_b * (pb.slope + bt.slope));
+    }
     if (line_) {
       r.value.supply =
           ((source_ - p.supply) * inverse_resistance_ - pa.rate - pb.rate) * inverse_capacitance_;
-      r.slope.supply = -((inverse_resistance_ + pa.slope + pb.slope) * inverse_capacitance_);
+      if constexpr (kSlope) {
+        r.slope.supply = -((inverse_resistance_ + pa.slope + pb.slope) * inverse_capacitance_);
+      }
     }
     return r;
   };
@@ -314,7 +319,7 @@ void ServoPlant<Scalar>::advance_pressures(const Scalar& spool, const Scalar& mi
 
   // (1 - g h J) k1 = f(p),  (1 - g h J) k2 = f(p + h k1) - 2 k1,  p <- p + h (3 k1 + k2) / 2,
   // J the diagonal of the Jacobian: the order does not depend on what J leaves out.
-  const Rates first = rates(pressure_);
+  const Rates first = rates(pressure_, std::true_type{});
   const Scalar a = 1.0 / (1.0 - first.slope.a * (kGamma * h_));
   const Scalar b = 1.0 / (1.0 - first.slope.b * (kGamma * h_));
   const Scalar k1_a = first.value.a * a;
@@ -328,7 +333,7 @@ void ServoPlant<Scalar>::advance_pressures(const Scalar& spool, const Scalar& mi
     k1_s = first.value.supply * s;
     ahead.supply = floored(pressure_.supply + k1_s * h_);
   }
-  const Rates second = rates(ahead);
+  const Rates second = rates(ahead, std::false_type{});
   const auto step = [&](const Scalar& p, const Scalar& k1, const Scalar& rate,
                         const Scalar& inverse) {
     const Scalar k2 = (rate - k1 * 2.0) * inverse;
