@@ -6,6 +6,7 @@
 """
 
 from ehsid.harness.records.errors import RecordError
+from ehsid.harness.records.layout import ColumnMap, Layout
 from ehsid.harness.records.reading import read_record
 from ehsid.harness.records.record import Record, make_record
 from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS, TIME_COLUMN, Column
@@ -17,8 +18,10 @@ __all__ = [
     "REQUIRED_COLUMNS",
     "TIME_COLUMN",
     "Column",
+    "ColumnMap",
     "Gap",
     "Jitter",
+    "Layout",
     "Record",
     "RecordError",
     "TimeBase",

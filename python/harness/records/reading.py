@@ -5,18 +5,32 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
 
 from ehsid.harness.records.binary_formats import MatTable, NpzTable, ParquetTable
+from ehsid.harness.records.checks import check_columns
 from ehsid.harness.records.csv_format import CsvTable
 from ehsid.harness.records.csv_text import decompress
 from ehsid.harness.records.errors import RecordError, missing_column
 from ehsid.harness.records.formats import format_of, stem_of
+from ehsid.harness.records.layout import (
+    ColumnMap,
+    Layout,
+    check_layout,
+    in_schema_unit,
+    names_in_file,
+)
 from ehsid.harness.records.record import Record, make_record
 from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS, TIME_COLUMN
 
 Table = CsvTable | ParquetTable | MatTable | NpzTable
+
+AS_THE_SCHEMA: Layout = MappingProxyType({})
 
 
 def read_record(
@@ -24,6 +38,7 @@ def read_record(
     *,
     columns: Sequence[str] | None = None,
     required: Sequence[str] | None = None,
+    layout: Mapping[str, ColumnMap] = AS_THE_SCHEMA,
 ) -> Record:
     """Read and check a record.
 
@@ -37,6 +52,10 @@ def read_record(
     required
         names that must be there. By default those in `columns`, or where that is None
         `time_s` and `command_v`.
+    layout
+        columns of the schema that the file has under other names or in other units, as in
+        `[columns]` of a rig. `columns` and `required` name them as the schema does; those that
+        are read must be in the file.
 
     Returns
     -------
@@ -52,20 +71,36 @@ def read_record(
     table = _table(data, path)
     if required is None:
         required = REQUIRED_COLUMNS if columns is None else tuple(columns)
-    for name in required:
-        if name not in table.names:
-            raise missing_column(path, name, table.names, _why(name))
-    wanted = table.names
-    if columns is not None:
-        asked = {*columns, *required, TIME_COLUMN}
-        wanted = [name for name in table.names if name in asked]
+    check_layout(layout, path)
+    names = names_in_file(table.names, layout, path)
+    asked = {*names, *layout} if columns is None else {*columns, *required, TIME_COLUMN}
+    for name in (*required, *(target for target in layout if target in asked)):
+        told = layout[name].name if name in layout else name
+        if names.get(name) != told:
+            raise missing_column(path, told, table.names, _why(name))
+    wanted = {name: names[name] for name in names if name in asked}
     return make_record(
-        table.read(wanted),
+        _arrays(table, wanted, layout, path),
         name=stem_of(path),
         source=path,
         sha256=hashlib.sha256(data).hexdigest(),
         first_row=table.first_row,
     )
+
+
+def _arrays(
+    table: Table, wanted: Mapping[str, str], layout: Layout, path: Path
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Columns by name of the record, in its units."""
+    read = table.read(list(dict.fromkeys(wanted.values())))
+    # Before they are renamed, so that messages name the columns as the file does.
+    arrays = check_columns(read, file=path, first_row=table.first_row)
+    return {
+        target: in_schema_unit(arrays[name], layout[target], COLUMNS[target].unit)
+        if target in layout
+        else arrays[name]
+        for target, name in wanted.items()
+    }
 
 
 def _bytes(path: Path) -> bytes:

@@ -5,16 +5,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from typing import Any
 
+import ehsid
 from ehsid.harness.records.errors import nearest_name
 from ehsid.harness.rigs.parameters import (
     EFFECT_PREFIX,
     NUISANCE_PREFIX,
+    acts_on,
     belongs_to,
     effects,
     is_rig_value,
+    names_of,
     plant_parameters,
 )
+
+HIDDEN_SPOOL = f"{NUISANCE_PREFIX}spool_bandwidth_hz"
+
+LARGEST_SIGMA = 10.0  # relative: beyond a factor of ten, nothing is told
 
 SENSORS = (
     "position_noise_m",
@@ -33,15 +41,33 @@ def unknown(key: str, existing: Iterable[str]) -> str:
     return f"'{key}' is not known{hint}"
 
 
+def shown(value: object) -> str:
+    """The value as it goes into a message: a line's worth of it."""
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
 def not_a_number(key: str, value: object) -> str | None:
     """Is the value no finite number?"""
     if isinstance(value, bool) or not isinstance(value, int | float):
-        return f"'{key}' = {value!r}: expected a number"
-    return None if math.isfinite(value) else f"'{key}' = {value}: expected a finite number"
+        return f"'{key}' = {shown(value)}: expected a number"
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:  # TOML has integers of any length
+        return f"'{key}': expected a number that float64 can hold"
+    return None if finite else f"'{key}' = {value}: expected a finite number"
+
+
+def _range(parameter: ehsid.PlantParameter) -> str:
+    unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+    return f"{parameter.minimum:g} to {parameter.maximum:g}{unit} ({parameter.meaning})"
 
 
 def check_values(values: Mapping[str, object]) -> list[str]:
-    """Names and ranges of values by full name. Zero switches an effect off, whatever its range."""
+    """Names and ranges of values by full name.
+
+    Zero switches an effect off, and the hidden spool, whatever the range.
+    """
     problems = []
     for name, value in values.items():
         parameter = plant_parameters().get(name)
@@ -53,13 +79,17 @@ def check_values(values: Mapping[str, object]) -> list[str]:
             problems.append(wrong)
             continue
         assert isinstance(value, int | float)
-        off = name.startswith((EFFECT_PREFIX, NUISANCE_PREFIX)) and value == 0.0
+        off = value == 0.0 and (name.startswith(EFFECT_PREFIX) or name == HIDDEN_SPOOL)
         if not off and not parameter.minimum <= value <= parameter.maximum:
-            problems.append(
-                f"'{name}' = {value:g}: expected {parameter.minimum:g} to {parameter.maximum:g} "
-                f"{parameter.unit} ({parameter.meaning})"
-            )
+            problems.append(f"'{name}' = {value!r}: expected {_range(parameter)}")
     return problems
+
+
+def unknown_effect(effect: str) -> str:
+    """An effect that is not in the catalogue, with the nearest that is."""
+    nearest = nearest_name(effect, effects())
+    hint = f"; did you mean '{nearest}'?" if nearest else ""
+    return f"'{EFFECT_PREFIX}{effect}' is no effect of the catalogue{hint}"
 
 
 def _unknown_value(name: str) -> str:
@@ -67,17 +97,14 @@ def _unknown_value(name: str) -> str:
         return unknown(name, plant_parameters())
     effect = name.split(".")[1]
     if effect not in effects():
-        nearest = nearest_name(effect, effects())
-        hint = f"; did you mean '{nearest}'?" if nearest else ""
-        return f"'{EFFECT_PREFIX}{effect}' is no effect of the catalogue{hint}"
-    names = [f"{EFFECT_PREFIX}{effect}.{p.name}" for p in effects()[effect].parameters]
-    return unknown(name, names)
+        return unknown_effect(effect)
+    return unknown(name, names_of(effects()[effect]))
 
 
 def check_complete(values: Mapping[str, object], plant: str) -> list[str]:
     """Everything the plant needs is told, nothing it does not have."""
     problems = [
-        f"'{name}' is missing ({parameter.meaning}, in {parameter.unit})"
+        f"'{name}' is missing: expected {_range(parameter)}"
         for name, parameter in plant_parameters().items()
         if belongs_to(name, plant) and name not in values
     ]
@@ -86,6 +113,42 @@ def check_complete(values: Mapping[str, object], plant: str) -> list[str]:
         for name in values
         if name in plant_parameters() and is_rig_value(name) and not belongs_to(name, plant)
     ]
+    problems += [
+        f"'{EFFECT_PREFIX}{effect.id}': a plant \"{plant}\" has no {effect.subsystem}"
+        for effect in effects().values()
+        if not acts_on(effect, plant) and any(values.get(name) for name in names_of(effect))
+    ]
+    return problems
+
+
+def check_uncertainty(
+    uncertainty: Mapping[str, Any], values: Mapping[str, object], plant: object
+) -> list[str]:
+    """Each is a relative 1-sigma of a value of the rig."""
+    problems = []
+    for name, sigma in uncertainty.items():
+        if name not in plant_parameters():
+            problems.append(f"uncertainty: {_unknown_value(name)}")
+        elif name not in values and not belongs_to(name, str(plant)):
+            problems.append(f"uncertainty '{name}': the rig does not tell this value")
+        elif not_a_number(name, sigma) or not 0.0 < sigma <= LARGEST_SIGMA:
+            problems.append(
+                f"uncertainty '{name}' = {shown(sigma)}: expected a relative 1-sigma above 0, "
+                f"{LARGEST_SIGMA:g} at most"
+            )
+    return problems
+
+
+def check_sensors(sensors: Mapping[str, Any]) -> list[str]:
+    """Each is the standard deviation of a sensor's noise."""
+    problems = []
+    for key, noise in sensors.items():
+        if key not in SENSORS:
+            problems.append(f"sensors: {unknown(key, SENSORS)}")
+        elif not_a_number(key, noise) or noise < 0.0:
+            problems.append(
+                f"'sensors.{key}' = {shown(noise)}: expected a standard deviation, >= 0"
+            )
     return problems
 
 
@@ -100,12 +163,13 @@ def check_together(values: Mapping[str, object]) -> list[str]:
         low, high = number(small), number(large)
         if low is None or high is None or low < high:
             return []
-        return [f"'{small}' = {low:g} must be below '{large}' = {high:g}"]
+        return [f"'{small}' = {low!r} must be below '{large}' = {high!r}"]
 
     problems = below("cylinder.rod_m", "cylinder.bore_m")
     problems += below("supply.tank_pressure_pa", "supply.pressure_pa")
     stribeck = f"{EFFECT_PREFIX}stribeck_friction"
-    static, coulomb = number(f"{stribeck}.static_n"), number(f"{stribeck}.coulomb_n")
+    coulomb = number(f"{stribeck}.coulomb_n")
+    static = number(f"{stribeck}.static_n") if f"{stribeck}.static_n" in values else 0.0
     if static is not None and coulomb is not None and static < coulomb:
         problems.append(
             f"'{stribeck}.static_n' = {static:g} must not be below coulomb_n = {coulomb:g}"
@@ -118,12 +182,11 @@ def _whole_effects(values: Mapping[str, object]) -> list[str]:
     """An effect that is on needs the parameters that have no zero in their range."""
     problems = []
     for effect in effects().values():
-        names = {p.name: f"{EFFECT_PREFIX}{effect.id}.{p.name}" for p in effect.parameters}
-        if not any(values.get(full) for full in names.values()):
+        if not any(values.get(name) for name in names_of(effect)):
             continue
         problems += [
-            f"'{names[p.name]}' is missing: {p.meaning}, {p.minimum:g} to {p.maximum:g} {p.unit}"
-            for p in effect.parameters
-            if p.minimum > 0.0 and not values.get(names[p.name])
+            f"'{name}' is missing: expected {_range(p)}"
+            for name, p in zip(names_of(effect), effect.parameters, strict=True)
+            if p.minimum > 0.0 and not values.get(name)
         ]
     return problems

@@ -19,10 +19,12 @@ class RigError(ValueError):
 
     def __init__(self, source: object, problems: Sequence[str]) -> None:
         self.source = str(source)
-        self.problems = tuple(problems)
+        # A key in quotation marks may hold anything, line ends too: one problem stays one line.
+        printable = ("".join(c if c.isprintable() else repr(c)[1:-1] for c in p) for p in problems)
+        self.problems = tuple(dict.fromkeys(printable))
         lines = "".join(f"\n  {problem}" for problem in self.problems)
         super().__init__(
             f"{self.source}: {lines.strip()}"
-            if len(problems) == 1
-            else f"{self.source}: {len(problems)} problems{lines}"
+            if len(self.problems) == 1
+            else f"{self.source}: {len(self.problems)} problems{lines}"
         )

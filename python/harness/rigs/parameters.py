@@ -35,6 +35,16 @@ def belongs_to(name: str, plant: str) -> bool:
     return is_rig_value(name) and name.startswith("axis.") == (plant == "axis")
 
 
+def acts_on(effect: ehsid.EffectInfo, plant: str) -> bool:
+    """Has the plant the subsystem of the effect? An axis has neither valve nor hydraulics."""
+    return plant != "axis" or effect.subsystem not in ("valve", "hydraulics")
+
+
+def names_of(effect: ehsid.EffectInfo) -> list[str]:
+    """Full names of its parameters."""
+    return [f"{EFFECT_PREFIX}{effect.id}.{parameter.name}" for parameter in effect.parameters]
+
+
 # Relative 1-sigma of what a data sheet or a drawing says, where the rig file does not tell:
 # dimensions are known, masses nearly, flow and friction roughly, the oil's stiffness hardly.
 DEFAULT_UNCERTAINTY = MappingProxyType(

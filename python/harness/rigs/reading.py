@@ -4,22 +4,22 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-import pint
-
-from ehsid.harness.records import COLUMNS
+from ehsid.harness.records import COLUMNS, ColumnMap
+from ehsid.harness.records.errors import nearest_name
+from ehsid.harness.records.layout import is_convertible
 from ehsid.harness.rigs.checks import (
-    SENSORS,
     check_complete,
+    check_sensors,
     check_together,
+    check_uncertainty,
     check_values,
-    not_a_number,
+    shown,
     unknown,
+    unknown_effect,
 )
 from ehsid.harness.rigs.errors import RigError
 from ehsid.harness.rigs.parameters import (
@@ -30,7 +30,8 @@ from ehsid.harness.rigs.parameters import (
     is_rig_value,
     plant_parameters,
 )
-from ehsid.harness.rigs.rig import ColumnMap, Rig
+from ehsid.harness.rigs.rig import Rig
+from ehsid.harness.rigs.toml_text import parse_toml, read_text
 
 PLANTS = ("ehs", "axis")
 TABLES = ("uncertainty", "sensors", "effects", "columns")
@@ -45,17 +46,7 @@ def read_rig(path: str | os.PathLike[str]) -> Rig:
         everything that is wrong with it, with keys, values and what was expected.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise RigError(path, ["there is no such file"]) from None
-    except IsADirectoryError:
-        raise RigError(path, ["this is a directory; name a rig file (TOML) in it"]) from None
-    except UnicodeDecodeError as error:
-        raise RigError(path, [f"not UTF-8 text (byte {error.start}); save it as UTF-8"]) from None
-    except OSError as error:
-        raise RigError(path, [f"cannot be read ({error.strerror})"]) from None
-    return parse_rig(text, source=path)
+    return parse_rig(read_text(path), source=path)
 
 
 def parse_rig(text: str, *, source: object = "rig") -> Rig:
@@ -66,35 +57,21 @@ def parse_rig(text: str, *, source: object = "rig") -> Rig:
     RigError
         as read_rig.
     """
-    try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise RigError(source, [f"not TOML: {error}"]) from None
+    document = parse_toml(text, source)
     problems: list[str] = []
     name, plant = document.get("name", "rig"), document.get("plant")
     if not isinstance(name, str):
-        problems.append(f"'name' = {name!r}: expected text")
+        problems.append(f"'name' = {shown(name)}: expected text")
     if plant not in PLANTS:
-        shown = "is missing" if plant is None else f"= {plant!r}"
-        problems.append(f'\'plant\' {shown}: expected "ehs" or "axis"')
+        problems.append(_unknown_plant(plant))
     values = _values(document, problems)
     if plant in PLANTS:
         problems += check_complete(values, plant)
     problems += check_values(values) + check_together(values)
     uncertainty = _flat(_table(document, "uncertainty", problems))
-    for key, sigma in uncertainty.items():
-        if key not in plant_parameters():
-            problems.append(f"uncertainty: {unknown(key, plant_parameters())}")
-        elif not_a_number(key, sigma) or not 0.0 < sigma <= 10.0:
-            problems.append(
-                f"uncertainty.'{key}' = {sigma!r}: expected a relative 1-sigma, 0 to 10"
-            )
+    problems += check_uncertainty(uncertainty, values, plant)
     sensors = _table(document, "sensors", problems)
-    for key, noise in sensors.items():
-        if key not in SENSORS:
-            problems.append(f"sensors: {unknown(key, SENSORS)}")
-        elif not_a_number(key, noise) or noise < 0.0:
-            problems.append(f"'sensors.{key}' = {noise!r}: expected a standard deviation, >= 0")
+    problems += check_sensors(sensors)
     columns = _columns(_table(document, "columns", problems), problems)
     if problems:
         raise RigError(source, problems)
@@ -106,6 +83,14 @@ def parse_rig(text: str, *, source: object = "rig") -> Rig:
         sensors={key: float(value) for key, value in sensors.items()},
         columns=columns,
     )
+
+
+def _unknown_plant(plant: object) -> str:
+    if plant is None:
+        return '\'plant\' is missing: expected "ehs" or "axis"'
+    nearest = nearest_name(plant, PLANTS) if isinstance(plant, str) else None
+    hint = f"; did you mean '{nearest}'?" if nearest else ""
+    return f'\'plant\' = {shown(plant)}: expected "ehs" or "axis"{hint}'
 
 
 def _values(document: Mapping[str, Any], problems: list[str]) -> dict[str, Any]:
@@ -122,14 +107,17 @@ def _values(document: Mapping[str, Any], problems: list[str]) -> dict[str, Any]:
         if key not in sections:
             problems.append(unknown(key, sections | {"name", "plant", *TABLES}))
         elif not isinstance(section, dict):
-            problems.append(f"'{key}' = {section!r}: expected a section [{key}]")
+            problems.append(f"'{key}' = {shown(section)}: expected a section [{key}]")
         else:
             values |= {f"{key}.{inner}": value for inner, value in section.items()}
     for effect, section in _table(document, "effects", problems).items():
         if not isinstance(section, dict):
-            problems.append(f"'effects.{effect}' = {section!r}: expected [effects.{effect}]")
-        elif effect not in effects() and not section:
-            problems.append(f"effects: {unknown(effect, effects())}")
+            problems.append(f"'effects.{effect}' = {shown(section)}: expected [effects.{effect}]")
+        elif effect not in effects():
+            problems.append(unknown_effect(effect))
+        elif not section:
+            expected = ", ".join(parameter.name for parameter in effects()[effect].parameters)
+            problems.append(f"'effects.{effect}' is empty: expected {expected}")
         else:
             values |= {f"{EFFECT_PREFIX}{effect}.{k}": value for k, value in section.items()}
     return values
@@ -138,7 +126,7 @@ def _values(document: Mapping[str, Any], problems: list[str]) -> dict[str, Any]:
 def _table(document: Mapping[str, Any], key: str, problems: list[str]) -> dict[str, Any]:
     table = document.get(key, {})
     if not isinstance(table, dict):
-        problems.append(f"'{key}' = {table!r}: expected a section [{key}]")
+        problems.append(f"'{key}' = {shown(table)}: expected a section [{key}]")
         return {}
     return table
 
@@ -163,7 +151,7 @@ def _columns(table: Mapping[str, Any], problems: list[str]) -> dict[str, ColumnM
         entry = {"name": told} if isinstance(told, str) else told
         if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
             problems.append(
-                f'\'columns.{key}\' = {told!r}: expected {{ name = "Stroke", unit = "mm" }}'
+                f'\'columns.{key}\' = {shown(told)}: expected {{ name = "Stroke", unit = "mm" }}'
             )
             continue
         problems += [
@@ -171,27 +159,11 @@ def _columns(table: Mapping[str, Any], problems: list[str]) -> dict[str, ColumnM
             for k in entry.keys() - {"name", "unit"}
         ]
         unit = entry.get("unit")
-        if unit is not None and not _converts(unit, COLUMNS[key].unit):
+        if unit is not None and not is_convertible(unit, COLUMNS[key].unit):
             problems.append(
-                f"'columns.{key}.unit' = {unit!r}: expected a unit of the same kind as "
+                f"'columns.{key}.unit' = {shown(unit)}: expected a unit of the same kind as "
                 f"{COLUMNS[key].unit}"
             )
             continue
         columns[key] = ColumnMap(entry["name"], unit)
     return columns
-
-
-@cache
-def _units() -> Any:  # pint's own types are partly untyped
-    return pint.UnitRegistry()
-
-
-def _converts(unit: object, schema_unit: str) -> bool:
-    if not isinstance(unit, str):
-        return False
-    try:
-        return bool(
-            _units().Unit(unit).is_compatible_with("" if schema_unit == "1" else schema_unit)
-        )
-    except Exception:  # for text that is no unit, pint raises kinds of errors it does not document
-        return False

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.records import ColumnMap
 from ehsid.harness.rigs.errors import RigError
 from ehsid.harness.rigs.parameters import (
     DEFAULT_EFFECT_UNCERTAINTY,
@@ -22,14 +23,6 @@ from ehsid.harness.rigs.parameters import (
 )
 
 PlantName = Literal["ehs", "axis"]
-
-
-@dataclass(frozen=True)
-class ColumnMap:
-    """Where a column of the schema is found in a record, and in which unit."""
-
-    name: str
-    unit: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +43,7 @@ class Rig:
     sensors
         what is known of the sensors, e.g. "position_noise_m".
     columns
-        layout of the records, by name of the schema.
+        layout of the records, by name of the schema: the `layout` of `read_record`.
     """
 
     name: str
@@ -70,14 +63,17 @@ class Rig:
         Raises
         ------
         RigError
-            a name the plant does not have, or a value outside its range.
+            a name the plant does not have, a value outside its range, or values that contradict
+            each other.
         """
-        from ehsid.harness.rigs.checks import check_values
+        from ehsid.harness.rigs.checks import check_complete, check_together, check_values
 
-        problems = check_values(values)
+        together = {**self.values, **values}
+        problems = check_values(values) + check_complete(together, self.plant)
+        problems += check_together(together)
         if problems:
             raise RigError(self.name, problems)
-        return replace(self, values={**self.values, **values})
+        return replace(self, values={k: float(value) for k, value in together.items()})
 
     def sigma(self, name: str) -> float:
         """Relative 1-sigma of a value."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,8 @@ def write_rig(rig: Rig, path: str | os.PathLike[str]) -> None:
     try:
         unfinished.write_text(rig_text(rig), encoding="utf-8")
         unfinished.replace(path)
-    except OSError as error:
-        unfinished.unlink(missing_ok=True)
-        raise RigError(path, [f"cannot be written ({error.strerror})"]) from None
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the path
+        with contextlib.suppress(OSError, ValueError):  # there may be no such folder at all
+            unfinished.unlink()
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise RigError(path, [f"cannot be written ({reason})"]) from None

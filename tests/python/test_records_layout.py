@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""Records whose columns have names and units of their own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ehsid.harness.records import COLUMNS, ColumnMap, RecordError, make_record, read_record
+from ehsid.harness.records.layout import is_convertible
+
+# Name in the file, unit, SI value of 1 and of 3 units; figures from the definitions of the units
+# (BIPM, SI brochure, 9th ed.; psi from 1 lb = 0.45359237 kg, g = 9.80665 m/s^2, 1 in = 25.4 mm).
+LAYOUT = {
+    "time_s": (ColumnMap("t", "ms"), 1e-3, 3e-3),
+    "command_v": (ColumnMap("u", "mV"), 1e-3, 3e-3),
+    "position_m": (ColumnMap("Stroke", "mm"), 1e-3, 3e-3),
+    "pressure_a_pa": (ColumnMap("PA", "bar"), 1e5, 3e5),
+    "pressure_b_pa": (ColumnMap("PB", "psi"), 0.45359237 * 9.80665 / 0.0254**2, None),
+    "spool": (ColumnMap("x_v", "percent"), 0.01, 0.03),
+    "velocity_m_s": (ColumnMap("v", "mm/s"), 1e-3, 3e-3),
+    "force_n": (ColumnMap("F", "kN"), 1e3, 3e3),
+    "temperature_c": (ColumnMap("T", "degF"), (1.0 - 32.0) / 1.8, (3.0 - 32.0) / 1.8),
+}
+COLUMN_MAPS = {target: told[0] for target, told in LAYOUT.items()}
+
+
+def write(path: Path, columns: dict[str, list[float]]) -> Path:
+    rows = zip(*columns.values(), strict=True)
+    lines = [",".join(columns), *(",".join(repr(cell) for cell in row) for row in rows)]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_names_and_units_of_every_column(tmp_path: Path) -> None:
+    path = write(tmp_path / "r.csv", {told[0].name: [1.0, 3.0] for told in LAYOUT.values()})
+    record = read_record(path, layout=COLUMN_MAPS)
+    assert record.time_s is not None
+    for target, (_, one, three) in LAYOUT.items():
+        found = record.time_s if target == "time_s" else record.column(target)
+        expected = [one, 3.0 * one if three is None else three]
+        # A few roundings of the conversion; degF subtracts numbers of the size of 300.
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+    assert record.dt_s == pytest.approx(2e-3, rel=1e-12)
+
+
+def test_what_is_not_mapped_keeps_its_name_and_values(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "r.csv",
+        {"time_s": [0.0, 0.1], "command_v": [0.1, 0.2], "Stroke": [1.0, 2.0], "extra": [7.0, 8.0]},
+    )
+    layout = {"position_m": ColumnMap("Stroke")}
+    record = read_record(path, layout=layout)
+    assert list(record.columns) == ["command_v", "position_m", "extra"]
+    assert record.column("command_v").tolist() == [0.1, 0.2]
+    assert record.column("position_m").tolist() == [1.0, 2.0]  # no unit told: the schema's
+    some = read_record(path, columns=("position_m",), layout=layout)
+    assert list(some.columns) == ["position_m"]
+
+
+def test_names_may_be_exchanged(tmp_path: Path) -> None:
+    path = write(tmp_path / "r.csv", {"pressure_a_pa": [1.0, 1.0], "pressure_b_pa": [2.0, 2.0]})
+    layout = {"pressure_a_pa": ColumnMap("pressure_b_pa"),
+              "pressure_b_pa": ColumnMap("pressure_a_pa")}  # fmt: skip
+    record = read_record(path, columns=("pressure_a_pa", "pressure_b_pa"), layout=layout)
+    assert record.column("pressure_a_pa").tolist() == [2.0, 2.0]
+    assert record.column("pressure_b_pa").tolist() == [1.0, 1.0]
+
+
+GOOD = {"time_s": [0.0, 0.1], "command_v": [0.0, 0.0], "Stroke": [1.0, 2.0]}
+
+
+@pytest.mark.parametrize(
+    ("layout", "column", "says"),
+    [
+        ({"position_m": ColumnMap("stroke_")}, "stroke_", "rename 'Stroke' to 'stroke_'"),
+        ({"position_m": ColumnMap("Stroke", "kg")}, "Stroke", "'kg' is not a unit of 'position_m'"),
+        ({"position_m": ColumnMap("Stroke", "mmm")}, "Stroke", "converts into m."),
+        ({"positon_m": ColumnMap("Stroke")}, "positon_m", "rename 'position_m'"),
+        ({"command_v": ColumnMap("Stroke")}, "command_v", "both 'command_v' and 'Stroke' would"),
+        ({"time_s": ColumnMap("t")}, "t", "there is no column 't'"),
+    ],
+)
+def test_message_of_a_wrong_layout(
+    tmp_path: Path, layout: dict[str, ColumnMap], column: str, says: str
+) -> None:
+    path = write(tmp_path / "r.csv", GOOD)
+    with pytest.raises(RecordError) as caught:
+        read_record(path, layout=layout)
+    assert caught.value.column == column
+    assert says in str(caught.value)
+
+
+def test_bad_cells_are_told_by_the_name_in_the_file(tmp_path: Path) -> None:
+    path = write(tmp_path / "r.csv", GOOD | {"Stroke": [1.0, float("inf")]})
+    with pytest.raises(RecordError, match="row 3, column 'Stroke': row 3 is infinite"):
+        read_record(path, layout={"position_m": ColumnMap("Stroke", "mm")})
+
+
+def test_a_value_that_overflows_in_the_new_unit_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path / "r.csv", GOOD | {"Stroke": [1.0, 1e308]})
+    with pytest.raises(RecordError, match="column 'position_m': row 3 is infinite"):
+        read_record(path, layout={"position_m": ColumnMap("Stroke", "km")})
+
+
+@given(unit=st.sampled_from(["m", "mm", "in", "bar", "Pa", "V", "s", "ms", "degC", "kN", "mm/s"]))
+def test_a_unit_fits_the_columns_of_its_dimension_only(unit: str) -> None:
+    dimension = {
+        "m": "m", "mm": "m", "in": "m", "bar": "Pa", "Pa": "Pa", "V": "V", "s": "s", "ms": "s",
+        "degC": "degC", "kN": "N", "mm/s": "m/s",
+    }[unit]  # fmt: skip
+    for column in COLUMNS.values():
+        assert is_convertible(unit, column.unit) == (column.unit == dimension)
+
+
+@pytest.mark.parametrize(
+    "unit",
+    ["2 mm", "m**9**9**9", "m^9^9", "m**99", "m)", "(", "1/0 m", "__import__('os')", "m\n",
+     "x" * 99, None, 1, True, ["m"], "ms", "M"],
+)  # fmt: skip
+def test_no_unit_of_length(unit: object) -> None:
+    assert not is_convertible(unit, "m")
+
+
+def test_without_a_layout_nothing_changes(tmp_path: Path) -> None:
+    path = write(tmp_path / "r.csv", {"time_s": [0.0, 0.1], "command_v": [0.3, 0.4]})
+    made = make_record({"time_s": [0.0, 0.1], "command_v": [0.3, 0.4]})
+    assert read_record(path).column("command_v").tolist() == made.column("command_v").tolist()
