@@ -49,10 +49,10 @@ class ArxOrders : public testing::Test {
   typename Model::Parameters theta;
 };
 
-using Models =
-    testing::Types<ehsid::Arx<double, 1, 1, 0>, ehsid::Arx<double, 1, 1, 1>,
-                   ehsid::Arx<double, 3, 3, 1>, ehsid::Arx<double, 3, 3, 1, true>,
-                   ehsid::Arx<double, 2, 5, 0, true>, ehsid::Arx<double, 6, 6, 20, true>>;
+using Models = testing::Types<ehsid::Arx<double, 1, 1, 0>, ehsid::Arx<double, 1, 1, 1>,
+                              ehsid::Arx<double, 3, 3, 1>, ehsid::Arx<double, 3, 3, 1, true>,
+                              ehsid::Arx<double, 4, 1, 1>, ehsid::Arx<double, 2, 5, 0, true>,
+                              ehsid::Arx<double, 6, 6, 20, true>>;
 TYPED_TEST_SUITE(ArxOrders, Models, );
 
 TYPED_TEST(ArxOrders, RegressorIsEquation8OnceTheHistoryIsFull) {

@@ -73,12 +73,15 @@ TYPED_TEST(Forgetting, PeekChangesNothingAndTellsTheSameTwice) {
 TYPED_TEST(Forgetting, RestartIsANewBeginning) {
   TypeParam used;
   TypeParam fresh;
-  for (int k = 0; k < 300; ++k) {
+  for (int k = 0; k < 257; ++k) {
     used.accept(this->draw());
   }
   used.restart();
   for (int k = 0; k < 300; ++k) {
-    const auto evidence = this->draw();
+    auto evidence = this->draw();
+    if (k % 50 < 5) {
+      evidence.innovation *= 20.0F;  // a change every policy answers
+    }
     const auto again = used.peek(evidence);
     const auto first = fresh.peek(evidence);
     ASSERT_EQ(again.before, first.before) << "at " << k;

@@ -70,6 +70,17 @@ TEST(RmseReset, NothingIsAnAlarmDuringTheCoolDown) {
   EXPECT_EQ(samples_to_alarm(detector, 1e4F, 40), -1);  // the last of the 50
 }
 
+TEST(RmseReset, ArmedAgainWithTheFirstQuietSampleAfterTheCoolDown) {
+  Detector detector = made();
+  samples_to_alarm(detector, 1.0F, 300);
+  ASSERT_EQ(samples_to_alarm(detector, 101.0F, 10), 0);
+  samples_to_alarm(detector, 1.0F, 50);
+  EXPECT_EQ(detector.state().armed, 0);
+  detector.update(1.0F);
+  EXPECT_EQ(detector.state().armed, 1);
+  EXPECT_TRUE(detector.update(101.0F));
+}
+
 TEST(RmseReset, NoSecondAlarmBeforeTheErrorsHaveFallen) {
   Detector::Options options;
   options.cool_down = 5;

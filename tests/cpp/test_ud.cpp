@@ -70,12 +70,14 @@ TEST_P(Ud, InformationIsTheQuadraticFormOfTheInverse) {
 }
 
 TEST_P(Ud, MeasurementIsEquation13) {
-  const double lambda = 0.95;
+  // Equal in (13); they differ where a policy forgets behind the measurement.
+  const double r = 0.95;
+  const double shrink = 0.8;
   ehsid::Array<double, kN> gain{};
-  factors_.measure(factors_.project(phi_), lambda, lambda, gain);
+  factors_.measure(factors_.project(phi_), r, shrink, gain);
   const Vector column = p_ * phi_;
-  const double alpha = lambda + phi_.dot(column);
-  expect_near(factors_.matrix(), (p_ - column * column.transpose() / alpha) / lambda);
+  const double alpha = r + phi_.dot(column);
+  expect_near(factors_.matrix(), (p_ - column * column.transpose() / alpha) / shrink);
   const Vector expected = column / alpha;
   for (int i = 0; i < kN; ++i) {
     EXPECT_NEAR(gain[static_cast<std::size_t>(i)], expected[i], kTolerance * expected.norm());
@@ -116,6 +118,39 @@ TEST(UdFactors, RefusesWhatIsNotACovarianceAndKeepsItsOwn) {
   indefinite(0, 1) = indefinite(1, 0) = 1.5;
   EXPECT_FALSE(factors.factorise(indefinite));
   EXPECT_EQ(factors.matrix(), before);
+}
+
+TEST(UdFactors, AMatrixSingularInThisPrecisionIsRefused) {
+  constexpr double kEps = std::numeric_limits<double>::epsilon();
+  ehsid::UdFactors<double, 2> factors;
+  Eigen::Matrix2d matrix = Eigen::Matrix2d::Ones();
+  matrix(1, 1) += kEps;  // one rounding away from singular: the pivot that is left is noise
+  EXPECT_FALSE(factors.factorise(matrix));
+  matrix(1, 1) = 1.0 + 8.0 * kEps;
+  EXPECT_TRUE(factors.factorise(matrix));
+}
+
+TEST(UdFactors, UsableMeansFiniteWithPositiveNormalDiagonal) {
+  using Limits = std::numeric_limits<double>;
+  Factors factors;
+  ASSERT_TRUE(factors.set_diagonal(Vector::Constant(Limits::min())));
+  EXPECT_TRUE(factors.usable());
+  for (const double bad :
+       {0.0, -1.0, Limits::denorm_min(), Limits::infinity(), Limits::quiet_NaN()}) {
+    for (double& value : factors.d) {
+      value = bad;
+      EXPECT_FALSE(factors.usable()) << bad;
+      value = 1.0;
+    }
+  }
+  for (const double bad : {Limits::infinity(), Limits::quiet_NaN()}) {
+    for (double& value : factors.u) {
+      value = bad;
+      EXPECT_FALSE(factors.usable()) << bad;
+      value = -1e3;
+    }
+  }
+  EXPECT_TRUE(factors.usable());
 }
 
 TEST(UdFactors, FactorsStayPositiveInFloatWhereTheMatrixDoesNot) {
