@@ -82,7 +82,8 @@ GOOD = {"time_s": [0.0, 0.1], "command_v": [0.0, 0.0], "Stroke": [1.0, 2.0]}
         ({"position_m": ColumnMap("Stroke", "mmm")}, "Stroke", "converts into m."),
         ({"positon_m": ColumnMap("Stroke")}, "positon_m", "rename 'position_m'"),
         ({"command_v": ColumnMap("Stroke")}, "command_v", "both 'command_v' and 'Stroke' would"),
-        ({"time_s": ColumnMap("t")}, "t", "there is no column 't'"),
+        ({"position_m": ColumnMap("Stroke"), "time_s": ColumnMap("t")}, "t", "no column 't'"),
+        ({"position_m": ColumnMap("s"), "force_n": ColumnMap("F")}, "s", "no column 's'"),
     ],
 )
 def test_message_of_a_wrong_layout(
@@ -93,6 +94,13 @@ def test_message_of_a_wrong_layout(
         read_record(path, layout=layout)
     assert caught.value.column == column
     assert says in str(caught.value)
+
+
+def test_a_record_of_the_schema_needs_no_layout(tmp_path: Path) -> None:
+    path = write(tmp_path / "sim.csv", {"time_s": [0.0, 0.1], "position_m": [0.1, 0.2]})
+    layout = {"position_m": ColumnMap("Stroke", "mm"), "force_n": ColumnMap("F", "kN")}
+    record = read_record(path, required=("position_m",), layout=layout)
+    assert record.column("position_m").tolist() == [0.1, 0.2]
 
 
 def test_bad_cells_are_told_by_the_name_in_the_file(tmp_path: Path) -> None:

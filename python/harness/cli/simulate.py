@@ -16,7 +16,7 @@ from rich.table import Table
 
 from ehsid.harness.cli.common import clear_errors, write_figure
 from ehsid.harness.excitation import chirp, odd_multisine, prbs, random_steps, triangle
-from ehsid.harness.records import read_record, write_record
+from ehsid.harness.records import Layout, read_record, write_record
 from ehsid.harness.report import record_figure
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import SimulationRun, parse_settings, simulate
@@ -54,8 +54,10 @@ def _excitation(
             return triangle(n, dt_s, amplitude=amplitude, period_s=duration / 4.0)
 
 
-def _command(path: Path) -> tuple[npt.NDArray[np.float64], float]:
-    record = read_record(path, columns=["command_v"], required=["time_s", "command_v"])
+def _command(path: Path, layout: Layout) -> tuple[npt.NDArray[np.float64], float]:
+    record = read_record(
+        path, columns=["command_v"], required=["time_s", "command_v"], layout=layout
+    )
     if len(record.segments) > 1 or record.dt_s is None:
         raise ValueError(f"{path}: a command with gaps cannot drive a rig; give one stretch of it")
     return record.column("command_v"), record.dt_s
@@ -101,7 +103,7 @@ def simulate_command(
         values = parse_settings(effect or [])
         rig = read_rig(rig_file)
         if command is not None:
-            volts, dt = _command(command)
+            volts, dt = _command(command, rig.columns)
         else:
             assert excitation is not None
             if not (duration > 0.0 and dt > 0.0 and duration >= 2.0 * dt):

@@ -97,6 +97,18 @@ def check_layout(layout: Layout, file: Path | str) -> None:
             )
 
 
+def layout_of(file_names: Sequence[str], layout: Layout) -> Layout:
+    """The layout, or none for a file that has names of the schema where the layout has others.
+
+    So a rig that maps the columns of its logger still reads the records of its simulator. Names of
+    the schema stand for its units.
+    """
+    told = {column.name for column in layout.values()}
+    return (
+        {} if told.isdisjoint(file_names) and not layout.keys().isdisjoint(file_names) else layout
+    )
+
+
 def names_in_file(file_names: Sequence[str], layout: Layout, file: Path | str) -> dict[str, str]:
     """Name of the record -> name in the file, in the order of the file.
 

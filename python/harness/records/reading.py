@@ -23,6 +23,7 @@ from ehsid.harness.records.layout import (
     Layout,
     check_layout,
     in_schema_unit,
+    layout_of,
     names_in_file,
 )
 from ehsid.harness.records.record import Record, make_record
@@ -55,7 +56,7 @@ def read_record(
     layout
         columns of the schema that the file has under other names or in other units, as in
         `[columns]` of a rig. `columns` and `required` name them as the schema does; those that
-        are read must be in the file.
+        are read must be in the file, unless it has none of these names but those of the schema.
 
     Returns
     -------
@@ -72,6 +73,7 @@ def read_record(
     if required is None:
         required = REQUIRED_COLUMNS if columns is None else tuple(columns)
     check_layout(layout, path)
+    layout = layout_of(table.names, layout)
     names = names_in_file(table.names, layout, path)
     asked = {*names, *layout} if columns is None else {*columns, *required, TIME_COLUMN}
     for name in (*required, *(target for target in layout if target in asked)):
