@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""Makes the gallery of effects: python docs/effects/make.py
+
+Every effect at its typical size on the same rig and commands, with and without. It writes
+docs/effects/*.png and docs/effects.md.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from rich.progress import track
+
+import ehsid
+from ehsid.harness.excitation import random_steps, triangle
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import read_rig
+from ehsid.harness.simulation import simulate
+
+HERE = Path(__file__).parent
+RIG = read_rig(HERE.parents[1] / "examples" / "rigs" / "bench.toml").with_values(
+    {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
+)
+DT_S = 1e-3
+# A slow triangle through null, then steps: what most effects show in.
+COMMAND = np.concatenate(
+    [
+        triangle(1000, DT_S, amplitude=0.8, period_s=1.0),
+        random_steps(1000, amplitude=6.0, hold=(100, 250), rng=np.random.default_rng(4)),
+    ]
+)
+
+
+def run(effect: ehsid.EffectInfo | None) -> Record:
+    """The record with one effect at its typical size, or with none."""
+    values = {}
+    if effect is not None:
+        values = {f"effects.{effect.id}.{p.name}": p.typical for p in effect.parameters}
+    return simulate(RIG, COMMAND, dt_s=DT_S, values=values).record
+
+
+def picture(effect: ehsid.EffectInfo, without: Record, with_effect: Record) -> Figure:
+    """Position, load pressure, and what changes."""
+    figure = Figure(figsize=(9, 4.6), layout="constrained")
+    axes = figure.subplots(3, 1, sharex=True)
+    assert without.time_s is not None
+    for record, label, style in ((without, "without", "0.55"), (with_effect, "with", "C0")):
+        axes[0].plot(record.time_s, 1e3 * record.column("position_m"), color=style, label=label)
+        load = record.column("pressure_a_pa") - record.column("pressure_b_pa")
+        axes[1].plot(record.time_s, 1e-5 * load, color=style, linewidth=1.0)
+    change = with_effect.column("position_m") - without.column("position_m")
+    axes[2].plot(without.time_s, 1e3 * change, color="C3")
+    for axis, label in zip(
+        axes, ("position in mm", "p_a - p_b in bar", "difference in mm"), strict=True
+    ):
+        axis.set_ylabel(label, fontsize="small")
+        axis.margins(x=0.0)
+        axis.grid(True, alpha=0.3)
+    axes[0].legend(fontsize="small", loc="upper left")
+    axes[0].set_title(effect.id)
+    axes[2].set_xlabel("time in s")
+    return figure
+
+
+def section(effect: ehsid.EffectInfo) -> str:
+    """The effect in words, and its picture."""
+    rows = "\n".join(
+        f"| `{p.name}` | {p.unit} | {p.minimum:g} .. {p.maximum:g} | {p.typical:g} | {p.meaning} |"
+        for p in effect.parameters
+    )
+    return f"""## {effect.id}
+
+{effect.subsystem}; `{effect.equation}` ({effect.source}). Shown by: {effect.excitation}.
+
+| parameter | unit | plausible | here | |
+|---|---|---|---|---|
+{rows}
+
+![{effect.id}: position and load pressure with and without](effects/{effect.id}.png)
+"""
+
+
+def main() -> None:
+    """Write pictures and page."""
+    without = run(None)
+    parts = []
+    for effect in track(ehsid.effects(), description="simulating"):
+        picture(effect, without, run(effect)).savefig(HERE / f"{effect.id}.png", dpi=70)
+        parts.append(section(effect))
+    head = """# The catalogue of effects
+
+Made by `python docs/effects/make.py`; the texts are those of the compiled catalogue
+(`ehsid effects`). Every effect at its typical size on the bench of `examples/rigs` without its
+valve lag: a slow triangle of 0.8 V through null, then steps of up to 6 V. Grey without, blue with
+the effect; red the difference in position.
+
+"""
+    (HERE.parent / "effects.md").write_text(head + "\n".join(parts), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
