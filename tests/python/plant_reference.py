@@ -79,8 +79,7 @@ class Reference:
         beta = self.p["fluid.bulk_modulus_pa"]
         alpha = self.effect("entrained_air", "volume_fraction")
         r = alpha * (ATMOSPHERE / p) ** (1.0 / 1.3)
-        beta = beta * (1.0 + r) / (1.0 + r * beta / (1.3 * p))
-        return beta / (1.0 + (3e4 / p) ** 4)
+        return beta * (1.0 + r) / (1.0 + r * beta / (1.3 * p))
 
     def flow(self, x: float, drop: float) -> float:
         p = self.p

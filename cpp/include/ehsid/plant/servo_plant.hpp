@@ -94,17 +94,31 @@ class ServoPlant {
     return sum;
   }
 
-  /// beta_e over the volume. Below about 0.3 bar the oil gives off air and vapour and turns soft: whatever the
-  /// rig, no chamber pulls a vacuum.
+  /// beta_e over the volume, Pa/m^3.
   Scalar stiffness(const Scalar& pressure, const Scalar& inverse_volume) const {
     Scalar beta = bulk_modulus_;
     each([&](const auto& effect) { put(beta, effect.bulk_modulus(beta, pressure)); });
-    if (value_of(pressure) < 10.0 * kVapour) {
-      const Scalar ratio = kVapour / pressure;
-      const Scalar square = ratio * ratio;
-      beta = beta / (1.0 + square * square);
-    }
     return beta * inverse_volume;
+  }
+
+  /// A chamber's pressure after a step. No chamber pulls a vacuum: at the vapour pressure the oil parts, and the
+  /// cavity, m^3, must be filled before the pressure rises again. inflow: m^3 during the step.
+  static Scalar with_cavity(const Scalar& stepped, const Scalar& inflow, const Scalar& stiffness,
+                            Scalar& cavity) {
+    if (value_of(cavity) > 0.0) {
+      cavity -= inflow;
+      if (value_of(cavity) > 0.0) {
+        return Scalar(kVapour);
+      }
+      const Scalar pressure = kVapour - stiffness * cavity;
+      cavity = Scalar(0.0);
+      return pressure;
+    }
+    if (value_of(stepped) < kVapour) {
+      cavity = (kVapour - stepped) / stiffness;
+      return Scalar(kVapour);
+    }
+    return stepped;
   }
 
   static Scalar at(const std::vector<Scalar>& values, Initial which) {
@@ -135,8 +149,7 @@ class ServoPlant {
   void advance_pressures(const Scalar& spool, const Scalar& from_middle_position);
 
   static constexpr double kAtmosphere = 101325.0;       // Pa
-  static constexpr double kVapour = 3e4;                // Pa
-  static constexpr double kFloor = 200.0;               // Pa, no pressure falls below
+  static constexpr double kVapour = 1e3;                // Pa
   static constexpr double kStopRate = 1000.0;           // rad/s, of the mass on its end stop
   static constexpr double kGamma = 0.2928932188134524;  // 1 - 1 / sqrt(2)
 
@@ -159,6 +172,7 @@ class ServoPlant {
   std::size_t sample_ = 0;
   Scalar position_, velocity_, reading_;
   Pressures pressure_{};
+  Scalar cavity_a_{}, cavity_b_{};
   Scalar drive_before_{};
 };
 
@@ -287,6 +301,7 @@ void ServoPlant<Scalar>::advance_pressures(const Scalar& spool, const Scalar& mi
   struct Rates {
     Pressures value;  // Pa/s
     Pressures slope;  // of each over its own pressure, 1/s
+    Scalar stiff_a, stiff_b;
   };
   const auto rates = [&](const Pressures& p, auto with_slope) {
     constexpr bool kSlope = decltype(with_slope)::value;
@@ -300,6 +315,8 @@ void ServoPlant<Scalar>::advance_pressures(const Scalar& spool, const Scalar& mi
     const Scalar stiff_a = stiffness(p.a, inverse_a);
     const Scalar stiff_b = stiffness(p.b, inverse_b);
     Rates r{};
+    r.stiff_a = stiff_a;
+    r.stiff_b = stiff_b;
     r.value.a = stiff_a * into_a;
     r.value.b = stiff_b * into_b;
     if constexpr (kSlope) {
@@ -315,7 +332,7 @@ void ServoPlant<Scalar>::advance_pressures(const Scalar& spool, const Scalar& mi
     }
     return r;
   };
-  const auto floored = [](const Scalar& p) { return value_of(p) < kFloor ? Scalar(kFloor) : p; };
+  const auto floored = [](const Scalar& p) { return value_of(p) < kVapour ? Scalar(kVapour) : p; };
 
   // (1 - g h J) k1 = f(p),  (1 - g h J) k2 = f(p + h k1) - 2 k1,  p <- p + h (3 k1 + k2) / 2,
   // J the diagonal of the Jacobian: the order does not depend on what J leaves out.
@@ -337,12 +354,14 @@ void ServoPlant<Scalar>::advance_pressures(const Scalar& spool, const Scalar& mi
   const auto step = [&](const Scalar& p, const Scalar& k1, const Scalar& rate,
                         const Scalar& inverse) {
     const Scalar k2 = (rate - k1 * 2.0) * inverse;
-    return floored(p + (k1 * 3.0 + k2) * (0.5 * h_));
+    return p + (k1 * 3.0 + k2) * (0.5 * h_);
   };
-  pressure_.a = step(pressure_.a, k1_a, second.value.a, a);
-  pressure_.b = step(pressure_.b, k1_b, second.value.b, b);
+  pressure_.a = with_cavity(step(pressure_.a, k1_a, second.value.a, a),
+                            first.value.a * h_ / first.stiff_a, first.stiff_a, cavity_a_);
+  pressure_.b = with_cavity(step(pressure_.b, k1_b, second.value.b, b),
+                            first.value.b * h_ / first.stiff_b, first.stiff_b, cavity_b_);
   if (line_) {
-    pressure_.supply = step(pressure_.supply, k1_s, second.value.supply, s);
+    pressure_.supply = floored(step(pressure_.supply, k1_s, second.value.supply, s));
   }
 }
 
