@@ -132,7 +132,7 @@ class Reference:
         if g0 > 0.0:
             d = p["nuisance.presliding_m"]
             rate[7] = (v - abs(v) * s * g0 / self.friction(v)) / d
-            force -= g0 * s + g0 * 1e-3 * max(rate[7] * np.sign(v), 0.0) * np.sign(v)
+            force -= g0 * s + g0 * d / 0.02 * max(rate[7] * np.sign(v), 0.0) * np.sign(v)
         rate[0] = v
         rate[1] = (force - self.viscous * v) / self.mass
         tau = self.effect("sensor_lag", "time_constant_s")

@@ -226,3 +226,40 @@ def test_a_chamber_that_parted_fills_again() -> None:
     end = [run["position_m"][-1] for run in found]
     assert abs(end[2] - end[1]) < abs(end[1] - end[0]) / 3.0
     assert abs(end[1] - end[0]) < 1e-4 * np.ptp(found[0]["position_m"])
+
+
+@pytest.mark.parametrize("presliding", [5e-5, 1e-5, 2e-6])
+def test_friction_tends_to_its_sharp_form(presliding: float) -> None:
+    """Sharp Coulomb friction alone stops a mass after v^2 m / (2 F); the bristle adds its give."""
+    speed, mass, force = 0.05, 95.0, 40.0
+    values = typical() | {
+        "axis.mass_kg": mass,
+        "axis.viscous_friction_n_s_m": 0.0,
+        "effects.coulomb_friction.force_n": force,
+        "nuisance.presliding_m": presliding,
+        "initial.position_m": 0.0,
+        "initial.velocity_m_s": speed,
+    }
+    found = runs.simulate(values, np.zeros(400), 64, "axis")
+    sharp = speed**2 * mass / (2.0 * force)
+    # While it bends, over d, the force is up to 1 + v / 0.02 (its damping) of sliding friction off;
+    # in the end it springs back by at most d.
+    assert abs(found["position_m"][-1] - sharp) < (2.0 + speed / 0.02) * presliding
+    assert abs(found["velocity_m_s"][-1]) < 1e-3 * speed
+
+
+@pytest.mark.parametrize("rounding", [1e-2, 1e-3, 1e-4])
+def test_dead_band_tends_to_its_sharp_form(rounding: float) -> None:
+    """Inside a sharp dead band nothing flows; a rounded edge lets through as its width allows."""
+    values = typical() | {
+        "nuisance.edge_rounding": rounding,
+        "effects.valve_dead_band.overlap": 0.05,
+    }
+    inside = runs.simulate(values, np.full(200, 0.2), 8)  # 0.02 of rated command
+    # Edge 0.03 before it opens: area (sqrt(s^2 + r^2) - |s|) / 2 < r^2 / (4 |s|), at 12 MPa and a
+    # rated flow for 3.5 MPa, over the smaller area, of two edges.
+    leak = 2.0 * values["valve.rated_flow_m3_s"] * np.sqrt(12.0 / 3.5) * rounding**2 / (4.0 * 0.03)
+    area_b = np.pi / 4 * (values["cylinder.bore_m"] ** 2 - values["cylinder.rod_m"] ** 2)
+    moved = abs(inside["position_m"][-1] - inside["position_m"][0])
+    # And the oil column gives as its pressures settle: a share of the rounding at most.
+    assert moved < leak / area_b * 0.4 + 1e-3 * rounding

@@ -30,7 +30,7 @@ class Seals {
   Scalar damping(const Scalar& velocity) const {
     const Scalar share = bend_ / sliding_;
     const Scalar left = value_of(velocity) < 0.0 ? 1.0 + share : 1.0 - share;
-    return value_of(left) > 0.0 ? at_rest_ * (kDamping / presliding_) * left : Scalar(0.0);
+    return value_of(left) > 0.0 ? at_rest_ * (1.0 / kDampingSpeed) * left : Scalar(0.0);
   }
 
   /// h seconds at a constant velocity with friction g there; exact.
@@ -44,7 +44,8 @@ class Seals {
   }
 
  private:
-  static constexpr double kDamping = 1e-3;  // tau, s
+  // d / tau, m/s. In proportion to d, so that a bend ever shorter damps no motion.
+  static constexpr double kDampingSpeed = 0.02;
 
   bool active_ = false;
   Scalar at_rest_{};
