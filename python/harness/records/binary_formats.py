@@ -12,8 +12,10 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 import scipy.io
+import scipy.sparse
 
 from ehsid.harness.records.errors import RecordError
+from ehsid.harness.records.mat_elements import check_elements
 
 
 class ParquetTable:
@@ -25,7 +27,8 @@ class ParquetTable:
         self._path = path
         try:
             self._frame = pl.read_parquet(BytesIO(data))
-        except pl.exceptions.PolarsError as error:
+        except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
+            # PanicException: the reader takes some damaged sizes for sound ones.
             raise _damaged(path, "Parquet", error) from None
         self.names = self._frame.columns
 
@@ -57,7 +60,9 @@ class MatTable:
     first_row = 1
 
     def __init__(self, data: bytes, path: Path) -> None:
+        self._path = path
         try:
+            check_elements(data)
             # The stubs know paths only; the function takes any binary file.
             content = scipy.io.loadmat(BytesIO(data))  # type: ignore[arg-type]
         except NotImplementedError:
@@ -73,13 +78,27 @@ class MatTable:
         self.names = list(self._variables)
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
-        """Variables `wanted` as they are in the file."""
-        return {name: self._dense(self._variables[name]) for name in wanted}
+        """Variables `wanted` as they are in the file.
 
-    @staticmethod
-    def _dense(variable: Any) -> npt.NDArray[Any]:
-        # np.asarray would wrap a sparse matrix in an object without a shape.
-        return np.asarray(variable.toarray() if hasattr(variable, "toarray") else variable)
+        Raises
+        ------
+        RecordError
+            a sparse matrix.
+        """
+        return {name: self._dense(name) for name in wanted}
+
+    def _dense(self, name: str) -> npt.NDArray[Any]:
+        variable = self._variables[name]
+        shape = variable.shape
+        if scipy.sparse.issparse(variable):  # its size is what the file says, not what it holds
+            raise RecordError(
+                self._path,
+                f"the values are a sparse matrix, {' x '.join(map(str, shape))}",
+                column=name,
+                expected="a vector, one value a sample",
+                mend="store the signal with full(...)",
+            )
+        return np.asarray(variable)
 
 
 class NpzTable:
@@ -126,11 +145,11 @@ class NpzTable:
         return columns
 
 
-def _first_line(error: Exception) -> str:
+def _first_line(error: BaseException) -> str:
     return (str(error).strip() or type(error).__name__).splitlines()[0].rstrip(".")
 
 
-def _damaged(path: Path, kind: str, error: Exception) -> RecordError:
+def _damaged(path: Path, kind: str, error: BaseException) -> RecordError:
     return RecordError(
         path,
         f"this is not a readable {kind} file ({_first_line(error)})",
