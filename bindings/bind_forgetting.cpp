@@ -48,7 +48,12 @@ RandomWalkSettings checked_random_walk(RandomWalkSettings settings) {
 
 template <class Policy>
 py::class_<Policy> bind_policy(py::module_& m, const char* name, const char* doc) {
-  return py::class_<Policy>(m, name, doc).def("__repr__", [](const Policy& p) { return show(p); });
+  const std::string text = std::string(doc) +
+                           "\n\nRaises\n------\nValueError\n"
+                           "    Where an argument is outside its range.";
+  return py::class_<Policy>(m, name, text.c_str()).def("__repr__", [](const Policy& p) {
+    return show(p);
+  });
 }
 
 }  // namespace

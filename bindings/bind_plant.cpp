@@ -84,6 +84,12 @@ void require_finite(const char* name, const InputArray<double>& array) {
   }
 }
 
+void require_sampling_time(double dt_s) {
+  if (!is_finite(dt_s) || !(dt_s > 0.0)) {
+    throw py::value_error("dt_s must be finite and > 0");
+  }
+}
+
 /// The runs of one call, handed out to as many threads as are worth it.
 void run_all(const std::vector<plant::Simulation>& runs, const double* command,
              const double* aligned, std::size_t samples, double* outputs, double* sensitivities,
@@ -121,9 +127,7 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
     targets = real_array<double>("aligned", aligned);
     require_shape("aligned", targets, 1, samples);
   }
-  if (!is_finite(dt_s) || !(dt_s > 0.0)) {
-    throw py::value_error("dt_s must be finite and > 0");
-  }
+  require_sampling_time(dt_s);
   require_range("substeps", substeps, 1, 1000);
   for (const std::size_t index : varied) {
     if (index >= count) {
@@ -158,6 +162,7 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
 int substeps_for(const std::string& kind, const InputArray<double>& values, double dt_s) {
   const auto count = static_cast<py::ssize_t>(plant::plant_parameters().size());
   require_shape("values", values, 1, count);
+  require_sampling_time(dt_s);
   return plant::recommended_substeps(kind_of(kind), {values.data(), values.data() + count}, dt_s);
 }
 
@@ -198,6 +203,15 @@ values : array_like, shape (P,)
     In the order of plant_parameters().
 dt_s : float > 0
     Sampling time, s.
+
+Returns
+-------
+int >= 2
+
+Raises
+------
+ValueError
+    A wrong shape, or a number outside its range.
 )");
   m.def("simulate_plant", &simulate, py::arg("plant"), py::arg("values"), py::arg("command"),
         py::kw_only(), py::arg("dt_s"), py::arg("substeps") = 2,

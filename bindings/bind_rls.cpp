@@ -42,7 +42,12 @@ information_margin : float
     A sample is skipped where phi' P phi is below this many times what the policy forgets meanwhile in one
     direction. 0 switches the rule off; negative (default) takes sqrt(n).
 covariance_ceiling : float > 0
-    The mean of P_ii / P0_ii never exceeds this; inf is not allowed, 1e30 never acts.)")
+    The mean of P_ii / P0_ii never exceeds this; inf is not allowed, 1e30 never acts.
+
+Raises
+------
+ValueError
+    Where an argument is outside its range.)")
       .def(py::init([](double information_margin, double covariance_ceiling) {
              const RlsOptions<double> options{information_margin, covariance_ceiling};
              if (!options.valid()) {
@@ -71,12 +76,15 @@ Parameters
 n : int in 1..13
     Number of parameters.
 forgetting : Constant, Exponential, ErrorDriven, FRatio, Directional or RandomWalk
+    Forgetting policy.
 options : RlsOptions
+    Guards against wind-up.
 theta0 : array_like, shape (n,), optional
     Start values; zero by default.
 variance0 : array_like, shape (n,), optional
     Diagonal of P0 in units of sigma^2, > 0; 1e6 by default.
 dtype : float32 or float64
+    Precision of the recursion.
 
 Raises
 ------
@@ -100,38 +108,80 @@ ValueError
           "start_from_covariance",
           [](AnyRls& self, const std::vector<double>& theta0, const py::object& p0_in) {
             const auto p0 = real_array<double>("p0", p0_in);
-            require_shape("p0", p0, 2, self.n());
+            require_exactly("p0", p0, py::make_tuple(self.n(), self.n()));
             const std::vector<double> values(p0.data(), p0.data() + p0.size());
-            if (p0.shape(0) != self.n() ||
-                self.start_from_covariance(theta0, values) != Status::ok) {
+            if (self.start_from_covariance(theta0, values) != Status::ok) {
               throw py::value_error(
-                  "start_from_covariance: p0 must be a symmetric positive definite (" +
-                  std::to_string(self.n()) + ", " + std::to_string(self.n()) +
-                  ") matrix in the precision of the estimator; nothing was changed");
+                  "start_from_covariance: theta0 must be finite, p0 symmetric and positive "
+                  "definite "
+                  "in the precision of the estimator; nothing was changed");
             }
           },
           py::arg("theta0"), py::arg("p0"),
-          "Starts from theta0, shape (n,), and a full P0, shape (n, n), in units of sigma^2.")
+          R"(Starts from an estimate and its full covariance.
+
+Parameters
+----------
+theta0 : array_like, shape (n,)
+    Finite.
+p0 : array_like, shape (n, n)
+    In units of sigma^2; symmetric, positive definite.
+
+Raises
+------
+TypeError, ValueError
+    Not numbers, another shape, or not positive definite; nothing is changed.)")
       .def(
           "predict",
           [](const AnyRls& self, const py::object& phi) {
             return self.predict(regressor(self, phi).data());
           },
-          py::arg("phi"), "phi' theta_hat for one regressor, shape (n,).")
+          py::arg("phi"),
+          "phi' theta_hat for one regressor, shape (n,). TypeError or ValueError unless it is "
+          "that.")
       .def(
           "update",
           [](AnyRls& self, const py::object& phi, double y) {
             return self.update(regressor(self, phi).data(), y);
           },
-          py::arg("phi"), py::arg("y"), "One sample, y = phi' theta + e. Returns the Status.")
+          py::arg("phi"), py::arg("y"),
+          R"(Takes one sample of y = phi' theta + e, Eqs. (12)-(14).
+
+Parameters
+----------
+phi : array_like, shape (n,)
+y : float
+
+Returns
+-------
+Status
+    A sample that is not finite or not plausible is refused, without an exception: see is_error().
+
+Raises
+------
+TypeError, ValueError
+    phi does not hold real numbers, or has another shape.)")
       .def(
           "run",
           [](AnyRls& self, const py::object& phi, const py::object& y) {
             return self.single() ? run<float>(self, phi, y) : run<double>(self, phi, y);
           },
           py::arg("phi"), py::arg("y"),
-          "Samples in order: phi of shape (N, n), y of shape (N,). Releases the GIL. Returns a "
-          "Trajectory.");
+          R"(Takes samples in order, as update() would. Releases the GIL.
+
+Parameters
+----------
+phi : array_like, shape (N, n)
+y : array_like, shape (N,)
+
+Returns
+-------
+Trajectory
+
+Raises
+------
+TypeError, ValueError
+    Not real numbers, or shapes that do not fit; no sample was taken.)");
 }
 
 }  // namespace ehsid::bindings

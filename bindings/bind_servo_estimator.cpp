@@ -41,7 +41,12 @@ Parameters
 command_scale, position_scale : float > 0
     Of the order of the signals' excursions, e.g. rated command and stroke.
 command_offset, position_offset : float
-    Near the signals' means.)")
+    Near the signals' means.
+
+Raises
+------
+ValueError
+    Where an argument is outside its range.)")
       .def(py::init([](double command_scale, double position_scale, double command_offset,
                        double position_offset) {
              return checked(
@@ -75,7 +80,12 @@ trigger_ratio, release_ratio : float
 cool_down : int >= 0
     Samples after a reset without another.
 floor : float >= 0
-    An RMSE below this, in scaled units of the output, is never a change.)")
+    An RMSE below this, in scaled units of the output, is never a change.
+
+Raises
+------
+ValueError
+    Where an argument is outside its range.)")
       .def(py::init([](double short_window, double long_window, double trigger_ratio,
                        double release_ratio, std::int32_t cool_down, double floor) {
              return checked(
@@ -111,7 +121,12 @@ tolerance : float > 0
 magnitude : float > 0
     Scaled parameters smaller than this are judged as if they were this.
 hold : int >= 1
-    Informative samples in a row.)")
+    Informative samples in a row.
+
+Raises
+------
+ValueError
+    Where an argument is outside its range.)")
       .def(py::init([](double tolerance, double magnitude, std::int32_t hold) {
              return checked(
                  Convergence{tolerance, magnitude, hold},
@@ -148,11 +163,15 @@ nk : int in 0..20
 offset : bool
     Append a constant term c.
 forgetting : Constant, Exponential, ErrorDriven, FRatio, Directional or RandomWalk
+    Forgetting policy.
 scaling : Scaling
+    Scales and offsets of the signals.
 rls : RlsOptions
+    Guards against wind-up.
 reset : RmseResetOptions or None
     None never resets.
 convergence : ConvergenceOptions
+    When `converged` turns True.
 theta0 : array_like, shape (n,), optional
     Start values in the units of the signals; zero by default.
 variance0 : array_like, shape (n,), optional
@@ -160,6 +179,7 @@ variance0 : array_like, shape (n,), optional
 input_limit : float > 0, optional
     Largest plausible |scaled signal|; beyond it a sample is refused.
 dtype : float32 or float64
+    Precision of the recursion.
 
 Raises
 ------
@@ -212,14 +232,40 @@ ValueError
           "Share of about the last 100 samples that carried information, 0 to 1.")
       .def_property_readonly("resets", &AnyEstimator::resets, "Plant changes detected so far.")
       .def("step", &AnyEstimator::step, py::arg("command"), py::arg("position"),
-           "One sample in the units of the signals. Returns the Status.")
+           R"(Takes one sample.
+
+Parameters
+----------
+command, position : float
+    In the units of the signals, e.g. V and m.
+
+Returns
+-------
+Status
+    A sample that is not finite or not plausible is refused, without an exception: see is_error().)")
       .def(
           "run",
           [](AnyEstimator& self, const py::object& u, const py::object& y) {
             return self.single() ? run<float>(self, u, y) : run<double>(self, u, y);
           },
           py::arg("u"), py::arg("y"),
-          "Samples in order: u and y of shape (N,). Releases the GIL. Returns a Trajectory.");
+          R"(Takes samples in order, as step() would. Releases the GIL.
+
+Parameters
+----------
+u : array_like, shape (N,)
+    Command, in the units of the signal.
+y : array_like, shape (N,)
+    Position, in the units of the signal.
+
+Returns
+-------
+Trajectory
+
+Raises
+------
+TypeError, ValueError
+    Not real numbers, or shapes that do not fit; no sample was taken.)");
 }
 
 }  // namespace ehsid::bindings

@@ -85,14 +85,6 @@ py::array_t<double> to_theta(const Servo& servo, double dt_s) {
   }
 }
 
-void require_exactly(const char* name, const py::array& array, const py::tuple& shape) {
-  const py::object given = array.attr("shape");
-  if (!given.equal(shape)) {
-    throw py::value_error(std::string(name) + " has shape " + py::str(given).cast<std::string>() +
-                          ", expected " + py::str(shape).cast<std::string>());
-  }
-}
-
 Reading from_theta(const InputArray<double>& theta, const InputArray<double>& covariance,
                    double dt_s) {
   require_exactly("theta", theta, py::make_tuple(6));
@@ -137,7 +129,10 @@ m_t : float > 0
       .def_readonly("a_p", &Parameters::a_p, "Piston area, m^2.")
       .def_readonly("v_t", &Parameters::v_t, "Total volume under compression, m^3.")
       .def_readonly("beta_e", &Parameters::beta_e, "Effective bulk modulus, Pa.")
-      .def_readonly("m_t", &Parameters::m_t, "Moved mass, kg.");
+      .def_readonly("m_t", &Parameters::m_t, "Moved mass, kg.")
+      .def("__repr__", [](const py::object& self) {
+        return show_properties(self, {"k_v", "k_q", "k_c", "c_p", "a_p", "v_t", "beta_e", "m_t"});
+      });
 
   py::class_<Servo>(m, "ContinuousServo",
                     R"(Y(s)/U(s) = K omega_n^2 / (s (s^2 + 2 xi omega_n s + omega_n^2)), Eq. (5).

@@ -33,14 +33,18 @@ void require_shape(const char* name, const py::array& array, py::ssize_t dimensi
   if (array.ndim() == dimensions && (length < 0 || array.shape(dimensions - 1) == length)) {
     return;
   }
-  std::string shape = "(";
-  for (py::ssize_t i = 0; i < array.ndim(); ++i) {
-    shape += (i > 0 ? ", " : "") + std::to_string(array.shape(i));
-  }
-  shape += ")";
+  const std::string shape = py::str(array.attr("shape")).cast<std::string>();
   const std::string last = length < 0 ? "N" : std::to_string(length);
   throw py::value_error(std::string(name) + " has shape " + shape + ", expected " +
                         (dimensions == 1 ? "(" + last + ",)" : "(N, " + last + ")"));
+}
+
+void require_exactly(const char* name, const py::array& array, const py::tuple& shape) {
+  const py::object given = array.attr("shape");
+  if (!given.equal(shape)) {
+    throw py::value_error(std::string(name) + " has shape " + py::str(given).cast<std::string>() +
+                          ", expected " + py::str(shape).cast<std::string>());
+  }
 }
 
 std::string show_properties(const py::object& self, std::initializer_list<const char*> names) {
@@ -76,19 +80,27 @@ void bind_types(py::module_& m) {
              "result not finite or not positive, refused")
       .value("invalid_argument", Status::invalid_argument, "configuration or snapshot refused")
       .finalize();
-  m.def("is_error", &is_error, py::arg("status"), "True where the step was refused.");
+  m.def("is_error", &is_error, py::arg("status"),
+        "True where the step was refused: the estimate is then as it was before.");
 
-  py::class_<Trajectory>(m, "Trajectory", "What a run() did, one row a sample.")
-      .def_readonly("theta", &Trajectory::theta, "theta_hat after each sample, shape (N, n).")
-      .def_readonly("standard_deviation", &Trajectory::standard_deviation,
-                    "sqrt(sigma^2 P_ii) after each sample, shape (N, n).")
-      .def_readonly("innovation", &Trajectory::innovation,
-                    "Measured minus predicted, shape (N,); NaN where nothing was estimated.")
+  py::class_<Trajectory>(m, "Trajectory", R"(What a run() did, one row a sample.
+
+Arrays are of the estimator's dtype unless said otherwise. Units are those of the estimator that ran:
+of the signals for a ServoEstimator, of phi and y for an Rls.)")
+      .def_readonly("theta", &Trajectory::theta,
+                    "theta_hat after each sample, shape (N, n), in the units of theta_hat.")
+      .def_readonly(
+          "standard_deviation", &Trajectory::standard_deviation,
+          "sqrt(sigma^2 P_ii) after each sample, shape (N, n), in the units of theta_hat.")
+      .def_readonly(
+          "innovation", &Trajectory::innovation,
+          "Measured minus predicted, shape (N,), in the units of the output; NaN where nothing "
+          "was estimated.")
       .def_readonly("forgetting_factor", &Trajectory::forgetting_factor,
-                    "lambda of the last kept step, shape (N,).")
+                    "lambda of the last kept step, shape (N,), in (0, 1].")
       .def_readonly("residual_variance", &Trajectory::residual_variance,
-                    "Estimate of sigma^2, shape (N,).")
-      .def_readonly("status", &Trajectory::status, "Status codes, uint8, shape (N,).")
+                    "Estimate of sigma^2, shape (N,), in squared units of the output.")
+      .def_readonly("status", &Trajectory::status, "Values of Status, uint8, shape (N,).")
       .def_readonly("converged", &Trajectory::converged,
                     "Convergence flag, bool, shape (N,); None from Rls.run().");
 }

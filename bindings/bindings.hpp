@@ -63,6 +63,9 @@ void require_range(const char* name, int value, int first, int last);
 void require_shape(const char* name, const py::array& array, py::ssize_t dimensions,
                    py::ssize_t length);
 
+/// ValueError unless `array` has the wanted shape.
+void require_exactly(const char* name, const py::array& array, const py::tuple& shape);
+
 /// `values` as an array in the precision of the estimator; TypeError unless it holds real numbers.
 template <class Scalar>
 InputArray<Scalar> real_array(const char* name, const py::object& values) {
@@ -120,14 +123,17 @@ void bind_recursion(Class& cls) {
           "sqrt(sigma^2 P_ii), shape (n,), in the units of theta_hat.")
       .def_property_readonly(
           "gain", [](const Any& self) { return as_vector_array(self.gain()); },
-          "Gain K(k) of the last kept step, shape (n,).")
+          "Gain K(k) of the last kept step, shape (n,); of the scaled signals in a ServoEstimator.")
       .def_property_readonly(
           "P", [](const Any& self) { return as_matrix_array(self.P(), self.n()); },
-          "Covariance in units of sigma^2, shape (n, n), formed from the factors.")
-      .def_property_readonly("innovation", &Any::innovation,
-                             "Measured minus predicted, Eq. (12), of the last sample taken.")
+          "Covariance in units of sigma^2, shape (n, n), formed from the factors; of the scaled "
+          "parameters in a ServoEstimator.")
+      .def_property_readonly(
+          "innovation", &Any::innovation,
+          "Measured minus predicted, Eq. (12), of the last sample estimated, in units of "
+          "the output.")
       .def_property_readonly("forgetting_factor", &Any::forgetting_factor,
-                             "lambda(k) of the last kept step.")
+                             "lambda(k) of the last kept step, in (0, 1].")
       .def_property_readonly("residual_variance", &Any::residual_variance,
                              "Estimate of sigma^2, squared units of the output.")
       .def("reset", &Any::reset, "lambda and P back to their start values; theta stays (Fig. 4).")

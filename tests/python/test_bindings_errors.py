@@ -129,7 +129,7 @@ def estimator() -> ehsid.ServoEstimator:
 @pytest.mark.parametrize(
     ("make", "method", "arguments", "kind", "words"),
     [
-        (recursion, "update", ([1.0, 2.0], 1.0), ValueError, r"phi has shape \(2\), expected \(3"),
+        (recursion, "update", ([1.0, 2.0], 1.0), ValueError, r"phi has shape \(2,\), expected \(3"),
         (recursion, "update", (np.eye(3), 1.0), ValueError, r"phi has shape \(3, 3\), expected"),
         (recursion, "update", (["a", "b", "c"], 1.0), TypeError, "phi must hold real numbers"),
         (recursion, "update", ([1.0, 2.0, 3.0], "x"), TypeError, "update"),
@@ -144,7 +144,7 @@ def estimator() -> ehsid.ServoEstimator:
             "run",
             (np.ones(4), np.ones(5)),
             ValueError,
-            r"y has shape \(5\), expected \(4",
+            r"y has shape \(5,\), expected \(4",
         ),
         (estimator, "run", (np.ones((4, 1)), np.ones(4)), ValueError, r"u .* expected \(N,\)"),
         (estimator, "run", ("record.csv", np.ones(4)), TypeError, "u must hold real numbers"),

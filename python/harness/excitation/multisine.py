@@ -7,28 +7,35 @@ sec. 2.3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.excitation.excitation import Excitation
+
 
 def multisine(
-    n: int, dt_s: float, *, band_hz: tuple[float, float], rms: float, rng: np.random.Generator
+    n: int,
+    dt_s: float,
+    *,
+    band_hz: tuple[float, float],
+    rms: float | None = None,
+    peak: float | None = None,
+    rng: np.random.Generator,
 ) -> npt.NDArray[np.float64]:
     """All lines of the band with equal amplitude and random phase; the n samples are one period.
 
     Parameters
     ----------
     n
-        samples.
+        samples, at least 1.
     dt_s
-        sampling time in seconds.
+        sampling time in seconds, > 0.
     band_hz
         lowest and highest frequency, 0 < low <= high < 1 / (2 dt_s). The lines are the multiples
         of 1 / (n dt_s) inside.
-    rms
-        of the signal, in its own unit.
+    rms, peak
+        of the signal, in its own unit, finite, > 0. With one of them the signal is scaled to it;
+        with both it has this rms, and no sample larger than peak.
     rng
         draws the phases.
 
@@ -39,28 +46,11 @@ def multisine(
     Raises
     ------
     ValueError
-        a band outside the limits, or one without a line.
+        an argument outside its range, a band without a line, or a peak that cannot be kept with
+        the rms; the message then says which would fit.
     """
     first, last = _lines(n, dt_s, band_hz)
-    return _sum_of_lines(n, np.arange(first, last + 1), rms, rng)
-
-
-@dataclass(frozen=True, eq=False)
-class OddMultisine:
-    """A multisine of odd lines, some of them left out.
-
-    Attributes
-    ----------
-    samples
-        shape (n,), mean zero; one period.
-    excited, detection
-        lines, as multiples of 1 / (n dt_s), that are there, and odd ones left out: at those, and
-        at even lines, a linear plant answers nothing.
-    """
-
-    samples: npt.NDArray[np.float64]
-    excited: npt.NDArray[np.int64]
-    detection: npt.NDArray[np.int64]
+    return _sum_of_lines(n, np.arange(first, last + 1), rms, peak, rng)
 
 
 def odd_multisine(
@@ -68,13 +58,15 @@ def odd_multisine(
     dt_s: float,
     *,
     band_hz: tuple[float, float],
-    rms: float,
+    rms: float | None = None,
+    peak: float | None = None,
     rng: np.random.Generator,
     group: int = 4,
-) -> OddMultisine:
+) -> Excitation:
     """Odd lines of the band; of each `group` in a row one, drawn by chance, is left out.
 
-    Pintelon, Schoukens 2012, sec. 4.3. Arguments and errors as in `multisine`; group >= 2.
+    Pintelon, Schoukens 2012, sec. 4.3. Arguments and errors as in `multisine`; group >= 2. Lines
+    at the upper end that fill no group are all there.
     """
     first, last = _lines(n, dt_s, band_hz)
     odd = np.arange(first + 1 - first % 2, last + 1, 2)
@@ -86,20 +78,31 @@ def odd_multisine(
     starts = np.arange(0, odd.size - group + 1, group)
     left_out = starts + rng.integers(0, group, size=starts.size)
     excited = np.delete(odd, left_out)
-    return OddMultisine(_sum_of_lines(n, excited, rms, rng), excited, odd[left_out])
+    return Excitation(
+        _sum_of_lines(n, excited, rms, peak, rng),
+        dt_s,
+        "multisine",
+        f"odd random-phase multisine, {band_hz[0]:g} to {band_hz[1]:g} Hz, {excited.size} lines, "
+        f"{left_out.size} odd lines left out",
+        excited=excited,
+        detection=odd[left_out],
+    )
 
 
 def _lines(n: int, dt_s: float, band_hz: tuple[float, float]) -> tuple[int, int]:
     """First and last multiple of 1 / (n dt_s) inside the band."""
+    if not (n >= 1 and 0.0 < dt_s < np.inf):
+        raise ValueError(f"multisine: n = {n}, dt_s = {dt_s:g}: expected n >= 1, a finite dt_s > 0")
     low, high = band_hz
     if not 0.0 < low <= high < 0.5 / dt_s:
         raise ValueError(
             f"band_hz = ({low:g}, {high:g}): expected 0 < low <= high < {0.5 / dt_s:g}, "
             "half the sampling rate"
         )
-    # A line that falls on the edge of the band but for rounding counts as inside.
+    # A line that falls on the edge of the band but for rounding counts as inside, half the
+    # sampling rate excepted: it has no phase.
     first = int(np.ceil(low * n * dt_s * (1.0 - 1e-12)))
-    last = int(np.floor(high * n * dt_s * (1.0 + 1e-12)))
+    last = min(int(np.floor(high * n * dt_s * (1.0 + 1e-12))), (n - 1) // 2)
     if last < first:
         raise ValueError(
             f"band_hz = ({low:g}, {high:g}) holds no multiple of 1 / (n dt_s) = "
@@ -109,9 +112,30 @@ def _lines(n: int, dt_s: float, band_hz: tuple[float, float]) -> tuple[int, int]
 
 
 def _sum_of_lines(
-    n: int, lines: npt.NDArray[np.int64], rms: float, rng: np.random.Generator
+    n: int,
+    lines: npt.NDArray[np.int64],
+    rms: float | None,
+    peak: float | None,
+    rng: np.random.Generator,
 ) -> npt.NDArray[np.float64]:
+    for name, value in (("rms", rms), ("peak", peak)):
+        if value is not None and not 0.0 < value < np.inf:
+            raise ValueError(f"multisine: {name} = {value:g}: expected a finite {name} > 0")
     spectrum = np.zeros(n // 2 + 1, dtype=np.complex128)
     spectrum[lines] = np.exp(2j * np.pi * rng.random(lines.size))
     signal = np.fft.irfft(spectrum, n)
-    return np.asarray(signal * (rms / np.sqrt(np.mean(signal**2))), dtype=np.float64)
+    if rms is not None:
+        signal = signal * (rms / np.sqrt(np.mean(signal**2)))
+        reached = float(np.abs(signal).max())
+        if peak is not None and reached > peak:
+            raise ValueError(
+                f"multisine: rms = {rms:g} with these phases has peaks of {reached:.4g}, beyond "
+                f"peak = {peak:g}: this peak allows an rms of {0.999 * rms * peak / reached:.4g}, "
+                f"this rms needs a peak of {1.001 * reached:.4g}; another seed has other peaks"
+            )
+    elif peak is not None:
+        # Rounding must not pass the peak.
+        signal = np.clip(signal * (peak / np.abs(signal).max()), -peak, peak)
+    else:
+        raise ValueError("multisine: neither rms nor peak is given: expected one of them, or both")
+    return np.asarray(signal, dtype=np.float64)

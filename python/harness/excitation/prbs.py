@@ -19,16 +19,16 @@ def prbs(n: int, *, amplitude: float, hold: int, bits: int = 10) -> npt.NDArray[
     n
         samples, at least 1.
     amplitude
-        >= 0.
+        finite, >= 0. The mean of a whole period is amplitude / (2^bits - 1).
     hold
         samples each value is held, >= 1: the spectrum is flat up to about 0.4 / (hold dt_s).
     bits
         length of the shift register, 2 to 20.
     """
-    if not (n >= 1 and amplitude >= 0.0 and hold >= 1 and 2 <= bits <= 20):
+    if not (n >= 1 and 0.0 <= amplitude < np.inf and hold >= 1 and 2 <= bits <= 20):
         raise ValueError(
             f"prbs: n = {n}, amplitude = {amplitude:g}, hold = {hold}, bits = {bits}: expected "
-            "n >= 1, amplitude >= 0, hold >= 1, bits 2 to 20"
+            "n >= 1, finite amplitude >= 0, hold >= 1, bits 2 to 20"
         )
     sequence, _ = max_len_seq(bits)
     period = np.repeat(amplitude * (2.0 * sequence - 1.0), hold)

@@ -8,27 +8,43 @@ import numpy.typing as npt
 
 
 def random_steps(
-    n: int, *, amplitude: float, hold: tuple[int, int], rng: np.random.Generator
+    n: int,
+    *,
+    amplitude: float,
+    hold: tuple[int, int],
+    rng: np.random.Generator,
+    levels: int | None = None,
 ) -> npt.NDArray[np.float64]:
-    """Levels drawn evenly from -amplitude to amplitude, each held for `hold` samples.
+    """Levels drawn from -amplitude to amplitude, each held for `hold` samples.
 
     Parameters
     ----------
     n
         samples, at least 1.
     amplitude
-        largest level, >= 0.
+        largest level, finite, >= 0.
     hold
-        fewest and most samples a level is held, 1 <= fewest <= most.
+        fewest and most samples a level is held, 1 <= fewest <= most; the end may cut the last.
     rng
         draws levels and times.
+    levels
+        number of levels, evenly spaced, >= 2, each followed by another one; by default any level
+        of the interval.
     """
     fewest, most = hold
-    if not (n >= 1 and amplitude >= 0.0 and 1 <= fewest <= most):
+    if not (n >= 1 and 0.0 <= amplitude < np.inf and 1 <= fewest <= most):
         raise ValueError(
             f"random_steps: n = {n}, amplitude = {amplitude:g}, hold = {hold}: expected n >= 1, "
-            "amplitude >= 0, 1 <= fewest <= most"
+            "finite amplitude >= 0, 1 <= fewest <= most"
         )
     lengths = rng.integers(fewest, most, size=-(-n // fewest), endpoint=True)
-    levels = rng.uniform(-amplitude, amplitude, size=lengths.size)
-    return np.repeat(levels, lengths)[:n]
+    if levels is None:
+        values = rng.uniform(-amplitude, amplitude, size=lengths.size)
+    elif levels >= 2:
+        # Going on by 1 to levels - 1 places, round and round, never stays.
+        places = rng.integers(1, levels, size=lengths.size)
+        places[0] = rng.integers(0, levels)
+        values = np.linspace(-amplitude, amplitude, levels)[np.cumsum(places) % levels]
+    else:
+        raise ValueError(f"random_steps: levels = {levels}: expected levels >= 2")
+    return np.repeat(values, lengths)[:n]

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 from scipy.signal import sawtooth
@@ -14,19 +16,48 @@ def triangle(n: int, dt_s: float, *, amplitude: float, period_s: float) -> npt.N
     Parameters
     ----------
     n
-        samples, at least 1.
+        samples, at least 1; `triangle_length` counts them.
     dt_s
-        sampling time in seconds.
+        sampling time in seconds, > 0.
     amplitude
-        >= 0.
+        finite, >= 0.
     period_s
-        in seconds, at least four samples.
+        in seconds, finite, at least four samples.
     """
-    if not (n >= 1 and amplitude >= 0.0 and period_s >= 4.0 * dt_s > 0.0):
+    _check_period(dt_s, period_s)
+    if not (n >= 1 and 0.0 <= amplitude < np.inf):
         raise ValueError(
-            f"triangle: n = {n}, amplitude = {amplitude:g}, period_s = {period_s:g}: expected "
-            f"n >= 1, amplitude >= 0, period_s >= {4.0 * dt_s:g}"
+            f"triangle: n = {n}, amplitude = {amplitude:g}: expected n >= 1, finite amplitude >= 0"
         )
     phase = 2.0 * np.pi * np.arange(n) * dt_s / period_s
     # sawtooth of width 0.5 starts at -1; a quarter of a period later it passes zero, upwards.
-    return np.asarray(amplitude * sawtooth(phase + 0.5 * np.pi, 0.5), dtype=np.float64)
+    signal = amplitude * sawtooth(phase + 0.5 * np.pi, 0.5)
+    # Rounding at a corner must not pass the amplitude.
+    return np.asarray(np.clip(signal, -amplitude, amplitude), dtype=np.float64)
+
+
+def triangle_length(dt_s: float, *, period_s: float, reversals: int) -> int:
+    """Samples of a triangle with so many reversals that ends at zero, within one sample.
+
+    Each half period, from zero to zero, has one reversal in its middle.
+
+    Parameters
+    ----------
+    dt_s, period_s
+        as in `triangle`.
+    reversals
+        >= 1.
+    """
+    _check_period(dt_s, period_s)
+    if reversals < 1:
+        raise ValueError(f"triangle_length: reversals = {reversals}: expected reversals >= 1")
+    # A whole number of samples stays one, whatever its rounding.
+    return math.ceil(0.5 * reversals * period_s / dt_s * (1.0 - 1e-12)) + 1
+
+
+def _check_period(dt_s: float, period_s: float) -> None:
+    if not (dt_s > 0.0 and 4.0 * dt_s <= period_s < np.inf):
+        raise ValueError(
+            f"triangle: dt_s = {dt_s:g}, period_s = {period_s:g}: expected dt_s > 0, finite "
+            f"period_s >= {4.0 * dt_s:g}"
+        )

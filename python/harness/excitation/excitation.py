@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+"""A test signal together with what must be known of it later."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+
+def _no_lines() -> npt.NDArray[np.int64]:
+    return np.empty(0, dtype=np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Excitation:
+    """A command, checked against its limit.
+
+    An offset is added before: `Excitation(0.5 + prbs(...), dt_s, "prbs", limit_v=10.0)`.
+
+    Attributes
+    ----------
+    samples
+        shape (n,), n >= 1, finite, in volts.
+    dt_s
+        sampling time in seconds, > 0.
+    name, description
+        for people: a word and a sentence.
+    excited, detection
+        lines of a multisine as multiples of 1 / (n dt_s): those that are there, and odd ones left
+        out, where, as at even lines, a linear plant answers nothing. Empty for other signals.
+    limit_v
+        no sample may be larger in magnitude, >= 0; infinite where there is no limit.
+
+    Raises
+    ------
+    ValueError
+        a value outside its range, or a sample beyond the limit: nothing is clipped, for a
+        clipped signal has another spectrum than the one asked for.
+    """
+
+    samples: npt.NDArray[np.float64]
+    dt_s: float
+    name: str
+    description: str = ""
+    excited: npt.NDArray[np.int64] = field(default_factory=_no_lines)
+    detection: npt.NDArray[np.int64] = field(default_factory=_no_lines)
+    limit_v: float = np.inf
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.dt_s < np.inf:
+            raise ValueError(f"{self.name}: dt_s = {self.dt_s:g}: expected a finite dt_s > 0")
+        if not self.limit_v >= 0.0:
+            raise ValueError(f"{self.name}: limit_v = {self.limit_v:g}: expected limit_v >= 0")
+        if self.samples.ndim != 1 or self.samples.size == 0:
+            raise ValueError(
+                f"{self.name}: samples of shape {self.samples.shape}: expected (n,), n >= 1"
+            )
+        bad = np.flatnonzero(~np.isfinite(self.samples))
+        if bad.size:
+            raise ValueError(f"{self.name}: sample {bad[0]} is {self.samples[bad[0]]}, not finite")
+        largest = int(np.argmax(np.abs(self.samples)))
+        peak = float(np.abs(self.samples[largest]))
+        if peak > self.limit_v:
+            raise ValueError(
+                f"{self.name}: {self.samples[largest]:g} V at {largest * self.dt_s:g} s is beyond "
+                f"limit_v = {self.limit_v:g}: scale the signal, its offset included, by at most "
+                f"{0.999 * self.limit_v / peak:.4g}, or lower the offset"
+            )
