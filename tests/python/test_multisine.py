@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.excitation import multisine
+from ehsid.harness.excitation import multisine, odd_multisine
 
 
 @given(
@@ -55,3 +57,65 @@ def test_band_outside_the_limits_is_refused(band: tuple[float, float]) -> None:
 def test_band_between_two_lines_is_refused() -> None:
     with pytest.raises(ValueError, match=r"no multiple of .* = 0\.1 Hz"):
         multisine(100, 0.1, band_hz=(0.12, 0.18), rms=1.0, rng=np.random.default_rng(0))
+
+
+def spectrum_is_flat(signal: np.ndarray) -> bool:
+    """Whether all lines that are there are of one height, to a hundred times rounding."""
+    spectrum = np.abs(np.fft.rfft(signal))
+    lines = spectrum[spectrum > 1e-6 * spectrum.max()]
+    return bool(np.ptp(lines) < 1e-12 * spectrum.max())
+
+
+@given(peak=st.floats(1e-3, 1e3), seed=st.integers(0, 2**32 - 1))
+def test_peak_alone_is_reached_and_not_passed(peak: float, seed: int) -> None:
+    draws = [np.random.default_rng(seed) for _ in range(2)]
+    for signal in (
+        multisine(200, 0.01, band_hz=(1.0, 30.0), peak=peak, rng=draws[0]),
+        odd_multisine(200, 0.01, band_hz=(1.0, 30.0), peak=peak, rng=draws[1]).samples,
+    ):
+        assert np.abs(signal).max() <= peak
+        # One product and one quotient, each rounded.
+        assert np.abs(signal).max() >= peak * (1.0 - 4.0 * np.finfo(float).eps)
+        assert spectrum_is_flat(signal)  # scaled, not clipped
+
+
+@given(rms=st.floats(0.01, 10.0), crest=st.floats(1.0, 6.0), seed=st.integers(0, 2**32 - 1))
+def test_rms_is_kept_under_the_peak_or_refused_with_what_would_fit(
+    rms: float, crest: float, seed: int
+) -> None:
+    def draw(rms: float, peak: float) -> np.ndarray:
+        rng = np.random.default_rng(seed)
+        return multisine(200, 0.01, band_hz=(1.0, 30.0), rms=rms, peak=peak, rng=rng)
+
+    rng = np.random.default_rng(seed)
+    free = multisine(200, 0.01, band_hz=(1.0, 30.0), rms=rms, rng=rng)
+    peak = crest * rms
+    if np.abs(free).max() <= peak:
+        np.testing.assert_array_equal(draw(rms, peak), free)
+        return
+    with pytest.raises(ValueError, match="multisine: rms = ") as refused:
+        draw(rms, peak)
+    found = re.search(r"an rms of (\S+), this rms needs a peak of (\S+);", str(refused.value))
+    assert found is not None
+    smaller_rms, larger_peak = map(float, found.groups())
+    assert np.abs(draw(smaller_rms, peak)).max() <= peak
+    assert np.sqrt(np.mean(draw(rms, larger_peak) ** 2)) == pytest.approx(rms, rel=1e-13)
+    # No more is given away than rounding to four digits asks for: 1.5 thousandths at most.
+    for values in ((1.0016 * smaller_rms, peak), (rms, larger_peak / 1.0016)):
+        with pytest.raises(ValueError, match="multisine: rms = "):
+            draw(*values)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "words"),
+    [
+        ({}, "neither rms nor peak is given"),
+        ({"rms": 0.0}, "rms = 0: expected a finite rms > 0"),
+        ({"rms": np.nan}, "rms = nan"),
+        ({"rms": 1.0, "peak": -3.0}, "peak = -3"),
+        ({"peak": np.inf}, "peak = inf"),
+    ],
+)
+def test_sizes_outside_their_ranges_are_named(sizes: dict[str, float], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        multisine(200, 0.01, band_hz=(1.0, 30.0), rng=np.random.default_rng(0), **sizes)

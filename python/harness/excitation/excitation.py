@@ -53,13 +53,7 @@ class Excitation:
             raise ValueError(f"{self.name}: dt_s = {self.dt_s:g}: expected a finite dt_s > 0")
         if not self.limit_v >= 0.0:
             raise ValueError(f"{self.name}: limit_v = {self.limit_v:g}: expected limit_v >= 0")
-        if self.samples.ndim != 1 or self.samples.size == 0:
-            raise ValueError(
-                f"{self.name}: samples of shape {self.samples.shape}: expected (n,), n >= 1"
-            )
-        bad = np.flatnonzero(~np.isfinite(self.samples))
-        if bad.size:
-            raise ValueError(f"{self.name}: sample {bad[0]} is {self.samples[bad[0]]}, not finite")
+        check_samples(self.name, self.samples)
         largest = int(np.argmax(np.abs(self.samples)))
         peak = float(np.abs(self.samples[largest]))
         if peak > self.limit_v:
@@ -68,3 +62,14 @@ class Excitation:
                 f"limit_v = {self.limit_v:g}: scale the signal, its offset included, by at most "
                 f"{0.999 * self.limit_v / peak:.4g}, or lower the offset"
             )
+
+
+def check_samples(name: str, samples: npt.NDArray[np.float64]) -> None:
+    """Refuse what is not of shape (n,), n >= 1, and finite; the message begins with the name."""
+    if samples.ndim != 1 or samples.size == 0:
+        raise ValueError(f"{name}: samples of shape {samples.shape}: expected (n,), n >= 1")
+    bad = np.flatnonzero(~np.isfinite(samples))
+    if bad.size:
+        raise ValueError(
+            f"{name}: sample {bad[0]}, counted from 0, is {samples[bad[0]]}: expected finite values"
+        )

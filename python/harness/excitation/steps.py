@@ -37,14 +37,14 @@ def random_steps(
             f"random_steps: n = {n}, amplitude = {amplitude:g}, hold = {hold}: expected n >= 1, "
             "finite amplitude >= 0, 1 <= fewest <= most"
         )
+    if levels is not None and levels < 2:
+        raise ValueError(f"random_steps: levels = {levels}: expected levels >= 2")
     lengths = rng.integers(fewest, most, size=-(-n // fewest), endpoint=True)
     if levels is None:
         values = rng.uniform(-amplitude, amplitude, size=lengths.size)
-    elif levels >= 2:
+    else:
         # Going on by 1 to levels - 1 places, round and round, never stays.
         places = rng.integers(1, levels, size=lengths.size)
         places[0] = rng.integers(0, levels)
         values = np.linspace(-amplitude, amplitude, levels)[np.cumsum(places) % levels]
-    else:
-        raise ValueError(f"random_steps: levels = {levels}: expected levels >= 2")
     return np.repeat(values, lengths)[:n]

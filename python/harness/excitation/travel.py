@@ -12,6 +12,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.excitation.excitation import check_samples
+
 
 def travel(
     command: npt.NDArray[np.float64], dt_s: float, gain_m_s_v: float, start_m: float
@@ -34,10 +36,7 @@ def travel(
     for name, value in (("gain_m_s_v", gain_m_s_v), ("start_m", start_m)):
         if not math.isfinite(value):
             raise ValueError(f"travel: {name} = {value:g}: expected a finite number")
-    if command.ndim != 1 or command.size == 0 or not np.isfinite(command).all():
-        raise ValueError(
-            f"travel: command of shape {command.shape}: expected (n,), n >= 1, all finite"
-        )
+    check_samples("travel", command)
     # y_{k+1} = y_k + gain dt u_k; straight lines between, so the corners are the extremes.
     position = start_m + gain_m_s_v * dt_s * np.cumsum(command)
     return min(start_m, float(position.min())), max(start_m, float(position.max()))
@@ -53,7 +52,8 @@ def fit_to_travel(
 ) -> npt.NDArray[np.float64]:
     """The command itself where it stays inside 0 to stroke_m, else the command less its mean.
 
-    Less its mean it ends where it began. It is not made smaller: that would be another test.
+    Less its mean it ends where it began; its peak may have grown by the mean. It is not made
+    smaller: that would be another test.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def fit_to_travel(
     ------
     ValueError
         an argument outside its range, or a command that leaves the stroke without its mean, too;
-        the message says which scale or start would fit.
+        the message says which scale and start would fit.
     """
     if not 0.0 < stroke_m < np.inf:
         raise ValueError(f"fit_to_travel: stroke_m = {stroke_m:g}: expected a finite stroke_m > 0")
@@ -88,10 +88,15 @@ def fit_to_travel(
     if low >= 0.0 and high <= stroke_m:
         return centred
     down, up = start_m - low, high - start_m
-    scale = min(start_m / down if down > 0.0 else np.inf, (stroke_m - start_m) / up if up else 1.0)
-    remedy = f"scale it by at most {0.999 * scale:.4g}"
-    if down + up <= stroke_m:
-        remedy += f", or start between {down:.4g} and {stroke_m - up:.4g} m"
+    room = stroke_m - start_m
+    # From the best start the command has the whole stroke; the thousandth is for rounding in print.
+    there = min(1.0, 0.999 * stroke_m / (down + up))
+    remedy = f"start at {0.5 * (stroke_m + there * (down - up)):.5g} m"
+    if there < 1.0:
+        remedy += f" and scale it by at most {there:.5g}"
+    if 0.0 < start_m < stroke_m:
+        here = 0.999 * min(start_m / max(down, start_m), room / max(up, room))
+        remedy = f"scale it by at most {here:.5g}, or {remedy}"
     raise ValueError(
         f"fit_to_travel: less its mean, the command still moves from {low:.4g} to {high:.4g} m, "
         f"beyond 0 to {stroke_m:g} m: {remedy}"
