@@ -71,7 +71,10 @@ PlantKind kind_of(const std::string& name) {
   if (name == "axis") {
     return PlantKind::axis;
   }
-  throw py::value_error("plant must be 'ehs' or 'axis', got '" + name + "'");
+  if (name == "linear") {
+    return PlantKind::linear;
+  }
+  throw py::value_error("plant must be 'ehs', 'axis' or 'linear', got '" + name + "'");
 }
 
 void require_finite(const char* name, const InputArray<double>& array) {
@@ -125,7 +128,7 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
   InputArray<double> targets;
   if (!aligned.is_none()) {
     targets = real_array<double>("aligned", aligned);
-    require_shape("aligned", targets, 1, samples);
+    require_exactly("aligned", targets, py::make_tuple(samples, plant::kStates));
   }
   require_sampling_time(dt_s);
   require_range("substeps", substeps, 1, 1000);
@@ -159,6 +162,66 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
   return py::make_tuple(outputs, sensitivities);
 }
 
+/// A plant that somebody else clocks: a controller, a target.
+class SteppedPlant {
+ public:
+  SteppedPlant(const std::string& kind, const InputArray<double>& values, double dt_s, int substeps)
+      : plant_(kind_of(kind), checked_values(values), checked_time(dt_s),
+               checked_substeps(substeps), 0) {}
+
+  py::array_t<double> read() const {
+    py::array_t<double> row(static_cast<py::ssize_t>(plant::kOutputs));
+    write(plant_.read(), row.mutable_data());
+    return row;
+  }
+
+  py::array_t<double> run(const py::object& u) {
+    const auto command = real_array<double>("command", u);
+    require_shape("command", command, 1, -1);
+    require_finite("command", command);
+    const py::ssize_t samples = command.shape(0);
+    py::array_t<double> outputs({samples, static_cast<py::ssize_t>(plant::kOutputs)});
+    const double* const commands = command.data();
+    double* const out = outputs.mutable_data();
+    {
+      const py::gil_scoped_release release;
+      for (py::ssize_t k = 0; k < samples; ++k) {
+        write(plant_.read(), out + k * static_cast<py::ssize_t>(plant::kOutputs));
+        plant_.advance(commands[k]);
+      }
+    }
+    return outputs;
+  }
+
+  void advance(double command_v) {
+    if (!is_finite(command_v)) {
+      throw py::value_error("command_v must be finite");
+    }
+    plant_.advance(command_v);
+  }
+
+ private:
+  static void write(const plant::Outputs<double>& now, double* out) {
+    const double numbers[] = {now.position,   now.velocity,        now.pressure_a,
+                              now.pressure_b, now.supply_pressure, now.spool};
+    std::copy(std::begin(numbers), std::end(numbers), out);
+  }
+  static std::vector<double> checked_values(const InputArray<double>& values) {
+    require_shape("values", values, 1, static_cast<py::ssize_t>(plant::plant_parameters().size()));
+    return {values.data(), values.data() + values.size()};
+  }
+  static double checked_time(double dt_s) {
+    require_sampling_time(dt_s);
+    return dt_s;
+  }
+  static int checked_substeps(int substeps) {
+    require_range("substeps", substeps, 1, 1000);
+    return substeps;
+  }
+
+  plant::ServoPlant<double> plant_;
+};
+
 int substeps_for(const std::string& kind, const InputArray<double>& values, double dt_s) {
   const auto count = static_cast<py::ssize_t>(plant::plant_parameters().size());
   require_shape("values", values, 1, count);
@@ -191,6 +254,32 @@ void bind_plant(py::module_& m) {
         "The catalogue: a tuple of EffectInfo, in the order in which they act.");
   m.def("plant_parameters", &parameters,
         "Everything the plant can be told: a tuple of PlantParameter in the order of `values`.");
+  py::class_<SteppedPlant>(m, "Plant",
+                           R"(The simulated plant, sample by sample: for a controller in the loop.
+
+Parameters
+----------
+plant : "ehs", "axis" or "linear"
+values : array_like, shape (P,)
+    In the order of plant_parameters(). Zero switches an effect off.
+dt_s : float > 0
+    Sampling time, s.
+substeps : int in 1..1000
+    Steps of integration a sample, see plant_substeps().
+
+Raises
+------
+ValueError
+    A wrong shape, or a number outside its range.)")
+      .def(py::init<const std::string&, const InputArray<double>&, double, int>(), py::arg("plant"),
+           py::arg("values"), py::kw_only(), py::arg("dt_s"), py::arg("substeps") = 2)
+      .def("read", &SteppedPlant::read,
+           "Outputs now, shape (6,), as simulate_plant(); the next command is not in them.")
+      .def("advance", &SteppedPlant::advance, py::arg("command_v"),
+           "On by one sample with this command, V, finite; ValueError otherwise.")
+      .def("run", &SteppedPlant::run, py::arg("command"),
+           "Reads and advances in turn: command of shape (N,), V, finite; outputs of shape (N, 6). "
+           "Releases the GIL. ValueError for another command; no sample was taken.");
   m.def("plant_substeps", &substeps_for, py::arg("plant"), py::arg("values"), py::arg("dt_s"),
         R"(Steps of integration a sample that suit a plant.
 
@@ -198,7 +287,7 @@ The fastest oscillation (oil spring, seals before they slide) then turns by at m
 
 Parameters
 ----------
-plant : "ehs" or "axis"
+plant : "ehs", "axis" or "linear"
 values : array_like, shape (P,)
     In the order of plant_parameters().
 dt_s : float > 0
@@ -223,7 +312,7 @@ Releases the GIL and runs parameter sets side by side.
 
 Parameters
 ----------
-plant : "ehs" or "axis"
+plant : "ehs", "axis" or "linear"
 values : array_like, shape (M, P)
     M sets of parameters in the order of plant_parameters(). Zero switches an effect off.
 command : array_like, shape (N,)
@@ -234,15 +323,17 @@ substeps : int in 1..1000
     Steps of integration a sample, see plant_substeps().
 varied : sequence of S int
     Positions in `values` of the parameters whose sensitivities are wanted.
-aligned : array_like, shape (N,), optional
-    Where it is finite, the position reading is set to it before that sample; all else goes on.
+aligned : array_like, shape (N, 4), optional
+    Position reading, velocity, pressures at the cap and at the rod: what is not NaN replaces the state at that
+    sample; all else goes on.
 threads : int >= 0
     0 takes as many as there are cores.
 
 Returns
 -------
 outputs : shape (M, N, 6)
-    position_m, velocity_m_s, pressure_a_pa, pressure_b_pa, supply_pressure_pa, spool (fraction).
+    position_m, velocity_m_s, pressure_a_pa, pressure_b_pa, supply_pressure_pa, spool (fraction); NaN for what
+    the plant does not have.
 sensitivities : shape (M, N, S, 6)
     Derivatives of the outputs, by dual numbers.
 

@@ -17,10 +17,13 @@ void run_with(const Simulation& run, const std::vector<Scalar>& values, const do
               const double* aligned, std::size_t samples, Use use) {
   ServoPlant<Scalar> plant(run.kind, values, run.dt, run.substeps, samples);
   for (std::size_t k = 0; k < samples; ++k) {
-    if (aligned != nullptr && std::isfinite(aligned[k])) {
-      plant.align(Scalar(aligned[k]));
+    if (aligned != nullptr) {
+      std::array<double, kStates> state;
+      std::copy_n(aligned + k * kStates, kStates, state.begin());
+      plant.align(state);
     }
-    use(k, row(plant.sample(command[k])));
+    use(k, row(plant.read()));
+    plant.advance(command[k]);
   }
 }
 

@@ -159,8 +159,8 @@ def test_alignment_moves_the_reading_and_nothing_else() -> None:
         "effects.sensor_backlash.half_width_m": 1e-4,
     }
     command = runs.steps(7, 100, 10, 5.0)
-    aligned = np.full(100, np.nan)
-    aligned[[30, 60]] = 0.14, 0.16
+    aligned = np.full((100, 4), np.nan)
+    aligned[[30, 60], 0] = 0.14, 0.16
     free = runs.simulate(values, command, 4)
     outputs, _ = ehsid.simulate_plant(
         "ehs", runs.vector(values), command, dt_s=runs.DT_S, substeps=4, aligned=aligned
@@ -185,7 +185,7 @@ def test_end_stops_hold_the_rod() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"plant": "robot"}, "plant must be 'ehs' or 'axis'"),
+        ({"plant": "robot"}, "plant must be 'ehs', 'axis' or 'linear'"),
         ({"command": [0.0, float("nan")]}, "command must be finite, entry 1"),
         ({"command": "abc"}, "command must hold real numbers"),
         ({"values": np.zeros((1, 3))}, "values has shape"),

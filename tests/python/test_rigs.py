@@ -15,7 +15,7 @@ PARAMETERS = {p.name: p for p in ehsid.plant_parameters()}
 MACHINE = [
     name
     for name in PARAMETERS
-    if not name.startswith(("effects.", "nuisance.", "initial.", "axis."))
+    if not name.startswith(("effects.", "nuisance.", "initial.", "axis.", "linear."))
 ]
 
 
@@ -90,7 +90,7 @@ def test_every_missing_value_is_named(name: str) -> None:
         (("[effects.valve_lag]", "[effects.valve_leg]"), "did you mean 'valve_lag'?"),
         (("damping = 0.85", ""), "'effects.valve_lag.damping' is missing"),
         (("[load]", "[lode]"), "'lode' is not known; did you mean 'load'?"),
-        (('"ehs"', '"boat"'), "'plant' = 'boat': expected \"ehs\" or \"axis\""),
+        (('"ehs"', '"boat"'), '\'plant\' = \'boat\': expected "ehs" or "axis" or "linear"'),
         (("= 0.3\n", "= -1.0\n"), "expected a relative 1-sigma"),
         (("position_noise_m", "noise"), "sensors: 'noise' is not known"),
         (

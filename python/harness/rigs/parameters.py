@@ -12,6 +12,13 @@ EFFECT_PREFIX = "effects."
 NUISANCE_PREFIX = "nuisance."
 INITIAL_PREFIX = "initial."
 
+# Subsystems that a plant does not have: a motor needs neither valve nor oil, and in the linear
+# model the oil has its two constants and no more.
+LACKS = MappingProxyType(
+    {"ehs": (), "axis": ("valve", "hydraulics"), "linear": ("hydraulics",)},
+)
+PLANTS = tuple(LACKS)
+
 
 @cache
 def plant_parameters() -> MappingProxyType[str, ehsid.PlantParameter]:
@@ -31,13 +38,16 @@ def is_rig_value(name: str) -> bool:
 
 
 def belongs_to(name: str, plant: str) -> bool:
-    """Does the plant ("ehs" or "axis") need this value of the rig?"""
-    return is_rig_value(name) and name.startswith("axis.") == (plant == "axis")
+    """Does the plant need this value of the rig?"""
+    section = name.partition(".")[0]
+    # "ehs" has several sections, the others one of their own name.
+    owner = section if section in PLANTS else "ehs"
+    return is_rig_value(name) and owner == plant
 
 
 def acts_on(effect: ehsid.EffectInfo, plant: str) -> bool:
-    """Has the plant the subsystem of the effect? An axis has neither valve nor hydraulics."""
-    return plant != "axis" or effect.subsystem not in ("valve", "hydraulics")
+    """Has the plant the subsystem of the effect?"""
+    return effect.subsystem not in LACKS[plant]
 
 
 def names_of(effect: ehsid.EffectInfo) -> list[str]:
@@ -66,6 +76,15 @@ DEFAULT_UNCERTAINTY = MappingProxyType(
         "axis.mass_kg": 0.05,
         "axis.viscous_friction_n_s_m": 0.5,
         "axis.force_per_volt": 0.05,
+        # As those of the servo they stand for; the spool is the unit of the flow.
+        "linear.spool_gain_1_v": 0.001,
+        "linear.flow_gain_m3_s": 0.1,
+        "linear.flow_pressure_m3_s_pa": 0.5,
+        "linear.leakage_m3_s_pa": 0.5,
+        "linear.area_m2": 0.004,
+        "linear.volume_m3": 0.2,
+        "linear.bulk_modulus_pa": 0.3,
+        "linear.mass_kg": 0.05,
     }
 )
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from ehsid.harness.records import COLUMNS, ColumnMap
 from ehsid.harness.records.errors import nearest_name
@@ -26,14 +26,14 @@ from ehsid.harness.rigs.parameters import (
     EFFECT_PREFIX,
     INITIAL_PREFIX,
     NUISANCE_PREFIX,
+    PLANTS,
     effects,
     is_rig_value,
     plant_parameters,
 )
-from ehsid.harness.rigs.rig import Rig
+from ehsid.harness.rigs.rig import PlantName, Rig
 from ehsid.harness.rigs.toml_text import parse_toml, read_text
 
-PLANTS = ("ehs", "axis")
 TABLES = ("uncertainty", "sensors", "effects", "columns")
 
 
@@ -77,7 +77,7 @@ def parse_rig(text: str, *, source: object = "rig") -> Rig:
         raise RigError(source, problems)
     return Rig(
         name=str(name),
-        plant="axis" if plant == "axis" else "ehs",
+        plant=cast(PlantName, plant),
         values={key: float(value) for key, value in values.items()},
         uncertainty={key: float(value) for key, value in uncertainty.items()},
         sensors={key: float(value) for key, value in sensors.items()},
@@ -86,11 +86,12 @@ def parse_rig(text: str, *, source: object = "rig") -> Rig:
 
 
 def _unknown_plant(plant: object) -> str:
+    expected = " or ".join(f'"{name}"' for name in PLANTS)
     if plant is None:
-        return '\'plant\' is missing: expected "ehs" or "axis"'
+        return f"'plant' is missing: expected {expected}"
     nearest = nearest_name(plant, PLANTS) if isinstance(plant, str) else None
     hint = f"; did you mean '{nearest}'?" if nearest else ""
-    return f'\'plant\' = {shown(plant)}: expected "ehs" or "axis"{hint}'
+    return f"'plant' = {shown(plant)}: expected {expected}{hint}"
 
 
 def _values(document: Mapping[str, Any], problems: list[str]) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from ehsid.harness.rigs.parameters import (
     plant_parameters,
 )
 
-PlantName = Literal["ehs", "axis"]
+PlantName = Literal["ehs", "axis", "linear"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Rig:
     name
         of the machine.
     plant
-        "ehs" or "axis".
+        "ehs", "axis" or "linear".
     values
         SI, by full name, e.g. "load.mass_kg" or "effects.valve_lag.bandwidth_hz". An effect that is
         not there is off.

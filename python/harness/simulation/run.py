@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -15,18 +15,14 @@ from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.checks import check_together, check_values
 from ehsid.harness.rigs.parameters import INITIAL_PREFIX
+from ehsid.harness.simulation.outputs import (
+    QUANTISATION,
+    as_measured,
+    columns_of,
+)
 
 FloatArray = npt.NDArray[np.float64]
-
-OUTPUTS = (
-    "position_m",
-    "velocity_m_s",
-    "pressure_a_pa",
-    "pressure_b_pa",
-    "supply_pressure_pa",
-    "spool",
-)
-AXIS_OUTPUTS = ("position_m", "velocity_m_s")
+Progress = Callable[[float], None]
 
 # Steps a sample beyond which a rig is taken for one that cannot be integrated: at 1 kHz they
 # resolve oscillations of 10 kHz, where a lumped model says nothing any more.
@@ -34,6 +30,9 @@ MOST_SUBSTEPS = 1000
 
 # A single run can afford more steps than a fit of thousands: a sixteenth of the error.
 FINER = 4
+
+# Samples between two reports of progress, before substeps: a few hundredths of a second.
+CHUNK = 200_000
 
 
 class SimulationError(ValueError):
@@ -60,6 +59,69 @@ class SimulationRun:
     error: Mapping[str, float]
 
 
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A rig ready to run: everything checked.
+
+    Attributes
+    ----------
+    told
+        values of the rig and those in place of them, by full name.
+    plant_values
+        shape (P,), in the order of `ehsid.plant_parameters()`.
+    substeps
+        steps of integration a sample.
+    """
+
+    rig: Rig
+    dt_s: float
+    told: Mapping[str, float]
+    plant_values: FloatArray
+    substeps: int
+
+    def plant(self, *, finer: int = 1, quantised: bool = True) -> ehsid.Plant:
+        """The plant at its start; `finer` times as many steps of integration."""
+        values = self.plant_values
+        if not quantised:
+            values = values.copy()
+            values[[p.name for p in ehsid.plant_parameters()].index(QUANTISATION)] = 0.0
+        substeps = min(finer * self.substeps, MOST_SUBSTEPS)
+        return ehsid.Plant(self.rig.plant, values, dt_s=self.dt_s, substeps=substeps)
+
+
+def prepare(
+    rig: Rig,
+    *,
+    dt_s: float,
+    position0_m: float | None = None,
+    values: Mapping[str, float] | None = None,
+    substeps: int | None = None,
+) -> Start:
+    """Check a rig and where it starts; arguments and errors as in `simulate`."""
+    told = dict(values or {})
+    if position0_m is not None:
+        told[f"{INITIAL_PREFIX}position_m"] = position0_m
+    together = {**rig.values, **told}
+    problems = check_values(told) + check_together(together)
+    if problems:
+        raise SimulationError("; ".join(problems))
+    stroke = together.get("cylinder.stroke_m")
+    start_m = together.get(f"{INITIAL_PREFIX}position_m")
+    if stroke is not None and start_m is not None and not 0.0 <= start_m <= stroke:
+        raise SimulationError(
+            f"the start at {start_m:g} m is outside the stroke, 0 to {stroke:g} m"
+        )
+    plant_values = rig.plant_values(told)
+    if substeps is None:
+        substeps = FINER * ehsid.plant_substeps(rig.plant, plant_values, dt_s)
+        if substeps > MOST_SUBSTEPS // 2:
+            raise SimulationError(
+                f"{rig.name} is too stiff to be integrated at {dt_s:g} s: its oil spring or its "
+                f"seals need {substeps} steps a sample; check masses, volumes, friction"
+            )
+    return Start(rig, dt_s, MappingProxyType(together), plant_values, substeps)
+
+
 def simulate(
     rig: Rig,
     command_v: npt.ArrayLike,
@@ -69,7 +131,9 @@ def simulate(
     values: Mapping[str, float] | None = None,
     substeps: int | None = None,
     keep_inside: bool = False,
+    noise: FloatArray | None = None,
     name: str | None = None,
+    progress: Progress | None = None,
 ) -> SimulationRun:
     """Run a rig on a command, from rest in equilibrium.
 
@@ -90,8 +154,12 @@ def simulate(
         asks for at least.
     keep_inside
         refuse a run that reaches an end of the stroke.
+    noise
+        shape (N, 6), added to the outputs before the position is quantised: see `draw_noise`.
     name
         of the record.
+    progress
+        is called with the share that is done, 0 to 1.
 
     Raises
     ------
@@ -99,6 +167,41 @@ def simulate(
         a command that is not finite, a start outside the stroke, a rig too stiff to be integrated,
         a run that is not finite or leaves the stroke.
     """
+    command = _checked_command(command_v)
+    start = prepare(rig, dt_s=dt_s, position0_m=position0_m, values=values, substeps=substeps)
+    report = progress or (lambda _share: None)
+    # A step takes the same time in both runs: one third of the work, then two thirds.
+    coarse = _run(start.plant(quantised=False), command, lambda done: report(done / 3.0))
+    fine = _run(
+        start.plant(finer=2, quantised=False),
+        command,
+        lambda done: report((1.0 + 2.0 * done) / 3.0),
+    )
+    clean = columns_of(rig.plant, coarse)
+    finer = columns_of(rig.plant, fine)
+    bad = np.flatnonzero(~np.isfinite(np.column_stack(list(clean.values()))).all(axis=1))
+    if bad.size:
+        raise SimulationError(f"{rig.name}: the run is not finite from sample {bad[0] + 1} on")
+    stroke = start.told.get("cylinder.stroke_m")
+    if keep_inside and stroke is not None:
+        _check_inside(clean["position_m"], stroke, dt_s)
+    shown = as_measured(coarse, np.zeros(()) if noise is None else noise, start.told)
+    record = make_record(
+        {
+            "time_s": np.arange(command.size) * dt_s,
+            "command_v": command,
+            **columns_of(rig.plant, shown),
+        },
+        name=name or rig.name,
+    )
+    error = {
+        output: float(np.max(np.abs(finer[output] - column)) / max(np.ptp(column), 1e-12))
+        for output, column in clean.items()
+    }
+    return SimulationRun(record, start.substeps, MappingProxyType(error))
+
+
+def _checked_command(command_v: npt.ArrayLike) -> FloatArray:
     command = np.asarray(command_v, dtype=np.float64)
     if command.ndim != 1 or command.size < 2:
         raise SimulationError(f"the command has shape {command.shape}: expected at least 2 samples")
@@ -107,53 +210,16 @@ def simulate(
         raise SimulationError(
             f"the command is not finite at sample {bad[0] + 1}: {command[bad[0]]}"
         )
-    told = dict(values or {})
-    if position0_m is not None:
-        told[f"{INITIAL_PREFIX}position_m"] = position0_m
-    problems = check_values(told) + check_together({**rig.values, **told})
-    if problems:
-        raise SimulationError("; ".join(problems))
-    stroke = {**rig.values, **told}.get("cylinder.stroke_m")
-    plant_values = rig.plant_values(told)
-    _check_start(plant_values, stroke)
-    if substeps is None:
-        substeps = FINER * ehsid.plant_substeps(rig.plant, plant_values, dt_s)
-        if substeps > MOST_SUBSTEPS // 2:
-            raise SimulationError(
-                f"{rig.name} is too stiff to be integrated at {dt_s:g} s: its oil spring or its "
-                f"seals need {substeps} steps a sample; check masses, volumes, friction"
-            )
-
-    def outputs(steps: int) -> FloatArray:
-        found, _ = ehsid.simulate_plant(
-            rig.plant, plant_values[np.newaxis], command, dt_s=dt_s, substeps=steps
-        )
-        return np.asarray(found[0], dtype=np.float64)
-
-    coarse, fine = outputs(substeps), outputs(min(2 * substeps, MOST_SUBSTEPS))
-    if not np.isfinite(coarse).all():
-        first = int(np.flatnonzero(~np.isfinite(coarse).all(axis=1))[0])
-        raise SimulationError(f"{rig.name}: the run is not finite from sample {first + 1} on")
-    if keep_inside and stroke is not None:
-        _check_inside(coarse[:, 0], stroke, dt_s)
-    names = OUTPUTS if rig.plant == "ehs" else AXIS_OUTPUTS
-    columns = {name: coarse[:, i] for i, name in enumerate(names)}
-    error = {
-        output: float(np.max(np.abs(fine[:, i] - coarse[:, i])) / max(np.ptp(coarse[:, i]), 1e-12))
-        for i, output in enumerate(names)
-    }
-    record = make_record(
-        {"time_s": np.arange(command.size) * dt_s, "command_v": command, **columns},
-        name=name or rig.name,
-    )
-    return SimulationRun(record, substeps, MappingProxyType(error))
+    return command
 
 
-def _check_start(plant_values: FloatArray, stroke: float | None) -> None:
-    names = [parameter.name for parameter in ehsid.plant_parameters()]
-    start = plant_values[names.index(f"{INITIAL_PREFIX}position_m")]
-    if stroke is not None and not 0.0 <= start <= stroke:
-        raise SimulationError(f"the start at {start:g} m is outside the stroke, 0 to {stroke:g} m")
+def _run(plant: ehsid.Plant, command: FloatArray, progress: Progress) -> FloatArray:
+    """Outputs, shape (N, 6)."""
+    parts = []
+    for first in range(0, command.size, CHUNK):
+        parts.append(plant.run(command[first : first + CHUNK]))
+        progress(min(1.0, (first + CHUNK) / command.size))
+    return np.concatenate(parts)
 
 
 def _check_inside(position: FloatArray, stroke: float, dt_s: float) -> None:

@@ -21,7 +21,9 @@
 #include <ehsid/plant/effects/valve_lag.hpp>
 #include <ehsid/plant/effects/valve_null_bias.hpp>
 
+#include <cstddef>
 #include <tuple>
+#include <vector>
 
 namespace ehsid::plant {
 
@@ -33,5 +35,36 @@ using Catalogue =
                SupplyDroop<Scalar>, CoulombFriction<Scalar>, StribeckFriction<Scalar>,
                LoadSpring<Scalar>, LoadForce<Scalar>, SensorBacklash<Scalar>, SensorLag<Scalar>,
                SensorQuantisation<Scalar>>;
+
+/// The effects of a plant. An effect is on where one of its parameters is not zero or is varied.
+template <class Scalar>
+class Effects {
+ public:
+  /// The parameters of all effects stand in `values` from `first` on.
+  Effects(const std::vector<Scalar>& values, std::size_t first) {
+    const auto tell = [&](auto& effect) {
+      effect.active = false;
+      for (Scalar& parameter : effect.parameters) {
+        parameter = values[first++];
+        effect.active = effect.active || !is_nothing(parameter);
+      }
+    };
+    std::apply([&](auto&... effect) { (tell(effect), ...); }, all_);
+  }
+
+  /// Asks every effect that is on, in the order of the catalogue.
+  template <class Place>
+  void each(Place place) {
+    std::apply([&](auto&... effect) { ((effect.active ? place(effect) : void()), ...); }, all_);
+  }
+  template <class Place>
+  void each(Place place) const {
+    std::apply([&](const auto&... effect) { ((effect.active ? place(effect) : void()), ...); },
+               all_);
+  }
+
+ private:
+  Catalogue<Scalar> all_{};
+};
 
 }  // namespace ehsid::plant

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <vector>
 
 namespace ehsid::plant {
 
@@ -28,6 +29,14 @@ enum class RigValue : std::size_t {
   axis_mass,
   axis_viscous_friction,
   force_per_volt,
+  linear_spool_gain,
+  linear_flow_gain,
+  linear_flow_pressure,
+  linear_leakage,
+  linear_area,
+  linear_volume,
+  linear_bulk_modulus,
+  linear_mass,
   count
 };
 
@@ -50,6 +59,14 @@ inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(RigValue::co
     {"axis.mass_kg", "kg", 1e-3, 1e6, 95.0, "moved mass"},
     {"axis.viscous_friction_n_s_m", "N s/m", 0.0, 1e7, 205.0, "force over speed"},
     {"axis.force_per_volt", "N/V", 1e-6, 1e6, 35.15, "gain of the drive"},
+    {"linear.spool_gain_1_v", "1/V", 1e-3, 1e3, 0.1, "K_v: share of full opening per volt"},
+    {"linear.flow_gain_m3_s", "m^3/s", 1e-7, 1.0, 8e-4, "K_q: flow at full opening and no load"},
+    {"linear.flow_pressure_m3_s_pa", "m^3/(s Pa)", 0.0, 1e-8, 2e-12, "K_c: flow lost over load"},
+    {"linear.leakage_m3_s_pa", "m^3/(s Pa)", 0.0, 1e-8, 1e-12, "C_p: leakage over load"},
+    {"linear.area_m2", "m^2", 1e-6, 4.0, 2.6e-3, "A_p: area of the piston"},
+    {"linear.volume_m3", "m^3", 1e-8, 10.0, 1.3e-3, "V_t: both chambers and lines"},
+    {"linear.bulk_modulus_pa", "Pa", 1e7, 5e9, 1.1e9, "beta_e: of oil and walls"},
+    {"linear.mass_kg", "kg", 1e-2, 1e6, 120.0, "M_t: moved mass"},
 }};
 
 enum class Nuisance : std::size_t {
@@ -92,5 +109,22 @@ inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(Initial::cou
     {"initial.pressure_a_pa", "Pa", 1e3, 1e8, std::numeric_limits<double>::quiet_NaN(), "cap side"},
     {"initial.pressure_b_pa", "Pa", 1e3, 1e8, std::numeric_limits<double>::quiet_NaN(), "rod side"},
 }};
+
+template <class Scalar>
+Scalar value_at(const std::vector<Scalar>& values, RigValue which) {
+  return values[static_cast<std::size_t>(which)];
+}
+template <class Scalar>
+Scalar value_at(const std::vector<Scalar>& values, Nuisance which) {
+  return values[kRigValues.size() + static_cast<std::size_t>(which)];
+}
+template <class Scalar>
+Scalar value_at(const std::vector<Scalar>& values, Initial which) {
+  return values[kRigValues.size() + kNuisances.size() + static_cast<std::size_t>(which)];
+}
+
+/// Where the parameters of the effects begin.
+inline constexpr std::size_t kFirstOfEffects =
+    kRigValues.size() + kNuisances.size() + kInitials.size();
 
 }  // namespace ehsid::plant

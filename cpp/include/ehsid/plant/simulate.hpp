@@ -23,7 +23,7 @@ struct Simulation {
 
 /// Runs over `samples` commands, V, each held until the next.
 ///
-/// aligned: null, or one number a sample: where it is finite, the position reading is set to it before the sample.
+/// aligned: null, or samples x kStates: what is not NaN replaces the state at that sample.
 /// outputs: samples x kOutputs. sensitivities: null, or samples x varied x kOutputs, derivatives of each output.
 void simulate(const Simulation& run, const double* command, const double* aligned,
               std::size_t samples, double* outputs, double* sensitivities);
