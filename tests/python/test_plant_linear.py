@@ -96,7 +96,7 @@ def test_shares_valve_mechanics_and_timing() -> None:
     def speed(command_v: float) -> float:
         run = simulate(
             rig,
-            np.full(3000, command_v),  # xi w = 5.1 1/s: ringing is down to e^-15
+            np.full(3000, command_v),  # xi w = 10 1/s: ringing is down to e^-30
             dt_s=1e-3,
             values={"effects.valve_dead_band.overlap": 0.05},
         )

@@ -117,7 +117,11 @@ def test_every_excitation_runs(name: str) -> None:
         ([], "either --command REC or --excitation NAME"),
         (["--excitation", "steps", "--effect", "load_force=3"], "expected EFFECT.PARAMETER=NUMBER"),
         (["--excitation", "prbs", "--duration", "0"], "expected 0 < 2 dt <= duration"),
-        (["--excitation", "triangle", "--amplitude", "9"], "reaches an end of its stroke"),
+        (["--excitation", "triangle", "--amplitude", "9"], "scale it by at most"),
+        (["--excitation", "prbs", "--amplitude", "11"], "at most the rated command, 10 V"),
+        (["--excitation", "prbs", "--loop", "p", "--amplitude", "0.2"], "beyond the stroke"),
+        (["--excitation", "prbs", "--loop", "p", "--bandwidth", "-1"], "bandwidth of -1 Hz"),
+        (["--command", "none.csv", "--loop", "p"], "--loop"),
         (["--command", "none.csv"], "none.csv"),
     ],
 )

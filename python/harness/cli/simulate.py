@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,52 +17,111 @@ from rich.console import Console
 from rich.table import Table
 
 from ehsid.harness.cli.common import clear_errors, write_figure
-from ehsid.harness.excitation import chirp, odd_multisine, prbs, random_steps, triangle
+from ehsid.harness.cli.progress import progress_of
+from ehsid.harness.cli.signals import SignalName, make_signal
+from ehsid.harness.excitation import fit_to_travel
 from ehsid.harness.records import Layout, read_record, write_record
 from ehsid.harness.report import record_figure
-from ehsid.harness.rigs import read_rig
-from ehsid.harness.simulation import SimulationRun, parse_settings, simulate
+from ehsid.harness.rigs import Rig, read_rig
+from ehsid.harness.simulation import (
+    ClosedLoopRun,
+    SimulationRun,
+    command_limit,
+    draw_noise,
+    parse_settings,
+    simulate,
+    simulate_closed_loop,
+    suggested_controller,
+    velocity_gain,
+    with_integral,
+)
 
 
-class ExcitationName(StrEnum):
-    """Test signals by name."""
+class LoopName(StrEnum):
+    """Who makes the command."""
 
-    multisine = "multisine"
-    prbs = "prbs"
-    steps = "steps"
-    chirp = "chirp"
-    triangle = "triangle"
+    open = "open"
+    p = "p"
+    pi = "pi"
 
 
-def _excitation(
-    name: ExcitationName, n: int, dt_s: float, amplitude: float, seed: int
-) -> npt.NDArray[np.float64]:
-    """A signal of about this size: peak, for the multisine half of it as rms."""
-    rng = np.random.default_rng(seed)
-    duration = n * dt_s
-    match name:
-        case ExcitationName.multisine:
-            band = (max(0.1, 2.0 / duration), min(20.0, 0.2 / dt_s))
-            return odd_multisine(n, dt_s, band_hz=band, rms=0.5 * amplitude, rng=rng).samples
-        case ExcitationName.prbs:
-            return prbs(n, amplitude=amplitude, hold=max(1, round(0.02 / dt_s)))
-        case ExcitationName.steps:
-            hold = (max(1, round(0.05 / dt_s)), max(1, round(0.5 / dt_s)))
-            return random_steps(n, amplitude=amplitude, hold=hold, rng=rng)
-        case ExcitationName.chirp:
-            band = (max(0.1, 1.0 / duration), min(30.0, 0.2 / dt_s))
-            return chirp(n, dt_s, amplitude=amplitude, band_hz=band)
-        case ExcitationName.triangle:
-            return triangle(n, dt_s, amplitude=amplitude, period_s=duration / 4.0)
+@dataclass(frozen=True)
+class AskedSignal:
+    """A test signal as it was asked for."""
+
+    signal: SignalName
+    duration: float
+    dt: float
+    amplitude: float | None
+    seed: int
+    loop: LoopName
+    bandwidth: float | None
+
+    @property
+    def samples(self) -> int:
+        """How many there will be."""
+        if not (self.dt > 0.0 and 2.0 * self.dt <= self.duration < math.inf):
+            raise ValueError(
+                f"--duration {self.duration:g}, --dt {self.dt:g}: expected 0 < 2 dt <= duration"
+            )
+        return round(self.duration / self.dt)
+
+    def make(self, *, default: float, top_hz: float) -> npt.NDArray[np.float64]:
+        """The signal, shape (samples,), with `default` as its peak unless told otherwise."""
+        peak = default if self.amplitude is None else self.amplitude
+        if not 0.0 < peak < math.inf:
+            raise ValueError(f"--amplitude {peak:g}: expected a finite number > 0")
+        top_hz = min(top_hz, 0.2 / self.dt)
+        return make_signal(
+            self.signal, self.samples, self.dt, peak=peak, top_hz=top_hz, seed=self.seed
+        )
 
 
-def _command(path: Path, layout: Layout) -> tuple[npt.NDArray[np.float64], float]:
+def _logged_command(path: Path, layout: Layout) -> tuple[npt.NDArray[np.float64], float]:
     record = read_record(
         path, columns=["command_v"], required=["time_s", "command_v"], layout=layout
     )
     if len(record.segments) > 1 or record.dt_s is None:
         raise ValueError(f"{path}: a command with gaps cannot drive a rig; give one stretch of it")
     return record.column("command_v"), record.dt_s
+
+
+def _middle(rig: Rig, position0: float | None) -> float:
+    return 0.5 * rig.values.get("cylinder.stroke_m", 0.0) if position0 is None else position0
+
+
+def _open_loop(rig: Rig, asked: AskedSignal, position0: float | None) -> npt.NDArray[np.float64]:
+    """The test signal as a command within the limits of the machine, V."""
+    limit = command_limit(rig)
+    command = asked.make(default=0.1 * limit if math.isfinite(limit) else 1.0, top_hz=20.0)
+    peak = float(np.abs(command).max())
+    if peak > limit:
+        raise ValueError(f"--amplitude {peak:g}: expected at most the rated command, {limit:g} V")
+    stroke = rig.values.get("cylinder.stroke_m")
+    if stroke is None:
+        return command
+    return fit_to_travel(
+        command,
+        asked.dt,
+        gain_m_s_v=velocity_gain(rig),
+        start_m=_middle(rig, position0),
+        stroke_m=stroke,
+    )
+
+
+def _closed_loop(
+    rig: Rig, asked: AskedSignal, position0: float | None, **more: Any
+) -> ClosedLoopRun:
+    """The test signal as a reference around the start, m."""
+    controller = suggested_controller(rig, asked.bandwidth)
+    if asked.loop is LoopName.pi:
+        controller = with_integral(controller)
+    bandwidth_hz = controller.gain_v_m * velocity_gain(rig) / (2.0 * math.pi)
+    default = 0.03 * rig.values.get("cylinder.stroke_m", 0.3)
+    signal = asked.make(default=default, top_hz=max(2.0, 2.0 * bandwidth_hz))
+    return simulate_closed_loop(
+        rig, _middle(rig, position0) + signal, controller, dt_s=asked.dt, **more
+    )
 
 
 def _table(run: SimulationRun) -> Table:
@@ -78,11 +139,31 @@ def simulate_command(
     command: Annotated[
         Path | None, typer.Option(help="record whose command_v drives the rig")
     ] = None,
-    excitation: Annotated[ExcitationName | None, typer.Option(help="or a test signal")] = None,
+    excitation: Annotated[SignalName | None, typer.Option(help="or a test signal")] = None,
     duration: Annotated[float, typer.Option(help="of the test signal, s")] = 10.0,
     dt: Annotated[float, typer.Option(help="sampling time of the test signal, s")] = 1e-3,
-    amplitude: Annotated[float, typer.Option(help="of the test signal, V")] = 1.0,
-    seed: Annotated[int, typer.Option(help="of the test signal")] = 0,
+    amplitude: Annotated[
+        float | None,
+        typer.Option(
+            help="peak of the test signal: V, default a tenth of rated command; in a closed loop "
+            "m, default 3 % of the stroke",
+            show_default=False,
+        ),
+    ] = None,
+    loop: Annotated[
+        LoopName,
+        typer.Option(
+            help="open: the test signal is the command; p, pi: it is the position reference of a "
+            "controller with velocity feed-forward"
+        ),
+    ] = LoopName.open,
+    bandwidth: Annotated[
+        float | None, typer.Option(help="of the closed loop, Hz; default at most 2")
+    ] = None,
+    noise: Annotated[
+        bool, typer.Option("--noise", help="with the noise of the rig's [sensors]")
+    ] = False,
+    seed: Annotated[int, typer.Option(help="of the test signal and the noise")] = 0,
     effect: Annotated[
         list[str] | None, typer.Option(help="EFFECT.PARAMETER=NUMBER, again for more")
     ] = None,
@@ -94,38 +175,72 @@ def simulate_command(
 ) -> None:
     """Simulate a rig on a logged command or on a test signal.
 
-    Example: ehsid simulate rig.toml --command rec.csv --effect coulomb_friction.force_n=400
+    Examples: ehsid simulate rig.toml --command rec.csv --effect coulomb_friction.force_n=400
     --out sim.csv
+
+    ehsid simulate rig.toml --excitation multisine --loop pi --noise --out sim.csv
     """
     with clear_errors():
         if (command is None) == (excitation is None):
             raise ValueError("give either --command REC or --excitation NAME")
+        if command is not None and loop is not LoopName.open:
+            raise ValueError("--loop: a logged command drives the rig as it is; use --excitation")
         values = parse_settings(effect or [])
         rig = read_rig(rig_file)
-        if command is not None:
-            volts, dt = _command(command, rig.columns)
-        else:
-            assert excitation is not None
-            if not (duration > 0.0 and dt > 0.0 and duration >= 2.0 * dt):
-                raise ValueError(
-                    f"--duration {duration:g}, --dt {dt:g}: expected 0 < 2 dt <= duration"
+        limited = None
+
+        def draw(samples: int) -> npt.NDArray[np.float64] | None:
+            # Another stream than that of the signal.
+            rng = np.random.default_rng([seed, 1])
+            return draw_noise(rig, samples, rng) if noise else None
+
+        with progress_of(f"simulating {rig.name}") as progress:
+            if command is not None:
+                volts, dt = _logged_command(command, rig.columns)
+                run = simulate(
+                    rig,
+                    volts,
+                    dt_s=dt,
+                    position0_m=position0,
+                    values=values,
+                    noise=draw(volts.size),
+                    progress=progress,
                 )
-            volts = _excitation(excitation, round(duration / dt), dt, amplitude, seed)
-        run = simulate(
-            rig,
-            volts,
-            dt_s=dt,
-            position0_m=position0,
-            values=values,
-            keep_inside=excitation is not None,
-        )
+            else:
+                assert excitation is not None
+                asked = AskedSignal(excitation, duration, dt, amplitude, seed, loop, bandwidth)
+                if loop is LoopName.open:
+                    run = simulate(
+                        rig,
+                        _open_loop(rig, asked, position0),
+                        dt_s=dt,
+                        position0_m=position0,
+                        values=values,
+                        keep_inside=True,
+                        noise=draw(asked.samples),
+                        progress=progress,
+                    )
+                else:
+                    closed = _closed_loop(
+                        rig,
+                        asked,
+                        position0,
+                        values=values,
+                        noise=draw(asked.samples),
+                        progress=progress,
+                    )
+                    run, limited = closed.run, float(np.mean(closed.limited))
         if out is not None:
             write_record(run.record, out)
             write_figure(out.with_suffix(".png"), record_figure(run.record))
     if as_json:
         findings = {"samples": len(run.record), "dt_s": dt, "substeps": run.substeps}
+        if limited is not None:
+            findings["share_at_limit"] = limited
         typer.echo(json.dumps({**findings, "error": dict(run.error)}))
         return
     console = Console()
     console.print(f"{rig.name}: {len(run.record)} samples at {dt:g} s, {run.substeps} steps each")
+    if limited:
+        console.print(f"the command is at its limit for {100.0 * limited:.1f} % of the time")
     console.print(_table(run))

@@ -5,7 +5,33 @@
 >>> run.record.column("position_m")
 """
 
+from ehsid.harness.simulation.closed_loop import ClosedLoopRun, simulate_closed_loop
+from ehsid.harness.simulation.controller import (
+    PositionController,
+    command_limit,
+    suggested_controller,
+    velocity_gain,
+    with_integral,
+)
+from ehsid.harness.simulation.outputs import draw_noise
 from ehsid.harness.simulation.run import SimulationError, SimulationRun, simulate
 from ehsid.harness.simulation.settings import parse_settings
+from ehsid.harness.simulation.windows import WindowedRun, measured_states, simulate_windows
 
-__all__ = ["SimulationError", "SimulationRun", "parse_settings", "simulate"]
+__all__ = [
+    "ClosedLoopRun",
+    "PositionController",
+    "SimulationError",
+    "SimulationRun",
+    "WindowedRun",
+    "command_limit",
+    "draw_noise",
+    "measured_states",
+    "parse_settings",
+    "simulate",
+    "simulate_closed_loop",
+    "simulate_windows",
+    "suggested_controller",
+    "velocity_gain",
+    "with_integral",
+]

@@ -61,7 +61,7 @@ inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(RigValue::co
     {"axis.force_per_volt", "N/V", 1e-6, 1e6, 35.15, "gain of the drive"},
     {"linear.spool_gain_1_v", "1/V", 1e-3, 1e3, 0.1, "K_v: share of full opening per volt"},
     {"linear.flow_gain_m3_s", "m^3/s", 1e-7, 1.0, 8e-4, "K_q: flow at full opening and no load"},
-    {"linear.flow_pressure_m3_s_pa", "m^3/(s Pa)", 0.0, 1e-8, 2e-12, "K_c: flow lost over load"},
+    {"linear.flow_pressure_m3_s_pa", "m^3/(s Pa)", 0.0, 1e-8, 5e-12, "K_c: flow lost over load"},
     {"linear.leakage_m3_s_pa", "m^3/(s Pa)", 0.0, 1e-8, 1e-12, "C_p: leakage over load"},
     {"linear.area_m2", "m^2", 1e-6, 4.0, 2.6e-3, "A_p: area of the piston"},
     {"linear.volume_m3", "m^3", 1e-8, 10.0, 1.3e-3, "V_t: both chambers and lines"},

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: MIT
+"""A rig on a logged command in short windows: a free run of a servo shows only its drift."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import savgol_filter
+
+import ehsid
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
+from ehsid.harness.rigs.parameters import plant_parameters
+from ehsid.harness.simulation.outputs import OUTPUTS_OF
+from ehsid.harness.simulation.run import prepare
+
+FloatArray = npt.NDArray[np.float64]
+
+# What a window can start from, in the order of `aligned` of ehsid.simulate_plant.
+STATES = ("position_m", "velocity_m_s", "pressure_a_pa", "pressure_b_pa")
+
+# Over this long the motion of a servo is a parabola, nearly, and noise of the sensor averages out.
+SMOOTHED_S = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class WindowedRun:
+    """Outputs of several sets of values in the windows of one record.
+
+    Attributes
+    ----------
+    outputs
+        (M, N) arrays by name, of M sets and N samples, for all outputs of the plant.
+    sensitivities
+        (M, N, S) arrays by name: derivatives by the S varied values.
+    window
+        shape (N,), number of the window of a sample, -1 before the first one.
+    """
+
+    outputs: Mapping[str, FloatArray]
+    sensitivities: Mapping[str, FloatArray]
+    window: npt.NDArray[np.int64]
+
+
+def window_numbers(
+    samples: int, dt_s: float, *, window_s: float, skip_s: float
+) -> npt.NDArray[np.int64]:
+    """Number of the window of each sample, -1 in the first skip_s seconds; shape (samples,)."""
+    if not (window_s >= 2.0 * dt_s and 0.0 <= skip_s < samples * dt_s):
+        raise ValueError(
+            f"window_s = {window_s:g}, skip_s = {skip_s:g}: expected windows of at least two "
+            f"samples ({2.0 * dt_s:g} s) and a start within the record ({samples * dt_s:g} s)"
+        )
+    length, skipped = round(window_s / dt_s), math.ceil(skip_s / dt_s * (1.0 - 1e-12))
+    return np.maximum((np.arange(samples) - skipped) // length, -1)
+
+
+def measured_states(record: Record) -> FloatArray:
+    """What a record says of the state at each sample, shape (N, 4); NaN where it says nothing.
+
+    Position and pressures as measured; speed as measured, else the slope of a parabola fitted to
+    the position over 20 ms around (Savitzky, Golay, Anal. Chem. 36(8), 1964).
+    """
+    dt_s = _checked_sampling(record)
+    states = np.full((len(record), len(STATES)), np.nan)
+    for i, name in enumerate(STATES):
+        if name in record.columns:
+            states[:, i] = record.column(name)
+    if "velocity_m_s" not in record.columns:
+        length = min(max(5, 2 * round(0.5 * SMOOTHED_S / dt_s) + 1), len(record) - 1 | 1)
+        states[:, 1] = savgol_filter(
+            record.column("position_m"), length, polyorder=2, deriv=1, delta=dt_s
+        )
+    return states
+
+
+def simulate_windows(
+    rig: Rig,
+    record: Record,
+    *,
+    window_s: float = 0.5,
+    skip_s: float = 0.3,
+    reset: Literal["carry", "estimate"] = "carry",
+    value_sets: Sequence[Mapping[str, float]] = ({},),
+    varied: Sequence[str] = (),
+    substeps: int | None = None,
+    threads: int = 0,
+) -> WindowedRun:
+    """Run a rig on the command of a record, put right by the measurement at each window's start.
+
+    Parameters
+    ----------
+    rig
+        the machine.
+    record
+        without gaps, with `command_v` and `position_m`.
+    window_s, skip_s
+        length of a window; what is skipped at the start of the record.
+    reset
+        "carry": only the position is measured anew, all other states come from the window before;
+        "estimate": speed and pressures, too, as far as `measured_states` has them. What follows
+        from the command alone (delay line, spool, play of the valve) always carries over.
+    value_sets
+        M mappings of full names to values in place of those of the rig; run side by side.
+    varied
+        S full names of values whose sensitivities are wanted.
+    substeps
+        steps of integration a sample; by default what the rig's fastest oscillation asks for.
+    threads
+        0 takes as many as there are cores.
+
+    Raises
+    ------
+    ValueError
+        a record with gaps or without a column, an unknown name, a window too short.
+    SimulationError
+        a rig that cannot be simulated.
+    """
+    dt_s = _checked_sampling(record)
+    names = list(plant_parameters())
+    unknown = sorted(set(varied) - set(names))
+    if unknown:
+        raise ValueError(f"'{unknown[0]}' is no value of the plant")
+    window = window_numbers(len(record), dt_s, window_s=window_s, skip_s=skip_s)
+    states = measured_states(record)
+    begins = np.flatnonzero(np.diff(window, prepend=-2) > 0)
+    aligned = np.full_like(states, np.nan)
+    # There is nothing to carry over into the first sample.
+    aligned[0] = states[0]
+    kept = slice(0, 1) if reset == "carry" else slice(None)
+    aligned[begins, kept] = states[begins, kept]
+
+    sets = [
+        prepare(rig, dt_s=dt_s, values=values, substeps=substeps or 2).plant_values
+        for values in value_sets
+    ]
+    if substeps is None:
+        substeps = max(ehsid.plant_substeps(rig.plant, values, dt_s) for values in sets)
+    outputs, sensitivities = ehsid.simulate_plant(
+        rig.plant,
+        np.array(sets),
+        record.column("command_v"),
+        dt_s=dt_s,
+        substeps=substeps,
+        varied=[names.index(name) for name in varied],
+        aligned=aligned,
+        threads=threads,
+    )
+    shown = OUTPUTS_OF[rig.plant]
+    places = [OUTPUTS_OF["ehs"].index(name) for name in shown]
+    return WindowedRun(
+        {name: outputs[..., i] for name, i in zip(shown, places, strict=True)},
+        {name: sensitivities[..., i] for name, i in zip(shown, places, strict=True)},
+        window,
+    )
+
+
+def _checked_sampling(record: Record) -> float:
+    if record.dt_s is None or len(record.segments) > 1:
+        raise ValueError(
+            f"{record.source or record.name}: windows need one stretch with a sampling time; cut "
+            "the record at its gaps"
+        )
+    return record.dt_s
