@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Makes the gallery of effects: python docs/effects/make.py
 
-Every effect at its typical size on the same rig and commands, with and without. It writes
-docs/effects/*.png and docs/effects.md.
+Every effect at its typical size on the same rig and commands, with and without, and how well each
+agrees with the separate solution of the tests. It writes docs/effects/*.png and docs/effects.md.
 """
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,10 @@ from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import simulate
 
 HERE = Path(__file__).parent
+sys.path.append(str(HERE.parents[1] / "tests" / "python"))
+import plant_reference  # noqa: E402
+import plant_runs  # noqa: E402
+
 RIG = read_rig(HERE.parents[1] / "examples" / "rigs" / "bench.toml").with_values(
     {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
 )
@@ -82,13 +87,33 @@ def section(effect: ehsid.EffectInfo) -> str:
 """
 
 
+SUBSTEPS = (8, 16, 32, 64)
+COMPARED = ("position_m", "velocity_m_s", "pressure_a_pa", "pressure_b_pa")
+
+
+def agreement(effect: ehsid.EffectInfo | None) -> str:
+    """A row: largest error of any output, as a share of its range, for halved steps."""
+    values = plant_reference.typical() if effect is None else plant_runs.with_effect(effect)
+    command = plant_runs.steps(0, 100, 10, 6.0)
+    expected = plant_runs.reference(values, command)
+    errors = [
+        plant_runs.worst_error(plant_runs.simulate(values, command, n), expected, COMPARED)
+        for n in SUBSTEPS
+    ]
+    cells = " | ".join(f"{error:.1e}" for error in errors)
+    name = "none" if effect is None else f"[{effect.id}](#{effect.id})"
+    return f"| {name} | {cells} | {errors[-2] / errors[-1]:.1f} |"
+
+
 def main() -> None:
     """Write pictures and page."""
     without = run(None)
     parts = []
+    rows = [agreement(None)]
     for effect in track(ehsid.effects(), description="simulating"):
         picture(effect, without, run(effect)).savefig(HERE / f"{effect.id}.png", dpi=70)
         parts.append(section(effect))
+        rows.append(agreement(effect))
     head = """# The catalogue of effects
 
 Made by `python docs/effects/make.py`; the texts are those of the compiled catalogue
@@ -96,8 +121,20 @@ Made by `python docs/effects/make.py`; the texts are those of the compiled catal
 valve lag: a slow triangle of 0.8 V through null, then steps of up to 6 V. Grey without, blue with
 the effect; red the difference in position.
 
+## Agreement with a separate solution
+
+The typical servo with each effect on steps of up to 6 V, against the same equations written apart
+in Python (`tests/python/plant_reference.py`) and solved by scipy's Radau at a relative tolerance of
+1e-9. Largest error of position, velocity and both pressures as a share of the output's range, for
+so many steps of integration in a sample of 2 ms; the last column is what the last halving of the
+step divides the error by, four for a method of second order. Friction has kinks at its reversals,
+play and quantisation of the sensor flip single readings: there the rate is lost, not the agreement.
+
+| effect | 8 | 16 | 32 | 64 | rate |
+|---|---|---|---|---|---|
 """
-    (HERE.parent / "effects.md").write_text(head + "\n".join(parts), encoding="utf-8")
+    page = head + "\n".join([*rows, "", *parts])
+    (HERE.parent / "effects.md").write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":
