@@ -187,49 +187,29 @@ def simulate_command(
             raise ValueError("--loop: a logged command drives the rig as it is; use --excitation")
         values = parse_settings(effect or [])
         rig = read_rig(rig_file)
+        asked = None
+        if excitation is not None:
+            asked = AskedSignal(excitation, duration, dt, amplitude, seed, loop, bandwidth)
+            volts = None
+        else:
+            assert command is not None
+            volts, dt = _logged_command(command, rig.columns)
+        samples = volts.size if asked is None else asked.samples
         limited = None
-
-        def draw(samples: int) -> npt.NDArray[np.float64] | None:
-            # Another stream than that of the signal.
-            rng = np.random.default_rng([seed, 1])
-            return draw_noise(rig, samples, rng) if noise else None
-
         with progress_of(f"simulating {rig.name}") as progress:
-            if command is not None:
-                volts, dt = _logged_command(command, rig.columns)
-                run = simulate(
-                    rig,
-                    volts,
-                    dt_s=dt,
-                    position0_m=position0,
-                    values=values,
-                    noise=draw(volts.size),
-                    progress=progress,
-                )
+            more: dict[str, Any] = {"values": values, "progress": progress}
+            if noise:
+                # Another stream than that of the signal.
+                more["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
+            if asked is not None and loop is not LoopName.open:
+                closed = _closed_loop(rig, asked, position0, **more)
+                run, limited = closed.run, float(np.mean(closed.limited))
             else:
-                assert excitation is not None
-                asked = AskedSignal(excitation, duration, dt, amplitude, seed, loop, bandwidth)
-                if loop is LoopName.open:
-                    run = simulate(
-                        rig,
-                        _open_loop(rig, asked, position0),
-                        dt_s=dt,
-                        position0_m=position0,
-                        values=values,
-                        keep_inside=True,
-                        noise=draw(asked.samples),
-                        progress=progress,
-                    )
-                else:
-                    closed = _closed_loop(
-                        rig,
-                        asked,
-                        position0,
-                        values=values,
-                        noise=draw(asked.samples),
-                        progress=progress,
-                    )
-                    run, limited = closed.run, float(np.mean(closed.limited))
+                if asked is not None:
+                    volts = _open_loop(rig, asked, position0)
+                    more["keep_inside"] = True
+                assert volts is not None
+                run = simulate(rig, volts, dt_s=dt, position0_m=position0, **more)
         if out is not None:
             write_record(run.record, out)
             write_figure(out.with_suffix(".png"), record_figure(run.record))

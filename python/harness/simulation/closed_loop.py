@@ -16,6 +16,7 @@ from ehsid.harness.simulation.run import (
     Progress,
     SimulationError,
     SimulationRun,
+    checked_samples,
     prepare,
     simulate,
 )
@@ -85,7 +86,7 @@ def simulate_closed_loop(
         a reference that is not finite or outside the stroke, a loop that is not stable, or as
         `simulate`.
     """
-    reference = _checked_reference(reference_m)
+    reference = checked_samples("reference", reference_m)
     stroke = {**rig.values, **(values or {})}.get("cylinder.stroke_m")
     if stroke is not None and not (reference.min() >= 0.0 and reference.max() <= stroke):
         raise SimulationError(
@@ -130,17 +131,3 @@ def simulate_closed_loop(
         progress=lambda share: report(0.5 + 0.5 * share),
     )
     return ClosedLoopRun(run, reference, np.abs(command) >= controller.limit_v)
-
-
-def _checked_reference(reference_m: npt.ArrayLike) -> FloatArray:
-    reference = np.asarray(reference_m, dtype=np.float64)
-    if reference.ndim != 1 or reference.size < 2:
-        raise SimulationError(
-            f"the reference has shape {reference.shape}: expected at least 2 samples"
-        )
-    bad = np.flatnonzero(~np.isfinite(reference))
-    if bad.size:
-        raise SimulationError(
-            f"the reference is not finite at sample {bad[0] + 1}: {reference[bad[0]]}"
-        )
-    return reference

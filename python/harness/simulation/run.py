@@ -167,7 +167,7 @@ def simulate(
         a command that is not finite, a start outside the stroke, a rig too stiff to be integrated,
         a run that is not finite or leaves the stroke.
     """
-    command = _checked_command(command_v)
+    command = checked_samples("command", command_v)
     start = prepare(rig, dt_s=dt_s, position0_m=position0_m, values=values, substeps=substeps)
     report = progress or (lambda _share: None)
     # A step takes the same time in both runs: one third of the work, then two thirds.
@@ -201,16 +201,15 @@ def simulate(
     return SimulationRun(record, start.substeps, MappingProxyType(error))
 
 
-def _checked_command(command_v: npt.ArrayLike) -> FloatArray:
-    command = np.asarray(command_v, dtype=np.float64)
-    if command.ndim != 1 or command.size < 2:
-        raise SimulationError(f"the command has shape {command.shape}: expected at least 2 samples")
-    bad = np.flatnonzero(~np.isfinite(command))
+def checked_samples(what: str, samples: npt.ArrayLike) -> FloatArray:
+    """At least two finite numbers in a row, or a SimulationError that names them."""
+    array = np.asarray(samples, dtype=np.float64)
+    if array.ndim != 1 or array.size < 2:
+        raise SimulationError(f"the {what} has shape {array.shape}: expected at least 2 samples")
+    bad = np.flatnonzero(~np.isfinite(array))
     if bad.size:
-        raise SimulationError(
-            f"the command is not finite at sample {bad[0] + 1}: {command[bad[0]]}"
-        )
-    return command
+        raise SimulationError(f"the {what} is not finite at sample {bad[0] + 1}: {array[bad[0]]}")
+    return array
 
 
 def _run(plant: ehsid.Plant, command: FloatArray, progress: Progress) -> FloatArray:

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// The compiled plant as C++ calls it; what it computes is checked from Python (tests/python/test_plant*.py). Here the
+// sanitizers see every plant, every effect and every size of the dual numbers.
+#include <ehsid/plant/parameters.hpp>
+#include <ehsid/plant/simulate.hpp>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <vector>
+
+namespace {
+
+using ehsid::plant::kOutputs;
+using ehsid::plant::kStates;
+using ehsid::plant::PlantKind;
+using ehsid::plant::Simulation;
+
+constexpr std::size_t kSamples = 300;
+
+/// Typical values; effects off but for those whose name holds `effect`.
+std::vector<double> typical(const std::string& effect) {
+  std::vector<double> values;
+  for (const auto& parameter : ehsid::plant::plant_parameters()) {
+    const bool is_effect = parameter.name.rfind("effects.", 0) == 0;
+    const bool on = !is_effect || parameter.name.find("effects." + effect) == 0;
+    values.push_back(on ? parameter.info.typical : 0.0);
+  }
+  return values;
+}
+
+std::vector<double> steps() {
+  std::vector<double> command(kSamples);
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    command[k] = (k / 50) % 2 == 0 ? 3.0 : -4.0;
+  }
+  return command;
+}
+
+struct Trace {
+  std::vector<double> outputs, sensitivities;
+};
+
+Trace run(PlantKind kind, const std::string& effect, std::vector<std::size_t> varied,
+        const double* aligned = nullptr) {
+  Simulation simulation;
+  simulation.kind = kind;
+  simulation.values = typical(effect);
+  simulation.substeps = 4;
+  simulation.varied = std::move(varied);
+  const std::vector<double> command = steps();
+  Trace made;
+  made.outputs.assign(kSamples * kOutputs, -1.0);
+  made.sensitivities.assign(kSamples * kOutputs * simulation.varied.size(), -1.0);
+  ehsid::plant::simulate(simulation, command.data(), aligned, kSamples, made.outputs.data(),
+                         made.sensitivities.empty() ? nullptr : made.sensitivities.data());
+  return made;
+}
+
+class PlantSimulate : public testing::TestWithParam<PlantKind> {};
+
+TEST_P(PlantSimulate, SensitivitiesDoNotChangeTheRunWhateverTheirNumber) {
+  const Trace plain = run(GetParam(), "", {});
+  // 4 and 8 at a time, with a rest of every size.
+  for (const std::size_t count : {1U, 4U, 5U, 8U, 9U, 13U}) {
+    std::vector<std::size_t> varied(count);
+    std::iota(varied.begin(), varied.end(), std::size_t{0});
+    const Trace made = run(GetParam(), "", varied);
+    for (std::size_t i = 0; i < plain.outputs.size(); ++i) {
+      if (std::isnan(plain.outputs[i])) {
+        EXPECT_TRUE(std::isnan(made.outputs[i]));
+      } else {
+        // The square root of the plain run, the general power of a varied exponent: rounding apart.
+        EXPECT_NEAR(made.outputs[i], plain.outputs[i], 1e-6 * (1e-3 + std::abs(plain.outputs[i])));
+      }
+    }
+  }
+}
+
+TEST_P(PlantSimulate, EveryEffectRuns) {
+  ehsid::plant::for_each_effect([&](const ehsid::plant::EffectInfo& effect, const auto&) {
+    const Trace made = run(GetParam(), effect.id, {});
+    EXPECT_TRUE(std::isfinite(made.outputs[(kSamples - 1) * kOutputs])) << effect.id;
+  });
+  const Trace all = run(GetParam(), "", {0, 5});
+  EXPECT_TRUE(std::isfinite(all.outputs[(kSamples - 1) * kOutputs]));
+}
+
+TEST_P(PlantSimulate, AStateThatIsToldIsThere) {
+  constexpr double kGoesOn = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> aligned(kSamples * kStates, kGoesOn);
+  constexpr std::size_t kAt = 120;
+  aligned[kAt * kStates] = 0.123;
+  aligned[kAt * kStates + 1] = 0.05;
+  const Trace made = run(GetParam(), "", {}, aligned.data());
+  EXPECT_NEAR(made.outputs[kAt * kOutputs], 0.123, 1e-12);
+  EXPECT_NEAR(made.outputs[kAt * kOutputs + 1], 0.05, 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, PlantSimulate,
+                         testing::Values(PlantKind::ehs, PlantKind::axis, PlantKind::linear));
+
+TEST(PlantSubsteps, FollowTheStiffnessAndStayInBounds) {
+  std::vector<double> values = typical("none");
+  const int usual = ehsid::plant::recommended_substeps(PlantKind::ehs, values, 1e-3);
+  // Twice the sampling time, twice the steps, but for rounding up.
+  const int twice = ehsid::plant::recommended_substeps(PlantKind::ehs, values, 2e-3);
+  EXPECT_GE(usual, 2);
+  EXPECT_NEAR(twice, 2 * usual, 1);
+  EXPECT_EQ(ehsid::plant::recommended_substeps(PlantKind::ehs, values, 1e3), 1000);
+  EXPECT_EQ(ehsid::plant::recommended_substeps(PlantKind::ehs, values, 1e-6), 2);
+}
+
+}  // namespace
