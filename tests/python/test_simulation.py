@@ -136,6 +136,12 @@ def test_wrong_use_is_one_message_and_nothing_written(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_noise_that_the_rig_does_not_tell_is_refused() -> None:
+    outcome = CliRunner().invoke(app, ["simulate", str(AXIS), "--excitation", "prbs", "--noise"])
+    assert outcome.exit_code == 2
+    assert "add position_noise_m" in outcome.stderr
+
+
 def test_catalogue_as_json() -> None:
     outcome = CliRunner().invoke(app, ["effects", "--json"])
     effects = json.loads(outcome.stdout)

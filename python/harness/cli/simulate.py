@@ -161,7 +161,7 @@ def simulate_command(
         float | None, typer.Option(help="of the closed loop, Hz; default at most 2")
     ] = None,
     noise: Annotated[
-        bool, typer.Option("--noise", help="with the noise of the rig's [sensors]")
+        bool, typer.Option("--noise", help="with the noise that the rig tells of its sensors")
     ] = False,
     seed: Annotated[int, typer.Option(help="of the test signal and the noise")] = 0,
     effect: Annotated[
@@ -199,6 +199,10 @@ def simulate_command(
         with progress_of(f"simulating {rig.name}") as progress:
             more: dict[str, Any] = {"values": values, "progress": progress}
             if noise:
+                if not any(rig.sensors.values()):
+                    raise ValueError(
+                        f"--noise: {rig_file} tells none; add position_noise_m to its sensors"
+                    )
                 # Another stream than that of the signal.
                 more["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
             if asked is not None and loop is not LoopName.open:
