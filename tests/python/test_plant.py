@@ -263,3 +263,23 @@ def test_dead_band_tends_to_its_sharp_form(rounding: float) -> None:
     moved = abs(inside["position_m"][-1] - inside["position_m"][0])
     # And the oil column gives as its pressures settle: a share of the rounding at most.
     assert moved < leak / area_b * 0.4 + 1e-3 * rounding
+
+
+@pytest.mark.parametrize("dt_s", [1e-3, 0.05, 0.2])
+def test_end_stops_hold_at_any_step(dt_s: float) -> None:
+    """A soft oil spring asks for few steps; the stops must not ask for more than there are."""
+    values = typical() | {
+        "load.mass_kg": 3000.0,
+        "fluid.bulk_modulus_pa": 4e8,
+        "cylinder.dead_volume_a_m3": 4e-3,
+        "cylinder.dead_volume_b_m3": 4e-3,
+    }
+    vector = runs.vector(values)
+    substeps = ehsid.plant_substeps("ehs", vector[0], dt_s)
+    command = np.repeat([10.0, -10.0, 10.0], round(5.0 / dt_s))
+    outputs, _ = ehsid.simulate_plant("ehs", vector, command, dt_s=dt_s, substeps=substeps)
+    # Stopped from full speed, some 0.4 m/s, by a spring of rate 0.5 / h: v / rate at most.
+    give = 0.5 * max(1e-3, 2.0 * dt_s / substeps)
+    assert outputs[0, :, 0].min() > -give
+    assert outputs[0, :, 0].max() < 0.3 + give
+    assert outputs[0, :, 0].max() > 0.3

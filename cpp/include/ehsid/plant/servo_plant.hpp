@@ -17,6 +17,7 @@
 #include <ehsid/plant/seals.hpp>
 #include <ehsid/plant/spool.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -123,7 +124,8 @@ class ServoPlant {
   /// The velocity half a step ago for which it is `velocity` now.
   void start_at(const Scalar& velocity);
 
-  static constexpr double kStopRate = 1000.0;  // rad/s, of the mass on its end stop
+  /// Of the mass on its end stop, rad/s: stiff, but no stiffer than the step can follow.
+  double stop_rate() const { return std::min(1000.0, 0.5 / h_); }
 
   PlantKind kind_;
   double h_;
@@ -250,8 +252,9 @@ typename ServoPlant<Scalar>::Balance ServoPlant<Scalar>::balance(const Scalar& d
   if (kind_ == PlantKind::ehs) {
     const bool beyond = value_of(position_) > value_of(stroke_);
     if (beyond || value_of(position_) < 0.0) {
-      now.force -= mass_ * (kStopRate * kStopRate) * (beyond ? position_ - stroke_ : position_);
-      now.damping += mass_ * kStopRate;
+      const double rate = stop_rate();
+      now.force -= mass_ * (rate * rate) * (beyond ? position_ - stroke_ : position_);
+      now.damping += mass_ * rate;
     }
   }
   return now;
