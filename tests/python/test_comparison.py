@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import ehsid
-from ehsid.harness.experiment import MODEL_16, Contender, KnownPlant, Outcome, compare
+from ehsid.harness.experiment import MODEL_16, Contender, KnownPlant, Outcome, Setting, compare
 from ehsid.harness.identification import ArxOrders
 
 ORDERS = ArxOrders(3, 3, 1)
@@ -14,6 +14,7 @@ def outcome(error: list[list[float]]) -> Outcome:
     runs = np.array(error)
     return Outcome(
         error=runs,
+        spread=np.zeros(runs.shape[0]),
         theta=np.zeros((runs.shape[0], 6)),
         rmse=np.zeros(runs.shape[0]),
         forgetting_factor=np.ones(runs.shape[1]),
@@ -50,7 +51,7 @@ def test_figures_against_batch_least_squares() -> None:
         excite=lambda rng: rng.standard_normal(N),
         noise=0.1,
         seeds=[7],
-        dtype="float64",
+        setting=Setting(ORDERS, dtype="float64"),
     )["ls"]
     rng = np.random.default_rng(7)
     u = rng.standard_normal(N)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Several ways to forget on the same data of a known plant: how close, how fast, how calm."""
+"""Several ways to forget on the same records: how close, how fast, how calm."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +11,14 @@ import numpy.typing as npt
 
 import ehsid
 from ehsid.harness.experiment.known_plant import KnownPlant
+from ehsid.harness.identification import ArxOrders
 
 FloatArray = npt.NDArray[np.float64]
+Samples = tuple[FloatArray, FloatArray]
+
+
+GUARDED = ehsid.RlsOptions()
+PLAIN = ehsid.RlsOptions(information_margin=0.0, covariance_ceiling=1e30)
 
 
 @dataclass(frozen=True)
@@ -25,10 +31,72 @@ class Contender:
         the policy.
     reset
         restart lambda and P where the RMSE shows a change of the plant.
+    options
+        guards against wind-up; `PLAIN` is Eqs. (12)-(14) and nothing else.
     """
 
     forgetting: ehsid.Forgetting
     reset: bool = False
+    options: ehsid.RlsOptions = GUARDED
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What all contenders share.
+
+    Attributes
+    ----------
+    orders
+        of the ARX model.
+    p0
+        P(0) = p0 I in units of sigma^2, > 0, of the scaled parameters.
+    theta0
+        start in the units of the signals; zero by default.
+    command_scale, position_scale, command_offset, position_offset
+        as in `ehsid.Scaling`.
+    dtype
+        precision of the estimator.
+    """
+
+    orders: ArxOrders
+    p0: float = 1e6
+    theta0: tuple[float, ...] = ()
+    command_scale: float = 1.0
+    position_scale: float = 1.0
+    command_offset: float = 0.0
+    position_offset: float = 0.0
+    dtype: str = "float32"
+
+    def weights(self) -> FloatArray:
+        """From parameters in units of the signals to scaled ones, shape (n,): b u / y.
+
+        The constant term follows the working point and is not judged: its weight is zero.
+        """
+        gain = self.command_scale / self.position_scale
+        ones = np.ones(self.orders.na)
+        offset = np.zeros(int(self.orders.offset))
+        return np.concatenate([ones, np.full(self.orders.nb, gain), offset])
+
+    def estimator(self, contender: Contender) -> ehsid.ServoEstimator:
+        """The estimator at its start."""
+        return ehsid.ServoEstimator(
+            self.orders.na,
+            self.orders.nb,
+            self.orders.nk,
+            offset=self.orders.offset,
+            forgetting=contender.forgetting,
+            reset=ehsid.RmseResetOptions() if contender.reset else None,
+            rls=contender.options,
+            scaling=ehsid.Scaling(
+                command_scale=self.command_scale,
+                position_scale=self.position_scale,
+                command_offset=self.command_offset,
+                position_offset=self.position_offset,
+            ),
+            theta0=self.theta0,
+            variance0=[self.p0] * self.weights().size,
+            dtype=self.dtype,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +106,10 @@ class Outcome:
     Attributes
     ----------
     error
-        shape (runs, N), |theta_hat - theta| / |theta| after each sample.
+        shape (runs, N), |theta_hat - theta| / |theta| after each sample, of scaled parameters.
+    spread
+        shape (runs,), of theta_hat over the last quarter: root of its summed variances over
+        |theta|.
     theta
         shape (runs, n), at the end.
     rmse
@@ -52,6 +123,7 @@ class Outcome:
     """
 
     error: FloatArray
+    spread: FloatArray
     theta: FloatArray
     rmse: FloatArray
     forgetting_factor: FloatArray
@@ -69,6 +141,67 @@ class Outcome:
         return np.where(outside.any(axis=1), last, 0).astype(np.int64)
 
 
+def joined(parts: Sequence[Outcome]) -> Outcome:
+    """Runs of several outcomes of one contender as one."""
+    return Outcome(
+        error=np.concatenate([part.error for part in parts]),
+        spread=np.concatenate([part.spread for part in parts]),
+        theta=np.concatenate([part.theta for part in parts]),
+        rmse=np.concatenate([part.rmse for part in parts]),
+        forgetting_factor=parts[0].forgetting_factor,
+        theta_path=parts[0].theta_path,
+        resets=tuple(times for part in parts for times in part.resets),
+    )
+
+
+def run_contender(
+    contender: Contender, records: Sequence[Samples], truth: FloatArray, setting: Setting
+) -> Outcome:
+    """One contender over records of equal length N, against parameters of shape (N, n)."""
+    weights = setting.weights()
+    size = np.linalg.norm(truth * weights, axis=1)
+    errors, spreads, thetas, rmses, resets = [], [], [], [], []
+    first: tuple[FloatArray, FloatArray] | None = None
+    for u, y in records:
+        run = setting.estimator(contender).run(u, y)
+        theta = run.theta.astype(np.float64)
+        innovation = run.innovation.astype(np.float64)
+        errors.append(np.linalg.norm((theta - truth) * weights, axis=1) / size)
+        late = theta[-theta.shape[0] // 4 :] * weights
+        spreads.append(np.sqrt(late.var(axis=0).sum()) / size[-1])
+        thetas.append(theta[-1])
+        rmses.append(np.sqrt(np.nanmean(innovation**2)))
+        resets.append(np.flatnonzero(run.status == ehsid.Status.reset))
+        if first is None:
+            factor = run.forgetting_factor.astype(np.float64)
+            first = np.where(np.isfinite(innovation), factor, np.nan), theta
+    assert first is not None
+    return Outcome(
+        error=np.stack(errors),
+        spread=np.array(spreads),
+        theta=np.stack(thetas),
+        rmse=np.array(rmses),
+        forgetting_factor=first[0],
+        theta_path=first[1],
+        resets=tuple(resets),
+    )
+
+
+def known_records(
+    plant: KnownPlant,
+    excite: Callable[[np.random.Generator], FloatArray],
+    noise: float,
+    seeds: Iterable[int],
+) -> list[Samples]:
+    """Input and output of one run a seed; noise: deviation of the white equation error e(k)."""
+    records = []
+    for seed in seeds:
+        rng = np.random.default_rng(seed)
+        u = excite(rng)
+        records.append((u, plant.respond(u, noise * rng.standard_normal(u.size))))
+    return records
+
+
 def compare(
     plant: KnownPlant,
     contenders: Mapping[str, Contender],
@@ -76,9 +209,9 @@ def compare(
     excite: Callable[[np.random.Generator], FloatArray],
     noise: float,
     seeds: Iterable[int],
-    dtype: str = "float32",
+    setting: Setting | None = None,
 ) -> dict[str, Outcome]:
-    """Run every contender over the same records, one record a seed, from the same start.
+    """Run every contender over the same records of a known plant, one a seed, from one start.
 
     Parameters
     ----------
@@ -92,41 +225,13 @@ def compare(
         standard deviation of the equation error e(k), white and normal.
     seeds
         one run each.
-    dtype
-        precision of the estimator.
+    setting
+        start and precision; by default vague, float32.
     """
-    orders = plant.orders
-    records = []
-    for seed in seeds:
-        rng = np.random.default_rng(seed)
-        u = excite(rng)
-        records.append((u, plant.respond(u, noise * rng.standard_normal(u.size))))
+    records = known_records(plant, excite, noise, seeds)
     truth = plant.theta_path(records[0][0].size)
-    size = np.linalg.norm(truth, axis=1)
-
-    outcomes = {}
-    for name, contender in contenders.items():
-        runs = []
-        for u, y in records:
-            estimator = ehsid.ServoEstimator(
-                orders.na,
-                orders.nb,
-                orders.nk,
-                forgetting=contender.forgetting,
-                reset=ehsid.RmseResetOptions() if contender.reset else None,
-                dtype=dtype,
-            )
-            runs.append(estimator.run(u, y))
-        thetas = np.stack([run.theta.astype(np.float64) for run in runs])
-        innovations = np.stack([run.innovation.astype(np.float64) for run in runs])
-        outcomes[name] = Outcome(
-            error=np.linalg.norm(thetas - truth, axis=2) / size,
-            theta=thetas[:, -1],
-            rmse=np.sqrt(np.nanmean(innovations**2, axis=1)),
-            forgetting_factor=np.where(
-                np.isfinite(innovations[0]), runs[0].forgetting_factor.astype(np.float64), np.nan
-            ),
-            theta_path=thetas[0],
-            resets=tuple(np.flatnonzero(run.status == ehsid.Status.reset) for run in runs),
-        )
-    return outcomes
+    setting = setting or Setting(plant.orders)
+    return {
+        name: run_contender(contender, records, truth, setting)
+        for name, contender in contenders.items()
+    }

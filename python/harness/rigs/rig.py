@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -56,6 +56,11 @@ class Rig:
     def __post_init__(self) -> None:
         for name in ("values", "uncertainty", "sensors", "columns"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def __reduce__(self) -> tuple[type[Rig], tuple[Any, ...]]:
+        # A mapping proxy cannot be pickled: to another process go plain dictionaries.
+        mappings = (self.values, self.uncertainty, self.sensors, self.columns)
+        return Rig, (self.name, self.plant, *(dict(mapping) for mapping in mappings))
 
     def with_values(self, values: Mapping[str, float]) -> Rig:
         """The same rig with other values, by full name.

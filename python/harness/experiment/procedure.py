@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: MIT
+"""The offline procedure of Ghazali et al. 2011, Fig. 3, with its loop back where a test fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ehsid.harness.experiment.attempts import Attempt, Settings, attempt, better
+from ehsid.harness.experiment.problems import Finding, Problem, record_problems
+from ehsid.harness.identification import (
+    Agreement,
+    EstimatedResponse,
+    FrequencyResponse,
+    IdentificationError,
+    IoData,
+    PolesZeros,
+    Preprocessing,
+    agreement,
+    frequency_response,
+    poles_zeros,
+)
+
+HIGHEST_ORDER = 6
+MORE_DELAYS = 5
+# Of the frequency response: from one period in the validation part to just below half the
+# sampling rate, where the phase of a sampled system jumps.
+N_FREQUENCIES = 200
+HIGHEST_SHARE = 0.499
+
+Proposal = tuple[Settings, str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Procedure:
+    """All attempts, and the best of them.
+
+    Attributes
+    ----------
+    data
+        the record as given.
+    split
+        share of it that is the estimation part.
+    attempts
+        in the order they were made; empty where the record allows none.
+    kept
+        the best: position in `attempts`, None where there is no model.
+    problems
+        what makes the outcome worthless: of the record, or of the attempt that was kept.
+    stopped
+        why there was no further attempt, in words.
+    meaning
+        which tests still fail and what that means; one sentence if none does.
+    poles_zeros
+        of the kept model.
+    response
+        of the kept model with its band, in the units of the record; frequencies in Hz, or in
+        cycles a sample where the sampling time is not known.
+    """
+
+    data: IoData
+    split: float
+    attempts: tuple[Attempt, ...]
+    kept: int | None
+    problems: tuple[Finding, ...]
+    stopped: str
+    meaning: tuple[str, ...]
+    poles_zeros: PolesZeros | None = None
+    response: EstimatedResponse | None = None
+
+    @property
+    def best(self) -> Attempt:
+        """The attempt that was kept.
+
+        Raises
+        ------
+        IdentificationError
+            there is none; the message has the problems.
+        """
+        if self.kept is None:
+            raise IdentificationError(" ".join(finding.text for finding in self.problems))
+        return self.attempts[self.kept]
+
+    def against(self, truth: FrequencyResponse) -> Agreement:
+        """The kept model beside a response taken for true, as that of the rig."""
+        model = self.best.model
+        if model is None:
+            raise IdentificationError("no model was kept")
+        return agreement(model, truth, self.data.dt_s or 1.0)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON, without samples."""
+        return {
+            "split": self.split,
+            "dt_s": self.data.dt_s,
+            "n_samples": self.data.n_samples,
+            "kept": self.kept,
+            "problems": [{"problem": str(f.problem), "text": f.text} for f in self.problems],
+            "stopped": self.stopped,
+            "meaning": list(self.meaning),
+            "attempts": [one.to_dict() for one in self.attempts],
+        }
+
+
+def run_procedure(
+    data: IoData,
+    *,
+    orders: Iterable[int] = range(2, 6),
+    delays: Iterable[int] = range(1, 6),
+    preprocessing: Preprocessing | None = None,
+    offset: bool = True,
+    split: float = 0.5,
+) -> Procedure:
+    """Pre-process, identify, test; where a test fails, change one thing and try again.
+
+    Changes are made to the best attempt so far, in this order, each once and only where it has a
+    point: lower orders where pole and zero cancel, longer delays, orders up to 6, lines removed,
+    means removed instead of a constant term. The best is judged by the one-step residuals on the
+    validation part, beyond chance (`better`). The choice among the few attempts makes the figures
+    of the validation part a little too good, as every choice on it does.
+
+    Parameters
+    ----------
+    data
+        input and output.
+    orders, delays
+        of the first attempt.
+    preprocessing
+        of the first attempt; `Preprocessing()` by default.
+    offset
+        whether the first attempt has a constant term.
+    split
+        share of the samples used for the estimation, 0 < split < 1.
+
+    Raises
+    ------
+    IdentificationError
+        no order or delay to try, or a setting out of range. What is wrong with the data is never
+        raised, but stands in `problems`.
+    """
+    start = Settings(
+        tuple(sorted(set(orders))),
+        tuple(sorted(set(delays))),
+        offset,
+        preprocessing or Preprocessing(),
+    )
+    if not start.orders or not start.delays:
+        raise IdentificationError("there is no order or no delay to try")
+    if start.orders[0] < 1 or start.delays[0] < 0:
+        raise IdentificationError(f"{start}: orders must be at least 1, delays at least 0")
+    found = record_problems(data, split)
+    if found:
+        return Procedure(data, split, (), None, found, "The record allows no attempt.", ())
+    attempts = [attempt(data, start, split, "first attempt", "as asked for")]
+    if attempts[0].result is None:
+        why = "The record allows no model."
+        return Procedure(data, split, tuple(attempts), None, attempts[0].problems, why, ())
+
+    kept = 0
+    for move in MOVES:
+        best = attempts[kept]
+        if best.sound:
+            break
+        proposal = move(best)
+        if proposal is None or any(proposal[0] == made.settings for made in attempts):
+            continue
+        settings, change, why = proposal
+        new = attempt(data, settings, split, change, why)
+        keep, comparison = better(new, best)
+        attempts.append(replace(new, comparison=comparison))
+        if keep:
+            kept = len(attempts) - 1
+
+    best = attempts[kept]
+    stopped = (
+        "Both residual tests pass: there is no need to go on."
+        if best.sound
+        else "Nothing is left to try: every change of the procedure has been made or has no point."
+    )
+    model, dt_s = best.model, data.dt_s or 1.0
+    assert model is not None
+    assert best.result is not None
+    lowest = 1.0 / (best.result.n_validation * dt_s)
+    grid = np.geomspace(lowest, HIGHEST_SHARE / dt_s, N_FREQUENCIES)
+    return Procedure(
+        data,
+        split,
+        tuple(attempts),
+        kept,
+        best.problems,
+        stopped,
+        _meaning(best),
+        poles_zeros(model),
+        frequency_response(model, grid, dt_s),
+    )
+
+
+def _lower_orders(best: Attempt) -> Proposal | None:
+    assert best.result is not None
+    lower = tuple(range(1, best.result.chosen.orders.na))
+    if not best.has(Problem.NON_MINIMAL) or not lower:
+        return None
+    why = f"at order {lower[-1] + 1} a pole and a zero cancel within their uncertainty"
+    return replace(best.settings, orders=lower), "lower orders", why
+
+
+def _longer_delays(best: Attempt) -> Proposal | None:
+    assert best.result is not None
+    delays = best.settings.delays
+    longest = best.result.chosen.orders.nk == delays[-1] and len(delays) > 1
+    if "independence" not in best.failed_tests and not longest:
+        return None
+    more = tuple(sorted({*delays, *range(delays[-1] + 1, delays[-1] + MORE_DELAYS + 1)}))
+    why = (
+        "the longest delay tried was chosen"
+        if longest
+        else "the residual still contains the input: a delay may be missing"
+    )
+    return replace(best.settings, delays=more), f"delays up to {more[-1]}", why
+
+
+def _higher_orders(best: Attempt) -> Proposal | None:
+    orders = best.settings.orders
+    if not best.failed_tests or orders[-1] >= HIGHEST_ORDER:
+        return None
+    more = (*orders, *range(orders[-1] + 1, HIGHEST_ORDER + 1))
+    why = f"{' and '.join(best.failed_tests)} of the residual failed: dynamics may be missing"
+    return replace(best.settings, orders=more), f"orders up to {HIGHEST_ORDER}", why
+
+
+def _lines_removed(best: Attempt) -> Proposal | None:
+    if not best.failed_tests:
+        return None
+    changed = replace(best.settings.preprocessing, trend="linear")
+    why = f"{' and '.join(best.failed_tests)} of the residual failed: a drift may be the cause"
+    return replace(best.settings, preprocessing=changed), "lines removed", why
+
+
+def _means_removed(best: Attempt) -> Proposal | None:
+    if not best.failed_tests or not best.settings.offset:
+        return None
+    changed = replace(best.settings.preprocessing, trend="mean")
+    settings = replace(best.settings, preprocessing=changed, offset=False)
+    why = "the working point taken out as the paper does it, by means"
+    return settings, "means removed, no constant term", why
+
+
+def _constant_term(best: Attempt) -> Proposal | None:
+    if not best.failed_tests or best.settings.offset:
+        return None
+    why = "the working point may lie elsewhere than at the means"
+    return replace(best.settings, offset=True), "constant term", why
+
+
+MOVES: tuple[Callable[[Attempt], Proposal | None], ...] = (
+    _lower_orders,
+    _longer_delays,
+    _higher_orders,
+    _lines_removed,
+    _means_removed,
+    _constant_term,
+)
+
+
+def _meaning(best: Attempt) -> tuple[str, ...]:
+    result = best.result
+    assert result is not None
+    if not best.failed_tests:
+        return ("Both residual tests pass: the data speak against nothing in the model.",)
+    sentences = []
+    if "independence" in best.failed_tests:
+        sentences.append(
+            "The residual still contains the input although order, delay and detrending were "
+            "varied: within these a linear model does not hold, which points to a nonlinear plant."
+        )
+    if "whiteness" in best.failed_tests:
+        sentences.append(
+            "The residual is not white: what disturbs the output is coloured, as sensor noise on "
+            "the output of an ARX model is, or the plant is nonlinear. Standard deviations, bands "
+            "and the verdicts built on them are then rough, and a and b biased."
+        )
+    return (*sentences, *result.advice)
