@@ -49,6 +49,7 @@ class Finding(StrEnum):
     holds = "holds"
     fails = "fails"
     equal = "no difference"
+    neither = "neither arrives"
     undecided = "undecided"
 
 
