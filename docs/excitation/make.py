@@ -22,7 +22,7 @@ from ehsid.harness.excitation import (
     triangle,
 )
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.simulation import simulate
+from ehsid.harness.simulation import simulate, velocity_gain
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -99,7 +99,7 @@ def signals_figure() -> Figure:
 def detection_figure() -> Figure:
     """Where a multisine's response lies beside its own lines, without and with a dead band."""
     found, periods = multisine(3.0), 8
-    noise_m = RIG.values["sensors.position_noise_m"]
+    noise_m = RIG.sensors["position_noise_m"]
     rng = np.random.default_rng(1)
     figure = Figure(figsize=(10, 4), layout="constrained")
     for axis, effect in zip(
@@ -136,7 +136,7 @@ def drift_figure() -> Figure:
     figure = Figure(figsize=(10, 3.6), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
     stroke_m = RIG.values["cylinder.stroke_m"]
-    gain = 0.0296  # half of the speed out at 1 V and of the speed in at -1 V
+    gain = velocity_gain(RIG)
     for axis, name in zip(axes, ("steps", "multisine"), strict=True):
         command = signals(3.0)[name]
         record = simulate(RIG, command, dt_s=DT_S).record
@@ -148,7 +148,7 @@ def drift_figure() -> Figure:
         axis.axhspan(1e3 * low, 1e3 * high, color="0.92", zorder=0, label="travel")
         axis.set(title=name, xlabel="time in s", xlim=(0.0, time[-1]))
     axes[0].set_ylabel("position in mm")
-    axes[0].legend(fontsize="small", loc="upper left")
+    axes[1].legend(fontsize="small", loc="upper left")
     return figure
 
 
@@ -168,7 +168,10 @@ def effects_figure() -> Figure:
     outputs = ("position", "load pressure")
 
     def run(command: FloatArray, effect: str | None) -> FloatArray:
-        record = simulate(RIG, command, dt_s=DT_S, values=typical(effect)).record
+        # Most effects let the rod drift outwards.
+        record = simulate(
+            RIG, command, dt_s=DT_S, position0_m=0.08, values=typical(effect), keep_inside=True
+        ).record
         load = record.column("pressure_a_pa") - record.column("pressure_b_pa")
         return np.stack([record.column("position_m"), load])
 

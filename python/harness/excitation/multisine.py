@@ -2,7 +2,7 @@
 """Random-phase multisines.
 
 R. Pintelon, J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012,
-sec. 2.3.
+ch. 4 and 5.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def odd_multisine(
 ) -> Excitation:
     """Odd lines of the band; of each `group` in a row one, drawn by chance, is left out.
 
-    Pintelon, Schoukens 2012, sec. 4.3. Arguments and errors as in `multisine`; group >= 2. Lines
+    Pintelon, Schoukens 2012, ch. 4. Arguments and errors as in `multisine`; group >= 2. Lines
     at the upper end that fill no group are all there.
     """
     first, last = _lines(n, dt_s, band_hz)
