@@ -94,19 +94,19 @@ def _open_loop(rig: Rig, asked: AskedSignal, position0: float | None) -> npt.NDA
     """The test signal as a command within the limits of the machine, V."""
     limit = command_limit(rig)
     command = asked.make(default=0.1 * limit if math.isfinite(limit) else 1.0, top_hz=20.0)
+    stroke = rig.values.get("cylinder.stroke_m")
+    if stroke is not None and np.abs(command).max() <= limit:
+        command = fit_to_travel(
+            command,
+            asked.dt,
+            gain_m_s_v=velocity_gain(rig),
+            start_m=_middle(rig, position0),
+            stroke_m=stroke,
+        )
     peak = float(np.abs(command).max())
     if peak > limit:
         raise ValueError(f"--amplitude {peak:g}: expected at most the rated command, {limit:g} V")
-    stroke = rig.values.get("cylinder.stroke_m")
-    if stroke is None:
-        return command
-    return fit_to_travel(
-        command,
-        asked.dt,
-        gain_m_s_v=velocity_gain(rig),
-        start_m=_middle(rig, position0),
-        stroke_m=stroke,
-    )
+    return command
 
 
 def _closed_loop(

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ehsid.harness.experiment.claims import (
     map_claims,
     map_resets,
 )
-from ehsid.harness.experiment.comparison import Setting
+from ehsid.harness.experiment.comparison import Samples, Setting, run_contender
 from ehsid.harness.experiment.published import DT_S, MODEL_16, RECURSIVE
 from ehsid.harness.experiment.reading import Reading, RigReading, read_over_time, read_rig_values
 from ehsid.harness.experiment.recursive import (
@@ -35,7 +35,8 @@ from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
 VAGUE = 1e6
-# Smallest figures of a parameter: what is left when the start is as vague as this is the data's.
+TRUSTED = 1e-2
+READER = CONTENDERS["varying, Eq. (15)"]
 P0S = (1e-6, 1e-4, 1e-2, 1.0, 1e2, 1e4, 1e6)
 NOISES = (0.003, 0.01, 0.03, 0.1, 0.151, 0.5)
 LAMBDA0S = (0.9, 0.95, 0.98, 0.99, 0.995, 0.998)
@@ -187,14 +188,15 @@ def run_on_rig(
     progress: Progress,
 ) -> RigFindings:
     """Part (b), with as many runs; record and model: the offline half."""
-    setting = setting_of(record, model.orders)
+    samples = record.column("command_v"), record.column("position_m")
+    setting = setting_of(samples, model.orders)
     seeds = range(runs)
     found = on_rig(
         rig,
         model,
         setting,
         seeds,
-        p0s=(VAGUE, 1e-2),
+        p0s=(VAGUE, TRUSTED),
         progress=lambda share: progress("runs on the rig", share),
     )
     changed = on_changed_rig(
@@ -205,31 +207,70 @@ def run_on_rig(
         seeds,
         progress=lambda share: progress("changes of the rig", share),
     )
-    reading = read_record(record, setting)
-    middle = float(np.mean(record.column("position_m")))
+    reading = read_over_time(samples, setting, READER, DT_S)
     return RigFindings(
         setting,
         tuple(found),
         changed,
         change,
         reading,
-        read_rig_values(reading, rig, middle),
+        read_rig_values(reading, rig, float(np.mean(samples[1]))),
     )
 
 
-def read_record(record: Record, setting: Setting) -> Reading:
-    """K, omega_n, xi with the varying factor over a record."""
-    samples = record.column("command_v"), record.column("position_m")
-    dt_s = DT_S if record.dt_s is None else record.dt_s
-    return read_over_time(samples, setting, CONTENDERS["varying, Eq. (15)"], dt_s)
+@dataclass(frozen=True, eq=False)
+class RecordFindings:
+    """A user's own record, once: no other draws of it are to be had.
+
+    Attributes
+    ----------
+    setting
+        orders and scaling.
+    runs
+        one Recursive for each start; the reference is the offline model.
+    reading, rig_reading
+        as in RigFindings; None where structure or sampling do not allow it.
+    """
+
+    setting: Setting
+    runs: tuple[Recursive, ...]
+    reading: Reading | None
+    rig_reading: RigReading | None
+
+
+def run_on_record(
+    samples: Samples, model: ArxModel, dt_s: float | None, rig: Rig | None
+) -> RecordFindings:
+    """All contenders on one record of N samples, against its offline model."""
+    setting = setting_of(samples, model.orders)
+    truth = np.tile(model.theta, (samples[0].size, 1))
+    runs = tuple(
+        Recursive(
+            p0,
+            {
+                name: run_contender(contender, [samples], truth, replace(setting, p0=p0))
+                for name, contender in CONTENDERS.items()
+            },
+        )
+        for p0 in (VAGUE, TRUSTED)
+    )
+    orders = model.orders
+    if dt_s is None or (orders.na, orders.nb, orders.nk) != (3, 3, 1):
+        return RecordFindings(setting, runs, None, None)
+    reading = read_over_time(samples, setting, READER, dt_s)
+    middle = float(np.mean(samples[1]))
+    rig_reading = None if rig is None else read_rig_values(reading, rig, middle)
+    return RecordFindings(setting, runs, reading, rig_reading)
 
 
 __all__ = [
     "ClaimFindings",
     "KnownPlantFindings",
+    "RecordFindings",
     "RigFindings",
     "judge_claims",
     "noise_for_fit",
     "run_on_known_plant",
+    "run_on_record",
     "run_on_rig",
 ]

@@ -141,9 +141,9 @@ def on_changed_plant(
     return _paired(parts)
 
 
-def setting_of(record: Record, orders: ArxOrders, p0: float = 1e6) -> Setting:
-    """Scaled by the standard deviations of a record's command and position, about their means."""
-    u, y = record.column("command_v"), record.column("position_m")
+def setting_of(samples: Samples, orders: ArxOrders, p0: float = 1e6) -> Setting:
+    """Scaled by the standard deviations of input and output, about their means."""
+    u, y = samples
     return Setting(
         orders,
         p0=p0,
