@@ -25,6 +25,7 @@ from ehsid.harness.identification import (
     identify,
     preprocess,
 )
+from ehsid.harness.identification.selection import ROUNDING
 from ehsid.harness.identification.serialise import to_plain
 
 FloatArray = npt.NDArray[np.float64]
@@ -89,14 +90,22 @@ class Attempt:
 
     @property
     def failed_tests(self) -> tuple[str, ...]:
-        """Residual tests that fail: "whiteness", "independence"."""
-        if self.result is None:
+        """Residual tests that fail: "whiteness", "independence"; none where all is rounding."""
+        if self.result is None or self.exact:
             return ()
         passed = {
             "whiteness": self.result.whiteness.passed,
             "independence": self.result.independence.passed,
         }
         return tuple(name for name, outcome in passed.items() if not outcome)
+
+    @property
+    def exact(self) -> bool:
+        """Whether the model predicts to within rounding, which leaves the tests nothing to test."""
+        if self.one_step is None:
+            return False
+        largest = float(np.max(np.abs(self.one_step.measured)))
+        return float(np.sqrt(np.mean(self.one_step.residual**2))) <= ROUNDING * largest
 
     @property
     def sound(self) -> bool:
@@ -195,8 +204,7 @@ def better(new: Attempt, old: Attempt) -> tuple[bool, str]:
         return new.one_step is not None, f"no outcome: {found}"
     fall, error = gain(new.one_step, old.one_step)
     quantile = float(scipy.stats.norm.ppf(LEVEL))
-    # Residuals that are rounding only are equal.
-    floor = (1e-12 * float(np.max(np.abs(new.one_step.measured)))) ** 2
+    floor = (ROUNDING * float(np.max(np.abs(new.one_step.measured)))) ** 2
     clear = abs(fall) > max(quantile * error, floor)
     misfits = (
         f"one-step misfit {100.0 - new.one_step_fit_percent:.3f} % against "

@@ -45,12 +45,15 @@ class SmallSignal(FrequencyResponse):
     distortion
         rms of the position's steps at odd lines that were not excited, of that at those that were:
         what no linear model of the rig can say.
+    trim_v
+        constant added to the command to keep the rod where it is.
     """
 
     amplitude_v: float
     position0_m: float | None
     unsettled: float
     distortion: float
+    trim_v: float
 
 
 def small_signal_response(
@@ -63,8 +66,10 @@ def small_signal_response(
 ) -> SmallSignal:
     """Excite the simulated rig periodically until its transients are gone; divide the spectra.
 
-    The position integrates: it drifts, so that its steps y(k) - y(k-1) are taken, which are
-    periodic, and their spectrum is divided by 1 - e^(-jw dt).
+    The position integrates: its steps y(k) - y(k-1) are taken, which are periodic also where it
+    drifts, and their spectrum is divided by 1 - e^(-jw dt). A constant is added to the command,
+    corrected from period to period, that keeps the rod where it is: cylinders of unequal areas and
+    loads drift without one.
 
     Parameters
     ----------
@@ -105,21 +110,26 @@ def small_signal_response(
     plant = start.plant(quantised=False)
     stroke = start.told.get("cylinder.stroke_m", np.inf)
 
+    constant = 0.0
     last, before = float(plant.read()[0]), np.zeros(lines.size, dtype=np.complex128)
     back = np.exp(-2j * np.pi * lines / PERIOD)
     change = np.inf
     for _ in range(MOST_PERIODS):
-        position = plant.run(excitation.samples)[:, 0]
-        if not np.isfinite(position).all() or position.min() < 0.0 or position.max() > stroke:
+        position = plant.run(excitation.samples + constant)[:, 0]
+        inside = (position >= 0.0) & (position <= stroke) if stroke < np.inf else True
+        if not np.all(np.isfinite(position) & inside):
             raise SimulationError(
                 f"{rig.name} leaves its stroke under a multisine of {amplitude_v:g} V: take a "
                 "smaller amplitude or another start"
             )
         steps = np.fft.rfft(np.diff(position, prepend=last))
-        last = float(position[-1])
+        drift, last = float(position[-1]) - last, float(position[-1])
         response = steps[lines] / command[lines] / (1.0 - back)
         change = float(np.max(np.abs(response - before)) / np.max(np.abs(response)))
         before = response
+        # At the lowest line the response is velocity gain / (jw): it tells what stops the drift.
+        gain = float(np.abs(response[0])) * 2.0 * np.pi * float(lines[0]) / (PERIOD * dt_s)
+        constant -= drift / (gain * PERIOD * dt_s) if gain > 0.0 else 0.0
         if change < SETTLED:
             break
     excited = float(np.sqrt(np.mean(np.abs(steps[lines]) ** 2)))
@@ -132,4 +142,5 @@ def small_signal_response(
         position0_m,
         change,
         others / excited if excited > 0.0 else 0.0,
+        constant,
     )

@@ -176,7 +176,7 @@ def run_procedure(
 
     best = attempts[kept]
     stopped = (
-        "Both residual tests pass: there is no need to go on."
+        "Nothing speaks against the model: there is no need to go on."
         if best.sound
         else "Nothing is left to try: every change of the procedure has been made or has no point."
     )
@@ -268,6 +268,8 @@ MOVES: tuple[Callable[[Attempt], Proposal | None], ...] = (
 def _meaning(best: Attempt) -> tuple[str, ...]:
     result = best.result
     assert result is not None
+    if best.exact:
+        return ("The model predicts to within rounding: there is no residual to test.",)
     if not best.failed_tests:
         return ("Both residual tests pass: the data speak against nothing in the model.",)
     sentences = []

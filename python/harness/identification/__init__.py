@@ -23,7 +23,21 @@ from ehsid.harness.identification.errors import (
     TooFewSamplesError,
     UnexcitedError,
 )
+from ehsid.harness.identification.frequency import (
+    Agreement,
+    EstimatedResponse,
+    FrequencyResponse,
+    agreement,
+    frequency_response,
+)
 from ehsid.harness.identification.orders import ArxOrders
+from ehsid.harness.identification.outliers import Outliers, replace_outliers
+from ehsid.harness.identification.preprocessing import (
+    Preprocessed,
+    Preprocessing,
+    SignalReport,
+    preprocess,
+)
 from ehsid.harness.identification.regression import Regression, least_squares, regression
 from ehsid.harness.identification.residuals import (
     IndependenceTest,
@@ -31,36 +45,61 @@ from ehsid.harness.identification.residuals import (
     independence_test,
     whiteness_test,
 )
+from ehsid.harness.identification.roots import (
+    Cancellation,
+    PolesZeros,
+    Roots,
+    nearest_cancellation,
+    poles_zeros,
+    stability_distance,
+)
 from ehsid.harness.identification.selection import IdentificationResult, identify
 from ehsid.harness.identification.simulation import Prediction, predict_one_step, simulate
 
 __all__ = [
+    "Agreement",
     "ArxModel",
     "ArxOrders",
+    "Cancellation",
     "Candidate",
     "Criteria",
+    "EstimatedResponse",
+    "FrequencyResponse",
     "IdentificationError",
     "IdentificationResult",
     "IndependenceTest",
     "IoData",
+    "Outliers",
+    "PolesZeros",
     "Prediction",
+    "Preprocessed",
+    "Preprocessing",
     "Regression",
     "Rejected",
+    "Roots",
+    "SignalReport",
     "TooFewSamplesError",
     "UnexcitedError",
     "WhitenessTest",
+    "agreement",
     "aic",
     "criteria",
     "fit_arx",
     "fit_percent",
     "fpe",
+    "frequency_response",
     "identify",
     "independence_test",
     "least_squares",
     "loss",
     "mdl",
+    "nearest_cancellation",
+    "poles_zeros",
     "predict_one_step",
+    "preprocess",
     "regression",
+    "replace_outliers",
     "simulate",
+    "stability_distance",
     "whiteness_test",
 ]

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: MIT
+"""Frequency response of an ARX model with its confidence band."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.stats
+
+from ehsid.harness.identification.arx import ArxModel
+from ehsid.harness.identification.errors import IdentificationError
+
+FloatArray = npt.NDArray[np.float64]
+ComplexArray = npt.NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse:
+    """G(e^jw) of a sampled system at some frequencies.
+
+    Attributes
+    ----------
+    frequency_hz
+        shape (n,), rising, above 0 and below half the sampling rate.
+    response
+        shape (n,), output over input.
+    source
+        where it comes from, in words.
+    """
+
+    frequency_hz: FloatArray
+    response: ComplexArray
+    source: str
+
+    @property
+    def magnitude_db(self) -> FloatArray:
+        """20 log10 |G|, shape (n,)."""
+        return np.asarray(20.0 * np.log10(np.abs(self.response)), dtype=np.float64)
+
+    @property
+    def phase_deg(self) -> FloatArray:
+        """Phase in degrees, without jumps from one frequency to the next, shape (n,)."""
+        return np.asarray(np.degrees(np.unwrap(np.angle(self.response))), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class EstimatedResponse(FrequencyResponse):
+    """That of an estimated model.
+
+    Attributes
+    ----------
+    covariance
+        shape (n, 2, 2), of real and imaginary part.
+    """
+
+    covariance: FloatArray
+
+    def magnitude_band_db(self, level: float = 0.95) -> FloatArray:
+        """Confidence interval of the magnitude at each frequency by itself, shape (n, 2)."""
+        half = 20.0 / np.log(10.0) * _half(level) * self._relative()[:, 0]
+        return np.column_stack((self.magnitude_db - half, self.magnitude_db + half))
+
+    def phase_band_deg(self, level: float = 0.95) -> FloatArray:
+        """Confidence interval of the phase at each frequency by itself, shape (n, 2)."""
+        half = np.degrees(_half(level) * self._relative()[:, 1])
+        return np.column_stack((self.phase_deg - half, self.phase_deg + half))
+
+    def _relative(self) -> FloatArray:
+        """Standard deviations of ln |G| and of the phase in rad, shape (n, 2).
+
+        d ln G = dG / G: its real part is that of the magnitude, its imaginary part the phase. To
+        first order, so for deviations well below |G|.
+        """
+        inverse = 1.0 / self.response
+        turn = np.array([[inverse.real, -inverse.imag], [inverse.imag, inverse.real]])
+        turn = turn.transpose(2, 0, 1)
+        spread = turn @ self.covariance @ turn.transpose(0, 2, 1)
+        variance = np.stack((spread[:, 0, 0], spread[:, 1, 1]), axis=1)
+        return np.asarray(np.sqrt(variance), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """A model's response beside one that is taken for true, at the latter's frequencies.
+
+    Attributes
+    ----------
+    frequency_hz
+        shape (n,).
+    magnitude_difference_db, phase_difference_deg
+        shape (n,), model less truth; phases to within half a turn.
+    inside
+        shape (n,), whether the truth is inside the ellipse of 95 % of the model at this frequency.
+    """
+
+    frequency_hz: FloatArray
+    magnitude_difference_db: FloatArray
+    phase_difference_deg: FloatArray
+    inside: npt.NDArray[np.bool_]
+
+
+def frequency_response(
+    model: ArxModel, frequency_hz: npt.ArrayLike, dt_s: float
+) -> EstimatedResponse:
+    """G = z^-nk B(z^-1) / A(z^-1) at z = e^(j w dt), with its covariance by the delta method.
+
+    Parameters
+    ----------
+    model
+        estimated model.
+    frequency_hz
+        shape (n,), 0 < f < 1 / (2 dt_s), rising.
+    dt_s
+        sampling time in seconds.
+
+    Raises
+    ------
+    IdentificationError
+        a frequency outside the range, or frequencies that do not rise.
+    """
+    f = np.asarray(frequency_hz, dtype=np.float64)
+    if f.ndim != 1 or not ((f > 0.0) & (f < 0.5 / dt_s)).all() or (np.diff(f) <= 0.0).any():
+        raise IdentificationError(
+            f"frequencies must rise, above 0 and below half the sampling rate, {0.5 / dt_s:g} Hz"
+        )
+    na, nb, nk = model.orders.na, model.orders.nb, model.orders.nk
+    back = np.exp(-2j * np.pi * f * dt_s)  # z^-1
+    of_a = back[:, None] ** np.arange(1, na + 1)
+    of_b = back[:, None] ** np.arange(nk, nk + nb)
+    denominator = 1.0 + of_a @ model.a
+    g = (of_b @ model.b) / denominator
+    # dG/db_i = z^-(nk+i-1) / A, dG/da_i = -G z^-i / A.
+    gradient = np.concatenate((-g[:, None] * of_a, of_b), axis=1) / denominator[:, None]
+    jacobian = np.stack((gradient.real, gradient.imag), axis=1)
+    cov = model.covariance[: na + nb, : na + nb]
+    return EstimatedResponse(
+        f, g, f"model {model.orders}", jacobian @ cov @ jacobian.transpose(0, 2, 1)
+    )
+
+
+def agreement(model: ArxModel, truth: FrequencyResponse, dt_s: float) -> Agreement:
+    """Compare a model with a response, at the frequencies of the latter.
+
+    Parameters
+    ----------
+    model
+        estimated model, in the units of `truth`.
+    truth
+        response taken for true.
+    dt_s
+        sampling time in seconds.
+    """
+    ours = frequency_response(model, truth.frequency_hz, dt_s)
+    difference = truth.response - ours.response
+    parts = np.column_stack((difference.real, difference.imag))
+    # pinv: at a single frequency of a low order the ellipse can be a line.
+    inverse = np.linalg.pinv(ours.covariance, hermitian=True)
+    distance = np.einsum("ni,nij,nj->n", parts, inverse, parts)
+    return Agreement(
+        truth.frequency_hz,
+        ours.magnitude_db - truth.magnitude_db,
+        np.asarray(np.degrees(np.angle(ours.response / truth.response)), dtype=np.float64),
+        distance <= float(scipy.stats.chi2.ppf(0.95, 2)),
+    )
+
+
+def _half(level: float) -> float:
+    return float(scipy.stats.norm.ppf(0.5 + 0.5 * level))
