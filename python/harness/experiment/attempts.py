@@ -25,6 +25,7 @@ from ehsid.harness.identification import (
     identify,
     preprocess,
 )
+from ehsid.harness.identification.choice import orders_added
 from ehsid.harness.identification.selection import ROUNDING
 from ehsid.harness.identification.serialise import to_plain
 
@@ -196,27 +197,34 @@ def gain(new: Prediction, old: Prediction) -> tuple[float, float]:
 def better(new: Attempt, old: Attempt) -> tuple[bool, str]:
     """Is the new attempt to be kept, and why, in words.
 
-    It is where it predicts better one step ahead on the validation part, beyond chance, or fails
-    fewer tests and does not predict worse beyond chance; never with more problems.
+    It is where it has fewer problems or fails fewer tests and does not predict worse one step ahead
+    on the validation part, beyond chance; or where it predicts better beyond chance and by as much
+    as `choose_order` asks for, with no more problems.
     """
-    if new.one_step is None or old.one_step is None:
-        found = ", ".join(finding.problem for finding in new.problems)
-        return new.one_step is not None, f"no outcome: {found}"
+    if new.result is None or new.one_step is None or old.result is None or old.one_step is None:
+        return False, "no outcome: not kept"
     fall, error = gain(new.one_step, old.one_step)
     quantile = float(scipy.stats.norm.ppf(LEVEL))
+    # Residuals that are rounding only are equal.
     floor = (ROUNDING * float(np.max(np.abs(new.one_step.measured)))) ** 2
     clear = abs(fall) > max(quantile * error, floor)
-    misfits = (
-        f"one-step misfit {100.0 - new.one_step_fit_percent:.3f} % against "
-        f"{100.0 - old.one_step_fit_percent:.3f} %"
+    misfit, before = 100.0 - new.one_step_fit_percent, 100.0 - old.one_step_fit_percent
+    # One order's worth at least: the same order on a few other rows is no gain.
+    added = max(orders_added(old.result.chosen, new.result.chosen), 1.0)
+    needed = 100.0 * (1.0 - (1.0 - old.result.min_improvement) ** added)
+    enough = misfit < before * (1.0 - 0.01 * needed)
+    fewer = (len(new.problems), len(new.failed_tests)) < (len(old.problems), len(old.failed_tests))
+    words = (
+        f"one-step misfit {misfit:.3f} % against {before:.3f} %, a difference "
+        f"{'beyond' if clear else 'within'} chance"
     )
-    words = f"{misfits}, {'beyond' if clear else 'within'} chance"
-    ours, theirs = len(new.problems), len(old.problems)
-    fewer = (ours, len(new.failed_tests)) < (theirs, len(old.failed_tests))
-    keep = (clear and fall > 0.0 and ours <= theirs) or (fewer and not (clear and fall < 0.0))
-    if keep and not (clear and fall > 0.0):
-        words += ", with fewer tests failed or problems"
-    return keep, f"{words}: {'kept' if keep else 'not kept'}"
+    if fewer and not (clear and fall < 0.0):
+        return True, f"{words}, and fewer tests failed or problems: kept"
+    if clear and fall > 0.0 and len(new.problems) <= len(old.problems):
+        if enough:
+            return True, f"{words}: kept"
+        return False, f"{words}, but below {needed:.1f} % of it: not kept"
+    return False, f"{words}: not kept"
 
 
 def _span(numbers: tuple[int, ...]) -> str:

@@ -3,14 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ehsid.harness.experiment.attempts import Attempt, Settings, attempt, better
-from ehsid.harness.experiment.problems import Finding, Problem, record_problems
+from ehsid.harness.experiment.moves import MOVES
+from ehsid.harness.experiment.problems import Finding, record_problems
 from ehsid.harness.identification import (
     Agreement,
     EstimatedResponse,
@@ -24,14 +25,10 @@ from ehsid.harness.identification import (
     poles_zeros,
 )
 
-HIGHEST_ORDER = 6
-MORE_DELAYS = 5
 # Of the frequency response: from one period in the validation part to just below half the
 # sampling rate, where the phase of a sampled system jumps.
 N_FREQUENCIES = 200
 HIGHEST_SHARE = 0.499
-
-Proposal = tuple[Settings, str, str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,10 +114,10 @@ def run_procedure(
     """Pre-process, identify, test; where a test fails, change one thing and try again.
 
     Changes are made to the best attempt so far, in this order, each once and only where it has a
-    point: lower orders where pole and zero cancel, longer delays, orders up to 6, lines removed,
-    means removed instead of a constant term. The best is judged by the one-step residuals on the
-    validation part, beyond chance (`better`). The choice among the few attempts makes the figures
-    of the validation part a little too good, as every choice on it does.
+    point: lower orders where pole and zero cancel, longer delays, each higher order up to 6, lines
+    removed, means removed instead of a constant term. The best is judged by the one-step residuals
+    on the validation part, beyond chance (`better`). The choice among the few attempts makes the
+    figures of the validation part a little too good, as every choice on it does.
 
     Parameters
     ----------
@@ -196,73 +193,6 @@ def run_procedure(
         poles_zeros(model),
         frequency_response(model, grid, dt_s),
     )
-
-
-def _lower_orders(best: Attempt) -> Proposal | None:
-    assert best.result is not None
-    lower = tuple(range(1, best.result.chosen.orders.na))
-    if not best.has(Problem.NON_MINIMAL) or not lower:
-        return None
-    why = f"at order {lower[-1] + 1} a pole and a zero cancel within their uncertainty"
-    return replace(best.settings, orders=lower), "lower orders", why
-
-
-def _longer_delays(best: Attempt) -> Proposal | None:
-    assert best.result is not None
-    delays = best.settings.delays
-    longest = best.result.chosen.orders.nk == delays[-1] and len(delays) > 1
-    if "independence" not in best.failed_tests and not longest:
-        return None
-    more = tuple(sorted({*delays, *range(delays[-1] + 1, delays[-1] + MORE_DELAYS + 1)}))
-    why = (
-        "the longest delay tried was chosen"
-        if longest
-        else "the residual still contains the input: a delay may be missing"
-    )
-    return replace(best.settings, delays=more), f"delays up to {more[-1]}", why
-
-
-def _higher_orders(best: Attempt) -> Proposal | None:
-    orders = best.settings.orders
-    if not best.failed_tests or orders[-1] >= HIGHEST_ORDER:
-        return None
-    more = (*orders, *range(orders[-1] + 1, HIGHEST_ORDER + 1))
-    why = f"{' and '.join(best.failed_tests)} of the residual failed: dynamics may be missing"
-    return replace(best.settings, orders=more), f"orders up to {HIGHEST_ORDER}", why
-
-
-def _lines_removed(best: Attempt) -> Proposal | None:
-    if not best.failed_tests:
-        return None
-    changed = replace(best.settings.preprocessing, trend="linear")
-    why = f"{' and '.join(best.failed_tests)} of the residual failed: a drift may be the cause"
-    return replace(best.settings, preprocessing=changed), "lines removed", why
-
-
-def _means_removed(best: Attempt) -> Proposal | None:
-    if not best.failed_tests or not best.settings.offset:
-        return None
-    changed = replace(best.settings.preprocessing, trend="mean")
-    settings = replace(best.settings, preprocessing=changed, offset=False)
-    why = "the working point taken out as the paper does it, by means"
-    return settings, "means removed, no constant term", why
-
-
-def _constant_term(best: Attempt) -> Proposal | None:
-    if not best.failed_tests or best.settings.offset:
-        return None
-    why = "the working point may lie elsewhere than at the means"
-    return replace(best.settings, offset=True), "constant term", why
-
-
-MOVES: tuple[Callable[[Attempt], Proposal | None], ...] = (
-    _lower_orders,
-    _longer_delays,
-    _higher_orders,
-    _lines_removed,
-    _means_removed,
-    _constant_term,
-)
 
 
 def _meaning(best: Attempt) -> tuple[str, ...]:

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: MIT
+"""What the offline procedure changes where a test fails, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from ehsid.harness.experiment.attempts import Attempt, Settings
+from ehsid.harness.experiment.problems import Problem
+
+HIGHEST_ORDER = 6
+MORE_DELAYS = 5
+
+Proposal = tuple[Settings, str, str]
+"""Settings, what they change, and why."""
+
+Move = Callable[[Attempt], Proposal | None]
+"""From the best attempt so far; None where the change has no point."""
+
+
+def _lower_orders(best: Attempt) -> Proposal | None:
+    assert best.result is not None
+    lower = tuple(range(1, best.result.chosen.orders.na))
+    if not best.has(Problem.NON_MINIMAL) or not lower:
+        return None
+    why = f"at order {lower[-1] + 1} a pole and a zero cancel within their uncertainty"
+    return replace(best.settings, orders=lower), "lower orders", why
+
+
+def _longer_delays(best: Attempt) -> Proposal | None:
+    assert best.result is not None
+    delays = best.settings.delays
+    longest = best.result.chosen.orders.nk == delays[-1] and len(delays) > 1
+    if "independence" not in best.failed_tests and not longest:
+        return None
+    more = tuple(sorted({*delays, *range(delays[-1] + 1, delays[-1] + MORE_DELAYS + 1)}))
+    why = (
+        "the longest delay tried was chosen"
+        if longest
+        else "the residual still contains the input: a delay may be missing"
+    )
+    return replace(best.settings, delays=more), f"delays up to {more[-1]}", why
+
+
+def _order(order: int) -> Move:
+    def move(best: Attempt) -> Proposal | None:
+        assert best.result is not None
+        if not best.failed_tests or order <= best.result.chosen.orders.na:
+            return None
+        why = f"{' and '.join(best.failed_tests)} of the residual failed: dynamics may be missing"
+        return replace(best.settings, orders=(order,)), f"order {order}", why
+
+    return move
+
+
+def _lines_removed(best: Attempt) -> Proposal | None:
+    if not best.failed_tests:
+        return None
+    changed = replace(best.settings.preprocessing, trend="linear")
+    why = f"{' and '.join(best.failed_tests)} of the residual failed: a drift may be the cause"
+    return replace(best.settings, preprocessing=changed), "lines removed", why
+
+
+def _means_removed(best: Attempt) -> Proposal | None:
+    if not best.failed_tests or not best.settings.offset:
+        return None
+    changed = replace(best.settings.preprocessing, trend="mean")
+    settings = replace(best.settings, preprocessing=changed, offset=False)
+    why = "the working point taken out as the paper does it, by means"
+    return settings, "means removed, no constant term", why
+
+
+def _constant_term(best: Attempt) -> Proposal | None:
+    if not best.failed_tests or best.settings.offset:
+        return None
+    why = "the working point may lie elsewhere than at the means"
+    return replace(best.settings, offset=True), "constant term", why
+
+
+MOVES: tuple[Move, ...] = (
+    _lower_orders,
+    _longer_delays,
+    *(_order(order) for order in range(2, HIGHEST_ORDER + 1)),
+    _lines_removed,
+    _means_removed,
+    _constant_term,
+)
