@@ -220,7 +220,9 @@ def better(new: Attempt, old: Attempt) -> tuple[bool, str]:
     )
     if fewer and not (clear and fall < 0.0):
         return True, f"{words}, and fewer tests failed or problems: kept"
-    if clear and fall > 0.0 and len(new.problems) <= len(old.problems):
+    if len(new.problems) > len(old.problems):
+        return False, f"{words}, but with more problems: not kept"
+    if clear and fall > 0.0:
         if enough:
             return True, f"{words}: kept"
         return False, f"{words}, but below {needed:.1f} % of it: not kept"

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -189,29 +190,44 @@ def run_procedure(
         kept,
         best.problems,
         stopped,
-        _meaning(best),
+        _meaning(best, attempts),
         poles_zeros(model),
         frequency_response(model, grid, dt_s),
     )
 
 
-def _meaning(best: Attempt) -> tuple[str, ...]:
+def _meaning(best: Attempt, attempts: Sequence[Attempt]) -> tuple[str, ...]:
     result = best.result
     assert result is not None
     if best.exact:
         return ("The model predicts to within rounding: there is no residual to test.",)
-    if not best.failed_tests:
-        return ("Both residual tests pass: the data speak against nothing in the model.",)
     sentences = []
+    if not best.failed_tests:
+        sentences.append("Both residual tests pass: the data speak against nothing in the model.")
     if "independence" in best.failed_tests:
         sentences.append(
-            "The residual still contains the input although order, delay and detrending were "
-            "varied: within these a linear model does not hold, which points to a nonlinear plant."
+            "Order, delay and detrending were varied, and no attempt that could be kept freed the "
+            "residual of the input: within these a linear model does not hold, which points to a "
+            "nonlinear plant."
         )
     if "whiteness" in best.failed_tests:
         sentences.append(
-            "The residual is not white: what disturbs the output is coloured, as sensor noise on "
-            "the output of an ARX model is, or the plant is nonlinear. Standard deviations, bands "
-            "and the verdicts built on them are then rough, and a and b biased."
+            "No attempt that could be kept made the residual white: what disturbs the output is "
+            "coloured, as sensor noise is in an ARX model, or the plant is nonlinear."
+        )
+    free = max(attempts, key=_simulation_fit)
+    # As for the choice of an order: a difference counts from one order's worth of misfit on.
+    kept = 1.0 - result.min_improvement
+    if 100.0 - _simulation_fit(free) < kept * (100.0 - _simulation_fit(best)):
+        sentences.append(
+            f"Running free, the model of the attempt '{free.change}' fits better, with "
+            f"{free.simulation_fit_percent:.2f} % against {best.simulation_fit_percent:.2f} %. The "
+            "free run of a plant that integrates hangs on its constant term, which one step ahead "
+            "hardly shows: its fit varies much from record to record."
         )
     return (*sentences, *result.advice)
+
+
+def _simulation_fit(one: Attempt) -> float:
+    sound = one.result is not None and not one.problems
+    return one.simulation_fit_percent if sound else -math.inf
