@@ -89,6 +89,9 @@ class AnyRls : public AnyRecursion {
 
 class AnyEstimator : public AnyRecursion {
  public:
+  /// u: n * n, unit upper triangular; d: n.
+  virtual Status seed(const std::vector<double>& theta, const std::vector<double>& u,
+                      const std::vector<double>& d, double noise_variance) = 0;
   virtual Status step(double command, double position) = 0;
   virtual void run(const float* u, const float* y, std::size_t rows, TrajectoryView<float>) = 0;
   virtual void run(const double* u, const double* y, std::size_t rows, TrajectoryView<double>) = 0;

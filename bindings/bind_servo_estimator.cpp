@@ -31,6 +31,20 @@ Trajectory run(AnyEstimator& self, const py::object& u_in, const py::object& y_i
   return out;
 }
 
+/// n * n numbers of a unit upper triangular matrix; ValueError unless it is one.
+std::vector<double> unit_upper(const AnyEstimator& self, const py::object& u_in) {
+  const auto u = real_array<double>("u", u_in);
+  require_exactly("u", u, py::make_tuple(self.n(), self.n()));
+  for (int i = 0; i < self.n(); ++i) {
+    for (int j = 0; j <= i; ++j) {
+      if (u.at(i, j) != (i == j ? 1.0 : 0.0)) {
+        throw py::value_error("u must be upper triangular with ones on its diagonal");
+      }
+    }
+  }
+  return {u.data(), u.data() + u.size()};
+}
+
 void bind_options(py::module_& m) {
   const Scaling<double> scaling;
   py::class_<Scaling<double>>(m, "Scaling",
@@ -231,6 +245,37 @@ ValueError
           "excitation", &AnyEstimator::excitation,
           "Share of about the last 100 samples that carried information, 0 to 1.")
       .def_property_readonly("resets", &AnyEstimator::resets, "Plant changes detected so far.")
+      .def(
+          "seed",
+          [](AnyEstimator& self, const std::vector<double>& theta, const py::object& u,
+             const std::vector<double>& d, double noise_variance) {
+            if (self.seed(theta, unit_upper(self, u), d, noise_variance) != Status::ok) {
+              throw py::value_error(
+                  "seed: theta, u and d must be finite, d > 0 and noise_variance finite and >= 0 "
+                  "in the precision of the estimator; nothing was changed");
+            }
+          },
+          py::arg("theta"), py::arg("u"), py::arg("d"), py::arg("noise_variance") = 0.0,
+          R"(Starts anew from an estimate made elsewhere, e.g. offline.
+
+A later reset goes back to variance0, not to this P: it says that the plant is no longer the one that
+was known.
+
+Parameters
+----------
+theta : array_like, shape (n,)
+    In the units of the signals.
+u : array_like, shape (n, n)
+    Unit upper triangular; P = u diag(d) u' in scaled units and units of sigma^2.
+d : array_like, shape (n,)
+    Greater than 0.
+noise_variance : float >= 0
+    sigma^2 in squared units of the position; 0 for unknown.
+
+Raises
+------
+TypeError, ValueError
+    Not numbers, another shape, or out of range; nothing is changed.)")
       .def("step", &AnyEstimator::step, py::arg("command"), py::arg("position"),
            R"(Takes one sample.
 

@@ -238,6 +238,7 @@ template <class Scalar, class Policy, int kN>
 class EstimatorInstance final : public AnyEstimator {
  public:
   using Estimator = OnlineEstimator<AnyArx<Scalar, kN>, typename Policy::template Type<Scalar, kN>>;
+  using Recursion = typename Estimator::Recursion;
 
   explicit EstimatorInstance(const EstimatorSettings& given)
       : estimator_(AnyArx<Scalar, kN>(given.na, given.nb, given.nk)) {
@@ -300,6 +301,23 @@ class EstimatorInstance final : public AnyEstimator {
   Status restore(const std::string& bytes) override {
     typename Estimator::Snapshot snapshot;
     return from_bytes(bytes, snapshot) ? estimator_.restore(snapshot) : Status::invalid_argument;
+  }
+  Status seed(const std::vector<double>& theta, const std::vector<double>& u,
+              const std::vector<double>& d, double noise_variance) override {
+    typename Recursion::Parameters start;
+    typename Recursion::Parameters diagonal;
+    assign<Scalar, kN>(start, theta, "theta");
+    assign<Scalar, kN>(diagonal, d, "d");
+    UdFactors<Scalar, kN> factors;
+    if (theta.empty() || d.empty() || !factors.set_diagonal(diagonal)) {
+      return Status::invalid_argument;
+    }
+    for (int j = 1; j < kN; ++j) {
+      for (int i = 0; i < j; ++i) {
+        factors.u[factors.at(i, j)] = static_cast<Scalar>(u[static_cast<std::size_t>(i * kN + j)]);
+      }
+    }
+    return estimator_.seed(start, factors, static_cast<Scalar>(noise_variance));
   }
   Status step(double command, double position) override {
     return estimator_.step(static_cast<Scalar>(command), static_cast<Scalar>(position));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <ehsid/servo_estimator.hpp>
 #include <limits>
 #include <random>
@@ -145,6 +146,96 @@ TEST(ServoEstimator, RefusesADamagedSnapshot) {
   snapshot.recursion.factors.d[2] = -1.0F;
   EXPECT_EQ(estimator.restore(snapshot), Status::invalid_argument);
   EXPECT_EQ(estimator.theta_hat(), theta);
+}
+
+using Factors = ehsid::UdFactors<float, 6>;
+
+/// A correlated P, the same for every test.
+Factors known_factors() {
+  Factors factors{};
+  factors.d.fill(1e-2F);
+  factors.u.fill(0.25F);
+  return factors;
+}
+
+Estimator::Parameters known_theta() {
+  Estimator::Parameters theta;
+  theta << -2.239F, 1.782F, -0.5427F, 0.385F, -0.581F, 0.2954F;
+  return theta;
+}
+
+TEST(ServoEstimator, SeedIsTheEstimateAtTheStart) {
+  Estimator estimator;
+  Servo servo(9);
+  for (int k = 0; k < 100; ++k) {
+    servo.step(estimator, servo.random_command());
+  }
+  ASSERT_EQ(estimator.seed(known_theta(), known_factors(), 1e-6F), Status::ok);
+  EXPECT_EQ(estimator.theta_hat(), known_theta());  // scales of one: no rounding
+  EXPECT_EQ(estimator.recursion().P(), known_factors().matrix());
+  EXPECT_NEAR(estimator.residual_variance(), 1e-6F, 1e-12F);
+  EXPECT_FALSE(estimator.converged());
+  EXPECT_EQ(estimator.monitor().samples(), 0);
+  // The history before is another plant's.
+  EXPECT_EQ(servo.step(estimator, 1.0), Status::filling);
+}
+
+TEST(ServoEstimator, SeedIsScaledAsTheSignalsAre) {
+  Estimator estimator;
+  Estimator::Options options;
+  options.scaling = {8.0F, 0.25F, 1.0F, 0.5F};  // powers of two: exact
+  ASSERT_EQ(estimator.configure(options), Status::ok);
+  ASSERT_EQ(estimator.seed(known_theta(), known_factors(), 0.0625F), Status::ok);
+  EXPECT_EQ(estimator.theta_hat(), known_theta());
+  EXPECT_EQ(estimator.recursion().theta_hat()[3], known_theta()[3] * 32.0F);
+  EXPECT_EQ(estimator.recursion().residual_variance(), 1.0F);
+}
+
+TEST(ServoEstimator, ResetAfterASeedGoesBackToTheVagueStart) {
+  Estimator estimator;
+  Estimator::Options options;
+  options.variance0.setConstant(1e3F);
+  ASSERT_EQ(estimator.configure(options), Status::ok);
+  ASSERT_EQ(estimator.seed(known_theta(), known_factors(), 1e-6F), Status::ok);
+  estimator.reset();
+  EXPECT_EQ(estimator.theta_hat(), known_theta());
+  const Estimator::Covariance vague = options.variance0.asDiagonal();
+  EXPECT_EQ(estimator.recursion().P(), vague);
+}
+
+TEST(ServoEstimator, BadSeedLeavesEveryBitAsItWas) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  Estimator estimator;
+  Servo servo(10);
+  for (int k = 0; k < 100; ++k) {
+    servo.step(estimator, servo.random_command());
+  }
+  const auto before = estimator.save();
+  auto refused = [&](const Estimator::Parameters& theta, const Factors& factors, float variance) {
+    const Status status = estimator.seed(theta, factors, variance);
+    const auto after = estimator.save();
+    return status == Status::invalid_argument && std::memcmp(&before, &after, sizeof before) == 0;
+  };
+  for (int i = 0; i < 6; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    for (const float bad : {kNan, kInfinity, -kInfinity}) {
+      auto theta = known_theta();
+      theta[i] = bad;
+      EXPECT_TRUE(refused(theta, known_factors(), 0.0F));
+      auto factors = known_factors();
+      factors.u[at] = bad;
+      EXPECT_TRUE(refused(known_theta(), factors, 0.0F));
+    }
+    for (const float bad : {kNan, kInfinity, 0.0F, -1.0F}) {
+      auto factors = known_factors();
+      factors.d[at] = bad;
+      EXPECT_TRUE(refused(known_theta(), factors, 0.0F));
+    }
+  }
+  for (const float bad : {kNan, kInfinity, -1e-6F}) {
+    EXPECT_TRUE(refused(known_theta(), known_factors(), bad));
+  }
 }
 
 TEST(ServoEstimator, ResumesWithoutRefillingAfterDisable) {

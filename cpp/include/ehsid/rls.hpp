@@ -106,6 +106,25 @@ class Rls {
     return factors.factorise(p0) ? begin(theta0, factors) : Status::invalid_argument;
   }
 
+  /// Takes over an estimate made elsewhere, e.g. offline: theta, P = U D U' and sigma^2 (>= 0, 0 for unknown).
+  ///
+  /// reset() and the ceiling keep to the P0 of start(): after a change of the plant what was known before no
+  /// longer holds. Factors, because those of a fast-sampled plant have condition numbers that a float32 P
+  /// does not hold. invalid_argument, and nothing changed, unless all are finite and every D_ii > 0.
+  Status seed(const Parameters& theta, const UdFactors<Scalar, kN>& factors,
+              Scalar noise_variance) {
+    if (!all_finite<kN>(theta) || !factors.usable() || !is_magnitude(noise_variance)) {
+      return Status::invalid_argument;
+    }
+    reset(noise_variance);
+    for (int i = 0; i < kN; ++i) {
+      state_.theta[static_cast<std::size_t>(i)] = theta[i];
+    }
+    state_.remainder.fill(Scalar(0));
+    state_.factors = factors;
+    return Status::ok;
+  }
+
   /// One sample: y = phi' theta + e.
   ///
   /// ok, no_information (kept on purpose, see RlsOptions), invalid_input or numerical_limit; on the

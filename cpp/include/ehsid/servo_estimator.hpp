@@ -75,11 +75,8 @@ class OnlineEstimator {
     if (!options.valid()) {
       return Status::invalid_argument;
     }
-    Parameters scaled = options.theta0;
-    for (int i = 0; i < kN; ++i) {
-      scaled[i] /= options.scaling.parameter_unit(i, model_.na(), model_.nb());
-    }
-    if (recursion_.start(scaled, options.variance0) != Status::ok) {
+    if (recursion_.start(scaled(options.theta0, options.scaling), options.variance0) !=
+        Status::ok) {
       return Status::invalid_argument;
     }
     // Their options have been checked: these cannot refuse.
@@ -90,6 +87,24 @@ class OnlineEstimator {
     input_limit_ = options.input_limit;
     reset_enabled_ = options.reset_enabled;
     enabled_ = true;
+    model_.clear();
+    return Status::ok;
+  }
+
+  /// Starts anew from an estimate made elsewhere, e.g. offline, after configure().
+  ///
+  /// theta in the units of the signals; P = U D U' in scaled units and units of sigma^2; sigma^2 in squared
+  /// units of the position, 0 for unknown. A later reset goes back to variance0 of the options, not to this
+  /// P: it says that the plant is no longer the one that was known. invalid_argument leaves everything as it was.
+  Status seed(const Parameters& theta, const UdFactors<Scalar, kN>& factors,
+              Scalar noise_variance) {
+    const Scalar unit = scaling_.position_scale;
+    if (recursion_.seed(scaled(theta, scaling_), factors, noise_variance / unit / unit) !=
+        Status::ok) {
+      return Status::invalid_argument;
+    }
+    reset_.restart();
+    monitor_.restart();
     model_.clear();
     return Status::ok;
   }
@@ -249,6 +264,13 @@ class OnlineEstimator {
   bool plausible(Scalar scaled) const { return scaled <= input_limit_ && scaled >= -input_limit_; }
 
   Scalar unit(int i) const { return scaling_.parameter_unit(i, model_.na(), model_.nb()); }
+
+  Parameters scaled(Parameters values, const Scaling<Scalar>& scaling) const {
+    for (int i = 0; i < kN; ++i) {
+      values[i] /= scaling.parameter_unit(i, model_.na(), model_.nb());
+    }
+    return values;
+  }
 
   Parameters in_units(Parameters values) const {
     for (int i = 0; i < kN; ++i) {

@@ -30,7 +30,8 @@ class ForgettingName(StrEnum):
     random_walk = "random-walk"
 
 
-def _policy(name: ForgettingName, lambda0: float | None) -> ehsid.Forgetting:
+def make_policy(name: ForgettingName, lambda0: float | None) -> ehsid.Forgetting:
+    """The policy with its defaults; ValueError where it has no lambda0 to set."""
     if name is ForgettingName.constant:
         return ehsid.Constant() if lambda0 is None else ehsid.Constant(lambda0)
     if name is ForgettingName.exponential:
@@ -82,7 +83,7 @@ def estimate_command(
     with clear_errors():
         data = read_io(record, input_name, output_name)
         orders = ArxOrders(na, nb, nk, offset=False)
-        result = estimate(data, orders, forgetting=_policy(forgetting, lambda0), reset=reset)
+        result = estimate(data, orders, forgetting=make_policy(forgetting, lambda0), reset=reset)
         if out is not None:
             write_results(out, "estimate", result.to_dict(), estimation_figure(result, data.dt_s))
     if as_json:

@@ -107,8 +107,14 @@ class EstimationResult:
         }
 
 
-def _scaling(data: IoData) -> ehsid.Scaling:
-    """Offsets at the means, scales at the standard deviations of the record."""
+def scaling_of(data: IoData) -> ehsid.Scaling:
+    """Offsets at the means, scales at the standard deviations of the record.
+
+    Raises
+    ------
+    IdentificationError
+        a constant signal.
+    """
     parts = [data.u[s] for s in data.segments], [data.y[s] for s in data.segments]
     u, y = (np.concatenate(part) for part in parts)
     for name, values in ((data.input_name, u), (data.output_name, y)):
@@ -152,7 +158,7 @@ def estimate(
     ValueError
         a structure outside the compiled range.
     """
-    scaling = _scaling(data)
+    scaling = scaling_of(data)
     estimator = ehsid.ServoEstimator(
         orders.na,
         orders.nb,

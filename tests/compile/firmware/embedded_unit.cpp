@@ -24,6 +24,19 @@ ehsid::Status configure(Estimator<Forgetting>& estimator, float lambda_margin) {
 }
 
 template <class Forgetting>
+ehsid::Status seed(Estimator<Forgetting>& estimator, const float* theta, const float* variances) {
+  ehsid::UdFactors<float, 6> factors;
+  ehsid::Vector<float, 6> start;
+  ehsid::Vector<float, 6> diagonal;
+  for (int i = 0; i < 6; ++i) {
+    start[i] = theta[i];
+    diagonal[i] = variances[i];
+  }
+  return factors.set_diagonal(diagonal) ? estimator.seed(start, factors, variances[6])
+                                        : ehsid::Status::invalid_argument;
+}
+
+template <class Forgetting>
 ehsid::Status step(Estimator<Forgetting>& estimator, float command, float position) {
   return estimator.step(command, position);
 }
@@ -59,6 +72,8 @@ void operate(Estimator<Forgetting>& estimator, bool on) {
 #define EHSID_FIRMWARE(Policy)                                                                \
   template void start<ehsid::Policy>(void*);                                                  \
   template ehsid::Status configure<ehsid::Policy>(Estimator<ehsid::Policy>&, float);          \
+  template ehsid::Status seed<ehsid::Policy>(Estimator<ehsid::Policy>&, const float*,         \
+                                             const float*);                                   \
   template ehsid::Status step<ehsid::Policy>(Estimator<ehsid::Policy>&, float, float);        \
   template ehsid::Status move_state<ehsid::Policy>(const Estimator<ehsid::Policy>&,           \
                                                    Estimator<ehsid::Policy>&);                \

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+"""`ehsid export`: an offline model and the estimator's settings as a header for the firmware."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+
+from ehsid.harness.cli.common import clear_errors, read_io
+from ehsid.harness.cli.estimate import ForgettingName, make_policy
+from ehsid.harness.export import (
+    Export,
+    GoldenTrace,
+    check_name,
+    configure_from_record,
+    liveliest,
+    render_header,
+    write_header,
+)
+from ehsid.harness.identification import ArxOrders, IoData, identify
+
+
+def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: bool) -> ArxOrders:
+    """As given, 3, 3, 1 by default; or as offline identification chooses them."""
+    if not choose:
+        defaults = zip(given, (3, 3, 1), strict=True)
+        na, nb, nk = (default if value is None else value for value, default in defaults)
+        return ArxOrders(na, nb, nk, offset=offset)
+    if any(value is not None for value in given):
+        raise ValueError("--identify chooses na, nb and nk itself; leave them out, or --identify")
+    return identify(data, offset=offset, remove_means=not offset).chosen.orders
+
+
+def _provenance(path: Path, data: IoData, export: Export) -> list[str]:
+    """Where the numbers come from; the name of the record without its folder."""
+    with path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    sampled = "" if data.dt_s is None else f" at {data.dt_s:.6g} s"
+    scale = export.configuration.scaling.position_scale
+    deviation = float(np.sqrt(export.model.noise_variance)) * scale
+    return [
+        f"Record {path.name}, {data.n_samples} samples{sampled},",
+        f"sha256 {digest};",
+        f"command: {data.input_name}, position: {data.output_name}, in the units of the record.",
+        f"Offline model: {export.configuration.orders}, least squares over "
+        f"{export.model.n_rows} equations,",
+        f"deviation of the residuals {deviation:.4g}. P_0 is its covariance times "
+        f"{export.inflation:.4g}:",
+        f"the model counts for {export.counts_for:.0f} samples. A reset goes back to a vague P.",
+    ]
+
+
+def export_command(
+    record: Annotated[Path, typer.Argument(help="CSV, CSV.gz, Parquet, MAT or NPZ")],
+    input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
+    output_name: Annotated[str, typer.Option("--output", help="output column")] = "position_m",
+    na: Annotated[
+        int | None, typer.Option(help="past outputs, 1 to 6; default 3", show_default=False)
+    ] = None,
+    nb: Annotated[
+        int | None, typer.Option(help="past inputs, 1 to 6; default 3", show_default=False)
+    ] = None,
+    nk: Annotated[
+        int | None, typer.Option(help="delay in samples, 0 to 20; default 1", show_default=False)
+    ] = None,
+    choose: Annotated[
+        bool, typer.Option("--identify", help="let offline identification choose na, nb, nk")
+    ] = False,
+    offset: Annotated[bool, typer.Option("--offset", help="estimate a constant term")] = False,
+    forgetting: Annotated[
+        ForgettingName, typer.Option(help="policy; f-ratio keeps what the start knows")
+    ] = ForgettingName.f_ratio,
+    lambda0: Annotated[
+        float | None, typer.Option(help="factor (constant) or rate (exponential)")
+    ] = None,
+    reset: Annotated[
+        bool, typer.Option("--reset/--no-reset", help="restart where the RMSE shows a change")
+    ] = True,
+    inflation: Annotated[
+        float | None,
+        typer.Option(
+            help="factor on the offline covariance; default 10, or so that the model counts for "
+            "100 samples at most",
+            show_default=False,
+        ),
+    ] = None,
+    name: Annotated[str, typer.Option(help="namespace in C++")] = "servo",
+    out: Annotated[Path, typer.Option(help="header to write")] = Path("servo_configuration.hpp"),
+) -> None:
+    """Write a C++ header that starts the firmware's estimator from an offline model of a record.
+
+    Example: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
+    """
+    with clear_errors():
+        check_name(name)
+        policy = make_policy(forgetting, lambda0)
+        data = read_io(record, input_name, output_name)
+        orders = _orders(data, (na, nb, nk), choose, offset)
+        export = configure_from_record(
+            data, orders, forgetting=policy, inflation=inflation, reset=reset
+        )
+        trace = GoldenTrace.of(export.configuration, *liveliest(data))
+        text = render_header(
+            export.configuration,
+            trace,
+            name=name,
+            dt_s=data.dt_s,
+            provenance=_provenance(record, data, export),
+        )
+        write_header(out, text)
+    Console().print(
+        f"{out}: {orders}, {policy!r}; started from {export.model.n_rows} equations that count "
+        f"for {export.counts_for:.0f} samples; self-test over {trace.command.size} samples",
+        highlight=False,
+        soft_wrap=True,
+    )

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""All settings of a float32 estimator: the one source of the Python object and the header."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness.identification import ArxOrders, IdentificationError
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Seed:
+    """An estimate to start from.
+
+    Attributes
+    ----------
+    theta
+        shape (n,), in the units of the signals about the offsets of the scaling.
+    u, d
+        shapes (n, n), unit upper triangular, and (n,), > 0: P = u diag(d) u' of the scaled
+        parameters in units of sigma^2.
+    noise_variance
+        sigma^2 in squared units of the position, >= 0; 0 for unknown.
+    """
+
+    theta: FloatArray
+    u: FloatArray
+    d: FloatArray
+    noise_variance: float
+
+    @classmethod
+    def from_covariance(
+        cls, theta: npt.ArrayLike, covariance: npt.ArrayLike, noise_variance: float
+    ) -> Seed:
+        """Factors P in double precision, where float32 could no longer tell it from a singular one.
+
+        Parameters
+        ----------
+        theta
+            shape (n,), in the units of the signals.
+        covariance
+            P, shape (n, n), of the scaled parameters in units of sigma^2; positive definite.
+        noise_variance
+            sigma^2.
+
+        Raises
+        ------
+        IdentificationError
+            P is not positive definite.
+        """
+        # With rows and columns turned round, P = L L' becomes P = R R' with R upper triangular.
+        turned = np.asarray(covariance, dtype=np.float64)[::-1, ::-1]
+        try:
+            r = np.linalg.cholesky(turned)[::-1, ::-1]
+        except np.linalg.LinAlgError as error:
+            raise IdentificationError(
+                "the covariance to start from is not positive definite: the record does not "
+                "determine all parameters; excite more or take a lower order"
+            ) from error
+        size = np.diag(r)
+        u = np.triu(r / size, 1) + np.eye(size.size)
+        return cls(np.asarray(theta, dtype=np.float64), u, size**2, noise_variance)
+
+    @property
+    def variances(self) -> FloatArray:
+        """Diagonal of P, shape (n,)."""
+        return (self.u**2) @ self.d
+
+
+@dataclass(frozen=True, eq=False)
+class EstimatorConfiguration:
+    """Everything a float32 estimator is told before its first sample.
+
+    Numbers are given in double and rounded once to float32, here as in the header.
+
+    Attributes
+    ----------
+    orders
+        structure; na, nb up to 6, nk up to 20.
+    scaling, forgetting, rls, convergence
+        as `ehsid.ServoEstimator` takes them.
+    reset
+        None never resets.
+    variance0
+        diagonal of the P to which a reset goes back, of the scaled parameters, units of sigma^2.
+    input_limit
+        largest plausible |scaled signal|.
+    seed
+        estimate to start from; None starts from zero and `variance0`.
+    """
+
+    orders: ArxOrders
+    scaling: ehsid.Scaling = field(default_factory=ehsid.Scaling)
+    forgetting: ehsid.Forgetting = field(default_factory=ehsid.FRatio)
+    rls: ehsid.RlsOptions = field(default_factory=ehsid.RlsOptions)
+    reset: ehsid.RmseResetOptions | None = field(default_factory=ehsid.RmseResetOptions)
+    convergence: ehsid.ConvergenceOptions = field(default_factory=ehsid.ConvergenceOptions)
+    variance0: float = 1e6
+    input_limit: float = 1e4
+    seed: Seed | None = None
+
+    def estimator(self) -> ehsid.ServoEstimator:
+        """A new float32 estimator with these settings, at its start.
+
+        Raises
+        ------
+        ValueError
+            a structure outside the compiled range, or a number outside its own in float32.
+        """
+        made = ehsid.ServoEstimator(
+            self.orders.na,
+            self.orders.nb,
+            self.orders.nk,
+            offset=self.orders.offset,
+            forgetting=self.forgetting,
+            scaling=self.scaling,
+            rls=self.rls,
+            reset=self.reset,
+            convergence=self.convergence,
+            variance0=[self.variance0] * self.orders.n_parameters,
+            input_limit=self.input_limit,
+            dtype="float32",
+        )
+        if self.seed is not None:
+            made.seed(self.seed.theta, self.seed.u, self.seed.d, self.seed.noise_variance)
+        return made

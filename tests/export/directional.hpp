@@ -1,0 +1,180 @@
+// Written by `ehsid export`, ehsid 0.1.0; do not edit, export again.
+// Settings and start of the online estimator, and a self-test for the target. Numbers are float32 in
+// hexadecimal, exact to the bit; decimals are for people.
+//
+// Record hydraulic_crane.csv, sha256
+// 3fd24a1fe2d09e4635d068aea802cae4bebe600b7691387647fca79c80c9b4ba
+// Made by tests/export/make.py
+//
+// Results are bit for bit those of Python where the compiler does not fuse multiplications and additions
+// (-ffp-contract=off, as the CMake target ehsid::reproducible sets it), nor uses -ffast-math.
+// clang-format off
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <ehsid/ehsid.hpp>
+
+namespace directional {
+
+/// na = 1, nb = 1, nk = 3.
+using Estimator =
+    ehsid::ServoEstimator<float, 1, 1, 3, ehsid::Directional<float>>;
+
+/// Sampling time of the record, s; the parameters hold for no other.
+inline constexpr float kDtS = 0x1.99999ap-5F;  // 0.05
+
+/// theta_0, in the units of the signals about the offsets of the scaling.
+inline constexpr ehsid::Array<float, Estimator::kN> kTheta0 = {{
+    -0x1.f78d5p-1F,  // a1 = -0.9835
+    -0x1.758e22p-6F,  // b1 = -0.0228
+}};
+
+/// P_0 = U D U' of the scaled parameters in units of sigma^2: D, then the columns of U above its diagonal.
+inline constexpr ehsid::UdFactors<float, Estimator::kN> kFactors0 = {
+    {{
+        0x1.4801f8p-7F,  // 0.01001
+        0x1.c06e1ap-6F,  // 0.02737
+    }},
+    {{
+        -0x1.96f006p-1F,  // -0.7948
+    }},
+};
+
+/// sigma^2 of the offline model, squared units of the position.
+inline constexpr float kNoiseVariance = 0x1.7c6fbep-5F;  // 0.04644
+
+/// Sets the estimator up and starts it from the offline model; ok, unless this file was changed.
+inline ehsid::Status configure(Estimator& estimator) {
+  Estimator::Options options;
+  options.scaling.command_scale = 0x1.60d1b8p-1F;  // 0.6891
+  options.scaling.position_scale = 0x1.845a1cp+0F;  // 1.517
+  options.scaling.command_offset = -0x1.875f7p-3F;  // -0.1911
+  options.scaling.position_offset = 0x1.7b634ep-8F;  // 0.005789
+  options.forgetting.lambda = 0x1.ccccccp-1F;  // 0.9
+  options.forgetting.epsilon = 0x1.0624dep-10F;  // 0.001
+  options.rls.information_margin = 0x1.8p+0F;  // 1.5
+  options.rls.covariance_ceiling = 0x1p+1F;  // 2
+  options.reset.short_window = 0x1.4p+2F;  // 5
+  options.reset.long_window = 0x1.ep+5F;  // 60
+  options.reset.trigger_ratio = 0x1p+1F;  // 2
+  options.reset.release_ratio = 0x1.8p+0F;  // 1.5
+  options.reset.cool_down = 50;
+  options.reset.floor = 0x1.4f8b58p-17F;  // 1e-05
+  options.convergence.tolerance = 0x1.99999ap-4F;  // 0.1
+  options.convergence.magnitude = 0x1.99999ap-4F;  // 0.1
+  options.convergence.hold = 10;
+  options.variance0.setConstant(0x1.e848p+19F);  // 1e+06
+  options.input_limit = 0x1.f4p+9F;  // 1000
+  const ehsid::Status status = estimator.configure(options);
+  if (status != ehsid::Status::ok) {
+    return status;
+  }
+  return estimator.seed(ehsid::as_vector(kTheta0), kFactors0, kNoiseVariance);
+}
+
+/// A sample of the golden trace: command and position in their units, and the innovation after it.
+struct TraceSample {
+  float command;
+  float position;
+  float innovation;
+};
+
+inline constexpr ehsid::Array<TraceSample, 64> kTrace = {{
+    {-0x1.a27d68p-1F, 0x1.cc72c4p+0F, 0x0p+0F},
+    {-0x1.e0fd7ep-1F, 0x1.1a8cf2p+1F, 0x0p+0F},
+    {-0x1.0c9eecp+0F, 0x1.2d7688p+1F, 0x0p+0F},
+    {-0x1.245eb4p+0F, 0x1.372c68p+1F, 0x1.9b077ap-4F},
+    {-0x1.321ea4p+0F, 0x1.3932aep+1F, 0x1.26b1ecp-5F},
+    {-0x1.3c1e7ap+0F, 0x1.2cd974p+1F, -0x1.45b524p-4F},
+    {-0x1.411e64p+0F, 0x1.147c46p+1F, -0x1.6500ccp-3F},
+    {-0x1.475ec8p+0F, 0x1.ed5158p+0F, -0x1.b95a58p-3F},
+    {-0x1.4a7efap+0F, 0x1.aac9d6p+0F, -0x1.eb7112p-3F},
+    {-0x1.4b1ee2p+0F, 0x1.5e4276p+0F, -0x1.1a55d2p-2F},
+    {-0x1.4b1ee2p+0F, 0x1.3ebb08p+0F, -0x1.86e63ap-4F},
+    {-0x1.4b1ee2p+0F, 0x1.01d402p+0F, -0x1.ab0e1p-3F},
+    {-0x1.4a7efap+0F, 0x1.844a8p-1F, -0x1.b6f89p-3F},
+    {-0x1.4a7efap+0F, 0x1.1015eep-1F, -0x1.7d9aacp-3F},
+    {-0x1.439eaep+0F, 0x1.7893b2p-2F, -0x1.ddaffap-4F},
+    {-0x1.38fefp+0F, 0x1.06c95ap-2F, -0x1.e9787cp-5F},
+    {-0x1.2efe72p+0F, 0x1.a9646ep-3F, 0x1.2ebd4p-8F},
+    {-0x1.1f5ec8p+0F, 0x1.8dcc78p-3F, 0x1.35de64p-5F},
+    {-0x1.05beap+0F, 0x1.e29d2p-3F, 0x1.698622p-4F},
+    {-0x1.c7fd6p-1F, 0x1.4c6c2ep-2F, 0x1.09570ep-3F},
+    {-0x1.7bbd7cp-1F, 0x1.d0d458p-2F, 0x1.4bdd42p-3F},
+    {-0x1.2f7d74p-1F, 0x1.2d1f32p-1F, 0x1.453568p-3F},
+    {-0x1.c3faf4p-2F, 0x1.80390ap-1F, 0x1.72c73p-3F},
+    {-0x1.32fad6p-2F, 0x1.dd5418p-1F, 0x1.93bef2p-3F},
+    {-0x1.52f5dcp-3F, 0x1.291172p+0F, 0x1.f05e2p-3F},
+    {-0x1.63d70ap-5F, 0x1.0c9e34p+0F, -0x1.8c907cp-4F},
+    {0x1.4c1476p-4F, 0x1.c9f9f6p-1F, -0x1.1d103p-3F},
+    {0x1.910a14p-3F, 0x1.f1c8c8p-2F, -0x1.91b54cp-2F},
+    {0x1.39053ap-2F, -0x1.6a0228p-7F, -0x1.effab8p-2F},
+    {0x1.9d052ap-2F, -0x1.37840cp-3F, -0x1.1869d4p-3F},
+    {0x1.f98528p-2F, -0x1.b9baf2p-2F, -0x1.1a968p-2F},
+    {0x1.24c294p-1F, -0x1.ae1ab8p-1F, -0x1.9fef7cp-2F},
+    {0x1.468294p-1F, -0x1.357d72p+0F, -0x1.726a6ap-2F},
+    {0x1.65c29p-1F, -0x1.bf34bap+0F, -0x1.080808p-1F},
+    {0x1.7b0292p-1F, -0x1.2180ep+1F, -0x1.d0015p-2F},
+    {0x1.8c829cp-1F, -0x1.451c16p+1F, -0x1.3fd2dcp-3F},
+    {0x1.9a428ep-1F, -0x1.95a2e2p+1F, -0x1.e3b946p-2F},
+    {0x1.a30292p-1F, -0x1.b2618cp+1F, 0x1.2612a4p-5F},
+    {0x1.abc298p-1F, -0x1.ca4b4ep+1F, 0x1.419b62p-4F},
+    {0x1.b5c29p-1F, -0x1.e74358p+1F, 0x1.07cd0cp-5F},
+    {0x1.c3828p-1F, -0x1.f41346p+1F, 0x1.47a86ep-3F},
+    {0x1.d14292p-1F, -0x1.fb700ap+1F, 0x1.67dd22p-3F},
+    {0x1.e04296p-1F, -0x1.f978f4p+1F, 0x1.c1d5eep-3F},
+    {0x1.ef429ap-1F, -0x1.e7ff6cp+1F, 0x1.39ad8ap-2F},
+    {0x1.ff829p-1F, -0x1.e0af2ep+1F, 0x1.73992cp-3F},
+    {0x1.08811cp+0F, -0x1.cc0acp+1F, 0x1.0d5282p-2F},
+    {0x1.11e108p+0F, -0x1.b38b4cp+1F, 0x1.0cab42p-2F},
+    {0x1.1dc14p+0F, -0x1.8fb27ap+1F, 0x1.4c675ap-2F},
+    {0x1.27212ep+0F, -0x1.7e266p+1F, 0x1.3a51p-3F},
+    {0x1.312104p+0F, -0x1.627f62p+1F, 0x1.c7ba36p-3F},
+    {0x1.3c6152p+0F, -0x1.53312p+1F, 0x1.cc18cep-4F},
+    {0x1.42a10ep+0F, -0x1.425202p+1F, 0x1.e7ea8ep-4F},
+    {0x1.47a0fap+0F, -0x1.37f9c6p+1F, 0x1.ffa288p-5F},
+    {0x1.48e172p+0F, -0x1.2713a2p+1F, 0x1.cc4c62p-4F},
+    {0x1.48e172p+0F, -0x1.216002p+1F, 0x1.33cfcep-6F},
+    {0x1.48e172p+0F, -0x1.22fa5cp+1F, -0x1.3466bep-5F},
+    {0x1.48418ap+0F, -0x1.29252cp+1F, -0x1.1c2f86p-4F},
+    {0x1.466128p+0F, -0x1.32c0e4p+1F, -0x1.72dfb8p-4F},
+    {0x1.44817p+0F, -0x1.3de15ap+1F, -0x1.86f6bap-4F},
+    {0x1.4340f6p+0F, -0x1.4876d6p+1F, -0x1.591802p-4F},
+    {0x1.40c154p+0F, -0x1.56628ep+1F, -0x1.acb604p-4F},
+    {0x1.3e410cp+0F, -0x1.6381f6p+1F, -0x1.765af4p-4F},
+    {0x1.3bc16ap+0F, -0x1.7293b4p+1F, -0x1.9b4afcp-4F},
+    {0x1.3a8198p+0F, -0x1.7fc576p+1F, -0x1.44735ap-4F},
+}};
+
+/// theta_hat after the trace.
+inline constexpr ehsid::Array<float, Estimator::kN> kTraceTheta = {{
+    -0x1.efd59ap-1F,  // -0.968427
+    -0x1.60fcecp-4F,  // -0.0861787
+}};
+
+inline bool same_bits(float left, float right) {
+  std::uint32_t left_bits = 0;
+  std::uint32_t right_bits = 0;
+  std::memcpy(&left_bits, &left, sizeof left);
+  std::memcpy(&right_bits, &right, sizeof right);
+  return left_bits == right_bits;
+}
+
+/// Runs the trace through an estimator of its own, sizeof(Estimator) bytes on the stack. True where every
+/// innovation and the last theta_hat are, bit for bit, those that Python computed.
+inline bool self_test() {
+  Estimator estimator;
+  bool same = configure(estimator) == ehsid::Status::ok;
+  for (const TraceSample& sample : kTrace) {
+    same = !ehsid::is_error(estimator.step(sample.command, sample.position)) &&
+           same_bits(estimator.innovation(), sample.innovation) && same;
+  }
+  const Estimator::Parameters theta = estimator.theta_hat();
+  for (int i = 0; i < Estimator::kN; ++i) {
+    same = same_bits(theta[i], ehsid::entry(kTraceTheta, i)) && same;
+  }
+  return same;
+}
+
+}  // namespace directional

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: MIT
+"""Exported headers, one a forgetting policy, and what Python makes of the whole record with each.
+
+tests/cpp/test_exported_header.cpp configures the C++ estimator from the headers and must make the
+bits of trajectories.csv from examples/data/hydraulic_crane.csv; tests/compile/firmware compiles
+them as a controller would; tests/python/test_export.py checks that this script still makes these
+files. A row: header, sample, then in hexadecimal the status and the bits of innovation and theta.
+Bits that part do not meet again, so every 16th sample is enough. `python tests/export/make.py`
+writes all anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness.export import (
+    EstimatorConfiguration,
+    GoldenTrace,
+    Seed,
+    configure_from_record,
+    liveliest,
+    render_header,
+)
+from ehsid.harness.identification import ArxOrders, IoData
+from ehsid.harness.records import read_record
+
+HERE = Path(__file__).parent
+RECORD = HERE.parents[1] / "examples" / "data" / "hydraulic_crane.csv"
+TRAJECTORIES = "trajectories.csv"
+EVERY = 16
+
+Case = tuple[ArxOrders, ehsid.Forgetting]
+CASES: dict[str, Case] = {
+    "constant": (ArxOrders(3, 3, 1), ehsid.Constant(0.98)),
+    "exponential": (ArxOrders(3, 3, 1), ehsid.Exponential(0.995, 0.97)),
+    "error_driven": (ArxOrders(4, 2, 1), ehsid.ErrorDriven(memory=80.0, lambda_min=0.6)),
+    "f_ratio": (ArxOrders(2, 3, 2, offset=True), ehsid.FRatio(eta=1.5, critical_ratio=3.0)),
+    "directional": (ArxOrders(1, 1, 3), ehsid.Directional(0.9, 1e-3)),
+    "random_walk": (ArxOrders(2, 1, 0), ehsid.RandomWalk([1e-3, 1e-4, 1e-5])),
+}
+
+
+def rounded(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """To four digits, so that another LAPACK makes the same file."""
+    return np.array([float(f"{value:.4g}") for value in values.ravel()]).reshape(values.shape)
+
+
+def data() -> IoData:
+    """The crane's record."""
+    record = read_record(RECORD, columns=["valve_opening", "oil_pressure"])
+    return IoData.from_record(record, "valve_opening", "oil_pressure")
+
+
+def configuration(name: str) -> EstimatorConfiguration:
+    """Of the record; settings other than the defaults where they enter the arithmetic."""
+    orders, forgetting = CASES[name]
+    made = configure_from_record(data(), orders, forgetting=forgetting).configuration
+    scaling = {
+        side: rounded(np.array([getattr(made.scaling, side)])).item()
+        for side in ("command_scale", "position_scale", "command_offset", "position_offset")
+    }
+    assert made.seed is not None
+    seed = Seed(
+        rounded(made.seed.theta),
+        rounded(made.seed.u),
+        rounded(made.seed.d),
+        rounded(np.array([made.seed.noise_variance])).item(),
+    )
+    reset = None
+    if name != "random_walk":
+        reset = ehsid.RmseResetOptions(short_window=5.0, long_window=60.0, trigger_ratio=2.0)
+    return replace(
+        made,
+        scaling=ehsid.Scaling(**scaling),
+        rls=ehsid.RlsOptions(information_margin=1.5, covariance_ceiling=2.0),
+        reset=reset,
+        convergence=ehsid.ConvergenceOptions(tolerance=0.1, hold=10),
+        variance0=rounded(np.array([made.variance0])).item(),
+        input_limit=1e3,
+        seed=seed,
+    )
+
+
+def header(name: str) -> str:
+    """The text of NAME.hpp."""
+    made, digest = configuration(name), hashlib.sha256(RECORD.read_bytes()).hexdigest()
+    trace = GoldenTrace.of(made, *liveliest(data()))
+    where = [f"Record {RECORD.name}, sha256", digest, "Made by tests/export/make.py"]
+    return render_header(made, trace, name=name, dt_s=0.05, provenance=where)
+
+
+def trajectory(name: str) -> list[str]:
+    """Rows of trajectories.csv."""
+    record, estimator, rows = data(), configuration(name).estimator(), []
+    samples = zip(record.u.astype(np.float32), record.y.astype(np.float32), strict=True)
+    for k, (command, position) in enumerate(samples):
+        status = estimator.step(float(command), float(position))
+        if k % EVERY == EVERY - 1:
+            numbers = np.array([estimator.innovation, *estimator.theta_hat], dtype=np.float32)
+            words = [f"{word:08x}" for word in numbers.view(np.uint32)]
+            rows.append(",".join([name, str(k), f"{status.value:x}", *words]))
+    return rows
+
+
+def files() -> dict[str, str]:
+    """All files by name."""
+    rows = [row for name in CASES for row in trajectory(name)]
+    return {
+        **{f"{name}.hpp": header(name) for name in CASES},
+        TRAJECTORIES: "\n".join(rows) + "\n",
+    }
+
+
+if __name__ == "__main__":
+    for file_name, text in files().items():
+        (HERE / file_name).write_text(text, encoding="utf-8", newline="\n")
