@@ -10,6 +10,8 @@ import typer
 import ehsid
 from ehsid.harness.cli.effects import effects_command
 from ehsid.harness.cli.estimate import estimate_command
+from ehsid.harness.cli.experiment import experiment_command
+from ehsid.harness.cli.export import export_command
 from ehsid.harness.cli.identify import identify_command
 from ehsid.harness.cli.simulate import simulate_command
 
@@ -39,6 +41,8 @@ def _options(
 
 app.command("estimate")(estimate_command)
 app.command("identify")(identify_command)
+app.command("experiment")(experiment_command)
+app.command("export")(export_command)
 app.command("simulate")(simulate_command)
 app.command("effects")(effects_command)
 

@@ -8,40 +8,57 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import Progress
+from rich.progress import Progress, TaskID
 
 QUICK_S = 2.0
 LINE_EVERY_S = 10.0
 
 
-@contextmanager
-def progress_of(what: str) -> Iterator[Callable[[float], None]]:
-    """Gives a function that is told the share that is done, 0 to 1. Writes to stderr."""
-    console = Console(stderr=True)
-    began = time.monotonic()
-    bar: Progress | None = None
-    task = None
-    last_line = began
+class _Shown:
+    """One stage of the work, told which share of it is done."""
 
-    def report(share: float) -> None:
-        nonlocal bar, task, last_line
+    def __init__(self, what: str, console: Console, bar: Progress) -> None:
+        self.what = what
+        self.console = console
+        self.bar = bar
+        self.task: TaskID | None = None
+        self.began = self.last_line = time.monotonic()
+
+    def update(self, share: float) -> None:
         now = time.monotonic()
-        if now - began < QUICK_S:
+        if now - self.began < QUICK_S and self.task is None:
             return
-        if console.is_terminal:
-            if bar is None:
-                bar = Progress(console=console, transient=True)
-                task = bar.add_task(what, total=1.0)
-                bar.start()
-            assert task is not None
-            bar.update(task, completed=share)
-        elif now - last_line >= LINE_EVERY_S:
-            last_line = now
-            left = (now - began) * (1.0 - share) / share if share > 0.0 else float("nan")
-            console.print(f"{what}: {100.0 * share:.0f} %, {left:.0f} s left")
+        if self.console.is_terminal:
+            if self.task is None:
+                self.bar.start()
+                self.task = self.bar.add_task(self.what, total=1.0)
+            self.bar.update(self.task, completed=share)
+        elif now - self.last_line >= LINE_EVERY_S and share > 0.0:
+            self.last_line = now
+            left = (now - self.began) * (1.0 - share) / share
+            self.console.print(f"{self.what}: {100.0 * share:.0f} %, {left:.0f} s left")
+
+
+@contextmanager
+def stages() -> Iterator[Callable[[str, float], None]]:
+    """Gives a function that is told a stage and the share of it that is done, 0 to 1, on stderr."""
+    console = Console(stderr=True)
+    bar = Progress(console=console, transient=True)
+    shown: dict[str, _Shown] = {}
+
+    def report(what: str, share: float) -> None:
+        if what not in shown:
+            shown[what] = _Shown(what, console, bar)
+        shown[what].update(share)
 
     try:
         yield report
     finally:
-        if bar is not None:
-            bar.stop()
+        bar.stop()
+
+
+@contextmanager
+def progress_of(what: str) -> Iterator[Callable[[float], None]]:
+    """The same for work of one stage."""
+    with stages() as report:
+        yield lambda share: report(what, share)

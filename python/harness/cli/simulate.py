@@ -187,15 +187,14 @@ def simulate_command(
             raise ValueError("--loop: a logged command drives the rig as it is; use --excitation")
         values = parse_settings(effect or [])
         rig = read_rig(rig_file)
-        asked = None
-        if excitation is not None:
-            asked = AskedSignal(excitation, duration, dt, amplitude, seed, loop, bandwidth)
-            volts = None
-        else:
-            assert command is not None
+        volts, asked, limited = None, None, None
+        if command is not None:
             volts, dt = _logged_command(command, rig.columns)
-        samples = volts.size if asked is None else asked.samples
-        limited = None
+            samples = volts.size
+        else:
+            assert excitation is not None
+            asked = AskedSignal(excitation, duration, dt, amplitude, seed, loop, bandwidth)
+            samples = asked.samples
         with progress_of(f"simulating {rig.name}") as progress:
             more: dict[str, Any] = {"values": values, "progress": progress}
             if noise:

@@ -10,11 +10,15 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
 
+import ehsid
 from ehsid.harness.excitation import multisine
 from ehsid.harness.experiment.published import DT_S, DURATION_S
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import SimulationError, draw_noise, simulate
+from ehsid.harness.simulation.outputs import as_measured, columns_of
+from ehsid.harness.simulation.run import prepare
+from ehsid.harness.simulation.windows import STATES
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -22,6 +26,7 @@ SAMPLES = round(DURATION_S / DT_S)
 BAND_HZ = (0.05, 5.0)
 # Share of rated command: small enough that the orifices look linear, large against null.
 RMS_OF_RATED = 0.1
+LEAD = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,27 +85,32 @@ def rig_record(rig: Rig, seed: int) -> RigRecord:
 def changed_record(rig: Rig, change: Mapping[str, float], seed: int) -> RigRecord:
     """The same, with other values of the rig from the middle of the record on.
 
-    The second half starts from the position, speed and pressures in which the first ends.
+    The second half starts from the state in which the first ends.
     """
     whole = rig_record(rig, seed)
     half = SAMPLES // 2
     first = {name: whole.record.column(name) for name in whole.record.columns}
-    now = {
-        f"initial.{name}": float(first[name][half])
-        for name in ("position_m", "velocity_m_s", "pressure_a_pa", "pressure_b_pa")
-        if name in first
-    }
-    rng = np.random.default_rng([seed, 1])
-    after = simulate(
-        rig,
-        first["command_v"][half:],
+    start = prepare(rig, dt_s=DT_S, values=change)
+    # Over the samples before, the changed rig is led along the states of the first one, so that
+    # spool and delay line are where the command has brought them.
+    led = slice(half - LEAD, half + 1)
+    aligned = np.full((SAMPLES - half + LEAD, len(STATES)), np.nan)
+    aligned[: LEAD + 1] = np.column_stack(
+        [first.get(name, np.full(SAMPLES, np.nan))[led] for name in STATES]
+    )
+    outputs, _ = ehsid.simulate_plant(
+        rig.plant,
+        start.plant_values[np.newaxis],
+        first["command_v"][half - LEAD :],
         dt_s=DT_S,
-        values={**change, **now},
-        keep_inside=True,
-        noise=draw_noise(rig, SAMPLES - half, rng),
-    ).record
+        substeps=start.substeps,
+        aligned=aligned,
+    )
+    noise = draw_noise(rig, SAMPLES - half, np.random.default_rng([seed, 1]))
+    after = columns_of(rig.plant, as_measured(outputs[0, LEAD:], noise, start.told))
     columns = {
-        name: np.concatenate([values[:half], after.column(name)]) for name, values in first.items()
+        name: np.concatenate([values[:half], after.get(name, values)[-(SAMPLES - half) :]])
+        for name, values in first.items()
     }
     columns["time_s"] = np.arange(SAMPLES) * DT_S
     return RigRecord(make_record(columns, name=f"{rig.name}, changed, seed {seed}"), whole.trim_v)

@@ -22,7 +22,7 @@ class RunSummary:
     Attributes
     ----------
     error_at
-        |theta_hat - theta| / |theta| at 5, 20, 50 and 100 s.
+        |theta_hat - theta| / |theta| at these times.
     settled_s
         until that stays below 5 %; the length of the record where it never does.
     never
@@ -43,13 +43,13 @@ class RunSummary:
     theta: tuple[float, ...]
 
 
-def summarise(outcome: Outcome, dt_s: float) -> RunSummary:
+def summarise(outcome: Outcome, dt_s: float, times_s: tuple[float, ...] = TIMES_S) -> RunSummary:
     """Over all runs of an outcome."""
     samples = outcome.error.shape[1]
     settling = outcome.settling(SETTLED)
     return RunSummary(
         error_at={
-            t: median_interval(outcome.error[:, min(round(t / dt_s), samples) - 1]) for t in TIMES_S
+            t: median_interval(outcome.error[:, min(round(t / dt_s), samples) - 1]) for t in times_s
         },
         settled_s=median_interval(settling * dt_s),
         never=float(np.mean(settling >= samples)),

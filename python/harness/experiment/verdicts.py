@@ -113,11 +113,11 @@ def _condition(judged: Judged) -> dict[str, str]:
 
 
 CLAIMS: dict[str, Callable[[Judged], Comparison]] = {
-    "converges faster than lambda = 1": lambda judged: judged.faster,
-    "is calmer than lambda = 0.99 once converged": lambda judged: judged.calmer,
-    "has the lowest RMSE of the three": lambda judged: judged.lower_rmse,
+    "The varying factor converges faster than lambda = 1": lambda judged: judged.faster,
+    "The varying factor is calmer than lambda = 0.99 once converged": lambda judged: judged.calmer,
+    "The varying factor has the lowest RMSE of the three": lambda judged: judged.lower_rmse,
 }
-RESET_CLAIM = "after a change, the reset brings it back sooner"
+RESET_CLAIM = "After a change the reset brings the estimate back sooner"
 
 
 def verdicts(judged: Sequence[Judged], resets: Sequence[ResetJudged]) -> list[ClaimVerdict]:

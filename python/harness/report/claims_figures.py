@@ -68,18 +68,17 @@ def claims_figure(
     noises = sorted({noise for _, noise, _ in cells})
     lambda0s = sorted({lambda0 for _, _, lambda0 in cells})
     figure = Figure(figsize=(12.0, 2.6 * len(claims) + 0.4), layout="constrained")
-    for block, (claim, of) in zip(
-        np.atleast_1d(figure.subfigures(len(claims), 1)), claims.items(), strict=True
-    ):
-        block.suptitle(f"the varying factor {claim}", fontsize=10)
-        panels = block.subplots(1, len(lambda0s), sharey=True)
-        for axes, lambda0 in zip(np.atleast_1d(panels), lambda0s, strict=True):
+    blocks = figure.subfigures(len(claims), 1, squeeze=False)[:, 0]
+    for block, (claim, of) in zip(blocks, claims.items(), strict=True):
+        block.suptitle(claim, fontsize=10)
+        panels = block.subplots(1, len(lambda0s), sharey=True, squeeze=False)[0]
+        for axes, lambda0 in zip(panels, lambda0s, strict=True):
             _draw(axes, [[of(cells[p0, noise, lambda0]) for p0 in p0s] for noise in noises])
             axes.set_xticks(range(len(p0s)), [f"{p0:g}" for p0 in p0s], rotation=60, fontsize=7)
             axes.set_yticks(range(len(noises)), [f"{noise:g}" for noise in noises], fontsize=7)
             axes.set_title(f"lambda0 = {lambda0:g}", fontsize=8)
             axes.set_xlabel("P0", fontsize=8)
-        np.atleast_1d(panels)[0].set_ylabel("noise", fontsize=8)
+        panels[0].set_ylabel("noise", fontsize=8)
     _legend(figure)
     return figure
 

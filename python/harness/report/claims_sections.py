@@ -17,7 +17,7 @@ def claims_table(found: ClaimFindings) -> Table:
         "The paper's claims on the varying factor, Eq. (15), over all conditions of the maps: "
         "share of the conditions in which the claim holds, fails, or makes no difference; the rest "
         "is undecided or never arrives.",
-        ("the varying factor ...", "verdict", "holds", "fails", "no difference"),
+        ("claim", "verdict", "holds", "fails", "no difference"),
         [
             (
                 verdict.claim,
@@ -48,10 +48,7 @@ def claims_sections(found: ClaimFindings) -> list[Section]:
             "Do the claims hold?",
             [
                 claims_table(found),
-                *(
-                    Words(f"{verdict.claim[0].upper()}{verdict.claim[1:]}: {verdict.where()}.")
-                    for verdict in found.verdicts
-                ),
+                *(Words(f"{verdict.claim}: {verdict.where()}.") for verdict in found.verdicts),
                 Words(
                     "Faster: time until the parameter error stays below 5 %. Calmer: spread of the "
                     "estimate over the last quarter. RMSE: of the innovation over the whole run, "

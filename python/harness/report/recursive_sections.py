@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from ehsid.harness.experiment.evidence import Interval
 from ehsid.harness.experiment.experiment import KnownPlantFindings, RigFindings
 from ehsid.harness.experiment.published import DT_S, MODEL_16, RECURSIVE
+from ehsid.harness.experiment.reading import Reading, RigReading
 from ehsid.harness.experiment.recursive import B_AFTER, QUIET_NOISE, Changed, Recursive
 from ehsid.harness.experiment.summary import (
-    TIMES_S,
     RunSummary,
     summarise,
     summarise_change,
@@ -30,7 +30,7 @@ def interval_text(interval: Interval, scale: float = 1.0, digits: int = 3) -> st
     return f"{middle} [{low}, {high}]"
 
 
-def speed_table(summaries: Mapping[str, RunSummary], caption: str) -> Table:
+def speed_table(summaries: Mapping[str, RunSummary], caption: str, unit: str = "s") -> Table:
     """How close, how fast, how calm."""
     rows = []
     for name, summary in summaries.items():
@@ -50,8 +50,8 @@ def speed_table(summaries: Mapping[str, RunSummary], caption: str) -> Table:
         caption,
         (
             "lambda",
-            *(f"{t:g} s" for t in TIMES_S),
-            "settled, s",
+            *(f"{t:g} {unit}" for t in next(iter(summaries.values())).error_at),
+            f"settled, {unit}",
             "spread, %",
             "RMSE",
         ),
@@ -197,17 +197,20 @@ def rig_sections(found: RigFindings, runs: int, name: str) -> list[Section]:
             change_table(found.changed),
         ],
     )
-    return [Section("Recursive, on the nonlinear rig", blocks), change, reading_section(found)]
+    return [
+        Section("Recursive, on the nonlinear rig", blocks),
+        change,
+        reading_section(found.reading, found.rig_reading),
+    ]
 
 
-def reading_section(found: RigFindings) -> Section:
+def reading_section(reading: Reading, rig: RigReading | None) -> Section:
     """Part 4: K, omega_n, xi over time, and what they say of the rig."""
-    reading = found.reading
     refused = {status for status in reading.status if status != "ok"}
     share = sum(status == "ok" for status in reading.status) / len(reading.status)
     blocks: list[Words | Table | Picture] = [
         Words(
-            f"Varying factor on the record of the offline part; theta is a servo (5) in "
+            "Varying factor on the record of the offline part; theta is a servo (5) in "
             f"{100.0 * share:.0f} % of the readings"
             + (f"; else: {', '.join(sorted(refused))}." if refused else ".")
         ),
@@ -217,10 +220,9 @@ def reading_section(found: RigFindings) -> Section:
             "Three curves over time with bands that narrow",
         ),
     ]
-    if found.rig_reading is None:
-        blocks.append(Words("Of oil and load it says nothing: there is no reading at the end."))
+    if rig is None:
+        blocks.append(Words("Of oil and load it says nothing: no reading, or no rig to compare."))
     else:
-        rig = found.rig_reading
         blocks.append(
             Table(
                 "What the last reading says of the rig, with the 95 % interval that the estimate's "
