@@ -15,11 +15,11 @@ MORE_DELAYS = 5
 Proposal = tuple[Settings, str, str]
 """Settings, what they change, and why."""
 
-Move = Callable[[Attempt], Proposal | None]
-"""From the best attempt so far; None where the change has no point."""
+Move = Callable[[Attempt, Attempt], Proposal | None]
+"""From the best attempt so far and the first; None where the change has no point."""
 
 
-def _lower_orders(best: Attempt) -> Proposal | None:
+def _lower_orders(best: Attempt, first: Attempt) -> Proposal | None:
     assert best.result is not None
     lower = tuple(range(1, best.result.chosen.orders.na))
     if not best.has(Problem.NON_MINIMAL) or not lower:
@@ -28,7 +28,7 @@ def _lower_orders(best: Attempt) -> Proposal | None:
     return replace(best.settings, orders=lower), "lower orders", why
 
 
-def _longer_delays(best: Attempt) -> Proposal | None:
+def _longer_delays(best: Attempt, first: Attempt) -> Proposal | None:
     assert best.result is not None
     delays = best.settings.delays
     longest = best.result.chosen.orders.nk == delays[-1] and len(delays) > 1
@@ -44,7 +44,7 @@ def _longer_delays(best: Attempt) -> Proposal | None:
 
 
 def _order(order: int) -> Move:
-    def move(best: Attempt) -> Proposal | None:
+    def move(best: Attempt, first: Attempt) -> Proposal | None:
         assert best.result is not None
         if not best.failed_tests or order <= best.result.chosen.orders.na:
             return None
@@ -54,28 +54,36 @@ def _order(order: int) -> Move:
     return move
 
 
-def _lines_removed(best: Attempt) -> Proposal | None:
+def _lines_removed(best: Attempt, first: Attempt) -> Proposal | None:
     if not best.failed_tests:
         return None
     changed = replace(best.settings.preprocessing, trend="linear")
+    settings = replace(best.settings, orders=_all_orders(best, first), preprocessing=changed)
     why = f"{' and '.join(best.failed_tests)} of the residual failed: a drift may be the cause"
-    return replace(best.settings, preprocessing=changed), "lines removed", why
+    return settings, "lines removed", why
 
 
-def _means_removed(best: Attempt) -> Proposal | None:
+def _means_removed(best: Attempt, first: Attempt) -> Proposal | None:
     if not best.failed_tests or not best.settings.offset:
         return None
     changed = replace(best.settings.preprocessing, trend="mean")
-    settings = replace(best.settings, preprocessing=changed, offset=False)
+    orders = _all_orders(best, first)
+    settings = replace(best.settings, orders=orders, preprocessing=changed, offset=False)
     why = "the working point taken out as the paper does it, by means"
     return settings, "means removed, no constant term", why
 
 
-def _constant_term(best: Attempt) -> Proposal | None:
+def _constant_term(best: Attempt, first: Attempt) -> Proposal | None:
     if not best.failed_tests or best.settings.offset:
         return None
     why = "the working point may lie elsewhere than at the means"
-    return replace(best.settings, offset=True), "constant term", why
+    orders = _all_orders(best, first)
+    return replace(best.settings, orders=orders, offset=True), "constant term", why
+
+
+def _all_orders(best: Attempt, first: Attempt) -> tuple[int, ...]:
+    """A change of the signals asks anew which order they need."""
+    return tuple(sorted({*first.settings.orders, *best.settings.orders}))
 
 
 MOVES: tuple[Move, ...] = (

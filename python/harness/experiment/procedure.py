@@ -162,7 +162,7 @@ def run_procedure(
         best = attempts[kept]
         if best.sound:
             break
-        proposal = move(best)
+        proposal = move(best, attempts[0])
         if proposal is None or any(proposal[0] == made.settings for made in attempts):
             continue
         settings, change, why = proposal

@@ -77,7 +77,7 @@ def poles_zeros_blocks(found: PolesZeros) -> list[Words | Table | Picture]:
 
 
 def _root_rows(name: str, roots: Roots) -> list[tuple[str, ...]]:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for value, spread, of_modulus, reliable in zip(
         roots.values, roots.covariance, roots.modulus_deviation, roots.reliable, strict=True
     ):

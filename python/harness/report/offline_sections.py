@@ -108,14 +108,14 @@ def _attempt_table(procedure: Procedure) -> Table:
         names = ", ".join(finding.problem for finding in attempt.problems) or "none"
         rows.append((f"{number}. {attempt.change}", *cells, names))
     return Table(
-        "Attempts in order; the one that is kept is marked. Fits are on the validation part, in "
-        "the units of the record.",
+        "Attempts in order; the one that is kept is marked. Fits, one step ahead and simulated, "
+        "are on the validation part, in the units of the record.",
         (
             "attempt",
             "order",
             "delay",
-            "one-step fit %",
-            "simulation fit %",
+            "one-step %",
+            "simulated %",
             "white",
             "independent",
             "problems",
@@ -167,9 +167,9 @@ def _preprocessing(done: Preprocessed, procedure: Procedure) -> list[Words | Tab
                 "signal",
                 "mean",
                 f"slope per {per}",
-                "standard deviation",
+                "deviation",
                 "level removed",
-                f"slope removed per {per}",
+                "slope removed",
                 "divided by",
             ),
             rows,
