@@ -12,7 +12,7 @@ import numpy as np
 
 
 def to_plain(value: Any) -> Any:
-    """Dataclasses to dicts, keys to text, arrays to lists, non-finite numbers, JSON's gap, to None."""
+    """Dataclasses to dicts, keys to text, arrays to lists, non-finite numbers to None."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: to_plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, np.ndarray | np.generic):
