@@ -59,8 +59,9 @@ THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What goes into the report: sentences, sections, plain values, tables by file name."""
+    """What goes into the report: title, sentences, sections, plain values, tables by file name."""
 
+    title: str
     lead: list[str]
     sections: list[Section]
     plain: dict[str, Any]
@@ -81,6 +82,7 @@ def _redo(rig: Rig, runs: int, progress: Callable[[str, float], None]) -> Findin
     change = {"load.mass_kg": CHANGE_OF_MASS * rig.values["load.mass_kg"]}
     on_rig = run_on_rig(rig, record, fit_arx(data, THIRD_ORDER), change, runs, progress)
     return Findings(
+        title="The published experiment, redone",
         lead=[
             *verdict_lead(claims.verdicts),
             f"The paper's column for lambda = 1 comes out of a start with P(0) near "
@@ -141,7 +143,8 @@ def _on_record(path: Path, rig: Rig | None, input_name: str, output_name: str) -
             "recursive": plain_runs(found.runs, data.dt_s or 1.0),
             "reading": to_plain(found.rig_reading),
         }
-    return Findings(lead, sections, plain, orders_table(procedure), problems)
+    title = f"The experiment on {record.name}"
+    return Findings(title, lead, sections, plain, orders_table(procedure), problems)
 
 
 def _write(folder: Path, findings: Findings, provenance: Mapping[str, Any]) -> None:
@@ -153,7 +156,7 @@ def _write(folder: Path, findings: Findings, provenance: Mapping[str, Any]) -> N
         **findings.tables,
         "experiment.json": json.dumps(to_plain(plain), indent=2, allow_nan=False),
     }
-    page = experiment_page(findings.lead, findings.sections)
+    page = experiment_page(findings.lead, findings.sections, findings.title)
     write_page(folder / "experiment.html", page)
     write_pictures(folder / "figures", page)
     for name, text in texts.items():

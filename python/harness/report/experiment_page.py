@@ -30,10 +30,14 @@ def verdict_lead(verdicts: Sequence[ClaimVerdict]) -> list[str]:
     ]
 
 
-def experiment_page(lead: Sequence[str], sections: Sequence[Section]) -> Page:
+def experiment_page(
+    lead: Sequence[str],
+    sections: Sequence[Section],
+    title: str = "The published experiment, redone",
+) -> Page:
     """Everything on one page."""
     return Page(
-        title="The published experiment, redone",
+        title=title,
         lead=list(lead),
         sections=list(sections),
         sources=[SOURCE],

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from ehsid.harness.experiment.evidence import Interval
 from ehsid.harness.experiment.experiment import KnownPlantFindings, RigFindings
 from ehsid.harness.experiment.published import DT_S, MODEL_16, RECURSIVE
@@ -35,8 +37,12 @@ def speed_table(summaries: Mapping[str, RunSummary], caption: str, unit: str = "
     rows = []
     for name, summary in summaries.items():
         settled = interval_text(summary.settled_s)
-        if summary.never > 0.5:
+        if summary.never == 1.0:
+            settled = "never"
+        elif summary.never > 0.5:
             settled = f"not in {100.0 * summary.never:.0f} % of the runs"
+        elif not np.isfinite(summary.settled_s.low):  # too few runs for an interval
+            settled = f"{summary.settled_s.median:.3g}"
         rows.append(
             (
                 name,
