@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from identification_truth import A16, B16, model16
 
+from ehsid.harness.excitation import multisine
 from ehsid.harness.identification import (
     ArxModel,
     ArxOrders,
@@ -19,6 +20,7 @@ from ehsid.harness.identification import (
     agreement,
     fit_arx,
     frequency_response,
+    power_band,
 )
 
 DT_S = 0.05
@@ -115,6 +117,26 @@ def test_agreement_with_itself_and_with_another() -> None:
 def test_the_phase_does_not_jump() -> None:
     phase = FrequencyResponse(GRID, response_of_16(GRID), "truth").phase_deg
     assert np.abs(np.diff(phase)).max() < 180.0
+
+
+def test_the_band_of_the_input_s_power() -> None:
+    n = 2000
+    u = multisine(n, DT_S, band_hz=(0.5, 4.0), rms=1.0, rng=np.random.default_rng(1)) + 7.0
+    data = IoData.from_arrays(u, u, dt_s=DT_S)
+    low, high = power_band(data)
+    # 351 lines of equal power, 0.01 Hz apart: half a percent is less than two of them.
+    assert low == pytest.approx(0.51, abs=0.011)
+    assert high == pytest.approx(3.99, abs=0.011)
+    assert power_band(IoData.from_arrays(u, u))[1] == pytest.approx(high * DT_S)
+
+
+def test_a_part_of_an_agreement() -> None:
+    one = ArxModel(ArxOrders(3, 3, 1), np.r_[A16, B16], 1e-8 * np.eye(6), 1.0, 1.0, 1000)
+    whole = agreement(one, FrequencyResponse(GRID, 2.0 * response_of_16(GRID), "another"), DT_S)
+    part = whole.within((1.0, 2.0))
+    assert 0 < part.inside.size < GRID.size
+    assert (part.frequency_hz >= 1.0).all()
+    assert (part.frequency_hz <= 2.0).all()
 
 
 @pytest.mark.parametrize("grid", [[0.0, 1.0], [1.0, 10.0], [2.0, 1.0], [1.0, 1.0]])

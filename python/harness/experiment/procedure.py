@@ -24,6 +24,7 @@ from ehsid.harness.identification import (
     agreement,
     frequency_response,
     poles_zeros,
+    power_band,
 )
 
 # Of the frequency response: from one period in the validation part to just below half the
@@ -57,6 +58,9 @@ class Procedure:
     response
         of the kept model with its band, in the units of the record; frequencies in Hz, or in
         cycles a sample where the sampling time is not known.
+    input_band
+        lowest and highest frequency of the band with 99 % of the input's power: beyond it the
+        model extrapolates.
     """
 
     data: IoData
@@ -68,6 +72,7 @@ class Procedure:
     meaning: tuple[str, ...]
     poles_zeros: PolesZeros | None = None
     response: EstimatedResponse | None = None
+    input_band: tuple[float, float] | None = None
 
     @property
     def best(self) -> Attempt:
@@ -99,6 +104,7 @@ class Procedure:
             "problems": [{"problem": str(f.problem), "text": f.text} for f in self.problems],
             "stopped": self.stopped,
             "meaning": list(self.meaning),
+            "input_band": None if self.input_band is None else list(self.input_band),
             "attempts": [one.to_dict() for one in self.attempts],
         }
 
@@ -193,6 +199,7 @@ def run_procedure(
         _meaning(best, attempts),
         poles_zeros(model),
         frequency_response(model, grid, dt_s),
+        power_band(data),
     )
 
 

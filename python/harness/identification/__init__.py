@@ -29,6 +29,7 @@ from ehsid.harness.identification.frequency import (
     FrequencyResponse,
     agreement,
     frequency_response,
+    power_band,
 )
 from ehsid.harness.identification.orders import ArxOrders
 from ehsid.harness.identification.outliers import Outliers, replace_outliers
@@ -95,6 +96,7 @@ __all__ = [
     "mdl",
     "nearest_cancellation",
     "poles_zeros",
+    "power_band",
     "predict_one_step",
     "preprocess",
     "regression",

@@ -7,13 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import scipy.signal
 import scipy.stats
 
 from ehsid.harness.identification.arx import ArxModel
+from ehsid.harness.identification.data import IoData
 from ehsid.harness.identification.errors import IdentificationError
 
 FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
+
+POWER_SHARE = 0.99
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +103,36 @@ class Agreement:
     magnitude_difference_db: FloatArray
     phase_difference_deg: FloatArray
     inside: npt.NDArray[np.bool_]
+
+    def within(self, band_hz: tuple[float, float]) -> Agreement:
+        """The same at the frequencies inside a band, its ends included."""
+        kept = (self.frequency_hz >= band_hz[0]) & (self.frequency_hz <= band_hz[1])
+        return Agreement(
+            self.frequency_hz[kept],
+            self.magnitude_difference_db[kept],
+            self.phase_difference_deg[kept],
+            self.inside[kept],
+        )
+
+
+def power_band(data: IoData, share: float = POWER_SHARE) -> tuple[float, float]:
+    """Lowest and highest frequency of the band that holds this share of the input's power.
+
+    From the periodogram of the longest segment, its mean removed, with equal parts of the rest
+    below and above. In Hz, or cycles a sample where the sampling time is not known.
+
+    Parameters
+    ----------
+    data
+        with an input that moves in its longest segment.
+    share
+        0 < share < 1.
+    """
+    longest = max(data.segments, key=lambda segment: segment.stop - segment.start)
+    frequency, power = scipy.signal.periodogram(data.u[longest], fs=1.0 / (data.dt_s or 1.0))
+    below = np.cumsum(power) / np.sum(power)
+    first, last = np.searchsorted(below, (0.5 - 0.5 * share, 0.5 + 0.5 * share))
+    return float(frequency[first]), float(frequency[last])
 
 
 def frequency_response(

@@ -119,9 +119,15 @@ def poles_zeros_figure(found: PolesZeros) -> Figure:
 
 
 def bode_figure(
-    response: EstimatedResponse, truth: FrequencyResponse | None, dt_s: float | None
+    response: EstimatedResponse,
+    truth: FrequencyResponse | None,
+    dt_s: float | None,
+    input_band: tuple[float, float] | None = None,
 ) -> Figure:
-    """Magnitude and phase with the band of 95 %, beside the rig's where it is known."""
+    """Magnitude and phase with the band of 95 %, beside the rig's where it is known.
+
+    Shaded grey: outside `input_band`.
+    """
     figure = Figure(figsize=(9, 6), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
     f = response.frequency_hz
@@ -133,6 +139,10 @@ def bode_figure(
         axes.semilogx(f, centre, label="model", linewidth=1.5)
         axes.grid(True, which="both", alpha=0.25)
         axes.margins(x=0.0)
+        if input_band is not None:
+            for start, stop in ((f[0], input_band[0]), (input_band[1], f[-1])):
+                if start < stop:
+                    axes.axvspan(start, stop, color="0.5", alpha=0.12, linewidth=0)
     low, high = float(np.min(response.magnitude_db)), float(np.max(response.magnitude_db))
     if truth is not None:
         # Unwrapped each by itself, the phases can be whole turns apart.

@@ -104,29 +104,31 @@ def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> li
     beside = "" if truth is None else f" Dots: {truth.source}."
     blocks: list[Words | Picture] = [
         Picture(
-            bode_figure(procedure.response, truth, procedure.data.dt_s),
+            bode_figure(procedure.response, truth, procedure.data.dt_s, procedure.input_band),
             "Frequency response of the model with its 95 % band at each frequency by itself."
-            f"{beside}",
+            f"{beside} Grey: outside the band with 99 % of the input's power, where the model "
+            "extrapolates.",
             "Magnitude and phase over frequency, with a shaded band"
             + ("" if truth is None else " and the rig's response as dots"),
         )
     ]
-    if truth is not None:
-        blocks.append(Words(_agreement(procedure.against(truth), procedure)))
+    if truth is not None and procedure.input_band is not None:
+        blocks.append(Words(_agreement(procedure, truth, procedure.input_band)))
     return blocks
 
 
-def _agreement(found: Agreement, procedure: Procedure) -> str:
-    n, inside = found.inside.size, int(np.sum(found.inside))
-    worst = int(np.argmax(np.abs(found.magnitude_difference_db)))
-    turn = int(np.argmax(np.abs(found.phase_difference_deg)))
+def _agreement(procedure: Procedure, truth: FrequencyResponse, band: tuple[float, float]) -> str:
+    everywhere = procedure.against(truth)
+    excited = everywhere.within(band)
+    unit = "cycles a sample" if procedure.data.dt_s is None else "Hz"
+    told = f"Where the input has its power, {band[0]:.3g} to {band[1]:.3g} {unit}"
+    if excited.inside.size == 0:
+        return f"{told}, the rig's response is not known."
+    n, inside = excited.inside.size, int(np.sum(excited.inside))
     text = (
-        f"The rig's response is inside the model's region of 95 % at {inside} of {n} frequencies. "
-        f"The largest differences are {found.magnitude_difference_db[worst]:+.2f} dB at "
-        f"{found.frequency_hz[worst]:.3g} Hz and {found.phase_difference_deg[turn]:+.1f} degrees "
-        f"at {found.frequency_hz[turn]:.3g} Hz, the median ones "
-        f"{np.median(np.abs(found.magnitude_difference_db)):.2f} dB and "
-        f"{np.median(np.abs(found.phase_difference_deg)):.2f} degrees."
+        f"{told}, the rig's response is inside the model's region of 95 % at {inside} of {n} "
+        f"frequencies; the differences there are {_differences(excited, unit)}. Over all "
+        f"frequencies they are {_differences(everywhere, unit)}."
     )
     if inside < 0.9 * n:
         text += (
@@ -137,3 +139,15 @@ def _agreement(found: Agreement, procedure: Procedure) -> str:
     if procedure.best.failed_tests:
         text += " As residual tests fail, the region is too rough to be held to."
     return text
+
+
+def _differences(found: Agreement, unit: str) -> str:
+    worst = int(np.argmax(np.abs(found.magnitude_difference_db)))
+    turn = int(np.argmax(np.abs(found.phase_difference_deg)))
+    return (
+        f"{found.magnitude_difference_db[worst]:+.2f} dB at most, at "
+        f"{found.frequency_hz[worst]:.3g} {unit}, and {found.phase_difference_deg[turn]:+.1f} "
+        f"degrees, at {found.frequency_hz[turn]:.3g} {unit}; the median ones "
+        f"{np.median(np.abs(found.magnitude_difference_db)):.2f} dB and "
+        f"{np.median(np.abs(found.phase_difference_deg)):.2f} degrees"
+    )
