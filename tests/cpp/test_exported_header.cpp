@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The headers of tests/export configure an estimator that makes the bits Python made, over the whole record
-// and in their own self-tests. What the rows hold stands in make.py beside them.
+// and in their own self-tests. What the rows hold stands in make_headers.py beside them.
 #include "../export/constant.hpp"
 #include "../export/directional.hpp"
 #include "../export/error_driven.hpp"

@@ -96,6 +96,9 @@ TYPED_TEST(NoHeap, WholeLifeOfAnEstimator) {
   const typename TypeParam::Snapshot saved = estimator.save();
   estimator.reset();
   estimator.enable(false);
+  const bool seeded =
+      estimator.seed(estimator.theta_hat(), estimator.recursion().state().factors, Scalar(1)) ==
+      ehsid::Status::ok;
   status = estimator.restore(saved);
   const Scalar sum = estimator.theta_hat().sum() + estimator.standard_deviation().sum() +
                      estimator.covariance().sum() + estimator.recursion().P().sum();
@@ -105,6 +108,7 @@ TYPED_TEST(NoHeap, WholeLifeOfAnEstimator) {
   // ... and the work was done.
   EXPECT_GT(estimated, 100);
   EXPECT_TRUE(refused);
+  EXPECT_TRUE(seeded);
   EXPECT_EQ(status, ehsid::Status::ok);
   EXPECT_TRUE(ehsid::is_finite(sum));
 }

@@ -4,7 +4,7 @@
 //
 // Record hydraulic_crane.csv, sha256
 // 3fd24a1fe2d09e4635d068aea802cae4bebe600b7691387647fca79c80c9b4ba
-// Made by tests/export/make.py
+// Made by tests/export/make_headers.py
 //
 // Results are bit for bit those of Python where the compiler does not fuse multiplications and additions
 // (-ffp-contract=off, as the CMake target ehsid::reproducible sets it), nor uses -ffast-math.

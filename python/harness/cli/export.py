@@ -11,6 +11,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
+import ehsid
 from ehsid.harness.cli.common import clear_errors, read_io
 from ehsid.harness.cli.estimate import ForgettingName, make_policy
 from ehsid.harness.export import (
@@ -53,6 +54,16 @@ def _provenance(path: Path, data: IoData, export: Export) -> list[str]:
         f"{export.inflation:.4g}:",
         f"the model counts for {export.counts_for:.0f} samples. A reset goes back to a vague P.",
     ]
+
+
+def _forgets_the_start(policy: ehsid.Forgetting) -> bool:
+    match policy:
+        case ehsid.Constant():
+            return policy.lambda_ < 1.0
+        case ehsid.Exponential():
+            return policy.lambda_initial < 1.0
+        case _:
+            return isinstance(policy, ehsid.ErrorDriven)
 
 
 def export_command(
@@ -119,3 +130,10 @@ def export_command(
         highlight=False,
         soft_wrap=True,
     )
+    if _forgets_the_start(policy):
+        Console(stderr=True).print(
+            f"note: {policy!r} forgets from the first sample on, the offline model too; f-ratio, "
+            "directional and random-walk keep it, see docs/export.md",
+            highlight=False,
+            soft_wrap=True,
+        )

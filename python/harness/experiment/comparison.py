@@ -131,14 +131,19 @@ class Outcome:
     resets: tuple[npt.NDArray[np.int64], ...]
 
     def settling(self, tolerance: float, start: int = 0) -> npt.NDArray[np.int64]:
-        """For each run, samples after `start` until the error is within tolerance for good.
+        """As `settling` of the error."""
+        return settling(self.error, tolerance, start)
 
-        N - start where it never is.
-        """
-        outside = self.error[:, start:] > tolerance
-        n = outside.shape[1]
-        last = n - np.argmax(outside[:, ::-1], axis=1)
-        return np.where(outside.any(axis=1), last, 0).astype(np.int64)
+
+def settling(error: FloatArray, tolerance: float, start: int = 0) -> npt.NDArray[np.int64]:
+    """For each run, samples after `start` until the error is within tolerance for good.
+
+    N - start where it never is. error: shape (runs, N).
+    """
+    outside = error[:, start:] > tolerance
+    n = outside.shape[1]
+    last = n - np.argmax(outside[:, ::-1], axis=1)
+    return np.where(outside.any(axis=1), last, 0).astype(np.int64)
 
 
 def joined(parts: Sequence[Outcome]) -> Outcome:

@@ -57,7 +57,7 @@ class GoldenTrace:
 def liveliest(data: IoData, length: int = TRACE_SAMPLES) -> tuple[Float32, Float32]:
     """The samples in which command and position vary most, `length` of them or a whole segment.
 
-    Many a record begins at rest, where a trace would show nothing.
+    Many a record begins at rest, where a trace would show nothing. Neither signal may be constant.
     """
     scale_u, scale_y = np.std(data.u), np.std(data.y)
     best, found = -1.0, slice(0, 0)

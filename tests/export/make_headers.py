@@ -5,8 +5,8 @@ tests/cpp/test_exported_header.cpp configures the C++ estimator from the headers
 bits of trajectories.csv from examples/data/hydraulic_crane.csv; tests/compile/firmware compiles
 them as a controller would; tests/python/test_export.py checks that this script still makes these
 files. A row: header, sample, then in hexadecimal the status and the bits of innovation and theta.
-Bits that part do not meet again, so every 16th sample is enough. `python tests/export/make.py`
-writes all anew.
+Bits that part do not meet again, so every 16th sample is enough.
+`python tests/export/make_headers.py` writes all anew.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def header(name: str) -> str:
     """The text of NAME.hpp."""
     made, digest = configuration(name), hashlib.sha256(RECORD.read_bytes()).hexdigest()
     trace = GoldenTrace.of(made, *liveliest(data()))
-    where = [f"Record {RECORD.name}, sha256", digest, "Made by tests/export/make.py"]
+    where = [f"Record {RECORD.name}, sha256", digest, "Made by tests/export/make_headers.py"]
     return render_header(made, trace, name=name, dt_s=0.05, provenance=where)
 
 

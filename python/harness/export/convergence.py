@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""Start from an offline model and from nothing, on model (16), whose truth is known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness.excitation import multisine
+from ehsid.harness.experiment import MODEL_16, KnownPlant
+from ehsid.harness.experiment.comparison import Samples, known_records, settling
+from ehsid.harness.experiment.published import DT_S, DURATION_S
+from ehsid.harness.export.configuration import EstimatorConfiguration
+from ehsid.harness.export.seeding import configure_from_record
+from ehsid.harness.identification import ArxOrders, IoData
+
+FloatArray = npt.NDArray[np.float64]
+
+ORDERS = ArxOrders(3, 3, 1)
+SAMPLES = round(DURATION_S / DT_S)
+INPUT_RMS = 1.5
+# The offline record of a run is another draw.
+OFFLINE_SEEDS = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Starts:
+    """Errors from both starts on the same records.
+
+    Attributes
+    ----------
+    seeded, vague
+        shape (runs, N), |theta_hat - theta| / |theta| after each sample, of scaled parameters.
+    """
+
+    seeded: FloatArray
+    vague: FloatArray
+
+    def settled(
+        self, tolerance: float = 0.05, start: int = 0
+    ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Samples after `start` until the error stays within tolerance, each shape (runs,)."""
+        return settling(self.seeded, tolerance, start), settling(self.vague, tolerance, start)
+
+
+def _excite(rng: np.random.Generator) -> FloatArray:
+    return multisine(SAMPLES, DT_S, band_hz=(0.05, 5.0), rms=INPUT_RMS, rng=rng)
+
+
+def _error(configuration: EstimatorConfiguration, record: Samples, truth: FloatArray) -> FloatArray:
+    u, y = (np.asarray(signal, dtype=np.float32) for signal in record)
+    theta = configuration.estimator().run(u, y).theta.astype(np.float64)
+    scaling = configuration.scaling
+    gain = scaling.command_scale / scaling.position_scale
+    weights = np.array([1.0] * ORDERS.na + [gain] * ORDERS.nb)
+    size = np.linalg.norm(truth * weights, axis=1)
+    error: FloatArray = np.linalg.norm((theta - truth) * weights, axis=1) / size
+    return error
+
+
+def compare_starts(
+    forgetting: ehsid.Forgetting,
+    seeds: Iterable[int],
+    *,
+    noise: float,
+    model_b: float = 1.0,
+    inflation: float | None = None,
+    change: tuple[int, float] | None = None,
+) -> Starts:
+    """Model (16), one run a seed: from the model of 50 s of another record, and from nothing.
+
+    Parameters
+    ----------
+    forgetting
+        policy.
+    seeds
+        one run each.
+    noise
+        deviation of the equation error e(k).
+    model_b
+        factor on the b of the offline model before it is used; 1 leaves it as identified.
+    inflation
+        as in `configure_from_record`.
+    change
+        (k, factor): from sample k on the plant's b are multiplied.
+    """
+    plant = KnownPlant.of(ORDERS, MODEL_16)
+    running = plant
+    if change is not None:
+        at, factor = change
+        running = plant.changed(at, np.array(MODEL_16) * _on_b(factor))
+    seeds = list(seeds)
+    truth = running.theta_path(SAMPLES)
+    offline = known_records(plant, _excite, noise, [OFFLINE_SEEDS + seed for seed in seeds])
+    online = known_records(running, _excite, noise, seeds)
+    seeded, vague = [], []
+    for (u, y), record in zip(offline, online, strict=True):
+        half = IoData.from_arrays(u[: SAMPLES // 2], y[: SAMPLES // 2])
+        made = configure_from_record(half, ORDERS, forgetting=forgetting, inflation=inflation)
+        seed = made.configuration.seed
+        assert seed is not None
+        used = replace(made.configuration, seed=replace(seed, theta=seed.theta * _on_b(model_b)))
+        seeded.append(_error(used, record, truth))
+        vague.append(_error(replace(used, seed=None), record, truth))
+    return Starts(np.stack(seeded), np.stack(vague))
+
+
+def _on_b(factor: float) -> FloatArray:
+    return np.where(np.arange(ORDERS.n_parameters) < ORDERS.na, 1.0, factor)
