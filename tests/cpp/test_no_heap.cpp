@@ -96,9 +96,8 @@ TYPED_TEST(NoHeap, WholeLifeOfAnEstimator) {
   const typename TypeParam::Snapshot saved = estimator.save();
   estimator.reset();
   estimator.enable(false);
-  const bool seeded =
-      estimator.seed(estimator.theta_hat(), estimator.recursion().state().factors, Scalar(1)) ==
-      ehsid::Status::ok;
+  const bool seeded = estimator.seed(estimator.theta_hat(), estimator.recursion().state().factors,
+                                     Scalar(1)) == ehsid::Status::ok;
   status = estimator.restore(saved);
   const Scalar sum = estimator.theta_hat().sum() + estimator.standard_deviation().sum() +
                      estimator.covariance().sum() + estimator.recursion().P().sum();
