@@ -77,10 +77,11 @@ def replace_outliers(data: IoData, estimation: IoData) -> tuple[FloatArray, Outl
     """The output with its spikes interpolated, shape as `data.y`, and a report.
 
     An ARX model of order 4, or the highest that the data determine, is fitted to the estimation
-    part and run over the whole record. A sample is an outlier where a spike explains the residuals
-    from it on with more than the threshold, and better than a push of the process at any of them.
-    It is replaced by the value that, with the samples before and after it, leaves the smallest
-    residuals: the interpolation by least squares. The input is never touched.
+    part, without samples under suspicion, and run over the whole record. A sample is an outlier
+    where a spike explains the residuals from it on with more than the threshold, and better than a
+    push of the process at any of them. It is replaced by the value that, with the samples before
+    and after it, leaves the smallest residuals: the interpolation by least squares. The input is
+    never touched.
 
     Parameters
     ----------
@@ -89,14 +90,48 @@ def replace_outliers(data: IoData, estimation: IoData) -> tuple[FloatArray, Outl
     estimation
         its estimation part, of the same arrays.
     """
-    y = data.y.copy()
-    model = _preliminary(estimation, y)
+    model = _preliminary(estimation, data.y)
     if model is None:
         none = np.zeros(0, dtype=np.int64)
         text = "not looked for: the estimation part determines no model to tell them by"
-        return y, Outliers(none, y[none], float("nan"), 0, text)
+        return data.y.copy(), Outliers(none, data.y[none], float("nan"), 0, text)
 
+    # A model that a spike has spoilt may take others for one: the second time a clean one looks at
+    # the output as recorded.
+    for _ in range(2):
+        rounds = _rounds(data, estimation, model)
+        model = rounds.model
+    threshold, n = rounds.threshold, rounds.n_examined
+    if len(rounds.suspects) > MOST * n:
+        text = (
+            f"more than {100 * MOST:g} % of {n} samples stand out further than normal noise: "
+            "they are no outliers but the process or its noise, and stay as recorded"
+        )
+        none = np.zeros(0, dtype=np.int64)
+        return data.y.copy(), Outliers(none, data.y[none], threshold, n, text)
+    positions = np.array(sorted(rounds.found), dtype=np.int64)
+    rate = f"threshold {threshold:.1f} sigma, false alarm {100 * FALSE_ALARM:g} % a record"
+    text = f"{positions.size or 'none'} of {n} samples replaced ({rate})"
+    return rounds.y, Outliers(positions, data.y[positions], threshold, n, text)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rounds:
+    """What the rounds of `_rounds` end with: the output, found and suspected samples, the model."""
+
+    y: FloatArray
+    found: set[int]
+    suspects: set[int]
+    model: ArxModel
+    threshold: float
+    n_examined: int
+
+
+def _rounds(data: IoData, estimation: IoData, model: ArxModel) -> _Rounds:
+    """Find, replace, estimate anew, until nothing changes."""
+    y = data.y.copy()
     found: set[int] = set()
+    suspects: set[int] = set()
     threshold, n = float("nan"), 0
     for _ in range(PASSES):
         score, size, index, sigma = _spikes(replace(data, y=y), estimation, model)
@@ -104,26 +139,29 @@ def replace_outliers(data: IoData, estimation: IoData) -> tuple[FloatArray, Outl
         tail = FALSE_ALARM / (2 * n)
         scale = float(scipy.stats.norm.ppf(0.75) / TAIL.ppf(0.75))
         threshold = scale * float(TAIL.isf(tail))
-        standing_out = _peaks(score, index, float(scipy.stats.norm.isf(tail)), model.orders.na)
-        if len(found | {int(index[row]) for row in standing_out}) > MOST * n:
-            text = (
-                f"more than {100 * MOST:g} % of {n} samples stand out further than normal noise: "
-                "they are no outliers but the process or its noise, and stay as recorded"
-            )
-            none = np.zeros(0, dtype=np.int64)
-            return data.y.copy(), Outliers(none, data.y[none], threshold, n, text)
-        new = {int(index[row]) for row in standing_out if score[row] > threshold} - found
+        peaks = _peaks(score, index, float(scipy.stats.norm.isf(tail)), model.orders.na)
+        standing_out = found | {int(index[row]) for row in peaks}
+        new = {int(index[row]) for row in peaks if score[row] > threshold} - found
         found |= new
         rows = np.flatnonzero(np.isin(index, sorted(found)))
         y[index[rows]] -= size[rows]
-        if not new and np.all(np.abs(size[rows]) <= CLOSE * sigma):
+        same = not new and standing_out == suspects
+        if same and np.all(np.abs(size[rows]) <= CLOSE * sigma):
             break
-        model = _preliminary(estimation, y) or model
+        # The model must not owe itself to what it is to judge.
+        suspects = standing_out
+        model = _preliminary(_without(estimation, suspects), y) or model
+    return _Rounds(y, found, suspects, model, threshold, n)
 
-    positions = np.array(sorted(found), dtype=np.int64)
-    rate = f"threshold {threshold:.1f} sigma, false alarm {100 * FALSE_ALARM:g} % a record"
-    text = f"{len(found)} of {n} samples replaced ({rate})" if found else f"none of {n} ({rate})"
-    return y, Outliers(positions, data.y[positions], threshold, n, text)
+
+def _without(data: IoData, samples: set[int]) -> IoData:
+    """The same, its segments divided so that no equation contains one of the samples."""
+    segments = []
+    for segment in data.segments:
+        inside = sorted(k for k in samples if segment.start <= k < segment.stop)
+        starts, stops = [segment.start, *(k + 1 for k in inside)], [*inside, segment.stop]
+        segments += [slice(a, b) for a, b in zip(starts, stops, strict=True) if a < b]
+    return replace(data, segments=tuple(segments))
 
 
 def _preliminary(estimation: IoData, y: FloatArray) -> ArxModel | None:
