@@ -258,8 +258,8 @@ ValueError
           py::arg("theta"), py::arg("u"), py::arg("d"), py::arg("noise_variance") = 0.0,
           R"(Starts anew from an estimate made elsewhere, e.g. offline.
 
-A later reset goes back to variance0, not to this P: it says that the plant is no longer the one that
-was known.
+Where noise_variance is known, errors far beyond it raise the reset from the first sample on. A reset, then or
+later, goes back to variance0, not to this P: it says that the plant is not the one that was known.
 
 Parameters
 ----------

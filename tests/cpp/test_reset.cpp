@@ -56,6 +56,32 @@ TEST(RmseReset, AChangeBelowTheRatioIsNone) {
   EXPECT_EQ(samples_to_alarm(detector, 8.9F, 1000), -1);  // ratio of RMSE 2.98
 }
 
+TEST(RmseReset, KnownNoiseArmsItFromTheFirstSample) {
+  Detector detector = made();
+  detector.restart(1.0F);
+  EXPECT_EQ(detector.long_rmse(), 1.0F);
+  // As after a long window of ones: the first square of 101 lifts the short mean to 11, above 9.
+  EXPECT_EQ(samples_to_alarm(detector, 101.0F, 10), 0);
+  // Errors as they were told raise none, and a ratio of 2.98 is none.
+  detector.restart(1.0F);
+  EXPECT_EQ(samples_to_alarm(detector, 1.0F, 1000), -1);
+  detector.restart(1.0F);
+  EXPECT_EQ(samples_to_alarm(detector, 8.9F, 1000), -1);
+  // Unknown noise: as restart().
+  detector.restart(0.0F);
+  EXPECT_EQ(detector.state().seen, 0);
+  EXPECT_EQ(samples_to_alarm(detector, 101.0F, 100), -1);
+}
+
+TEST(RmseReset, KnownNoiseWithAWindowBeyondCountingDoesNotOverflow) {
+  Detector::Options options;
+  options.long_window = 1e30F;
+  Detector detector = made(options);
+  detector.restart(1.0F);
+  EXPECT_TRUE(Detector::usable(detector.state()));
+  EXPECT_EQ(samples_to_alarm(detector, 101.0F, 100), -1);  // never full, so never an alarm
+}
+
 TEST(RmseReset, NothingIsAChangeBeforeTheLongWindowIsFull) {
   Detector detector = made();
   samples_to_alarm(detector, 1.0F, 150);

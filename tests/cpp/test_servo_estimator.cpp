@@ -203,6 +203,24 @@ TEST(ServoEstimator, ResetAfterASeedGoesBackToTheVagueStart) {
   EXPECT_EQ(estimator.recursion().P(), vague);
 }
 
+TEST(ServoEstimator, AWrongSeedIsResetAtOnceWhereTheNoiseIsKnown) {
+  Estimator::Parameters wrong = known_theta();
+  wrong.tail<3>() *= 0.5F;
+  Factors certain = known_factors();
+  certain.scale(0.01F);
+  for (const bool known : {true, false}) {
+    Estimator estimator;
+    Servo servo(11);
+    ASSERT_EQ(estimator.seed(wrong, certain, known ? 1e-6F : 0.0F), Status::ok);
+    int first_reset = 0;
+    for (int k = 1; k <= 60 && first_reset == 0; ++k) {
+      first_reset = servo.step(estimator, servo.random_command()) == Status::reset ? k : 0;
+    }
+    // Errors of about 0.3 in noise of 0.001: at the second or third sample that is estimated.
+    EXPECT_EQ(first_reset > 0 && first_reset < 10, known);
+  }
+}
+
 TEST(ServoEstimator, BadSeedLeavesEveryBitAsItWas) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();

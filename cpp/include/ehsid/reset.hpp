@@ -65,6 +65,18 @@ class RmseReset {
     state_.armed = 1;
   }
 
+  /// The same with the noise known beforehand (finite, >= 0; 0 for unknown): as if the long window were full of
+  /// it, so that errors beyond it raise an alarm from the first sample on.
+  void restart(Scalar noise_variance) {
+    restart();
+    if (noise_variance > Scalar(0)) {
+      state_.short_square = noise_variance;
+      state_.long_square = noise_variance;
+      // Full is `seen >= long_window`; beyond a billion samples it is not worth an integer's overflow.
+      state_.seen = static_cast<std::int32_t>(smaller(options_.long_window, Scalar(1e9))) + 1;
+    }
+  }
+
   /// One normalised squared prediction error (finite, >= 0). True: the plant has changed, reset now.
   bool update(Scalar square) {
     const Scalar before =

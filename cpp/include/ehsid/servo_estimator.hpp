@@ -94,16 +94,17 @@ class OnlineEstimator {
   /// Starts anew from an estimate made elsewhere, e.g. offline, after configure().
   ///
   /// theta in the units of the signals; P = U D U' in scaled units and units of sigma^2; sigma^2 in squared
-  /// units of the position, 0 for unknown. A later reset goes back to variance0 of the options, not to this
-  /// P: it says that the plant is no longer the one that was known. invalid_argument leaves everything as it was.
+  /// units of the position, 0 for unknown. Where sigma^2 is known, errors far beyond it raise the reset from the
+  /// first sample on: the plant is not the one that was known. A reset, then or later, goes back to variance0
+  /// of the options, not to this P. invalid_argument leaves everything as it was.
   Status seed(const Parameters& theta, const UdFactors<Scalar, kN>& factors,
               Scalar noise_variance) {
-    const Scalar unit = scaling_.position_scale;
-    if (recursion_.seed(scaled(theta, scaling_), factors, noise_variance / unit / unit) !=
-        Status::ok) {
+    const Scalar scaled_variance =
+        noise_variance / scaling_.position_scale / scaling_.position_scale;
+    if (recursion_.seed(scaled(theta, scaling_), factors, scaled_variance) != Status::ok) {
       return Status::invalid_argument;
     }
-    reset_.restart();
+    reset_.restart(scaled_variance);
     monitor_.restart();
     model_.clear();
     return Status::ok;

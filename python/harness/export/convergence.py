@@ -23,6 +23,8 @@ FloatArray = npt.NDArray[np.float64]
 ORDERS = ArxOrders(3, 3, 1)
 SAMPLES = round(DURATION_S / DT_S)
 INPUT_RMS = 1.5
+ALL = slice(None)
+B = slice(ORDERS.na, None)
 # The offline record of a run is another draw.
 OFFLINE_SEEDS = 1_000_000
 
@@ -34,7 +36,8 @@ class Starts:
     Attributes
     ----------
     seeded, vague
-        shape (runs, N), |theta_hat - theta| / |theta| after each sample, of scaled parameters.
+        shape (runs, N), |theta_hat - theta| / |theta| after each sample, of the scaled parameters
+        that were judged.
     """
 
     seeded: FloatArray
@@ -51,14 +54,16 @@ def _excite(rng: np.random.Generator) -> FloatArray:
     return multisine(SAMPLES, DT_S, band_hz=(0.05, 5.0), rms=INPUT_RMS, rng=rng)
 
 
-def _error(configuration: EstimatorConfiguration, record: Samples, truth: FloatArray) -> FloatArray:
+def _error(
+    configuration: EstimatorConfiguration, record: Samples, truth: FloatArray, judged: slice
+) -> FloatArray:
     u, y = (np.asarray(signal, dtype=np.float32) for signal in record)
     theta = configuration.estimator().run(u, y).theta.astype(np.float64)
     scaling = configuration.scaling
     gain = scaling.command_scale / scaling.position_scale
     weights = np.array([1.0] * ORDERS.na + [gain] * ORDERS.nb)
-    size = np.linalg.norm(truth * weights, axis=1)
-    error: FloatArray = np.linalg.norm((theta - truth) * weights, axis=1) / size
+    size = np.linalg.norm((truth * weights)[:, judged], axis=1)
+    error: FloatArray = np.linalg.norm(((theta - truth) * weights)[:, judged], axis=1) / size
     return error
 
 
@@ -70,6 +75,7 @@ def compare_starts(
     model_b: float = 1.0,
     inflation: float | None = None,
     change: tuple[int, float] | None = None,
+    judged: slice = ALL,
 ) -> Starts:
     """Model (16), one run a seed: from the model of 50 s of another record, and from nothing.
 
@@ -87,6 +93,8 @@ def compare_starts(
         as in `configure_from_record`.
     change
         (k, factor): from sample k on the plant's b are multiplied.
+    judged
+        parameters whose error is looked at: `ALL`, or `B`, which are small beside the a.
     """
     plant = KnownPlant.of(ORDERS, MODEL_16)
     running = plant
@@ -104,8 +112,8 @@ def compare_starts(
         seed = made.configuration.seed
         assert seed is not None
         used = replace(made.configuration, seed=replace(seed, theta=seed.theta * _on_b(model_b)))
-        seeded.append(_error(used, record, truth))
-        vague.append(_error(replace(used, seed=None), record, truth))
+        seeded.append(_error(used, record, truth, judged))
+        vague.append(_error(replace(used, seed=None), record, truth, judged))
     return Starts(np.stack(seeded), np.stack(vague))
 
 
