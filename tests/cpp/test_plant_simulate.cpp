@@ -45,7 +45,7 @@ struct Trace {
 };
 
 Trace run(PlantKind kind, const std::string& effect, std::vector<std::size_t> varied,
-        const double* aligned = nullptr) {
+          const double* aligned = nullptr) {
   Simulation simulation;
   simulation.kind = kind;
   simulation.values = typical(effect);
