@@ -58,6 +58,7 @@ def test_whole_experiment(tmp_path: Path) -> None:
         "Recursive, on the nonlinear rig",
         "Physical reading",
         "Do the claims hold?",
+        "Seeded from the offline model",
     ):
         assert title in page.found
     findings = json.loads((out / "experiment.json").read_text(encoding="utf-8"))
@@ -69,6 +70,8 @@ def test_whole_experiment(tmp_path: Path) -> None:
     assert 0.01 < findings["start_of_lambda_1"]["p0"] < 100.0
     low, high = findings["rig"]["reading"]["bulk_modulus_pa"][1:]
     assert 0.98 * 4e8 < low < high < 1.02 * 4e8
+    for start in findings["seeded"]:
+        assert start["samples_from_the_model"]["median"] < start["samples_from_nothing"]["median"]
     with (out / "claims.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 7 * 6 * 3 * 6

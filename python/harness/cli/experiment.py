@@ -16,6 +16,7 @@ from rich.console import Console
 import ehsid
 from ehsid.harness.cli.common import clear_errors
 from ehsid.harness.cli.progress import stages
+from ehsid.harness.experiment.evidence import median_interval
 from ehsid.harness.experiment.experiment import (
     judge_claims,
     run_on_known_plant,
@@ -27,6 +28,7 @@ from ehsid.harness.experiment.procedure import run_procedure
 from ehsid.harness.experiment.published import DT_S, ORDERS, published_rig
 from ehsid.harness.experiment.recursive import noise_for_fit
 from ehsid.harness.experiment.rig_records import rig_record
+from ehsid.harness.export.convergence import Starts, compare_starts
 from ehsid.harness.identification import ArxOrders, IoData, fit_arx
 from ehsid.harness.identification.serialise import to_plain
 from ehsid.harness.records import read_record
@@ -48,12 +50,15 @@ from ehsid.harness.report.experiment_page import (
 )
 from ehsid.harness.report.offline_sections import offline_sections
 from ehsid.harness.report.recursive_sections import known_plant_sections, rig_sections
+from ehsid.harness.report.seeding_section import seeding_section
 from ehsid.harness.rigs import Rig, read_rig
 
 # The record of the offline half; the runs of the recursive half have the seeds from 0 on.
 OFFLINE_SEED = 1000
 # Of the rig at half time: it takes up a second load as heavy as the first.
 CHANGE_OF_MASS = 2.0
+# Deviation of e(k) whose variance is the published loss.
+LOSS_NOISE = 0.151
 THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)
 
 
@@ -81,6 +86,10 @@ def _redo(rig: Rig, runs: int, progress: Callable[[str, float], None]) -> Findin
     known = run_on_known_plant(runs, claims, noise, progress)
     change = {"load.mass_kg": CHANGE_OF_MASS * rig.values["load.mass_kg"]}
     on_rig = run_on_rig(rig, record, fit_arx(data, THIRD_ORDER), change, runs, progress)
+    starts: dict[float, Starts] = {}
+    for level in (noise, LOSS_NOISE):
+        progress("starts from the offline model", 0.5 * len(starts))
+        starts[level] = compare_starts(ehsid.FRatio(), range(runs), noise=level)
     return Findings(
         title="The published experiment, redone",
         lead=[
@@ -95,6 +104,7 @@ def _redo(rig: Rig, runs: int, progress: Callable[[str, float], None]) -> Findin
             *known_plant_sections(known, runs),
             *rig_sections(on_rig, runs, rig.name),
             *claims_sections(claims),
+            seeding_section(starts, runs),
         ],
         plain={
             "offline": procedure.to_dict(),
@@ -111,6 +121,14 @@ def _redo(rig: Rig, runs: int, progress: Callable[[str, float], None]) -> Findin
                 "reading": to_plain(on_rig.rig_reading),
             },
             "claims": [to_plain(verdict) for verdict in claims.verdicts],
+            "seeded": [
+                {
+                    "noise": level,
+                    "samples_from_nothing": to_plain(median_interval(start.settled()[1])),
+                    "samples_from_the_model": to_plain(median_interval(start.settled()[0])),
+                }
+                for level, start in starts.items()
+            ],
             "start_of_lambda_1": {"p0": claims.start_of_one, "error": claims.error_of_one},
         },
         tables={
