@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: MIT
+"""A record made ready to be compared with simulations, and the gap as the contract defines it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import savgol_filter
+
+from ehsid.harness.gap.thresholds import SKIP_S, WINDOW_S
+from ehsid.harness.records import Record
+from ehsid.harness.simulation.windows import STATES, window_numbers
+
+FloatArray = npt.NDArray[np.float64]
+
+# Outputs that are compared where the record has them. The supply pressure is measured to settle
+# what the valve gets, velocity is position again.
+OUTPUTS = ("position_m", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa", "spool")
+
+# Over this long position is a parabola, nearly: what it is at the start of a window.
+SMOOTHED_S = 0.02
+
+# An output whose variation within the windows is below this many times its floor is noise.
+VARIES = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """A record in windows.
+
+    Attributes
+    ----------
+    record
+        without gaps.
+    outputs
+        measured columns that are compared, by name.
+    window
+        shape (N,), number of a sample's window, -1 where it is skipped.
+    aligned
+        shape (N, 4), as `ehsid.simulate_plant` takes it: the measured position at the start of each
+        window, and what is known of the state at the very first sample.
+    """
+
+    record: Record
+    outputs: Mapping[str, FloatArray]
+    window: npt.NDArray[np.int64]
+    aligned: FloatArray
+
+    @property
+    def used(self) -> npt.NDArray[np.bool_]:
+        """Samples inside windows, shape (N,)."""
+        return self.window >= 0
+
+    @property
+    def dt_s(self) -> float:
+        """Sampling time."""
+        assert self.record.dt_s is not None
+        return self.record.dt_s
+
+    @property
+    def seconds(self) -> float:
+        """Of the samples inside windows."""
+        return float(np.count_nonzero(self.used)) * self.dt_s
+
+    def centred(self, errors: FloatArray) -> FloatArray:
+        """Errors inside the windows less their mean over each window; axis 0 are the N samples."""
+        inside = errors[self.used]
+        starts = np.flatnonzero(np.diff(self.window[self.used], prepend=-1))
+        counts = np.diff(np.append(starts, inside.shape[0]))
+        means = np.add.reduceat(inside, starts, axis=0)
+        means = (means.T / counts).T
+        return np.asarray(inside - np.repeat(means, counts, axis=0), dtype=np.float64)
+
+
+def compare(record: Record, *, window_s: float = WINDOW_S, skip_s: float = SKIP_S) -> Compared:
+    """Make a record ready.
+
+    Raises
+    ------
+    ValueError
+        a record with gaps, without time, or too short for a window.
+    """
+    if record.dt_s is None or len(record.segments) > 1:
+        raise ValueError(
+            f"{record.source or record.name}: the diagnosis needs one stretch with a sampling "
+            "time; cut the record at its gaps"
+        )
+    window = window_numbers(len(record), record.dt_s, window_s=window_s, skip_s=skip_s)
+    position = record.column("position_m")
+    length = min(max(5, 2 * round(0.5 * SMOOTHED_S / record.dt_s) + 1), (len(record) - 1) | 1)
+    smooth = savgol_filter(position, length, polyorder=2)
+    aligned = np.full((len(record), len(STATES)), np.nan)
+    begins = np.flatnonzero(np.diff(window, prepend=-2) > 0)
+    aligned[begins, 0] = smooth[begins]
+    first = max(1, round(SMOOTHED_S / record.dt_s))
+    aligned[0, :2] = smooth[0], 0.0
+    for column, name in enumerate(STATES[2:], start=2):
+        if name in record.columns:
+            aligned[0, column] = float(np.mean(record.column(name)[:first]))
+    outputs = {name: record.column(name) for name in OUTPUTS if name in record.columns}
+    return Compared(record, outputs, window, aligned)
+
+
+@dataclass(frozen=True)
+class GapFigure:
+    """nrmse by output and their mean, as the contract defines the gap."""
+
+    per_output: Mapping[str, float]
+
+    @property
+    def mean(self) -> float:
+        """Over the compared outputs."""
+        return float(np.mean(list(self.per_output.values())))
+
+
+def gap_figure(
+    compared: Compared, simulated: Mapping[str, FloatArray], outputs: tuple[str, ...]
+) -> GapFigure:
+    """The contract's nrmse = rms(e) / rms(m minus its mean over the window), e = s - m.
+
+    Parameters
+    ----------
+    compared
+        the record.
+    simulated
+        shape (N,) by output.
+    outputs
+        those that count.
+    """
+    figures = {}
+    for name in outputs:
+        measured = compared.outputs[name]
+        error = (simulated[name] - measured)[compared.used]
+        spread = compared.centred(measured)
+        figures[name] = float(np.sqrt(np.mean(error**2) / np.mean(spread**2)))
+    return GapFigure(figures)
+
+
+def varying_outputs(compared: Compared, floors: Mapping[str, float]) -> tuple[str, ...]:
+    """Outputs whose variation within the windows is more than noise."""
+    return tuple(
+        name
+        for name, measured in compared.outputs.items()
+        if np.std(compared.centred(measured)) > VARIES * floors[name]
+    )

@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: MIT
+"""The cost of a set of values on some records, with its Gauss-Newton form.
+
+    J(x) = sum_outputs (n / 2) ln(mse + floor^2) + sum_parameters ((x - centre) / sigma)^2 / 2
+
+that is the likelihood of normal errors of unknown deviation for each output, so that no output
+needs a weight by hand, and the prior of the rig. n counts independent errors, not samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness.gap.comparison import Compared
+from ehsid.harness.gap.parameters import Parameter
+from ehsid.harness.gap.thresholds import INDEPENDENT_HZ
+from ehsid.harness.rigs import Rig
+from ehsid.harness.rigs.parameters import plant_parameters
+from ehsid.harness.simulation.outputs import OUTPUTS
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """Gradient and Gauss-Newton Hessian of the cost at a point, and the cost itself."""
+
+    cost: float
+    gradient: FloatArray
+    hessian: FloatArray
+
+
+class Problem:
+    """Records, a rig, and the parameters that may move.
+
+    Parameters
+    ----------
+    rig
+        told values.
+    records
+        at least one, all with the compared outputs.
+    parameters
+        in the order of x.
+    outputs
+        that count.
+    floors
+        noise floor by output, > 0.
+    substeps
+        steps of integration a sample.
+    fixed
+        values in place of those of the rig that do not move.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        records: Sequence[Compared],
+        parameters: Sequence[Parameter],
+        *,
+        outputs: Sequence[str],
+        floors: Mapping[str, float],
+        substeps: int = 2,
+        fixed: Mapping[str, float] | None = None,
+    ) -> None:
+        if not records or not outputs:
+            raise ValueError("there is no record or no output to compare")
+        names = list(plant_parameters())
+        self.rig = rig
+        self.records = tuple(records)
+        self.parameters = tuple(parameters)
+        self.outputs = tuple(outputs)
+        self.floors = dict(floors)
+        self.substeps = substeps
+        self._places = [names.index(parameter.name) for parameter in parameters]
+        self._base = rig.plant_values(fixed)
+        self._independent = INDEPENDENT_HZ * sum(record.seconds for record in records)
+        self._centre = np.array([parameter.centre for parameter in parameters])
+        self._weight = np.array([parameter.sigma**-2 for parameter in parameters])
+        self.low = np.array([parameter.low for parameter in parameters])
+        self.high = np.array([parameter.high for parameter in parameters])
+
+    def centre(self) -> FloatArray:
+        """Middle of the priors, inside the bounds."""
+        return np.asarray(np.clip(self._centre, self.low, self.high), dtype=np.float64)
+
+    def plant_values(self, x: FloatArray) -> FloatArray:
+        """All values of the plant, shape (P,)."""
+        values = self._base.copy()
+        for place, parameter, at in zip(self._places, self.parameters, x, strict=True):
+            values[place] = parameter.value(float(at))
+        return values
+
+    def simulate(self, x: FloatArray) -> list[dict[str, FloatArray]]:
+        """Outputs of each record, shape (N,) by name."""
+        return [outputs for outputs, _ in self._runs(x, sensitive=False)]
+
+    def errors(self, x: FloatArray) -> dict[str, FloatArray]:
+        """Simulated minus measured inside the windows of all records; position less its means."""
+        errors, _ = self._errors(x, sensitive=False)
+        return errors
+
+    def cost(self, x: FloatArray) -> float:
+        """J(x); infinite where the simulation is."""
+        return self.fit_cost(self.errors(x)) + self.prior_cost(x)
+
+    def fit_cost(self, errors: Mapping[str, FloatArray]) -> float:
+        """The first sum."""
+        total = 0.0
+        for name in self.outputs:
+            mse = float(np.mean(errors[name] ** 2))
+            if not np.isfinite(mse):
+                return np.inf
+            total += 0.5 * self._independent * np.log(mse + self.floors[name] ** 2)
+        return total
+
+    def prior_cost(self, x: FloatArray) -> float:
+        """The second sum."""
+        return float(0.5 * np.sum(self._weight * (x - self._centre) ** 2))
+
+    def step(self, x: FloatArray) -> Step:
+        """Cost, gradient and Gauss-Newton Hessian by exact sensitivities."""
+        errors, jacobians = self._errors(x, sensitive=True)
+        gradient = self._weight * (x - self._centre)
+        hessian = np.diag(self._weight)
+        for name in self.outputs:
+            e, j = errors[name], jacobians[name]
+            # d/dx (n / 2) ln(mse + floor^2) = n / (N (mse + floor^2)) J' e
+            share = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
+            gradient = gradient + share * (j.T @ e)
+            hessian = hessian + share * (j.T @ j)
+        return Step(self.fit_cost(errors) + self.prior_cost(x), gradient, hessian)
+
+    def _errors(
+        self, x: FloatArray, *, sensitive: bool
+    ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+        errors: dict[str, list[FloatArray]] = {name: [] for name in self.outputs}
+        jacobians: dict[str, list[FloatArray]] = {name: [] for name in self.outputs}
+        for record, (outputs, slopes) in zip(self.records, self._runs(x, sensitive), strict=True):
+            for name in self.outputs:
+                error = outputs[name] - record.outputs[name]
+                if name == "position_m":
+                    errors[name].append(record.centred(error))
+                    if sensitive:
+                        jacobians[name].append(record.centred(slopes[name]))
+                else:
+                    errors[name].append(error[record.used])
+                    if sensitive:
+                        jacobians[name].append(slopes[name][record.used])
+        joined = {name: np.concatenate(parts) for name, parts in errors.items()}
+        if not sensitive:
+            return joined, {}
+        return joined, {name: np.concatenate(parts) for name, parts in jacobians.items()}
+
+    def _runs(
+        self, x: FloatArray, sensitive: bool
+    ) -> list[tuple[dict[str, FloatArray], dict[str, FloatArray]]]:
+        values = self.plant_values(x)
+        slopes = np.array(
+            [p.slope(float(at)) for p, at in zip(self.parameters, x, strict=True)], dtype=np.float64
+        )
+        runs = []
+        for record in self.records:
+            outputs, partials = ehsid.simulate_plant(
+                self.rig.plant,
+                values[np.newaxis],
+                record.record.column("command_v"),
+                dt_s=record.dt_s,
+                substeps=self.substeps,
+                varied=self._places if sensitive else [],
+                aligned=record.aligned,
+                threads=1,
+            )
+            places = {name: OUTPUTS.index(name) for name in self.outputs}
+            runs.append(
+                (
+                    {name: outputs[0, :, place] for name, place in places.items()},
+                    {name: partials[0, :, :, place] * slopes for name, place in places.items()}
+                    if sensitive
+                    else {},
+                )
+            )
+        return runs

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: MIT
+"""Every number that decides, with the reason for its value. Set on development records only."""
+
+from __future__ import annotations
+
+# Length of a simulation window, and what is skipped at the start of a record: as the contract of
+# the diagnosis file fixes them.
+WINDOW_S = 0.5
+SKIP_S = 0.3
+
+# Windows of the first fits from a cold start: a limit cycle of 10 to 80 Hz must not slip by half a
+# period within a window, or the fit settles on a wrong multiple of it.
+COLD_WINDOWS_S = (0.06, 0.2)
+
+# Independent errors a second: samples of 1 kHz are not. Errors of a servo live below its oil
+# spring, some 5 to 20 Hz wide once the mean of a window is gone.
+INDEPENDENT_HZ = 20.0
+
+# Values of a rig may move by this many of their stated deviations.
+MOST_SIGMAS = 4.0
+
+# Values that define others (the point of the rated flow) or are measured with a ruler stay as told.
+HELD = (
+    "cylinder.bore_m",
+    "cylinder.rod_m",
+    "cylinder.stroke_m",
+    "valve.rated_pressure_drop_pa",
+    "valve.rated_command_v",
+    "supply.tank_pressure_pa",
+)
+
+# Deviation of a nuisance about its typical value: of its logarithm where it is a size, else in its
+# own unit. A nuisance must not swallow an effect: a few of these reach the ends of its range.
+NUISANCE_SIGMA = {
+    "nuisance.spool_bandwidth_hz": 0.4,
+    "nuisance.edge_rounding": 0.7,
+    "nuisance.laminar_pressure_pa": 0.7,
+    "nuisance.presliding_m": 0.5,
+    "nuisance.edge_pa": 0.005,
+    "nuisance.edge_at": 0.005,
+    "nuisance.edge_pb": 0.005,
+    "nuisance.edge_bt": 0.005,
+    "nuisance.flow_exponent": 0.02,
+}
+LOGARITHMIC_NUISANCES = (
+    "nuisance.spool_bandwidth_hz",
+    "nuisance.edge_rounding",
+    "nuisance.laminar_pressure_pa",
+    "nuisance.presliding_m",
+)
