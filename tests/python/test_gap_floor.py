@@ -18,7 +18,7 @@ def test_white_noise_on_motion_is_found(seed: int, sigma: float) -> None:
     # blocks by 2.5 %; four of them.
     assert found.value == pytest.approx(sigma, rel=0.1)
     assert found.low <= found.value <= found.high
-    # The second and the nineteenth of twenty: 1.65 of those scatters apart on either side, some 1.3;
+    # Second and nineteenth of twenty: 1.65 of those scatters apart on either side, some 1.3;
     # five times their own scatter more.
     assert found.high < 1.8 * found.low
 
