@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -52,6 +53,14 @@ class Record:
     gaps: tuple[Gap, ...]
     source: Path | None = None
     sha256: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))
+
+    def __reduce__(self) -> tuple[type[Record], tuple[Any, ...]]:
+        # A mapping proxy cannot be pickled: to another process goes a plain dictionary.
+        rest = (self.time_s, self.dt_s, self.segments, self.jitter, self.gaps)
+        return Record, (self.name, dict(self.columns), *rest, self.source, self.sha256)
 
     def __len__(self) -> int:
         """Number of samples."""
@@ -118,7 +127,7 @@ def make_record(
     whole = slice(0, next(iter(arrays.values())).size)
     return Record(
         name=name,
-        columns=MappingProxyType(arrays),
+        columns=arrays,
         time_s=time_s,
         dt_s=base.dt_s if base else None,
         segments=base.segments if base else (whole,),

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: MIT
+"""What is diagnosed: a rig, records to fit and records that are held out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ehsid.harness.gap.comparison import Compared, compare, varying_outputs
+from ehsid.harness.gap.floor import NoiseFloor, noise_floor
+from ehsid.harness.gap.parameters import Parameter, calibration_parameters, effect_parameters
+from ehsid.harness.gap.problem import Problem
+from ehsid.harness.gap.starts import effect_starts
+from ehsid.harness.gap.thresholds import SUBSTEPS, WINDOW_S
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Everything a fit needs; the same for all rivals.
+
+    Attributes
+    ----------
+    rig
+        as told.
+    training, held_out
+        records; all have the compared outputs.
+    outputs
+        that count: those that vary by more than noise in every record.
+    left_out
+        outputs of the records that do not count.
+    floors
+        by output, over the training records.
+    substeps
+        steps of integration a sample.
+    """
+
+    rig: Rig
+    training: tuple[Record, ...]
+    held_out: tuple[Record, ...]
+    outputs: tuple[str, ...]
+    left_out: tuple[str, ...]
+    floors: Mapping[str, NoiseFloor]
+    substeps: int = SUBSTEPS
+
+    def parameters(self, effects: Sequence[str] = ()) -> tuple[Parameter, ...]:
+        """Calibration first, then the effects in order."""
+        found = list(calibration_parameters(self.rig))
+        for effect in effects:
+            start = effect_starts(effect, self.rig)[0]
+            found += [p for p, _ in effect_parameters(effect, start, self.rig.plant)]
+        return tuple(found)
+
+    def problem(
+        self, effects: Sequence[str] = (), *, window_s: float = WINDOW_S, held_out: bool = False
+    ) -> Problem:
+        """The cost of calibration and effects together."""
+        records = self.held_out if held_out else self.training
+        return Problem(
+            self.rig,
+            [compare(record, window_s=window_s) for record in records],
+            self.parameters(effects),
+            outputs=self.outputs,
+            floors={name: floor.value for name, floor in self.floors.items()},
+            substeps=self.substeps,
+        )
+
+
+def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record]) -> Case:
+    """Choose the outputs and measure their floors.
+
+    Raises
+    ------
+    ValueError
+        no record, a record that cannot be compared, or nothing in common that moves.
+    """
+    records = [*training, *held_out]
+    if not training or not held_out:
+        raise ValueError("the diagnosis needs a record to fit and one that is held out")
+    compared = [compare(record) for record in records]
+    common = [name for name in compared[0].outputs if all(name in one.outputs for one in compared)]
+    floors = {name: _floor(compared[: len(training)], name) for name in common}
+    values = {name: floor.value for name, floor in floors.items()}
+    varying = [set(varying_outputs(one, values)) for one in compared]
+    outputs = tuple(name for name in common if all(name in found for found in varying))
+    if not outputs:
+        raise ValueError("no output moves by more than its noise: there is nothing to compare")
+    left_out = tuple(name for name in common if name not in outputs)
+    kept = {name: floors[name] for name in outputs}
+    return Case(rig, tuple(training), tuple(held_out), outputs, left_out, kept)
+
+
+def _floor(records: Sequence[Compared], name: str) -> NoiseFloor:
+    """The largest of the records': what is explained in one may be noise in another."""
+    return max(
+        (noise_floor(record.outputs[name]) for record in records if name in record.outputs),
+        key=lambda floor: floor.value,
+    )

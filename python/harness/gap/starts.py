@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""Where fits of an effect start: an effect that is off has no gradient, so from active sizes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from ehsid.harness.rigs import Rig
+
+Start = Mapping[str, float]
+
+
+def _sizes(name: str, *values: float) -> tuple[Start, ...]:
+    return tuple({name: value} for value in values)
+
+
+# Fractions, times and lengths: a small and a large one, a factor of four apart, so that one of them
+# is within a factor of two or three of any size that matters.
+_FIXED: Mapping[str, tuple[Start, ...]] = MappingProxyType(
+    {
+        "transport_delay": _sizes("delay_s", 0.002, 0.008),
+        "valve_hysteresis": _sizes("half_width", 0.01, 0.04),
+        "valve_lag": (
+            {"bandwidth_hz": 30.0, "damping": 0.8},
+            {"bandwidth_hz": 100.0, "damping": 0.8},
+        ),
+        "valve_null_bias": _sizes("offset", 0.01, -0.01),
+        "valve_flow_saturation": _sizes("limit", 0.2, 0.6),
+        "valve_dead_band": _sizes("overlap", 0.01, 0.04),
+        "entrained_air": _sizes("volume_fraction", 0.005, 0.03),
+        "sensor_lag": _sizes("time_constant_s", 0.002, 0.01),
+        "sensor_backlash": _sizes("half_width_m", 5e-5, 2e-4),
+    }
+)
+
+
+def effect_starts(effect: str, rig: Rig) -> tuple[Start, ...]:
+    """Active sizes of an effect, by the parameter's own name; forces and flows by the rig's.
+
+    Quantisation is a property of the sensor that shows in the record itself; it is not fitted.
+
+    Raises
+    ------
+    KeyError
+        an effect without starts.
+    """
+    if effect in _FIXED:
+        return _FIXED[effect]
+    v = rig.values
+    if rig.plant == "ehs":
+        pressure = v["supply.pressure_pa"]
+        force = 0.785 * v["cylinder.bore_m"] ** 2 * pressure
+        flow = v["valve.rated_flow_m3_s"]
+        stroke = v["cylinder.stroke_m"]
+    else:
+        # Ten volts of an axis; a linear servo at the pressure that its full flow would lose.
+        force = 10.0 * v.get("axis.force_per_volt", 100.0)
+        pressure, flow, stroke = 1e7, 1e-3, 0.3
+    weak, strong = 0.01 * force, 0.04 * force
+    match effect:
+        case "internal_leakage":
+            return _sizes("coefficient_m3_s_pa", 0.01 * flow / pressure, 0.1 * flow / pressure)
+        case "external_leakage":
+            names = ("coefficient_a_m3_s_pa", "coefficient_b_m3_s_pa")
+            return tuple(dict.fromkeys(names, share * flow / pressure) for share in (0.01, 0.1))
+        case "supply_droop":
+            return tuple(
+                {
+                    "source_resistance_pa_s_m3": share * pressure / flow,
+                    # A time constant of 20 ms behind the resistance.
+                    "accumulator_capacitance_m3_pa": 0.02 * flow / (share * pressure),
+                }
+                for share in (0.05, 0.2)
+            )
+        case "coulomb_friction":
+            return _sizes("force_n", weak, strong)
+        case "stribeck_friction":
+            return tuple(
+                {"coulomb_n": size, "static_n": 1.7 * size, "stribeck_velocity_m_s": 0.02}
+                for size in (weak, strong)
+            )
+        case "load_force":
+            return _sizes("force_n", strong, -strong)
+        case "load_spring":
+            return tuple(
+                {"stiffness_n_m": size / stroke, "force_at_mid_stroke_n": 0.0}
+                for size in (strong, 4.0 * strong)
+            )
+    raise KeyError(effect)
