@@ -27,6 +27,7 @@ void for_each_effect(Use use) {
 /// In the order in which ServoPlant reads values.
 inline std::vector<PlantParameter> plant_parameters() {
   std::vector<PlantParameter> all;
+  all.reserve(2 * kFirstOfEffects);
   for (const ParameterInfo& info : kRigValues) {
     all.push_back({info.name, info});
   }
