@@ -53,13 +53,18 @@ class Case:
         return tuple(found)
 
     def problem(
-        self, effects: Sequence[str] = (), *, window_s: float = WINDOW_S, held_out: bool = False
+        self,
+        effects: Sequence[str] = (),
+        *,
+        window_s: float = WINDOW_S,
+        held_out: bool = False,
+        all_states: bool = False,
     ) -> Problem:
-        """The cost of calibration and effects together."""
+        """The cost of calibration and effects together; windows as in `compare`."""
         records = self.held_out if held_out else self.training
         return Problem(
             self.rig,
-            [compare(record, window_s=window_s) for record in records],
+            [compare(record, window_s=window_s, all_states=all_states) for record in records],
             self.parameters(effects),
             outputs=self.outputs,
             floors={name: floor.value for name, floor in self.floors.items()},

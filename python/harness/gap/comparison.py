@@ -12,7 +12,7 @@ from scipy.signal import savgol_filter
 
 from ehsid.harness.gap.thresholds import SKIP_S, WINDOW_S
 from ehsid.harness.records import Record
-from ehsid.harness.simulation.windows import STATES, window_numbers
+from ehsid.harness.simulation.windows import STATES, measured_states, window_numbers
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class Compared:
         shape (N,), number of a sample's window, -1 where it is skipped.
     aligned
         shape (N, 4), as `ehsid.simulate_plant` takes it: the measured position at the start of each
-        window, and what is known of the state at the very first sample.
+        window, or all that is measured, and what is known of the state at the very first sample.
     """
 
     record: Record
@@ -75,8 +75,17 @@ class Compared:
         return np.asarray(inside - np.repeat(means, counts, axis=0), dtype=np.float64)
 
 
-def compare(record: Record, *, window_s: float = WINDOW_S, skip_s: float = SKIP_S) -> Compared:
+def compare(
+    record: Record,
+    *,
+    window_s: float = WINDOW_S,
+    skip_s: float = SKIP_S,
+    all_states: bool = False,
+) -> Compared:
     """Make a record ready.
+
+    all_states: speed and pressures, too, are what the measurement says at the start of each window,
+    so that a wrong rig cannot lose the phase of a limit cycle.
 
     Raises
     ------
@@ -94,6 +103,8 @@ def compare(record: Record, *, window_s: float = WINDOW_S, skip_s: float = SKIP_
     smooth = savgol_filter(position, length, polyorder=2)
     aligned = np.full((len(record), len(STATES)), np.nan)
     begins = np.flatnonzero(np.diff(window, prepend=-2) > 0)
+    if all_states:
+        aligned[begins] = measured_states(record)[begins]
     aligned[begins, 0] = smooth[begins]
     first = max(1, round(SMOOTHED_S / record.dt_s))
     aligned[0, :2] = smooth[0], 0.0

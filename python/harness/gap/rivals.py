@@ -76,7 +76,8 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> Rival:
     problem = case.problem()
     cold = problem.centre()
     for window_s in COLD_WINDOWS_S:
-        cold = fit(case.problem(window_s=window_s), cold, iterations=ITERATIONS_COLD).x
+        subject = case.problem(window_s=window_s, all_states=True)
+        cold = fit(subject, cold, iterations=ITERATIONS_COLD).x
     fits = [
         fit(problem, start, iterations=ITERATIONS) for start in (cold, problem.centre(), *starts)
     ]

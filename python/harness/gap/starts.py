@@ -19,7 +19,9 @@ def _sizes(name: str, *values: float) -> tuple[Start, ...]:
 # is within a factor of two or three of any size that matters.
 _FIXED: Mapping[str, tuple[Start, ...]] = MappingProxyType(
     {
-        "transport_delay": _sizes("delay_s", 0.002, 0.008),
+        # Not a multiple of a step of integration: there the delayed command jumps between steps and
+        # the sensitivity is zero.
+        "transport_delay": _sizes("delay_s", 0.0021, 0.0083),
         "valve_hysteresis": _sizes("half_width", 0.01, 0.04),
         "valve_lag": (
             {"bandwidth_hz": 30.0, "damping": 0.8},

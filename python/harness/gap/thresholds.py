@@ -8,9 +8,10 @@ from __future__ import annotations
 WINDOW_S = 0.5
 SKIP_S = 0.3
 
-# Windows of the first fits from a cold start: a limit cycle of 10 to 80 Hz must not slip by half a
-# period within a window, or the fit settles on a wrong multiple of it.
-COLD_WINDOWS_S = (0.06, 0.2)
+# Windows of the first fits from a cold start, with all measured states put right in each: a limit
+# cycle of 10 to 80 Hz must not slip by half a period within a window, or the fit settles on a wrong
+# multiple of it.
+COLD_WINDOWS_S = (0.03, 0.1, 0.25)
 
 # Independent errors a second: samples of 1 kHz are not. Errors of a servo live below its oil
 # spring, some 5 to 20 Hz wide once the mean of a window is gone.
