@@ -57,3 +57,7 @@ SUBSTEPS = 2
 # of its short windows, for the long ones follow.
 ITERATIONS = 12
 ITERATIONS_COLD = 6
+
+# Intervals of the shrinkage: level as the contract has it, draws for a second digit of its ends.
+SHRINKAGE_LEVEL = 0.9
+BOOTSTRAP_DRAWS = 500
