@@ -99,6 +99,26 @@ def test_on_a_record_of_the_rig(tmp_path: Path) -> None:
     assert vague["error_at"]["100.0"]["median"] < 0.01
 
 
+def test_preprocessing_and_structures_are_those_asked_for(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    arguments = ["--input", "valve_opening", "--output", "oil_pressure", "--orders", "2-3"]
+    arguments += ["--delays", "1", "--trend", "mean", "--no-outliers", "--scaling"]
+    outcome = CliRunner().invoke(
+        app, ["experiment", "--record", str(CRANE), *arguments, "--out", str(out)]
+    )
+    assert outcome.exit_code == 0, outcome.output
+    findings = json.loads((out / "experiment.json").read_text(encoding="utf-8"))
+    assert findings["provenance"]["preprocessing"] == "means removed, outliers left, scaled"
+    first = findings["offline"]["attempts"][0]
+    assert first["preprocessing"]["u"]["scale"] != 1.0
+    assert first["preprocessing"]["u"]["level"] != 0.0
+    tried = {
+        (candidate["orders"]["na"], candidate["orders"]["nk"])
+        for candidate in first["result"]["candidates"]
+    }
+    assert tried == {(2, 1), (3, 1)}
+
+
 def test_on_the_crane_without_time_or_rig(tmp_path: Path) -> None:
     out = tmp_path / "out"
     columns = ["--input", "valve_opening", "--output", "oil_pressure"]
@@ -142,6 +162,7 @@ def test_records_that_allow_no_model_are_named(signal: str, problem: str, tmp_pa
         (["--rig", "none.toml"], "none.toml"),
         (["--rig", str(AXIS)], "give a record of it with --record"),
         (["--record", str(CRANE)], "command_v"),
+        (["--orders", "two"], "--orders 'two': expected a number or a range such as 2-5"),
     ],
 )
 def test_wrong_use_is_one_message_and_nothing_written(

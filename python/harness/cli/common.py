@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -29,6 +30,14 @@ def clear_errors() -> Iterator[None]:
         yield
     except (RecordError, IdentificationError, ValueError, OSError) as error:
         refuse(str(error))
+
+
+def parse_range(text: str, option: str) -> range:
+    """Range from "2-5" or "3"."""
+    match = re.fullmatch(r"(\d+)(?:-(\d+))?", text.strip())
+    if match is None or int(match[2] or match[1]) < int(match[1]):
+        raise ValueError(f"{option} {text!r}: expected a number or a range such as 2-5")
+    return range(int(match[1]), int(match[2] or match[1]) + 1)
 
 
 def read_io(path: Path, input_name: str, output_name: str) -> IoData:

@@ -7,6 +7,7 @@ import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +15,7 @@ import typer
 from rich.console import Console
 
 import ehsid
-from ehsid.harness.cli.common import clear_errors
+from ehsid.harness.cli.common import clear_errors, parse_range
 from ehsid.harness.cli.progress import stages
 from ehsid.harness.experiment.evidence import median_interval
 from ehsid.harness.experiment.experiment import (
@@ -24,12 +25,12 @@ from ehsid.harness.experiment.experiment import (
     run_on_rig,
 )
 from ehsid.harness.experiment.linearisation import small_signal_response
-from ehsid.harness.experiment.procedure import run_procedure
+from ehsid.harness.experiment.procedure import Procedure, run_procedure
 from ehsid.harness.experiment.published import DT_S, ORDERS, published_rig
 from ehsid.harness.experiment.recursive import noise_for_fit
 from ehsid.harness.experiment.rig_records import rig_record
 from ehsid.harness.export.convergence import Starts, compare_starts
-from ehsid.harness.identification import ArxOrders, IoData, fit_arx
+from ehsid.harness.identification import ArxOrders, IoData, Preprocessing, fit_arx
 from ehsid.harness.identification.serialise import to_plain
 from ehsid.harness.records import read_record
 from ehsid.harness.report import Section, write_page
@@ -62,6 +63,14 @@ LOSS_NOISE = 0.151
 THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)
 
 
+class TrendName(StrEnum):
+    """What detrending takes off."""
+
+    none = "none"
+    mean = "mean"
+    linear = "linear"
+
+
 @dataclass(frozen=True, eq=False)
 class Findings:
     """What goes into the report: title, sentences, sections, plain values, tables by file name."""
@@ -74,11 +83,28 @@ class Findings:
     problems: list[str]
 
 
-def _redo(rig: Rig, runs: int, progress: Callable[[str, float], None]) -> Findings:
+@dataclass(frozen=True)
+class Offline:
+    """What the first attempt of the offline half tries."""
+
+    orders: range
+    delays: range
+    preprocessing: Preprocessing
+
+    def run(self, data: IoData) -> Procedure:
+        """The procedure of Fig. 3."""
+        return run_procedure(
+            data, orders=self.orders, delays=self.delays, preprocessing=self.preprocessing
+        )
+
+
+def _redo(
+    rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float], None]
+) -> Findings:
     """The published experiment, whole."""
     record = rig_record(rig, OFFLINE_SEED).record
     data = IoData.from_record(record, "command_v", "position_m")
-    procedure = run_procedure(data)
+    procedure = offline.run(data)
     amplitude = 0.5 * float(data.u.std())
     response = small_signal_response(rig, DT_S, amplitude_v=amplitude)
     noise = noise_for_fit()
@@ -140,12 +166,14 @@ def _redo(rig: Rig, runs: int, progress: Callable[[str, float], None]) -> Findin
     )
 
 
-def _on_record(path: Path, rig: Rig | None, input_name: str, output_name: str) -> Findings:
+def _on_record(
+    path: Path, rig: Rig | None, offline: Offline, input_name: str, output_name: str
+) -> Findings:
     """The same on one record: no truth, no other draws, so no claims."""
     columns = [input_name, output_name]
     record = read_record(path, columns=columns, layout={} if rig is None else rig.columns)
     data = IoData.from_record(record, input_name, output_name)
-    procedure = run_procedure(data)
+    procedure = offline.run(data)
     response = None
     if rig is not None and data.dt_s is not None:
         response = small_signal_response(rig, data.dt_s, amplitude_v=0.5 * float(data.u.std()))
@@ -193,6 +221,17 @@ def experiment_command(
     ] = None,
     input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
     output_name: Annotated[str, typer.Option("--output", help="output column")] = "position_m",
+    orders: Annotated[str, typer.Option(help="orders na = nb to try first")] = "2-5",
+    delays: Annotated[str, typer.Option(help="delays nk to try first, in samples")] = "1-5",
+    trend: Annotated[
+        TrendName, typer.Option(help="what is taken off both signals before the first attempt")
+    ] = TrendName.none,
+    outliers: Annotated[
+        bool, typer.Option("--outliers/--no-outliers", help="replace spikes of the output")
+    ] = True,
+    scaling: Annotated[
+        bool, typer.Option("--scaling/--no-scaling", help="divide by standard deviations")
+    ] = False,
     runs: Annotated[
         int, typer.Option(min=20, help="Monte Carlo runs of each comparison; not with --record")
     ] = 200,
@@ -211,9 +250,14 @@ def experiment_command(
     """
     began = time.monotonic()
     with clear_errors():
+        offline = Offline(
+            parse_range(orders, "--orders"),
+            parse_range(delays, "--delays"),
+            Preprocessing(trend.value, outliers, scaling),
+        )
         rig = None if rig_file is None else read_rig(rig_file)
         if record is not None:
-            findings = _on_record(record, rig, input_name, output_name)
+            findings = _on_record(record, rig, offline, input_name, output_name)
         else:
             rig = rig or published_rig()
             if rig.plant != "ehs":
@@ -222,11 +266,14 @@ def experiment_command(
                     "a record of it with --record"
                 )
             with stages() as progress:
-                findings = _redo(rig, runs, progress)
+                findings = _redo(rig, offline, runs, progress)
         provenance = {
             "ehsid_version": ehsid.__version__,
             "record": None if record is None else str(record),
             "rig": "published" if rig_file is None else str(rig_file),
+            "orders": orders,
+            "delays": delays,
+            "preprocessing": str(offline.preprocessing),
             "runs": runs,
             "offline_seed": OFFLINE_SEED,
             "seconds": round(time.monotonic() - began, 1),

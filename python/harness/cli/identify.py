@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 from typing import Annotated
 
@@ -12,17 +11,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from ehsid.harness.cli.common import clear_errors, read_io, write_results
+from ehsid.harness.cli.common import clear_errors, parse_range, read_io, write_results
 from ehsid.harness.identification import IdentificationResult, identify
 from ehsid.harness.report import identification_figure
-
-
-def _range(text: str, option: str) -> range:
-    """Range from "2-5" or "3"."""
-    match = re.fullmatch(r"(\d+)(?:-(\d+))?", text.strip())
-    if match is None or int(match[2] or match[1]) < int(match[1]):
-        raise ValueError(f"{option} {text!r}: expected a number or a range such as 2-5")
-    return range(int(match[1]), int(match[2] or match[1]) + 1)
 
 
 def _table(result: IdentificationResult) -> Table:
@@ -69,7 +60,7 @@ def identify_command(
     with clear_errors():
         data = read_io(record, input_name, output_name)
         result = identify(
-            data, orders=_range(orders, "--orders"), delays=_range(delays, "--delays")
+            data, orders=parse_range(orders, "--orders"), delays=parse_range(delays, "--delays")
         )
         if out is not None:
             write_results(out, "identify", result.to_dict(), identification_figure(result))
