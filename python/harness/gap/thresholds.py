@@ -61,3 +61,8 @@ ITERATIONS_COLD = 6
 # Intervals of the shrinkage: level as the contract has it, draws for a second digit of its ends.
 SHRINKAGE_LEVEL = 0.9
 BOOTSTRAP_DRAWS = 500
+
+# Near null: where overlap, leakage and null bias act; a few times the overlap of a servo valve.
+NEAR_NULL = 0.05
+# Slow: where friction is not swamped by viscous forces.
+SLOW_SHARE = 0.05
