@@ -66,3 +66,16 @@ BOOTSTRAP_DRAWS = 500
 NEAR_NULL = 0.05
 # Slow: where friction is not swamped by viscous forces.
 SLOW_SHARE = 0.05
+
+# What a record must visit before it can speak of an effect.
+# Flow saturation and droop bend the curve by the square of the command: at 30 % of rated a limit
+# at full opening takes 3 % of the flow.
+LARGE_COMMAND = 0.3
+# A few independent errors: one window in twenty seconds is half a second, a fortieth.
+LEAST_SHARE = 0.02
+# Friction and play show at turns; one turn is an accident, two each way are a pattern.
+LEAST_REVERSALS = 4
+# A lag of 2 ms turns the phase at this frequency by 2 degrees, 4 % of a sine.
+FAST_HZ = 3.0
+# A spring is a force until the rod has moved: over a tenth of the stroke it changes by a tenth.
+LEAST_TRAVEL = 0.1
