@@ -184,7 +184,7 @@ def known_model_sections(seeds: int) -> Part:
                 f"factor {100 * at_5_s[varying]:.1f} %; at the end they are at "
                 f"{100 * last['1']:.2f} % and {100 * last[varying]:.2f} %. That the constant 0.99 "
                 f"stays restless holds: {100 * last['0.99']:.2f} %. The paper's own column for "
-                "lambda = 1 has plainly not converged; which start leads there is not shown here."
+                "lambda = 1 has plainly not converged; `ehsid experiment` shows the start."
             ),
         ],
     )

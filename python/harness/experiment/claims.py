@@ -37,9 +37,9 @@ from ehsid.harness.experiment.evidence import (
     median_interval,
 )
 from ehsid.harness.experiment.known_plant import KnownPlant
-from ehsid.harness.experiment.parallel import Progress, run_tasks
 from ehsid.harness.experiment.published import DT_S, DURATION_S, MODEL_16
 from ehsid.harness.identification import ArxOrders
+from ehsid.harness.parallel import Progress, run_tasks
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -29,11 +29,11 @@ from ehsid.harness.experiment.comparison import (
     run_contender,
 )
 from ehsid.harness.experiment.known_plant import KnownPlant
-from ehsid.harness.experiment.parallel import Progress, run_tasks
 from ehsid.harness.experiment.published import MODEL_16
 from ehsid.harness.experiment.published import ORDERS as PUBLISHED_ORDERS
 from ehsid.harness.experiment.rig_records import changed_record, rig_record
 from ehsid.harness.identification import ArxModel, ArxOrders, IoData, fit_arx, fit_percent, simulate
+from ehsid.harness.parallel import Progress, run_tasks
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 

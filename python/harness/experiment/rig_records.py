@@ -15,7 +15,7 @@ from ehsid.harness.excitation import multisine
 from ehsid.harness.experiment.published import DT_S, DURATION_S
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import SimulationError, draw_noise, simulate
+from ehsid.harness.simulation import draw_noise, simulate
 from ehsid.harness.simulation.outputs import as_measured, columns_of
 from ehsid.harness.simulation.run import prepare
 from ehsid.harness.simulation.windows import STATES
@@ -114,6 +114,3 @@ def changed_record(rig: Rig, change: Mapping[str, float], seed: int) -> RigRecor
     }
     columns["time_s"] = np.arange(SAMPLES) * DT_S
     return RigRecord(make_record(columns, name=f"{rig.name}, changed, seed {seed}"), whole.trim_v)
-
-
-__all__ = ["RigRecord", "SimulationError", "changed_record", "rig_record", "trim"]

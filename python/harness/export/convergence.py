@@ -5,24 +5,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.excitation import multisine
 from ehsid.harness.experiment import MODEL_16, KnownPlant
+from ehsid.harness.experiment.claims import ORDERS, SAMPLES, Input, excite
 from ehsid.harness.experiment.comparison import Samples, known_records, settling
-from ehsid.harness.experiment.published import DT_S, DURATION_S
 from ehsid.harness.export.configuration import EstimatorConfiguration
 from ehsid.harness.export.seeding import configure_from_record
-from ehsid.harness.identification import ArxOrders, IoData
+from ehsid.harness.identification import IoData
 
 FloatArray = npt.NDArray[np.float64]
 
-ORDERS = ArxOrders(3, 3, 1)
-SAMPLES = round(DURATION_S / DT_S)
-INPUT_RMS = 1.5
 ALL = slice(None)
 B = slice(ORDERS.na, None)
 # The offline record of a run is another draw.
@@ -48,10 +45,6 @@ class Starts:
     ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         """Samples after `start` until the error stays within tolerance, each shape (runs,)."""
         return settling(self.seeded, tolerance, start), settling(self.vague, tolerance, start)
-
-
-def _excite(rng: np.random.Generator) -> FloatArray:
-    return multisine(SAMPLES, DT_S, band_hz=(0.05, 5.0), rms=INPUT_RMS, rng=rng)
 
 
 def _error(
@@ -102,9 +95,10 @@ def compare_starts(
         at, factor = change
         running = plant.changed(at, np.array(MODEL_16) * _on_b(factor))
     seeds = list(seeds)
+    excited = partial(excite, Input.multisine)
     truth = running.theta_path(SAMPLES)
-    offline = known_records(plant, _excite, noise, [OFFLINE_SEEDS + seed for seed in seeds])
-    online = known_records(running, _excite, noise, seeds)
+    offline = known_records(plant, excited, noise, [OFFLINE_SEEDS + seed for seed in seeds])
+    online = known_records(running, excited, noise, seeds)
     seeded, vague = [], []
     for (u, y), record in zip(offline, online, strict=True):
         half = IoData.from_arrays(u[: SAMPLES // 2], y[: SAMPLES // 2])

@@ -12,16 +12,13 @@ from scipy.signal import savgol_filter
 
 from ehsid.harness.gap.thresholds import SKIP_S, WINDOW_S
 from ehsid.harness.records import Record
-from ehsid.harness.simulation.windows import STATES, measured_states, window_numbers
+from ehsid.harness.simulation.windows import SMOOTHED_S, STATES, measured_states, window_numbers
 
 FloatArray = npt.NDArray[np.float64]
 
 # Outputs that are compared where the record has them. The supply pressure is measured to settle
 # what the valve gets, velocity is position again.
 OUTPUTS = ("position_m", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa", "spool")
-
-# Over this long position is a parabola, nearly: what it is at the start of a window.
-SMOOTHED_S = 0.02
 
 # An output whose variation within the windows is below this many times its floor is noise.
 VARIES = 3.0

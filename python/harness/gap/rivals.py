@@ -11,12 +11,12 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.experiment.parallel import Progress, run_tasks
 from ehsid.harness.gap.case import Case
 from ehsid.harness.gap.fit import Fit, fit
 from ehsid.harness.gap.parameters import effect_parameters
 from ehsid.harness.gap.starts import effect_starts
 from ehsid.harness.gap.thresholds import COLD_WINDOWS_S, ITERATIONS, ITERATIONS_COLD
+from ehsid.harness.parallel import Progress, run_tasks
 
 FloatArray = npt.NDArray[np.float64]
 
