@@ -58,6 +58,31 @@ def test_lambda_one_is_least_squares_drawn_to_its_start(p0: float) -> None:
     np.testing.assert_allclose(found.theta[0], expected, rtol=1e-6)
 
 
+def test_the_map_judges_the_recursion_of_the_paper_without_guards() -> None:
+    """From a trusted start the guard against wind-up would take every sample for uninformative."""
+    records = known_records(PLANT, lambda rng: excite(Input.multisine, rng), 0.03, range(6))
+    truth, setting = PLANT.theta_path(SAMPLES), Setting(ORDERS, p0=1e-4)
+    fixed, varying = (
+        run_contender(Contender(policy, options=PLAIN), records, truth, setting)
+        for policy in (ehsid.Constant(0.99), ehsid.Exponential(0.99))
+    )
+    guarded = run_contender(Contender(ehsid.Constant(0.99)), records, truth, setting)
+    assert np.median(guarded.spread) < 0.1 * np.median(fixed.spread)
+    (found,) = judge(1e-4, 0.03, Input.multisine, [0.99], range(6))
+    ratios = varying.spread / fixed.spread
+    assert found.calmer.ratio.median == pytest.approx(np.median(ratios), rel=1e-12)
+
+
+def test_spread_is_that_of_the_last_quarter() -> None:
+    records = known_records(PLANT, lambda rng: excite(Input.multisine, rng), 0.1, [9])
+    truth = PLANT.theta_path(SAMPLES)
+    contender = Contender(ehsid.Constant(0.99), options=PLAIN)
+    found = run_contender(contender, records, truth, Setting(ORDERS))
+    late = found.theta_path[SAMPLES - SAMPLES // 4 :]
+    by_hand = np.sqrt(sum(np.var(late[:, i]) for i in range(6))) / np.linalg.norm(MODEL_16)
+    assert found.spread[0] == pytest.approx(by_hand, rel=1e-12)
+
+
 def test_groups_of_runs_joined_are_the_runs() -> None:
     def outcome(seeds: list[int]):
         records = known_records(PLANT, lambda rng: excite(Input.prbs, rng), 0.1, seeds)

@@ -11,8 +11,9 @@ from ehsid.harness.gap import noise_floor
 def test_white_noise_on_motion_is_found(seed: int, sigma: float) -> None:
     rng = np.random.default_rng(seed)
     time = np.arange(8000) * 1e-3
-    # Two metres of slow motion, and an oil spring of 70 Hz ten times the noise.
-    motion = 2.0e3 * sigma * np.sin(2.0 * np.pi * 0.5 * time) + 10.0 * sigma * np.sin(440.0 * time)
+    # Slow motion, and an oil spring of 70 Hz of five hundred times the noise: third differences
+    # would leave ten times the noise of it, seventh a thirtieth.
+    motion = 2.0e3 * sigma * np.sin(2.0 * np.pi * 0.5 * time) + 500.0 * sigma * np.sin(440.0 * time)
     found = noise_floor(motion + sigma * rng.standard_normal(time.size))
     # Medians of 400 strongly correlated differences scatter by some 8 %, the median of twenty
     # blocks by 2.5 %; four of them.
