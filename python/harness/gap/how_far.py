@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ehsid.harness.gap.comparison import Compared
+from ehsid.harness.gap.findings import Estimate, HowFar
 from ehsid.harness.gap.floor import NoiseFloor
 from ehsid.harness.gap.thresholds import BOOTSTRAP_DRAWS, SHRINKAGE_LEVEL
 
@@ -59,42 +60,6 @@ def window_sums(
         {name: np.concatenate(parts) for name, parts in spreads.items()},
         np.concatenate(counts),
     )
-
-
-@dataclass(frozen=True)
-class Share:
-    """A share with its interval of 90 %."""
-
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class HowFar:
-    """The contract's figures: nrmse averaged over the outputs.
-
-    Attributes
-    ----------
-    nominal, calibrated, augmented
-        of the rig as told, with its values fitted, and with the effects that were found.
-    noise_floor
-        lowest and highest.
-    of_explainable
-        (calibrated - augmented) / (calibrated - floor); None where nothing is above the floor.
-    from_nominal
-        (nominal - augmented) / nominal.
-    per_output
-        the three gaps of each output.
-    """
-
-    nominal: float
-    calibrated: float
-    augmented: float
-    noise_floor: tuple[float, float]
-    of_explainable: Share | None
-    from_nominal: Share
-    per_output: Mapping[str, tuple[float, float, float]]
 
 
 def _gaps(sums: WindowSums, chosen: npt.NDArray[np.int64]) -> FloatArray:
@@ -154,9 +119,9 @@ def how_far(
     tail = 0.5 * (1.0 - SHRINKAGE_LEVEL)
     of_explainable, from_nominal = shares(every)
 
-    def share(value: float, column: int) -> Share:
+    def share(value: float, column: int) -> Estimate:
         low, high = np.nanquantile(drawn[:, column], [tail, 1.0 - tail])
-        return Share(value, float(low), float(high))
+        return Estimate(value, float(low), float(high))
 
     return HowFar(
         nominal=float(gaps["nominal"].mean()),

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 
+from ehsid.harness.gap.findings import CannotJudge
 from ehsid.harness.gap.regimes import Regimes
 from ehsid.harness.gap.thresholds import (
     FAST_HZ,
@@ -15,14 +15,6 @@ from ehsid.harness.gap.thresholds import (
     LEAST_SHARE,
     LEAST_TRAVEL,
 )
-
-
-@dataclass(frozen=True)
-class CannotJudge:
-    """An effect, and what is missing."""
-
-    id: str
-    why: str
 
 
 def _large_commands(regimes: Regimes) -> str | None:
