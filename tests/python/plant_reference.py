@@ -79,7 +79,8 @@ class Reference:
         beta = self.p["fluid.bulk_modulus_pa"]
         alpha = self.effect("entrained_air", "volume_fraction")
         r = alpha * (ATMOSPHERE / p) ** (1.0 / 1.3)
-        return beta * (1.0 + r) / (1.0 + r * beta / (1.3 * p))
+        beta = beta * (1.0 + r) / (1.0 + r * beta / (1.3 * p))
+        return 1.0 / (1.0 / beta + self.p["nuisance.free_gas"] * ATMOSPHERE / p**2)
 
     def flow(self, x: float, drop: float) -> float:
         p = self.p

@@ -76,6 +76,7 @@ VARIED = [
     "nuisance.edge_at",
     "nuisance.flow_exponent",
     "nuisance.laminar_pressure_pa",
+    "nuisance.free_gas",
     "initial.position_m",
     "effects.transport_delay.delay_s",
     "effects.valve_hysteresis.half_width",
@@ -212,6 +213,7 @@ def test_a_chamber_that_parted_fills_again() -> None:
         "load.mass_kg": 2000.0,
         "cylinder.stroke_m": 2.0,
         "initial.position_m": 1.0,
+        "nuisance.free_gas": 0.0,
     }
     command = np.concatenate([np.full(150, 9.0), np.zeros(1000)])
     found = [runs.simulate(values, command, substeps) for substeps in (8, 16, 32)]

@@ -33,6 +33,7 @@ PLAIN_VALVE = {
     "nuisance.spool_bandwidth_hz": 0.0,
     "nuisance.edge_rounding": 1e-12,
     "nuisance.laminar_pressure_pa": 1e-3,
+    "nuisance.free_gas": 0.0,
 }
 MODEL = 1e-10
 

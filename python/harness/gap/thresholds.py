@@ -37,6 +37,7 @@ NUISANCE_SIGMA = {
     "nuisance.edge_rounding": 0.7,
     "nuisance.laminar_pressure_pa": 0.7,
     "nuisance.presliding_m": 0.5,
+    "nuisance.free_gas": 1.2,
     "nuisance.edge_pa": 0.005,
     "nuisance.edge_at": 0.005,
     "nuisance.edge_pb": 0.005,
@@ -48,6 +49,7 @@ LOGARITHMIC_NUISANCES = (
     "nuisance.edge_rounding",
     "nuisance.laminar_pressure_pa",
     "nuisance.presliding_m",
+    "nuisance.free_gas",
 )
 
 # Steps of integration a sample of a fit: at 1 kHz they resolve an oil spring of 100 Hz to 0.1 %.

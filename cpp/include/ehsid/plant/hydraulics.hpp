@@ -5,6 +5,8 @@
 //   dp_a/dt = beta_e(p_a) / (V_a0 + A_a y) (q_pa - q_at - q_leak,a - A_a y')
 //   dp_b/dt = beta_e(p_b) / (V_b0 + A_b (stroke - y)) (q_pb - q_bt - q_leak,b + A_b y')
 //   force   = p_a A_a - p_b A_b - p_0 (A_a - A_b)
+// Every oil holds a little free gas (ibid., ch. 2, isothermal): alpha p_0 / p of the volume. It is felt near vacuum only:
+//   1 / beta_e = 1 / beta + alpha p_0 / p^2
 //
 // Integration: the two-stage Rosenbrock method of Verwer et al. (SIAM J. Sci. Comput. 20, 1999), second order and
 // L-stable, so that stiff edges do not dictate the step.
@@ -74,7 +76,7 @@ class Hydraulics {
                    const Scalar& inverse_volume) const {
     Scalar beta = bulk_modulus_;
     effects.each([&](const auto& effect) { put(beta, effect.bulk_modulus(beta, pressure)); });
-    return beta * inverse_volume;
+    return beta / (1.0 + beta * free_gas_pressure_ / (pressure * pressure)) * inverse_volume;
   }
 
   template <class Flows>
@@ -119,7 +121,7 @@ class Hydraulics {
   static constexpr double kGamma = 0.2928932188134524;  // 1 - 1 / sqrt(2)
 
   Scalar area_a_, area_b_, stroke_, dead_a_, dead_b_, atmosphere_force_;
-  Scalar source_, tank_, bulk_modulus_;
+  Scalar source_, tank_, bulk_modulus_, free_gas_pressure_;
   MeteringEdges<Scalar> edges_;
   Scalar overlap_pa_, overlap_at_, overlap_pb_, overlap_bt_;
   bool line_ = false;
@@ -137,6 +139,7 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
       source_(value_at(values, RigValue::supply_pressure)),
       tank_(value_at(values, RigValue::tank_pressure)),
       bulk_modulus_(value_at(values, RigValue::bulk_modulus)),
+      free_gas_pressure_(value_at(values, Nuisance::free_gas) * kAtmosphere),
       edges_(
           value_at(values, RigValue::rated_flow), value_at(values, RigValue::rated_pressure_drop),
           value_at(values, Nuisance::flow_exponent), value_at(values, Nuisance::laminar_pressure),

@@ -80,6 +80,7 @@ enum class Nuisance : std::size_t {
   flow_exponent,
   laminar_pressure,
   presliding,
+  free_gas,
   count
 };
 
@@ -98,6 +99,8 @@ inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(Nuisance::co
     {"nuisance.laminar_pressure_pa", "Pa", 1e2, 5e5, 2e4,
      "pressure drop where the flow turns laminar"},
     {"nuisance.presliding_m", "m", 1e-6, 5e-4, 2e-5, "give of the seals before they slide"},
+    {"nuisance.free_gas", "1", 1e-6, 5e-4, 2e-5,
+     "volume of gas come out of the oil, at atmospheric pressure"},
 }};
 
 enum class Initial : std::size_t { position, velocity, pressure_a, pressure_b, count };
