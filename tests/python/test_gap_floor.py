@@ -41,5 +41,5 @@ def test_floor_of_noise_that_grows_is_an_interval() -> None:
 
 
 def test_short_signals_are_refused() -> None:
-    with pytest.raises(ValueError, match="200 samples, there are 50"):
+    with pytest.raises(ValueError, match="100 samples, there are 50"):
         noise_floor(np.zeros(50))

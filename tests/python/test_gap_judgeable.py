@@ -7,7 +7,7 @@ import pytest
 
 import ehsid
 from ehsid.harness.excitation import odd_multisine, random_steps, triangle
-from ehsid.harness.gap.judgeable import cannot_judge
+from ehsid.harness.gap.judgeable import beyond_reach, cannot_judge
 from ehsid.harness.gap.regimes import Regimes, visited
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import simulate
@@ -26,6 +26,8 @@ RICH = Regimes(
     load_signs=2,
     fast_power_hz=50.0,
     lowest_pressure_pa=2e6,
+    highest_pressure_pa=9e6,
+    position_floor_m=1e-5,
 )
 
 
@@ -55,6 +57,7 @@ def test_a_rich_record_can_speak_of_everything() -> None:
             "no power above 1.0 Hz",
         ),
         ({"travel": 0.02}, ["load_spring"], "covers 2 % of the stroke"),
+        ({"lowest_pressure_pa": 6e6}, ["entrained_air"], "within 6e+06 to 9e+06 Pa"),
     ],
 )
 def test_what_was_not_visited_is_named(
@@ -79,6 +82,36 @@ def test_only_what_is_asked_for_is_answered() -> None:
     poor = replace(RICH, largest_command=0.1)
     assert [one.id for one in cannot_judge([poor], ["supply_droop"])] == ["supply_droop"]
     assert cannot_judge([poor], ["coulomb_friction"]) == []
+
+
+def test_a_motor_has_neither_valve_nor_oil() -> None:
+    found = {one.id: one.why for one in cannot_judge([RICH], IDS, "axis")}
+    assert found["valve_dead_band"] == 'a plant "axis" is told without a valve'
+    assert found["entrained_air"] == 'a plant "axis" is told without hydraulics'
+    subsystems = {effect.id: effect.subsystem for effect in ehsid.effects()}
+    assert {subsystems[one] for one in found} == {"valve", "hydraulics"}
+    assert len(found) == sum(part in ("valve", "hydraulics") for part in subsystems.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "inside", "outside"),
+    [
+        ("valve_flow_saturation.limit", 0.6, 0.9),
+        ("valve_dead_band.overlap", 0.05, 0.85),
+        ("valve_hysteresis.half_width", 0.05, 0.85),
+        ("sensor_backlash.half_width_m", 1e-4, 2e-6),
+    ],
+)
+def test_a_size_that_no_record_reached_is_beyond_reach(
+    name: str, inside: float, outside: float
+) -> None:
+    effect = name.split(".")[0]
+    poor = replace(RICH, largest_command=0.01, position_floor_m=1.0)
+    for records in ([RICH], [poor, RICH]):
+        assert beyond_reach({f"effects.{name}": inside}, records, [effect]) == []
+        (found,) = beyond_reach({f"effects.{name}": outside}, records, [effect])
+        assert found.id == effect
+    assert beyond_reach({}, [RICH], ["coulomb_friction"]) == []
 
 
 def test_signals_show_what_the_page_on_excitation_says() -> None:

@@ -103,4 +103,7 @@ def test_pressures_tell_the_sign_of_the_load() -> None:
         )
         found = visited(record, rig)
         assert found.load_signs == signs
-        assert found.lowest_pressure_pa == pytest.approx(min(p_a.min(), p_b.min()))
+        # One sample in a thousand of both chambers is beyond.
+        both = np.sort(np.concatenate([p_a, p_b]))
+        assert found.lowest_pressure_pa == pytest.approx(both[4], rel=1e-3)
+        assert found.highest_pressure_pa == pytest.approx(both[-5], rel=1e-3)

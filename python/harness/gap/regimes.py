@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.gap.floor import floor_of
 from ehsid.harness.gap.thresholds import NEAR_NULL, SLOW_SHARE
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
@@ -38,8 +39,10 @@ class Regimes:
         1 or 2: whether the load on the cylinder pushes one way or both; None without pressures.
     fast_power_hz
         frequency below which 99 % of the power of the command's changes lies.
-    lowest_pressure_pa
+    lowest_pressure_pa, highest_pressure_pa
         of both chambers; None without pressures.
+    position_floor_m
+        noise of the position sensor, its steps included.
     """
 
     largest_command: float
@@ -52,6 +55,8 @@ class Regimes:
     load_signs: int | None
     fast_power_hz: float
     lowest_pressure_pa: float | None
+    highest_pressure_pa: float | None
+    position_floor_m: float
 
 
 def reversals(signal: FloatArray, share: float) -> int:
@@ -92,14 +97,15 @@ def visited(record: Record, rig: Rig) -> Regimes:
         travel = float(np.ptp(position) / stroke)
         end = 0.01 * stroke
         at_ends = float(np.mean((position < end) | (position > stroke - end)))
-    load_signs = lowest = None
+    load_signs = lowest = highest = None
     if not np.isnan(states[:, 2:]).any() and "cylinder.bore_m" in rig.values:
         cap = rig.values["cylinder.bore_m"] ** 2
         annulus = cap - rig.values["cylinder.rod_m"] ** 2
         load = states[:, 2] * cap - states[:, 3] * annulus
         # Both ways where it does so for a twentieth of the time at least.
         load_signs = 2 if 0.05 < float(np.mean(load > 0.0)) < 0.95 else 1
-        lowest = float(states[:, 2:].min())
+        # Noise has no part in it: one sample in a thousand is beyond.
+        lowest, highest = (float(end) for end in np.quantile(states[:, 2:], [0.001, 0.999]))
     return Regimes(
         largest_command=float(share.max()),
         near_null=float(np.mean(share < NEAR_NULL)),
@@ -111,6 +117,8 @@ def visited(record: Record, rig: Rig) -> Regimes:
         load_signs=load_signs,
         fast_power_hz=_fast_power(command, record.dt_s),
         lowest_pressure_pa=lowest,
+        highest_pressure_pa=highest,
+        position_floor_m=floor_of(record, "position_m").value,
     )
 
 

@@ -81,3 +81,103 @@ LEAST_REVERSALS = 4
 FAST_HZ = 3.0
 # A spring is a force until the rod has moved: over a tenth of the stroke it changes by a tenth.
 LEAST_TRAVEL = 0.1
+
+# --- Noise floor -------------------------------------------------------------------------------
+# A servo forgets how it got here within a few periods of its oil spring, the valve sooner.
+REPEAT_SETTLED_S = 0.5
+# Between two repeats the rod may be elsewhere by this share of its range within one: volumes, and
+# with them the oil spring, differ by less than that share, and the response by less than half.
+REPEAT_DRIFT = 0.02
+# What is even in that goes out of three repeats: half of the range leaves less than its square.
+REPEAT_DRIFT_EVEN = 0.5
+# At rest: a command within a two-hundredth of its range moves the rod by less than its friction
+# holds; and a hundredth of the largest speed is creep, nearly a straight line.
+REST_COMMAND = 0.005
+REST_SPEED = 0.01
+# Windows of half a second that make a floor: four of them have two significant digits at 20
+# independent errors a second.
+REST_WINDOWS = 4
+# Of twenty medians of differences of white noise orders 7 and 9 agree within some 5 %; 4 times
+# that is not white noise.
+MOTION_SEEN = 0.2
+# No sensor resolves a millionth of what it shows; below it are the digits of a file.
+LEAST_FLOOR = 1e-6
+
+# --- Gate --------------------------------------------------------------------------------------
+# Jitter: at a tenth of what reading refuses, a sine of 10 Hz at 1 kHz is off by 6e-5 of its size.
+JITTER_SHOWS = 1e-3
+# Crystals keep 1e-4; what changes by more was not sampled by one.
+CLOCK_DRIFT = 2e-4
+# Four windows: two to fit, two to hold out.
+LEAST_WINDOWS = 4
+# Below ten samples a period a held command and its delay of half a sample swamp a lag.
+SAMPLES_A_PERIOD = 10
+# Within a hundredth of the stroke is at its end; a twentieth of the time there is seen in a mean,
+# half of it leaves no record.
+END_ZONE = 0.01
+AT_END = 0.05
+AT_END_ALL = 0.5
+# Beyond the stroke: a hundredth is a sensor's zero, a tenth another machine or another unit.
+BEYOND = 0.01
+STROKE_BEYOND = 0.1
+# Commands: a hundredth is the amplifier's zero, three times rated another unit.
+COMMAND_BEYOND = 0.01
+COMMAND_UNIT = 3.0
+LIMIT_SHARE = 0.2
+# Pressures that never reach a hundredth of the supply are in another unit: the least of these, kPa
+# and psi, are a thousandth and less; tank pressure alone is above a hundredth.
+PRESSURE_UNIT = 0.01
+# White noise of 400,000 samples stays within five deviations.
+VACUUM_FLOORS = 6.0
+# The rig's own uncertainty of the supply, as far as a fit may go.
+SUPPLY_SIGMAS = MOST_SIGMAS
+# Water hammer passes in a hundredth of the time.
+BEYOND_SHARE = 0.01
+# Motion is compared in windows; below this many times its noise there is none.
+MOVES = 10.0
+# A sensor froze: longer than any window of a filter, and then a step of ten times the usual one.
+FROZEN_S = 0.05
+FROZEN_STEP = 10.0
+# A sensor is saturated: five equal extremes in a row, entered in motion, three times.
+CLIPPED_SAMPLES = 5
+CLIPPED_RUNS = 3
+# A spike: six times what 95 % of the samples are away from their neighbours' cubic (white noise: 16
+# deviations), with nothing of a third of its size near by, as a swing of the oil would have.
+# Below a thousandth of the channel's deviation it moves no figure.
+SPIKE_SIZE = 6.0
+SPIKE_MATTERS = 1e-3
+SPIKE_ALONE = 0.3
+# Noise of one sensor scatters by a tenth between records; three times is another one.
+FLOORS_DIFFER = 3.0
+# Command and speed: opposite without doubt. Oil springs and limit cycles turn the phase, by less
+# than half a turn on the whole.
+OPPOSITE = 0.3
+# The force balance is looked at over this long, which keeps an oil spring of 20 Hz.
+FORCE_SMOOTHED_S = 0.02
+# Pressures are exchanged where that leaves less than this share of the force unexplained.
+EXCHANGED = 0.3
+
+# --- Where -------------------------------------------------------------------------------------
+# Test functions of the weak form: 20 ms hold a period of a spool of 50 Hz, so that lag and delay
+# of the valve still show, and noise of 1 kHz samples goes down by three; 20 samples resolve psi''.
+WEAK_FORM_S = 0.02
+WEAK_FORM_SAMPLES = 20
+# (1 - s^2)^4: psi'' still vanishes at the ends, so that the trapezoidal rule does well on it.
+WEAK_FORM_ORDER = 4
+# The prior of an equation's own values counts against what the equation leaves, which is known
+# after a turn or two.
+EQUATION_SETTLES = 4
+# Zero error of a pressure sensor, share of the supply pressure: what data sheets promise of full
+# scale. It covers gauge readings taken for absolute ones, too.
+ZERO_ERROR = 0.005
+
+# --- Regimes -----------------------------------------------------------------------------------
+# Air is compliance that goes with p^-1.77: over a factor of two in pressure it changes 3.4-fold;
+# over less it is another bulk modulus.
+PRESSURES_VARY = 2.0
+
+# --- Suspects of the equations -----------------------------------------------------------------
+# A gain must be this many deviations of its own scatter over windows: some 30 trials are made.
+SUSPECT_DEVIATIONS = 3.0
+# Weights of the equations follow from what they are left with: settled after a few turns.
+SUSPECT_TURNS = 3

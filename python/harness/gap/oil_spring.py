@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: MIT
+"""How fast a machine swings, as far as the rig tells."""
+
+from __future__ import annotations
+
+import math
+
+from ehsid.harness.rigs import Rig
+
+
+def oil_spring_hz(rig: Rig) -> float | None:
+    """Frequency of the load on the oil at mid-stroke, in Hz; None for a plant without oil."""
+    v = rig.values
+    if rig.plant == "axis":
+        return None
+    if rig.plant == "linear":
+        # omega^2 = 4 beta_e A_p^2 / (V_t M_t) (H. Merritt, Hydraulic Control Systems, 1967)
+        square = 4.0 * v["linear.bulk_modulus_pa"] * v["linear.area_m2"] ** 2
+        square /= v["linear.volume_m3"] * v["linear.mass_kg"]
+        return math.sqrt(square) / (2.0 * math.pi)
+    cap = 0.25 * math.pi * v["cylinder.bore_m"] ** 2
+    annulus = cap - 0.25 * math.pi * v["cylinder.rod_m"] ** 2
+    half = 0.5 * v["cylinder.stroke_m"]
+    # omega^2 = beta (A_a^2 / V_a + A_b^2 / V_b) / m: the two chambers are springs side by side.
+    stiffness = v["fluid.bulk_modulus_pa"] * (
+        cap**2 / (v["cylinder.dead_volume_a_m3"] + cap * half)
+        + annulus**2 / (v["cylinder.dead_volume_b_m3"] + annulus * half)
+    )
+    return math.sqrt(stiffness / v["load.mass_kg"]) / (2.0 * math.pi)

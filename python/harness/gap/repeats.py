@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: MIT
+"""Where a record's command repeats itself: what differs between two repeats is noise.
+
+R. Pintelon, J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012, sec.
+2.5: the sample variance over periods needs no model of the plant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.gap.thresholds import (
+    REPEAT_DRIFT,
+    REPEAT_DRIFT_EVEN,
+    REPEAT_SETTLED_S,
+    WINDOW_S,
+)
+from ehsid.harness.records import Record
+
+FloatArray = npt.NDArray[np.float64]
+
+# Samples that are looked for again; a word of this length with several values is no accident.
+WORD = 24
+# Where words are taken from: a stretch of a twentieth of the record is found.
+ANCHORS = 40
+
+
+@dataclass(frozen=True)
+class Repeat:
+    """Samples first to last, last excluded, have the command of those `lag` samples later."""
+
+    lag: int
+    first: int
+    last: int
+
+
+def find_repeat(command: FloatArray, least: int) -> Repeat | None:
+    """The longest stretch whose command comes again exactly; None where it is below `least`.
+
+    Commands that a controller computed from a noisy sensor never do.
+
+    Parameters
+    ----------
+    command
+        shape (N,).
+    least
+        samples that the stretch must have.
+    """
+    n = command.size
+    found: Repeat | None = None
+    tried: set[int] = set()
+    for anchor in np.linspace(0, max(0, n - 2 * WORD), ANCHORS).astype(int).tolist():
+        word = command[anchor : anchor + WORD]
+        # A word that stands still, or nearly, is found everywhere.
+        if np.unique(word).size < WORD // 4:
+            continue
+        rest = command[anchor + 1 :]
+        places = np.flatnonzero(rest[: rest.size - WORD + 1] == word[0])
+        for offset in range(1, WORD):
+            places = places[rest[places + offset] == word[offset]]
+        for lag in (places[:2] + 1).tolist():
+            if lag in tried:
+                continue
+            tried.add(lag)
+            first, last = _longest(command[lag:] == command[:-lag])
+            if last - first >= least and (found is None or last - first > found.last - found.first):
+                found = Repeat(lag, first, last)
+    return found
+
+
+def _longest(same: npt.NDArray[np.bool_]) -> tuple[int, int]:
+    """Longest run of True, its end excluded."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(np.int8)))
+    starts, ends = edges[::2], edges[1::2]
+    if starts.size == 0:
+        return 0, 0
+    place = int(np.argmax(ends - starts))
+    return int(starts[place]), int(ends[place])
+
+
+def repeat_errors(record: Record, name: str) -> list[FloatArray]:
+    """What differs between repeats of a column, in windows, each of the noise's own deviation.
+
+    Of three repeats in a row it is x_1 - 2 x_2 + x_3, of six times the variance of the noise: what
+    changes evenly, as the response of a rod that drifts, goes out. Of two it is x_1 - x_2, of twice
+    the variance, and only where the rod stays in place. The mean over a window goes, too: a servo
+    drifts, and the gap is measured in windows.
+
+    Parameters
+    ----------
+    record
+        without gaps, with `command_v` and `position_m`.
+    name
+        of the column.
+
+    Returns
+    -------
+    Windows of equal length; none where the command does not repeat itself.
+    """
+    assert record.dt_s is not None
+    length = max(10, round(WINDOW_S / record.dt_s))
+    settled = round(REPEAT_SETTLED_S / record.dt_s)
+    repeat = find_repeat(record.column("command_v"), settled + 2 * length)
+    if repeat is None:
+        return []
+    begin = repeat.first + settled
+    # Where the stretch is longer than a period the third repeat begins within it.
+    samples = repeat.last - repeat.lag - begin
+    weights, most = np.array([1.0, -2.0, 1.0]), REPEAT_DRIFT_EVEN
+    if samples < 2 * length:
+        samples, weights, most = repeat.last - begin, np.array([1.0, -1.0]), REPEAT_DRIFT
+
+    def repeats(column: FloatArray) -> FloatArray:
+        starts = begin + repeat.lag * np.arange(weights.size)
+        return np.stack([column[start : start + samples] for start in starts])
+
+    position = repeats(record.column("position_m"))
+    drift = np.abs(np.diff(position.mean(axis=1))).max()
+    if drift > most * np.ptp(position, axis=1).max():
+        return []
+    difference = weights @ repeats(record.column(name)) / np.linalg.norm(weights)
+    count = samples // length
+    windows = difference[: count * length].reshape(count, length)
+    centred = windows - windows.mean(axis=1, keepdims=True)
+    # One degree of freedom went with the mean.
+    return list(centred * np.sqrt(length / (length - 1)))

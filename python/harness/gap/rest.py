@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: MIT
+"""Stretches of a record in which the rod stands still: what moves there is noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.gap.thresholds import REST_COMMAND, REST_SPEED, WINDOW_S
+from ehsid.harness.records import Record
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def rest_windows(record: Record) -> list[slice]:
+    """Windows at rest, each after one in which the command already stood still.
+
+    At rest the command stays within REST_COMMAND of its range, and the mean speed is below
+    REST_SPEED of the record's largest.
+
+    Parameters
+    ----------
+    record
+        without gaps, with `command_v` and `position_m`.
+    """
+    assert record.dt_s is not None
+    length = max(10, round(WINDOW_S / record.dt_s))
+    count = len(record) // length
+    if count < 2:
+        return []
+    command = record.column("command_v")[: count * length].reshape(count, length)
+    position = record.column("position_m")[: count * length].reshape(count, length)
+    quiet = np.ptp(command, axis=1) <= REST_COMMAND * np.ptp(command)
+    third = length // 3
+    ends = position[:, -third:].mean(axis=1), position[:, :third].mean(axis=1)
+    travelled = np.abs(ends[0] - ends[1])
+    still = travelled <= REST_SPEED * travelled.max()
+    settled = np.concatenate([[False], quiet[:-1]])
+    return [
+        slice(k * length, (k + 1) * length)
+        for k in np.flatnonzero(quiet & still & settled).tolist()
+    ]
+
+
+def rest_errors(record: Record, name: str) -> list[FloatArray]:
+    """A column in the windows at rest, less a straight line each: what creeps is no noise."""
+    column = record.column(name)
+    found = []
+    for window in rest_windows(record):
+        samples = column[window]
+        time = np.linspace(-1.0, 1.0, samples.size)
+        line = samples.mean() + time * (time @ samples) / (time @ time)
+        # Two degrees of freedom went with the line.
+        found.append((samples - line) * np.sqrt(samples.size / (samples.size - 2)))
+    return found
