@@ -167,9 +167,12 @@ WEAK_FORM_ORDER = 4
 # The prior of an equation's own values counts against what the equation leaves, which is known
 # after a turn or two.
 EQUATION_SETTLES = 4
-# Zero error of a pressure sensor, share of the supply pressure: what data sheets promise of full
-# scale. It covers gauge readings taken for absolute ones, too.
-ZERO_ERROR = 0.005
+# And within these deviations of its prior, lest an equation explain an effect by values that no
+# rig has.
+OWN_SIGMAS = 3.0
+# Zero error of a pressure sensor, share of the supply pressure: a class of 0.25 % of full scale. It
+# covers gauge readings taken for absolute ones, too: 0.1 MPa of 12 within three deviations.
+ZERO_ERROR = 0.0025
 
 # --- Regimes -----------------------------------------------------------------------------------
 # Air is compliance that goes with p^-1.77: over a factor of two in pressure it changes 3.4-fold;
@@ -181,3 +184,25 @@ PRESSURES_VARY = 2.0
 SUSPECT_DEVIATIONS = 3.0
 # Weights of the equations follow from what they are left with: settled after a few turns.
 SUSPECT_TURNS = 3
+
+# --- The next experiment -----------------------------------------------------------------------
+# Long enough for fifteen windows, short enough for an afternoon of them.
+DESIGN_S = 8.0
+# Past the corner of any servo valve whose lag matters.
+DESIGN_FAST_HZ = 150.0
+# The loop that holds the rod about its path turns no command of more than a few times this.
+DESIGN_HELD_HZ = 0.2
+# Free at either end of the span: ten per cent of it, half of that for what the rig does not know.
+DESIGN_MARGIN = 0.1
+# Chambers may rise above the supply by inertia and by unequal areas; above this relief valves open.
+DESIGN_PRESSURE = 1.5
+# Noise of a pressure sensor that is not there yet: a thousandth of its range is usual.
+DESIGN_PRESSURE_NOISE = 1e-3
+# Steps of a fit on each entry of the menu; the best entries are then fitted as the diagnosis does.
+DESIGN_ITERATIONS = 4
+DESIGN_FINALISTS = 3
+# A difference of ten in log-likelihood: odds of 20,000 to 1 for windows that are as independent as
+# is assumed, still 150 to 1 where only half of them are.
+SEPARATED_NATS = 10.0
+# With nineteen in twenty no sensor needs to be bought.
+DESIGN_POWER = 0.95

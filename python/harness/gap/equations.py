@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: MIT
+"""What every equation of the servo leaves over, from measured signals and without a fit of effects.
+
+Each equation is regressed on its own: its terms at given values, and their slopes by every value of
+the rig and nuisance that it contains, held by the priors of the calibration. Equations do not share
+values, so that an effect in one of them cannot hide in another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.gap.findings import EquationShare, Estimate
+from ehsid.harness.gap.floor import noise_floor
+from ehsid.harness.gap.inverse_servo import CAP, FORCE, ROD, SPOOL, SUPPLY, servo_terms
+from ehsid.harness.gap.inverse_signals import Measured, Terms, all_values, measured
+from ehsid.harness.gap.parameters import Parameter, calibration_parameters
+from ehsid.harness.gap.thresholds import (
+    BOOTSTRAP_DRAWS,
+    EQUATION_SETTLES,
+    INDEPENDENT_HZ,
+    OWN_SIGMAS,
+    SHRINKAGE_LEVEL,
+    SKIP_S,
+    WINDOW_S,
+    ZERO_ERROR,
+)
+from ehsid.harness.gap.weak_form import WeakForm, regress
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
+
+FloatArray = npt.NDArray[np.float64]
+Values = Mapping[str, float]
+
+# Whose effects show in an equation first; how a continuity is split is said by `hints`.
+SUBSYSTEM = {
+    SPOOL: "valve",
+    CAP: "hydraulics",
+    ROD: "hydraulics",
+    SUPPLY: "hydraulics",
+    FORCE: "mechanics",
+}
+
+
+PRESSURES = ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
+
+
+@dataclass(frozen=True, eq=False)
+class Equation:
+    """An equation over all records, regressed.
+
+    Attributes
+    ----------
+    name
+        of the equation.
+    rows
+        shape (K,), its residual at the given values.
+    columns
+        shape (K, n), slopes by x of its own parameters.
+    centre, weight
+        shape (n,), of the prior of their moves in the regression, in squares of rows.
+    moved
+        shape (n,), as regressed, within OWN_SIGMAS of the prior.
+    noise
+        shape (K,), what a draw of sensor noise adds to the residual.
+    largest
+        rms of the largest term.
+    block
+        shape (K,), number of the window of half a second of a row.
+    independent
+        independent rows.
+    """
+
+    name: str
+    rows: FloatArray
+    columns: FloatArray
+    centre: FloatArray
+    weight: FloatArray
+    moved: FloatArray
+    noise: FloatArray
+    largest: float
+    block: npt.NDArray[np.int64]
+    independent: float
+
+    @property
+    def residual(self) -> FloatArray:
+        """Shape (K,), after its own parameters have been moved."""
+        return np.asarray(self.rows + self.columns @ self.moved, dtype=np.float64)
+
+
+def equations(records: Sequence[Record], rig: Rig, values: Values) -> tuple[Equation, ...]:
+    """All equations for which every record has the measurements.
+
+    Parameters
+    ----------
+    records
+        without gaps.
+    rig
+        as told.
+    values
+        in place of the rig's, by full name: the calibrated ones.
+
+    Raises
+    ------
+    ValueError
+        a record with gaps.
+    """
+    signals = [measured(record, rig) for record in records]
+    told = all_values(rig, values)
+    base = _stacked(signals, told, rig.plant)
+    if not base:
+        return ()
+    noisy = _stacked([_with_noise(one, k) for k, one in enumerate(signals)], told, rig.plant)
+    own = [
+        *(_slope(signals, told, rig.plant, p) for p in calibration_parameters(rig)),
+        *_zero_errors(signals, told, rig.plant),
+    ]
+    block = _blocks(signals)
+    seconds = sum(one.command.size * one.dt_s - SKIP_S for one in signals)
+    found = []
+    for name, terms in base.items():
+        rows = _sum(terms)
+        concerned = [one for one in own if np.any(one.rows[name])]
+        columns = np.array([one.rows[name] for one in concerned]).reshape(-1, rows.size).T
+        centre = np.array([one.centre for one in concerned])
+        precision = np.array([one.sigma**-2 for one in concerned])
+        reach = OWN_SIGMAS * precision**-0.5
+        independent = INDEPENDENT_HZ * seconds
+        weight = moved = np.zeros(centre.size)
+        for _ in range(EQUATION_SETTLES):
+            # The prior counts against n independent rows of the deviation that is left.
+            variance = float(np.mean((rows + columns @ moved) ** 2))
+            weight = variance * rows.size / independent * precision
+            moved = regress(rows, columns, centre, weight, reach)
+        noise = _sum(noisy[name]) - rows
+        largest = max(float(np.sqrt(np.mean(term**2))) for term in terms.values())
+        found.append(
+            Equation(name, rows, columns, centre, weight, moved, noise, largest, block, independent)
+        )
+    return tuple(found)
+
+
+def equation_shares(
+    records: Sequence[Record], rig: Rig, values: Values
+) -> tuple[EquationShare, ...]:
+    """Residual of every equation beside what the noise of the sensors leaves; see `equations`."""
+    return tuple(share_of(equation) for equation in equations(records, rig, values))
+
+
+def share_of(equation: Equation) -> EquationShare:
+    """Intervals from whole windows, drawn with replacement (Künsch, Ann. Statist. 17(3), 1989)."""
+    squares = np.bincount(equation.block, equation.residual**2)
+    counts = np.bincount(equation.block)
+    rng = np.random.default_rng(0)
+    drawn = rng.integers(counts.size, size=(BOOTSTRAP_DRAWS, counts.size))
+    rms = np.sqrt(squares[drawn].sum(axis=1) / counts[drawn].sum(axis=1)) / equation.largest
+    tail = 0.5 * (1.0 - SHRINKAGE_LEVEL)
+    low, high = np.quantile(rms, [tail, 1.0 - tail])
+    value = float(np.sqrt(np.mean(equation.residual**2))) / equation.largest
+    noise = float(np.sqrt(np.mean(equation.noise**2))) / equation.largest
+    return EquationShare(
+        equation.name,
+        SUBSYSTEM[equation.name],
+        Estimate(value, float(low), float(high)),
+        noise,
+    )
+
+
+def _stacked(signals: Sequence[Measured], values: Values, plant: str) -> dict[str, Terms]:
+    """Terms of the equations that all records have, record after record."""
+    each = [servo_terms(one, values, plant) for one in signals]
+    common = [name for name in each[0] if all(name in one for one in each)]
+    return {
+        name: {term: np.concatenate([one[name][term] for one in each]) for term in each[0][name]}
+        for name in common
+    }
+
+
+def residuals(signals: Sequence[Measured], values: Values, plant: str) -> dict[str, FloatArray]:
+    """Residual rows of the equations at given values, shape (K,) each."""
+    return {name: _sum(terms) for name, terms in _stacked(signals, values, plant).items()}
+
+
+def _sum(terms: Terms) -> FloatArray:
+    return np.asarray(np.sum(list(terms.values()), axis=0), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class _Own:
+    """A value that an equation may move: prior of its move, and slopes of the residual rows."""
+
+    centre: float
+    sigma: float
+    rows: Mapping[str, FloatArray]
+
+
+def _slope(signals: Sequence[Measured], values: Values, plant: str, parameter: Parameter) -> _Own:
+    """Central difference over half a deviation of the prior: roundings bend within it."""
+    x = parameter.place(values[parameter.name])
+    reach = min(0.25 * parameter.sigma, 0.1 * (parameter.high - parameter.low))
+    high, low = min(x + reach, parameter.high), max(x - reach, parameter.low)
+    up = residuals(signals, {**values, parameter.name: parameter.value(high)}, plant)
+    down = residuals(signals, {**values, parameter.name: parameter.value(low)}, plant)
+    slopes = {name: (up[name] - down[name]) / (high - low) for name in up}
+    return _Own(parameter.centre - x, parameter.sigma, slopes)
+
+
+def _zero_errors(signals: Sequence[Measured], values: Values, plant: str) -> list[_Own]:
+    """Of each pressure sensor, as a share of the supply pressure."""
+    if plant != "ehs":
+        return []
+    base = residuals(signals, values, plant)
+    found = []
+    for name in PRESSURES:
+        if all(name in one.columns for one in signals):
+            step = ZERO_ERROR * values["supply.pressure_pa"]
+            moved = [
+                replace(one, columns={**one.columns, name: one.columns[name] + step})
+                for one in signals
+            ]
+            rows = residuals(moved, values, plant)
+            found.append(_Own(0.0, 1.0, {key: rows[key] - base[key] for key in rows}))
+    return found
+
+
+def _with_noise(signals: Measured, seed: int) -> Measured:
+    """The same signals with another draw of the noise that is in them already."""
+    rng = np.random.default_rng(seed)
+    columns = {
+        name: column + noise_floor(column).value * rng.standard_normal(column.size)
+        for name, column in signals.columns.items()
+        if name != "command_v"
+    }
+    return Measured(signals.dt_s, signals.command, columns)
+
+
+def _blocks(signals: Sequence[Measured]) -> npt.NDArray[np.int64]:
+    found: list[npt.NDArray[np.int64]] = []
+    first = 0
+    for one in signals:
+        skipped = int(np.ceil(SKIP_S / one.dt_s))
+        centres = WeakForm(one.dt_s, first=skipped).centres(one.command.size)
+        number = ((centres - skipped) * one.dt_s / WINDOW_S).astype(np.int64)
+        found.append(first + number)
+        first += int(number[-1]) + 1
+    return np.concatenate(found)
