@@ -196,13 +196,48 @@ DESIGN_HELD_HZ = 0.2
 DESIGN_MARGIN = 0.1
 # Chambers may rise above the supply by inertia and by unequal areas; above this relief valves open.
 DESIGN_PRESSURE = 1.5
+# Below half an atmosphere oil foams: bad for the machine, and no simulator is sure of it.
+DESIGN_VACUUM_PA = 5e4
 # Noise of a pressure sensor that is not there yet: a thousandth of its range is usual.
 DESIGN_PRESSURE_NOISE = 1e-3
 # Steps of a fit on each entry of the menu; the best entries are then fitted as the diagnosis does.
 DESIGN_ITERATIONS = 4
-DESIGN_FINALISTS = 3
+DESIGN_FINALISTS = 6
 # A difference of ten in log-likelihood: odds of 20,000 to 1 for windows that are as independent as
 # is assumed, still 150 to 1 where only half of them are.
 SEPARATED_NATS = 10.0
+# The best rival must explain its own record: errors of integration stay below a hundredth of the
+# motion, or below the noise.
+DESIGN_ERROR = 0.01
 # With nineteen in twenty no sensor needs to be bought.
 DESIGN_POWER = 0.95
+# A sensor that adds less than this to the power is not asked for.
+DESIGN_GAIN = 0.1
+
+# --- Maps of the gap ---------------------------------------------------------------------------
+# Turns that count, share of the signal's range, as in `regimes`; what follows one: a servo settles
+# within some periods of its oil spring.
+TURN_OF_COMMAND = 0.05
+TURN_OF_ROD = 0.02
+AFTER_TURN_S = 0.1
+# Free gas and entrained air are felt below some five atmospheres.
+LOW_PRESSURE_PA = 5e5
+# A condition that holds for less than a hundredth of the time is one of 20 s for 0.2 s.
+LEAST_TIME = 0.01
+# Drift; what a position loop follows; oil spring and valve; above both.
+BANDS_HZ = (0.0, 2.0, 10.0, 50.0)
+# A stretch of the record: 2.5 s that hold half as much again as is theirs.
+SPAN_WINDOWS = 5
+SPAN_EXCESS = 1.5
+
+# --- Attribution without a fit -----------------------------------------------------------------
+# An equation speaks up where its residual is this many times what noise leaves, in all of the
+# interval: sampling of 1 kHz alone makes it 1.2, pressures near vacuum 1.4.
+EQUATION_LOUD = 1.5
+# A suspect is taken for real where it takes a twentieth off the residuals.
+SUSPECT_GAIN = 0.05
+# Effects that are put in one after another.
+MOST_SUSPECTS = 3
+# Errors of the position of this share of its motion in a window: a limit cycle is then off by as
+# many radians, and what is linear about the calibration says nothing.
+LOST_PHASE = 0.2
