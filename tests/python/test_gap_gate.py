@@ -260,6 +260,36 @@ def test_spikes_are_found_and_motion_is_not(
         assert np.flatnonzero(spikes(signal)).tolist() == [place]
 
 
+@given(
+    data=st.data(),
+    n=st.integers(2, 400),
+    dt_s=st.sampled_from([1e-4, 1e-3, 0.05, 1.0]),
+    plant=st.sampled_from(["bench", "axis", "linear"]),
+    scale=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 1e7, 1e150]),
+)
+def test_whatever_comes_nothing_is_raised(
+    data: st.DataObject, n: int, dt_s: float, plant: str, scale: float
+) -> None:
+    rng = np.random.default_rng(data.draw(st.integers(0, 1000)))
+    names = ["command_v", "position_m", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa"]
+    kept = data.draw(st.lists(st.sampled_from([*names, "velocity_m_s", "spool"]), min_size=1))
+    columns = {name: scale * rng.standard_normal(n) for name in kept}
+    if data.draw(st.booleans()):
+        time = np.arange(n) * dt_s
+        if data.draw(st.booleans()):
+            time[n // 2 :] += 10.0 * dt_s
+        columns["time_s"] = time
+    rig = read_rig(RIGS / f"{plant}.toml")
+    record = make_record(columns, name="one")
+    for remark in gate([record, record], rig):
+        assert remark.record in ("", "one")
+        # A sentence: what was found, and what to do.
+        assert len(remark.what) > 40
+    # Too short, or without what is needed, is never passed over.
+    if n * dt_s < 2.3 or "time_s" not in columns or not {"command_v", "position_m"} <= set(kept):
+        assert any(remark.serious for remark in gate([record], rig))
+
+
 def test_the_oil_spring_is_that_of_the_linear_servo() -> None:
     linear = read_rig(RIGS / "linear.toml")
     # Equal chambers at mid-stroke: (1) of the servo model, beta (A^2/V + A^2/V) / m with V = V_t/2.

@@ -22,7 +22,7 @@ from ehsid.harness.gap.separation import (
     separations,
 )
 from ehsid.harness.gap.thresholds import SEPARATED_NATS
-from ehsid.harness.records import Record
+from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.simulation import draw_noise, simulate
 
@@ -138,6 +138,17 @@ def test_a_nested_rival_is_told_by_its_own_record() -> None:
     assert found is not None
     assert found.power > 0.95
     assert "steps" in found.description or "triangle" in found.description
+
+
+def test_a_record_that_the_best_rival_itself_misses_tells_nothing() -> None:
+    command = multisine(4000, DT_S, band_hz=(1.0, 100.0), peak=2.0, rng=np.random.default_rng(0))
+    good = simulated(DELAY, command, 0.15)
+    (apart,) = separations(RIG, [DELAY, LAG], good, VALUES)
+    assert apart.nats > SEPARATED_NATS
+    wrong = good.column("position_m") + 1e-3 * np.sin(100.0 * np.arange(4000) * DT_S)
+    bad = make_record({"time_s": good.time_s, "command_v": command, "position_m": wrong})
+    (found,) = separations(RIG, [DELAY, LAG], bad, VALUES)
+    assert (found.nats, found.power) == (0.0, 0.0)
 
 
 def test_the_order_of_sets_does_not_matter_to_what_contains_what() -> None:
