@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: MIT
+"""What the rig file tells of a machine: drawn first, the true machine about it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+PlantKind = Literal["ehs", "axis"]
+PLANTS: tuple[PlantKind, ...] = ("ehs", "axis")
+
+# Relative 1-sigma that the rig file states, by full name.
+UNCERTAINTY: Mapping[PlantKind, Mapping[str, float]] = {
+    "ehs": {
+        "valve.rated_flow_m3_s": 0.06,
+        "fluid.bulk_modulus_pa": 0.25,
+        "load.viscous_friction_n_s_m": 0.25,
+        "load.mass_kg": 0.03,
+        "cylinder.dead_volume_a_m3": 0.1,
+        "cylinder.dead_volume_b_m3": 0.1,
+        "supply.pressure_pa": 0.015,
+    },
+    "axis": {
+        "axis.mass_kg": 0.03,
+        "axis.viscous_friction_n_s_m": 0.25,
+        "axis.force_per_volt": 0.03,
+    },
+}
+LAG = ("effects.valve_lag.bandwidth_hz", "effects.valve_lag.damping")
+
+
+@dataclass(frozen=True)
+class Told:
+    """Values by full name, as the file writes them, with what follows from them.
+
+    Attributes
+    ----------
+    speed_m_s
+        at full opening or full force, without load.
+    force_n
+        largest of the drive: supply pressure on the piston, or rated command times gain.
+    damping_1_s
+        by which a position loop's bandwidth is limited.
+    """
+
+    plant: PlantKind
+    values: Mapping[str, float]
+    speed_m_s: float
+    force_n: float
+    damping_1_s: float
+    stroke_m: float
+
+
+def spread(rng: np.random.Generator, low: float, high: float) -> float:
+    """A draw between low and high, even in the logarithm."""
+    return float(math.exp(rng.uniform(math.log(low), math.log(high))))
+
+
+def _four_digits(values: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(f"{value:.4g}") for name, value in values.items()}
+
+
+def draw_told(rng: np.random.Generator, plant: PlantKind) -> Told:
+    """A machine of any size that is built like this."""
+    return _draw_axis(rng) if plant == "axis" else _draw_servo(rng)
+
+
+def _draw_servo(rng: np.random.Generator) -> Told:
+    bore = round(spread(rng, 0.032, 0.125), 3)
+    rod = round(bore * rng.uniform(0.5, 0.72), 3)
+    stroke = round(max(bore * rng.uniform(3.0, 7.0), 0.12), 2)
+    area_a = math.pi / 4.0 * bore**2
+    area_b = area_a - math.pi / 4.0 * rod**2
+    dead_a, dead_b = area_a * stroke * rng.uniform(0.13, 0.45, 2)
+    supply, tank = spread(rng, 8e6, 21e6), float(rng.choice([1.5e5, 2e5, 3e5]))
+    bulk = spread(rng, 0.75e9, 1.4e9)
+    stiffness = bulk * (
+        area_a**2 / (dead_a + 0.5 * area_a * stroke) + area_b**2 / (dead_b + 0.5 * area_b * stroke)
+    )
+    natural = 2.0 * math.pi * spread(rng, 25.0, 110.0)
+    mass = stiffness / natural**2
+    viscous = 2.0 * spread(rng, 0.008, 0.04) * mass * natural
+    speed = stroke * spread(rng, 0.6, 2.5)
+    flow_gain = speed * 0.5 * (area_a + area_b) / math.sqrt(0.5 * (supply - tank))
+    rated_drop = float(rng.choice([3.5e6, 3.5e6, 0.5e6]))
+    rated_command = float(rng.choice([10.0, 10.0, 10.0, 5.0]))
+    values = _four_digits(
+        {
+            "cylinder.bore_m": bore,
+            "cylinder.rod_m": rod,
+            "cylinder.stroke_m": stroke,
+            "cylinder.dead_volume_a_m3": dead_a,
+            "cylinder.dead_volume_b_m3": dead_b,
+            "load.mass_kg": mass,
+            "load.viscous_friction_n_s_m": viscous,
+            "valve.rated_flow_m3_s": flow_gain * math.sqrt(rated_drop),
+            "valve.rated_pressure_drop_pa": rated_drop,
+            "valve.rated_command_v": rated_command,
+            "supply.pressure_pa": supply,
+            "supply.tank_pressure_pa": tank,
+            "fluid.bulk_modulus_pa": bulk,
+        }
+    )
+    lag_told = rng.random() < 0.4
+    lag = dict(zip(LAG, (round(spread(rng, 50.0, 140.0)), 0.85), strict=True))
+    if lag_told:
+        values |= {name: float(value) for name, value in lag.items()}
+    return Told("ehs", values, speed, supply * area_a, viscous / mass, stroke)
+
+
+def _draw_axis(rng: np.random.Generator) -> Told:
+    mass = spread(rng, 2.0, 200.0)
+    acceleration = spread(rng, 3.0, 20.0)
+    speed = spread(rng, 0.5, 2.0)
+    force = mass * acceleration
+    viscous = force / speed * rng.uniform(0.1, 0.4)
+    values = _four_digits(
+        {
+            "axis.mass_kg": mass,
+            "axis.viscous_friction_n_s_m": viscous,
+            "axis.force_per_volt": force / 10.0,
+        }
+    )
+    return Told("axis", values, speed, force, viscous / mass, spread(rng, 0.3, 1.0))
+
+
+def draw_true_values(
+    rng: np.random.Generator, told: Told, kind: Literal["exact", "within", "moved"]
+) -> dict[str, float]:
+    """True values about the told ones.
+
+    exact: as told. within: normal with the stated sigma, two sigma at most. moved: so, and one to
+    three of them by 2 to 3 sigma.
+    """
+    sigma = dict(UNCERTAINTY[told.plant])
+    draws = {name: float(np.clip(rng.standard_normal(), -2.0, 2.0)) for name in sigma}
+    count = int(rng.integers(1, 4))
+    moved = [str(name) for name in rng.permutation(list(sigma))[:count]]
+    far = {name: float(rng.choice([-1.0, 1.0]) * rng.uniform(2.0, 3.0)) for name in moved}
+    lag = float(np.clip(0.1 * rng.standard_normal(), -0.2, 0.2))
+    if kind == "moved":
+        draws |= far
+    if kind == "exact":
+        return dict(told.values)
+    true = {
+        name: value * (1.0 + sigma.get(name, 0.0) * draws.get(name, 0.0))
+        for name, value in told.values.items()
+    }
+    if LAG[0] in true:
+        true[LAG[0]] *= 1.0 + lag
+    return true
+
+
+def rig_text(told: Told, name: str) -> str:
+    """The rig file."""
+    lines = [f'name = "{name}"', f'plant = "{told.plant}"']
+    section = ""
+    tail: list[str] = []
+    for full, value in told.values.items():
+        head, key = full.rsplit(".", 1)
+        block = tail if head.startswith("effects") else lines
+        if head != section:
+            block += ["", f"[{head}]"]
+            section = head
+        block.append(f"{key} = {_number(value)}")
+    lines += ["", "[uncertainty]"]
+    lines += [f'"{full}" = {value}' for full, value in UNCERTAINTY[told.plant].items()]
+    return "\n".join([*lines, *tail]) + "\n"
+
+
+def _number(value: float) -> str:
+    """With a point, as TOML wants a float."""
+    text = f"{value:.10g}"
+    return text if any(mark in text for mark in ".e") else text + ".0"

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""Constants of the generator's machine: every field a float, so that it compiles."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Truth(NamedTuple):
+    """All that the equations of `machine` need; SI, pressures absolute, fractions of full opening.
+
+    A default leaves a part out.
+    """
+
+    # Motion
+    mass_kg: float
+    viscous_n_s_m: float
+    stroke_m: float
+    area_a_m2: float = 0.0
+    area_b_m2: float = 0.0
+    force_per_unit_n: float = 0.0  # of a motor in place of the hydraulics; a unit is rated command
+    # Oil: Murnaghan's law, free gas at atmospheric pressure, part of it dissolving
+    dead_volume_a_m3: float = 1.0
+    dead_volume_b_m3: float = 1.0
+    bulk_modulus_0_pa: float = 1e9  # at zero pressure
+    bulk_slope: float = 5.0  # d(bulk modulus)/d(pressure)
+    gas_fraction: float = 1e-5
+    balance_pa: float = 1e4  # pressure at which gas and oil give way alike, see `machine.pressure`
+    # Valve: four edges PA, AT, PB, BT, each with overlap (negative: underlap) and gain
+    flow_gain: float = 0.0  # m^3/(s Pa^exponent), full opening
+    flow_exponent: float = 0.5
+    transition_pa: float = 2e4  # laminar below
+    round_width: float = 1e-3
+    overlap_pa: float = 0.0
+    overlap_at: float = 0.0
+    overlap_pb: float = 0.0
+    overlap_bt: float = 0.0
+    gain_pa: float = 1.0
+    gain_at: float = 1.0
+    gain_pb: float = 1.0
+    gain_bt: float = 1.0
+    null_bias: float = 0.0
+    opening_limit: float = 0.0  # 0: none
+    limit_power: float = 0.0  # 0: tanh; else x / (1 + |x / limit|^power)^(1 / power)
+    spool_rad_s: float = 2000.0
+    spool_damping: float = 0.8
+    spool_slew_1_s: float = 1e3
+    play: float = 0.0  # half-width
+    stick: float = 0.0  # the spool stays until it is asked for more than this
+    delay_s: float = 0.0
+    # Supply: pump with a linear characteristic, gas accumulator, hum
+    source_pa: float = 1e7
+    tank_pa: float = 2e5
+    source_resistance_pa_s_m3: float = 1e7
+    accumulator_m3_pa: float = 1e-10  # at source pressure
+    hum_share: float = 0.0
+    hum_hz: float = 100.0
+    # Leakages, laminar
+    leak_ab_m3_s_pa: float = 0.0
+    leak_a_m3_s_pa: float = 0.0
+    leak_b_m3_s_pa: float = 0.0
+    # Friction: LuGre
+    coulomb_n: float = 0.0
+    static_n: float = 0.0
+    stribeck_m_s: float = 0.01
+    bristle_n_m: float = 1e7
+    bristle_n_s_m: float = 0.0
+    local_n: float = 0.0  # more of it about one place
+    local_at_m: float = 0.0
+    local_width_m: float = 1.0
+    # Load, positive opposes extension
+    load_n: float = 0.0  # at mid-stroke
+    spring_n_m: float = 0.0
+    second_mass_kg: float = 0.0
+    second_spring_n_m: float = 0.0
+    second_damper_n_s_m: float = 0.0
+    # Warming: share by which a value has changed long after the start
+    warming_s: float = 10.0
+    warming_viscous: float = 0.0
+    warming_bulk: float = 0.0
+    warming_leak_m3_s_pa: float = 0.0
+    # Position sensor
+    sensor_play_m: float = 0.0
+    sensor_lag_s: float = 0.0
+    sensor_step_m: float = 1e-6
