@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""`ehsid gap`: why the simulator and the machine disagree."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from ehsid.harness.cli.common import clear_errors
+from ehsid.harness.cli.progress import progress_of
+from ehsid.harness.records import Record, read_record
+from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS
+from ehsid.harness.rigs import Rig, read_rig
+from ehsid.harness.rigs.checks import unknown
+from ehsid.harness.rigs.parameters import effects
+
+NEEDED_COLUMNS = (*REQUIRED_COLUMNS, "position_m")
+
+
+def read_for(rig: Rig, paths: Sequence[Path]) -> list[Record]:
+    """Records with all columns of the schema that they have."""
+    return [
+        read_record(path, columns=list(COLUMNS), required=NEEDED_COLUMNS, layout=rig.columns)
+        for path in paths
+    ]
+
+
+def told_apart(records: Sequence[Record]) -> list[Record]:
+    """The same with names of their own: with the folder's name where file stems are the same.
+
+    Raises
+    ------
+    ValueError
+        the same data twice.
+    """
+    seen: dict[str, Record] = {}
+    for record in records:
+        assert record.sha256 is not None
+        first = seen.setdefault(record.sha256, record)
+        if first is not record:
+            raise ValueError(
+                f"{record.source}: the same data as {first.source}; give each record once, and "
+                "hold out none that is fitted"
+            )
+    stems = [record.name for record in records]
+    named = [
+        replace(record, name=f"{Path(record.source).resolve().parent.name}_{record.name}")
+        if record.source is not None and stems.count(record.name) > 1
+        else record
+        for record in records
+    ]
+    names = [record.name for record in named]
+    twice = [record for record in named if names.count(record.name) > 1]
+    if twice:
+        raise ValueError(
+            f"{twice[0].source} and {twice[1].source}: both are called "
+            f"'{twice[0].name}'; rename one"
+        )
+    return named
+
+
+def check_excluded(ids: Sequence[str]) -> None:
+    """All are in the catalogue, else ValueError with the nearest that is."""
+    for effect in ids:
+        if effect not in effects():
+            listed = ", ".join(effects())
+            raise ValueError(f"--exclude-effect {unknown(effect, effects())}; there are: {listed}")
+
+
+def check_folder(folder: Path) -> None:
+    """The results can go there: told before the work, not after it."""
+    nearest = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not nearest.is_dir():
+        raise ValueError(f"--out {folder}: {nearest} is a file; give the name of a folder")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise ValueError(f"--out {folder}: {nearest} may not be written to; name another folder")
+
+
+def gap_command(
+    records: Annotated[
+        list[Path],
+        typer.Argument(metavar="RECORD...", help="CSV, CSV.gz, Parquet, MAT or NPZ; to be fitted"),
+    ],
+    rig_file: Annotated[Path, typer.Option("--rig", help="rig file, TOML")],
+    out: Annotated[Path, typer.Option(help="folder of the results")],
+    validate: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="record to judge by, never fitted; again for more. Without: blocks of "
+            "the records themselves are held out"
+        ),
+    ] = None,
+    exclude_effect: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ID", help="effect of the catalogue to leave out; again for more"),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="processes; default: one for each core")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="print diagnosis.json instead of the summary")
+    ] = False,
+) -> None:
+    """Diagnose the gap between a machine and its simulation: where, which effect, how far.
+
+    Writes report.html, diagnosis.json, simulation.csv, rig.augmented.toml and, where rivals
+    remain, next_experiment.csv. Exit code 0 whatever the verdict, 2 for bad input.
+
+    Example: ehsid gap run1.csv run2.csv --rig rig.toml --validate run3.csv --out diagnosis
+    """
+    # Diagnosis and plots take a second to import: only this verb pays for it.
+    from ehsid.harness.gap import diagnose
+    from ehsid.harness.report.diagnosis_files import write_diagnosis
+    from ehsid.harness.report.gap_terminal import print_diagnosis
+
+    with clear_errors():
+        check_folder(out)
+        excluded = tuple(dict.fromkeys(exclude_effect or ()))
+        check_excluded(excluded)
+        rig = read_rig(rig_file)
+        fitted, held_out = read_for(rig, records), read_for(rig, validate or [])
+        named = told_apart([*fitted, *held_out])
+        with progress_of(f"diagnosing {rig.name}") as progress:
+            diagnosis = diagnose(
+                named[: len(fitted)],
+                rig,
+                validate=named[len(fitted) :],
+                exclude=excluded,
+                workers=workers,
+                progress=progress,
+            )
+        write_diagnosis(out, diagnosis, named, str(rig_file))
+    if as_json:
+        typer.echo((out / "diagnosis.json").read_text(encoding="utf-8"), nl=False)
+    else:
+        print_diagnosis(diagnosis, out, Console())

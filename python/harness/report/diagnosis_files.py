@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: MIT
+"""The files of a diagnosis: all of them, whole, or none."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from ehsid.harness.gap.findings import Diagnosis, HeldOutRun
+from ehsid.harness.records import Record, write_record
+from ehsid.harness.report.diagnosis_json import NEXT_EXPERIMENT, plain_diagnosis
+from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
+from ehsid.harness.rigs import write_rig
+
+FILES = ("diagnosis.json", "simulation.csv", "rig.augmented.toml", NEXT_EXPERIMENT, "report.html")
+
+# Of the numbers in simulation.csv: a hundredth of the resolution of a sensor with 24 bits.
+DIGITS = 9
+
+
+def write_diagnosis(
+    folder: Path, diagnosis: Diagnosis, records: Sequence[Record], rig_file: str
+) -> list[Path]:
+    """Write `FILES` into a folder, `next_experiment.csv` only where there is one.
+
+    Parameters
+    ----------
+    folder
+        made where it does not exist; files of an earlier diagnosis are replaced.
+    diagnosis
+        findings.
+    records
+        all that were used, as they were read.
+    rig_file
+        as it was given.
+
+    Returns
+    -------
+    What was written.
+
+    Raises
+    ------
+    OSError
+        the file system refuses; then nothing of an earlier diagnosis has changed.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with _unfinished(folder) as unfinished:
+        plain = plain_diagnosis(diagnosis, records, rig_file)
+        text = json.dumps(plain, indent=2, allow_nan=False, ensure_ascii=False)
+        (unfinished / "diagnosis.json").write_text(text + "\n", encoding="utf-8")
+        simulation_table(diagnosis.runs).write_csv(unfinished / "simulation.csv")
+        write_rig(diagnosis.augmented_rig, unfinished / "rig.augmented.toml")
+        if diagnosis.next_experiment is not None:
+            write_record(diagnosis.next_experiment.record, unfinished / NEXT_EXPERIMENT)
+        lines = [
+            RecordLine(
+                record.name,
+                diagnosis.records.get(record.name, ""),
+                str(record.source or record.name),
+                record.sha256 or "",
+            )
+            for record in records
+        ]
+        page = render_diagnosis(diagnosis, lines, rig_file)
+        (unfinished / "report.html").write_text(page, encoding="utf-8")
+        made = [name for name in FILES if (unfinished / name).exists()]
+        for name in made:
+            (unfinished / name).replace(folder / name)
+        for name in set(FILES) - set(made):
+            (folder / name).unlink(missing_ok=True)
+    return [folder / name for name in made]
+
+
+@contextmanager
+def _unfinished(folder: Path) -> Iterator[Path]:
+    """A folder beside the finished files, on their file system; gone afterwards."""
+    made = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
+    try:
+        yield made
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+        with suppress(OSError):  # goes only where nothing was written into it
+            folder.rmdir()
+
+
+def simulation_table(runs: Sequence[HeldOutRun]) -> pl.DataFrame:
+    """Held-out samples inside windows beside their simulations, one row a sample.
+
+    Columns `record`, `time_s`, `window`, and `OUTPUT_measured`, `_nominal`, `_calibrated`,
+    `_augmented` for each output; empty where a record does not have it. Numbers have nine digits.
+    """
+    names = list(dict.fromkeys(name for run in runs for name in run.measured))
+    parts = [_part(run, names) for run in runs]
+    if not parts:
+        return pl.DataFrame(schema={"record": pl.String, "time_s": pl.Float64, "window": pl.Int64})
+    return pl.concat(parts).with_columns(pl.selectors.float().fill_nan(None).round_sig_figs(DIGITS))
+
+
+def _part(run: HeldOutRun, names: Sequence[str]) -> pl.DataFrame:
+    inside = run.window >= 0
+    kinds = {
+        "measured": run.measured,
+        "nominal": run.nominal,
+        "calibrated": run.calibrated,
+        "augmented": run.augmented,
+    }
+    empty = np.full(run.time_s.size, np.nan)
+    columns = {
+        f"{name}_{kind}": values.get(name, empty)[inside]
+        for name in names
+        for kind, values in kinds.items()
+    }
+    return pl.DataFrame(
+        {
+            "record": [run.record] * int(inside.sum()),
+            "time_s": run.time_s[inside],
+            "window": run.window[inside],
+            **columns,
+        }
+    )

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: MIT
+"""Bars, dots and intervals of a diagnosis as places on an axis, in per cent of its width."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ehsid.harness.gap.findings import CalibratedValue, Diagnosis, Estimate, HowFar, SpanShare
+from ehsid.harness.gap.parameters import Parameter, calibration_parameters
+from ehsid.harness.report.gap_words import (
+    interval,
+    percent,
+    percent_ends,
+    plain_name,
+    quantity,
+    unit_of,
+    value_name,
+)
+
+# Ends of the axis on which fitted values stand, in sigmas of what was known before.
+AXIS_SIGMAS = 3.0
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A bar with the words around it; low and high are the ends of its whisker."""
+
+    label: str
+    shown: str
+    width: float
+    kind: str = ""
+    low: float | None = None
+    high: float | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Dot:
+    """A fitted value beside what was told; places None where the rig tells no uncertainty."""
+
+    name: str
+    words: str
+    told: str
+    found: str
+    ends: str
+    moved: bool
+    at: float | None
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class Column:
+    """A stretch of time as an upright bar."""
+
+    left: float
+    width: float
+    height: float
+    words: str
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Columns of one record, and where its time axis begins and ends."""
+
+    record: str
+    start: str
+    end: str
+    columns: Sequence[Column]
+
+
+def _inside(place: float) -> float:
+    return min(100.0, max(0.0, place))
+
+
+def share_bar(label: str, share: Estimate | float, kind: str = "", note: str = "") -> Bar:
+    """A share of 1, with its interval where it has one."""
+    if isinstance(share, Estimate):
+        low, high = _inside(100.0 * share.low), _inside(100.0 * share.high)
+        shown, value = percent(share.value), share.value
+        note = f"{percent_ends(share)}{', ' if note else ''}{note}"
+    else:
+        low = high = None
+        shown, value = percent(share), share
+    return Bar(label, shown, _inside(100.0 * value), kind, low, high, note)
+
+
+def gap_bars(far: HowFar) -> list[Bar]:
+    """The gap at each step and the floor, all on the axis of the largest."""
+    steps = (
+        ("rig as told", "nominal", far.nominal),
+        ("values fitted", "calibrated", far.calibrated),
+        ("with effects", "augmented", far.augmented),
+    )
+    largest = max(*(value for _, _, value in steps), far.noise_floor[1], 1e-12)
+    bars = [
+        Bar(words, percent(value), _inside(100.0 * value / largest), kind)
+        for words, kind, value in steps
+    ]
+    low, high = (_inside(100.0 * end / largest) for end in far.noise_floor)
+    shown = f"{percent(far.noise_floor[0])} to {percent(far.noise_floor[1])}"
+    return [*bars, Bar("noise floor", shown, high, "floor", low, high)]
+
+
+def parameter_dots(diagnosis: Diagnosis, *, nuisances: bool) -> list[Dot]:
+    """Fitted values, those that moved first."""
+    known = {parameter.name: parameter for parameter in calibration_parameters(diagnosis.rig)}
+    dots = [
+        _dot(name, value, known.get(name))
+        for name, value in diagnosis.calibration.items()
+        if name.startswith("nuisance.") == nuisances
+    ]
+    return sorted(dots, key=lambda dot: not dot.moved)
+
+
+def _dot(name: str, value: CalibratedValue, prior: Parameter | None) -> Dot:
+    unit = unit_of(name)
+    found, ends = interval(value.found, unit)
+    places: tuple[float | None, ...] = (None, None, None)
+    if prior is not None and math.isfinite(prior.sigma) and prior.sigma > 0.0:
+        places = tuple(
+            _on_axis(prior, end) for end in (value.found.value, value.found.low, value.found.high)
+        )
+    words = value_name(name)
+    return Dot(name, words, quantity(value.rig, unit), found, ends, value.moved, *places)
+
+
+def _on_axis(prior: Parameter, value: float) -> float | None:
+    if not math.isfinite(value):
+        return None
+    sigmas = (prior.place(value) - prior.centre) / prior.sigma
+    return _inside(50.0 + 50.0 * sigmas / AXIS_SIGMAS)
+
+
+def time_stretches(spans: Sequence[SpanShare]) -> list[Stretch]:
+    """Shares over time, one axis for each record, all to the height of the largest."""
+    if not spans:
+        return []
+    largest = max(max(span.share_of_gap for span in spans), 1e-12)
+    made = []
+    for record in dict.fromkeys(span.record for span in spans):
+        own = [span for span in spans if span.record == record]
+        start, end = own[0].span_s[0], max(span.span_s[1] for span in own)
+        length = max(end - start, 1e-12)
+        columns = [
+            Column(
+                100.0 * (span.span_s[0] - start) / length,
+                100.0 * (span.span_s[1] - span.span_s[0]) / length,
+                _inside(100.0 * span.share_of_gap / largest),
+                f"{span.span_s[0]:.2f} to {span.span_s[1]:.2f} s: {percent(span.share_of_gap)}",
+            )
+            for span in own
+        ]
+        made.append(Stretch(record, f"{start:.1f} s", f"{end:.1f} s", columns))
+    return made
+
+
+def subsystem_bars(diagnosis: Diagnosis) -> list[Bar]:
+    """Largest first."""
+    shares = sorted(diagnosis.where.subsystem.items(), key=lambda item: -item[1])
+    return [share_bar(plain_name(name), share) for name, share in shares]

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: MIT
+"""The page of a diagnosis: one HTML file that works offline; verdict first, details folded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jinja2
+
+import ehsid
+from ehsid.harness.gap.findings import Candidate, Diagnosis, FoundEffect
+from ehsid.harness.report import gap_marks
+from ehsid.harness.report.gap_plots import draw_plots
+from ehsid.harness.report.gap_words import (
+    VERDICTS,
+    channel,
+    effect_set,
+    first_upper,
+    interval,
+    percent,
+    percent_ends,
+    percent_interval,
+    plain_name,
+    quantity,
+    unit_of,
+    value_name,
+)
+from ehsid.harness.rigs.parameters import EFFECT_PREFIX, effects
+
+# Candidates shown before the fold.
+SHOWN_CANDIDATES = 8
+
+
+@dataclass(frozen=True)
+class RecordLine:
+    """Where a record came from."""
+
+    name: str
+    role: str
+    file: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class EffectCard:
+    """A found effect in words."""
+
+    id: str
+    words: str
+    subsystem: str
+    probability: str
+    share: str
+    parameters: Sequence[tuple[str, str, str]]
+    equation: str
+    source: str
+
+
+@dataclass(frozen=True)
+class CandidateRow:
+    """A tried set in words."""
+
+    words: str
+    score: str
+    bar: gap_marks.Bar
+    sizes: str
+    marked: bool
+
+
+def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_file: str) -> str:
+    """HTML of a diagnosis, with everything inside.
+
+    Parameters
+    ----------
+    diagnosis
+        findings.
+    records
+        all records that were used.
+    rig_file
+        as the reader knows it.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("ehsid.harness.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "percent": percent,
+        "percent_interval": percent_interval,
+        "percent_ends": percent_ends,
+        "first_upper": first_upper,
+        "plain_name": plain_name,
+        "effect_set": effect_set,
+        "channel": lambda name: channel(name)[0],
+    }
+    coming = diagnosis.next_experiment
+    title, meaning = VERDICTS[diagnosis.verdict]
+    several = diagnosis.verdict == "effects" and len(diagnosis.effects) > 1
+    where = diagnosis.where
+    return environment.get_template("gap.html.j2").render(
+        d=diagnosis,
+        title="Missing effects" if several else title,
+        meaning=meaning,
+        gap_bars=[] if diagnosis.how_far is None else gap_marks.gap_bars(diagnosis.how_far),
+        plots=draw_plots(diagnosis.runs, None if coming is None else coming.record),
+        subsystems=gap_marks.subsystem_bars(diagnosis),
+        regimes=[
+            gap_marks.share_bar(
+                share.condition,
+                share.share_of_gap,
+                note=f"in {percent(share.share_of_time)} of the time",
+            )
+            for share in where.regimes
+        ],
+        bands=[
+            gap_marks.share_bar(f"{band[0]:g} to {band[1]:g} Hz", share.share_of_gap)
+            for share in where.frequency
+            for band in [share.band_hz]
+        ],
+        stretches=gap_marks.time_stretches(where.time),
+        cards=[_card(effect) for effect in diagnosis.effects],
+        candidates=[_row(candidate) for candidate in diagnosis.candidates],
+        shown_candidates=SHOWN_CANDIDATES,
+        dots=gap_marks.parameter_dots(diagnosis, nuisances=False),
+        nuisances=gap_marks.parameter_dots(diagnosis, nuisances=True),
+        axis_sigmas=gap_marks.AXIS_SIGMAS,
+        records=records,
+        rig_file=rig_file,
+        settings=[(name, _setting(value)) for name, value in diagnosis.settings.items()],
+        version=ehsid.__version__,
+    )
+
+
+def _card(effect: FoundEffect) -> EffectCard:
+    info = effects()[effect.id]
+    meanings = {parameter.name: parameter.meaning for parameter in info.parameters}
+    parameters = [
+        (
+            meanings.get(name, plain_name(name)),
+            *interval(estimate, unit_of(f"{EFFECT_PREFIX}{effect.id}.{name}")),
+        )
+        for name, estimate in effect.parameters.items()
+    ]
+    return EffectCard(
+        effect.id,
+        plain_name(effect.id),
+        info.subsystem,
+        percent(effect.probability),
+        percent(effect.share_of_shrinkage),
+        parameters,
+        info.equation,
+        info.source,
+    )
+
+
+def _row(candidate: Candidate) -> CandidateRow:
+    sizes = ", ".join(
+        f"{value_name(EFFECT_PREFIX + name)} "
+        f"{quantity(value, unit_of(EFFECT_PREFIX + name), 3)}".partition(": ")[2]
+        for name, value in candidate.parameters.items()
+    )
+    return CandidateRow(
+        effect_set(candidate.effects),
+        f"{candidate.score:.1f}",
+        gap_marks.share_bar("", candidate.held_out_shrinkage),
+        sizes,
+        candidate.in_confidence_set,
+    )
+
+
+def _setting(value: object) -> str:
+    if isinstance(value, list | tuple):
+        return ", ".join(str(item) for item in value) or "none"
+    return f"{value:g}" if isinstance(value, float) else str(value)

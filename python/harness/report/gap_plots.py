@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: MIT
+"""Zoomable plots of a diagnosis: measured against simulated, errors, the next command.
+
+Drawn by Bokeh in the reader's browser; the page carries the library and the samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from bokeh.core.enums import LineDashType
+from bokeh.embed import components
+from bokeh.models import (
+    BoxZoomTool,
+    ColumnDataSource,
+    HoverTool,
+    Legend,
+    LegendItem,
+    PanTool,
+    Range1d,
+    ResetTool,
+    SaveTool,
+    WheelZoomTool,
+)
+from bokeh.plotting import figure
+from bokeh.resources import Resources
+
+from ehsid.harness.gap.findings import HeldOutRun
+from ehsid.harness.records import Record
+from ehsid.harness.report.gap_words import channel
+from ehsid.harness.report.thinning import kept_samples
+
+FloatArray = npt.NDArray[np.float64]
+
+# Apart for those who do not see red and green (Okabe, Ito, 2008); the same in the page's bars.
+COLOURS = {
+    "measured": "#1c2126",
+    "nominal": "#d55e00",
+    "calibrated": "#0072b2",
+    "augmented": "#009e73",
+}
+DASHES: dict[str, LineDashType] = {
+    "measured": "solid",
+    "nominal": "dotted",
+    "calibrated": "dashed",
+    "augmented": "solid",
+}
+SIMULATED = ("nominal", "calibrated", "augmented")
+# Of all plots together; with the library (1.3 MB) a page stays below 6 MB.
+MOST_BYTES = 3_000_000
+# A float32 in base64.
+BYTES_A_VALUE = 4 * 4 / 3
+# Time, measured, three simulations, three errors.
+COLUMNS_A_PLOT = 8
+LEAST_SAMPLES = 400
+
+
+@dataclass(frozen=True, eq=False)
+class PlottedRun:
+    """Plots of a held-out record: keys of the page's places, with a heading each.
+
+    Attributes
+    ----------
+    name
+        of the record.
+    command
+        key.
+    outputs
+        words, key of the signals, key of the errors.
+    """
+
+    name: str
+    command: str
+    outputs: Sequence[tuple[str, str, str]]
+
+
+@dataclass(frozen=True, eq=False)
+class Plots:
+    """All plots of a page.
+
+    Attributes
+    ----------
+    runs
+        in order.
+    next_experiment
+        keys of command and predicted position; empty without a next experiment.
+    script
+        HTML that fills the places.
+    places
+        HTML by key.
+    library
+        HTML with the library inside.
+    """
+
+    runs: Sequence[PlottedRun]
+    next_experiment: Sequence[str]
+    script: str
+    places: Mapping[str, str]
+    library: str
+
+
+def draw_plots(runs: Sequence[HeldOutRun], next_record: Record | None) -> Plots:
+    """Plots of held-out runs and of the command to be sent next."""
+    figures: dict[str, figure] = {}
+    drawn = []
+    parts = sum(len(run.measured) for run in runs)
+    most = max(LEAST_SAMPLES, int(MOST_BYTES / (BYTES_A_VALUE * COLUMNS_A_PLOT * max(1, parts))))
+    for i, run in enumerate(runs):
+        span = _span(run.time_s)
+        command = f"r{i}-command"
+        figures[command] = _command_figure(run.time_s, run.command_v, span, most)
+        outputs = []
+        for name in run.measured:
+            words, _, _ = channel(name)
+            keys = f"r{i}-{name}", f"r{i}-{name}-error"
+            figures[keys[0]], figures[keys[1]] = _output_figures(run, name, span, most)
+            outputs.append((words, *keys))
+        drawn.append(PlottedRun(run.record, command, outputs))
+    coming = _next_figures(next_record, most) if next_record is not None else {}
+    figures |= coming
+    library = Resources(mode="inline", components=["bokeh"]).render_js()
+    if not figures:
+        return Plots([], [], "", {}, "")
+    script, places = components(figures)
+    return Plots(drawn, list(coming), script, places, library)
+
+
+def _span(time_s: FloatArray) -> Range1d:
+    """The time axis that all plots of a record share."""
+    start, end = float(time_s[0]), float(time_s[-1])
+    return Range1d(start, end, bounds=(start, end))
+
+
+def _blank(span: Range1d, words: str, unit: str, *, height: int, label_time: bool) -> figure:
+    made = figure(
+        height=height,
+        sizing_mode="stretch_width",
+        x_range=span,
+        tools=[
+            PanTool(dimensions="width"),
+            BoxZoomTool(),
+            WheelZoomTool(dimensions="width"),
+            ResetTool(),
+            SaveTool(),
+        ],
+        toolbar_location="right",
+        x_axis_label="time in s" if label_time else None,
+        y_axis_label=f"{words} in {unit}" if unit else words,
+        min_border_left=64,
+        min_border_right=8,
+        outline_line_color="#d5dae0",
+        output_backend="canvas",
+    )
+    made.toolbar.logo = None
+    made.toolbar.autohide = True
+    made.grid.grid_line_color = "#e9ecef"
+    for axis in made.axis:
+        axis.axis_label_text_font_size = "12px"
+        axis.axis_label_text_font_style = "normal"
+        axis.major_label_text_font_size = "11px"
+        axis.minor_tick_line_color = None
+    return made
+
+
+def _source(columns: Mapping[str, FloatArray]) -> ColumnDataSource:
+    return ColumnDataSource({name: values.astype(np.float32) for name, values in columns.items()})
+
+
+def _hover(made: figure, unit: str, names: Sequence[str]) -> None:
+    ending = f" {unit}" if unit else ""
+    made.add_tools(
+        HoverTool(
+            renderers=made.renderers[:1],
+            mode="vline",
+            tooltips=[
+                ("time", "@time{0.0000} s"),
+                *((n, f"@{n}{{0.0000}}{ending}") for n in names),
+            ],
+        )
+    )
+
+
+def _command_figure(time_s: FloatArray, command: FloatArray, span: Range1d, most: int) -> figure:
+    words, _, unit = channel("command_v")
+    made = _blank(span, words, unit, height=140, label_time=False)
+    kept = kept_samples([command], most)
+    source = _source({"time": time_s[kept], "command": command[kept]})
+    made.line("time", "command", source=source, color="#6b7680", line_width=1.3)
+    _hover(made, unit, ["command"])
+    return made
+
+
+def _output_figures(run: HeldOutRun, name: str, span: Range1d, most: int) -> tuple[figure, figure]:
+    """Signals above, errors (simulated minus measured) below, from the same samples."""
+    words, scale, unit = channel(name)
+    columns = _columns(run, name, scale, most)
+    source = _source(columns)
+    shown = [kind for kind in SIMULATED if kind in columns]
+    upper = _blank(span, words, unit, height=270, label_time=False)
+    lower = _blank(span, "error", unit, height=170, label_time=True)
+    items = []
+    for kind in ("measured", *shown):
+        line = upper.line(
+            "time",
+            kind,
+            source=source,
+            color=COLOURS[kind],
+            line_dash=DASHES[kind],
+            line_width=2.2 if kind == "measured" else 1.6,
+            line_alpha=0.55 if kind == "measured" else 1.0,
+        )
+        items.append(LegendItem(label=kind, renderers=[line]))
+    for kind in shown:
+        line = lower.line(
+            "time",
+            f"{kind}_error",
+            source=source,
+            color=COLOURS[kind],
+            line_dash=DASHES[kind],
+            line_width=1.3,
+        )
+        items[1 + shown.index(kind)].renderers.append(line)
+    upper.add_layout(
+        Legend(
+            items=items,
+            orientation="horizontal",
+            click_policy="hide",
+            border_line_color=None,
+            label_text_font_size="12px",
+            spacing=10,
+            padding=2,
+            margin=0,
+            glyph_width=24,
+        ),
+        "above",
+    )
+    _hover(upper, unit, ["measured", *shown])
+    _hover(lower, unit, [f"{kind}_error" for kind in shown])
+    return upper, lower
+
+
+def _columns(run: HeldOutRun, name: str, scale: float, most: int) -> dict[str, FloatArray]:
+    """Samples to draw, with a break where a window ends: there the simulation starts anew."""
+    measured = run.measured[name]
+    simulated = {kind: getattr(run, kind)[name] for kind in SIMULATED if name in getattr(run, kind)}
+    inside = run.window >= 0
+    errors = {kind: np.where(inside, made - measured, np.nan) for kind, made in simulated.items()}
+    starts = np.flatnonzero(np.diff(run.window)) + 1
+    kept = kept_samples([measured, *errors.values()], most, always=np.union1d(starts - 1, starts))
+    breaks = np.searchsorted(kept, starts)
+
+    def broken(values: FloatArray, *, gap: bool) -> FloatArray:
+        drawn = values[kept]
+        return np.insert(drawn, breaks, np.nan if gap else drawn[breaks])
+
+    columns = {
+        "time": broken(run.time_s, gap=False),
+        "measured": broken(scale * measured, gap=False),
+    }
+    for kind, made in simulated.items():
+        columns[kind] = broken(scale * np.where(inside, made, np.nan), gap=True)
+        columns[f"{kind}_error"] = broken(scale * errors[kind], gap=True)
+    return columns
+
+
+def _next_figures(record: Record, most: int) -> dict[str, figure]:
+    assert record.time_s is not None
+    span = _span(record.time_s)
+    made = {"next-command": _command_figure(record.time_s, record.column("command_v"), span, most)}
+    if "position_m" in record.columns:
+        words, scale, unit = channel("position_m")
+        position = scale * record.column("position_m")
+        kept = kept_samples([position], most)
+        lower = _blank(span, f"predicted {words}", unit, height=170, label_time=True)
+        source = _source({"time": record.time_s[kept], "predicted": position[kept]})
+        lower.line("time", "predicted", source=source, color=COLOURS["augmented"], line_width=1.6)
+        _hover(lower, unit, ["predicted"])
+        made["next-position"] = lower
+    return made

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: MIT
+"""Words and numbers of a diagnosis as a reader wants them: verdicts, names, units, intervals."""
+
+from __future__ import annotations
+
+import math
+from types import MappingProxyType
+
+from ehsid.harness.gap.findings import Estimate, Verdict
+from ehsid.harness.rigs.parameters import EFFECT_PREFIX, NUISANCE_PREFIX, plant_parameters
+
+VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
+    {
+        "no_gap": (
+            "No gap",
+            "The rig as it was told reproduces the held-out data as well as the noise of the "
+            "sensors allows, or nothing that was fitted makes it better. Nothing is missing that "
+            "these records could show.",
+        ),
+        "parameters": (
+            "Values of the rig",
+            "Some numbers in the rig file are off. With them put right the simulator reaches what "
+            "can be reached on these records; no effect has to be added.",
+        ),
+        "effects": (
+            "Missing effect",
+            "Values of the rig alone do not explain the gap. The effects named here, added to the "
+            "simulator, do, on data that were not used for the fit.",
+        ),
+        "ambiguous": (
+            "Several explanations",
+            "More than one set of effects explains these records equally well. Naming one would be "
+            "a guess; the next experiment below is made to decide.",
+        ),
+        "outside_catalogue": (
+            "Outside the catalogue",
+            "A structural gap remains that no effect of the catalogue explains. Where it lies is "
+            "told below; what causes it is not known to this program.",
+        ),
+        "insufficient_data": (
+            "Not enough data",
+            "The records do not allow a judgement. What is missing is told below.",
+        ),
+    }
+)
+
+# What a reader wants in place of an SI unit: factor and unit.
+SHOWN_UNITS = MappingProxyType(
+    {
+        "m": (1e3, "mm"),
+        "s": (1e3, "ms"),
+        "Pa": (1e-5, "bar"),
+        "m^3": (1e3, "l"),
+        "m^3/s": (6e4, "l/min"),
+        "m^3/(s Pa)": (1.0, "m³/(s Pa)"),
+        "Pa s/m^3": (1.0, "Pa s/m³"),
+        "m^3/Pa": (1.0, "m³/Pa"),
+        "1": (1.0, ""),
+    }
+)
+# From here on a pressure is a stiffness, and told in MPa.
+STIFF_PA = 1e8
+
+# Measured columns as they are drawn: name, factor, unit.
+CHANNELS = MappingProxyType(
+    {
+        "command_v": ("command", 1.0, "V"),
+        "position_m": ("position", 1e3, "mm"),
+        "velocity_m_s": ("velocity", 1e3, "mm/s"),
+        "pressure_a_pa": ("pressure A", 1e-5, "bar"),
+        "pressure_b_pa": ("pressure B", 1e-5, "bar"),
+        "supply_pressure_pa": ("supply pressure", 1e-5, "bar"),
+        "spool": ("spool", 100.0, "% of travel"),
+    }
+)
+
+
+def channel(name: str) -> tuple[str, float, str]:
+    """Words, factor and unit of a column of the record; its own name where it is not known."""
+    return CHANNELS.get(name, (name, 1.0, ""))
+
+
+def plain_name(identifier: str) -> str:
+    """An id of the catalogue in words."""
+    return (
+        identifier.replace("_", " ").replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
+    )
+
+
+def effect_set(effects: tuple[str, ...]) -> str:
+    """A set of effects in words."""
+    return " + ".join(plain_name(effect) for effect in effects) or "no effect"
+
+
+def value_name(name: str) -> str:
+    """Full name of a value in words: what it belongs to, and what it is."""
+    *sections, key = name.split(".")
+    unit = plant_parameters()[name].unit if name in plant_parameters() else "1"
+    ending = "" if unit == "1" else "_" + _suffix(unit)
+    what = plain_name(key.removesuffix(ending))
+    if name.startswith(EFFECT_PREFIX):
+        return f"{plain_name(sections[-1])}: {what}"
+    return what if name.startswith(NUISANCE_PREFIX) else f"{sections[0]}: {what}"
+
+
+def _suffix(unit: str) -> str:
+    """How the unit ends a name."""
+    text = unit.lower().replace("^", "").replace("(", "").replace(")", "")
+    return text.replace("/", "_").replace(" ", "_")
+
+
+def unit_of(name: str) -> str:
+    """SI unit of a value by full name; "1" where it is not known."""
+    return plant_parameters()[name].unit if name in plant_parameters() else "1"
+
+
+def in_shown_unit(value: float, unit: str) -> tuple[float, str]:
+    """Factor and unit in which a value of this size is shown."""
+    if unit == "Pa" and abs(value) >= STIFF_PA:
+        return 1e-6, "MPa"
+    return SHOWN_UNITS.get(unit, (1.0, unit))
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """A number of so many significant digits, without an exponent where that is readable."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    exponent = math.floor(math.log10(abs(value)))
+    if -4 < exponent < 7:
+        return f"{value:.{max(0, digits - 1 - exponent)}f}"
+    mantissa, power = f"{value:.{max(0, digits - 1)}e}".split("e")
+    return f"{mantissa}·10^{int(power)}"
+
+
+def quantity(value: float, unit: str, digits: int = 4) -> str:
+    """A value with its unit."""
+    factor, shown = in_shown_unit(value, unit)
+    return f"{number(factor * value, digits)} {shown}".strip()
+
+
+def _digits(estimate: Estimate) -> int:
+    """Significant digits of the largest number that show two digits of the interval's width."""
+    width = estimate.high - estimate.low
+    largest = max(abs(estimate.low), abs(estimate.high), abs(estimate.value))
+    if not (width > 0.0 and math.isfinite(width) and largest > 0.0):
+        return 4
+    return min(7, max(2, math.floor(math.log10(largest)) - math.floor(math.log10(width)) + 2))
+
+
+def interval(estimate: Estimate, unit: str) -> tuple[str, str]:
+    """A value with its unit, and its interval in the same unit."""
+    factor, shown = in_shown_unit(estimate.value, unit)
+    digits = _digits(estimate)
+    places = _places(factor * max(abs(estimate.low), abs(estimate.high)), digits)
+    if places is None:
+        low, high = (number(factor * end, digits) for end in (estimate.low, estimate.high))
+        value = number(factor * estimate.value, digits)
+    else:
+        low, high, value = (
+            f"{factor * part:.{places}f}" if math.isfinite(part) else "–"
+            for part in (estimate.low, estimate.high, estimate.value)
+        )
+    return f"{value} {shown}".strip(), f"{low} to {high}"
+
+
+def _places(largest: float, digits: int) -> int | None:
+    """Decimals that show so many digits of the largest number; None where an exponent is better."""
+    if not (math.isfinite(largest) and largest > 0.0):
+        return None
+    exponent = math.floor(math.log10(largest))
+    return max(0, digits - 1 - exponent) if -4 < exponent < 7 else None
+
+
+def percent(share: float | None) -> str:
+    """A share as per cent, two digits where it is small."""
+    if share is None or not math.isfinite(share):
+        return "–"
+    size = abs(100.0 * share)
+    return f"{100.0 * share:.{0 if size >= 10.0 else 1 if size >= 1.0 else 2}f} %"
+
+
+def percent_ends(estimate: Estimate) -> str:
+    """The interval of a share."""
+    if not (math.isfinite(estimate.low) and math.isfinite(estimate.high)):
+        return "no interval"
+    places = 1 if 100.0 * (estimate.high - estimate.low) < 2.0 else 0
+    return f"{100.0 * estimate.low:.{places}f} to {100.0 * estimate.high:.{places}f} %"
+
+
+def percent_interval(estimate: Estimate) -> str:
+    """Share with its interval."""
+    places = 1 if 100.0 * (estimate.high - estimate.low) < 2.0 else 0
+    if not math.isfinite(estimate.value):
+        return percent(estimate.value)
+    return f"{100.0 * estimate.value:.{places}f} % ({percent_ends(estimate)})"
+
+
+def first_upper(text: str) -> str:
+    """The text with its first letter large, the rest as it is."""
+    return text[:1].upper() + text[1:]
