@@ -8,6 +8,7 @@ values, so that an effect in one of them cannot hide in another.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -23,7 +24,7 @@ from ehsid.harness.gap.thresholds import (
     BOOTSTRAP_DRAWS,
     EQUATION_SETTLES,
     INDEPENDENT_HZ,
-    OWN_SIGMAS,
+    MOST_SIGMAS,
     SHRINKAGE_LEVEL,
     SKIP_S,
     WINDOW_S,
@@ -64,7 +65,7 @@ class Equation:
     centre, weight
         shape (n,), of the prior of their moves in the regression, in squares of rows.
     moved
-        shape (n,), as regressed, within OWN_SIGMAS of the prior.
+        shape (n,), as regressed, within MOST_SIGMAS of the prior.
     noise
         shape (K,), what a draw of sensor noise adds to the residual.
     largest
@@ -128,7 +129,7 @@ def equations(records: Sequence[Record], rig: Rig, values: Values) -> tuple[Equa
         columns = np.array([one.rows[name] for one in concerned]).reshape(-1, rows.size).T
         centre = np.array([one.centre for one in concerned])
         precision = np.array([one.sigma**-2 for one in concerned])
-        reach = OWN_SIGMAS * precision**-0.5
+        reach = MOST_SIGMAS * precision**-0.5
         independent = INDEPENDENT_HZ * seconds
         weight = moved = np.zeros(centre.size)
         for _ in range(EQUATION_SETTLES):
@@ -199,14 +200,21 @@ class _Own:
 
 
 def _slope(signals: Sequence[Measured], values: Values, plant: str, parameter: Parameter) -> _Own:
-    """Central difference over half a deviation of the prior: roundings bend within it."""
+    """Central difference over half a deviation of the prior: roundings bend within it.
+
+    The equations are linear in a value, or in one over it, rather than in its logarithm: there a
+    move of two deviations has a size of (exp(2 sigma) - 1), of which half is taken for one.
+    """
     x = parameter.place(values[parameter.name])
     reach = min(0.25 * parameter.sigma, 0.1 * (parameter.high - parameter.low))
     high, low = min(x + reach, parameter.high), max(x - reach, parameter.low)
     up = residuals(signals, {**values, parameter.name: parameter.value(high)}, plant)
     down = residuals(signals, {**values, parameter.name: parameter.value(low)}, plant)
     slopes = {name: (up[name] - down[name]) / (high - low) for name in up}
-    return _Own(parameter.centre - x, parameter.sigma, slopes)
+    sigma = parameter.sigma
+    if parameter.logarithmic:
+        sigma = 0.5 * math.expm1(2.0 * sigma)
+    return _Own(parameter.centre - x, sigma, slopes)
 
 
 def _zero_errors(signals: Sequence[Measured], values: Values, plant: str) -> list[_Own]:

@@ -12,12 +12,12 @@ from ehsid.harness.gap.inverse_signals import (
     Terms,
     Values,
     areas,
-    bend,
-    smoothed,
+    side,
     speed_of,
     true_position,
 )
 from ehsid.harness.gap.inverse_valve import spool_of
+from ehsid.harness.gap.thresholds import STROKE_END
 from ehsid.harness.gap.weak_form import WeakForm
 
 _NO_SPOOL = {
@@ -55,20 +55,27 @@ def _friction(signals: Measured, values: Values) -> FloatArray:
     velocity = values[f"{prefix}stribeck_velocity_m_s"]
     if velocity > 0.0:
         level += (static - sliding) * np.exp(-((speed_of(signals) / velocity) ** 2))
-    return level * bend(smoothed(signals, 0), values["nuisance.presliding_m"])
+    return level * side(signals, values["nuisance.presliding_m"])
 
 
 def cylinder_force(
     signals: Measured, a: FloatArray, b: FloatArray, values: Values, weak: WeakForm
 ) -> Terms:
-    """0 = p_a A_a - p_b A_b - p_0 (A_a - A_b) - m y'' - b y' - load - friction."""
+    """0 = p_a A_a - p_b A_b - p_0 (A_a - A_b) - m y'' - b y' - load - friction.
+
+    Not at the ends of the stroke, whose stops push, too: there all terms are zero.
+    """
     area_a, area_b = areas(values)
     force = (a - ATMOSPHERE_PA) * area_a - (b - ATMOSPHERE_PA) * area_b
-    return {"drive": weak.mean(force), **_motion(signals, values, "load", weak)}
+    terms = {"drive": weak.mean(force), **_motion(signals, values, "load", weak)}
+    position, end = signals.columns["position_m"], STROKE_END * values["cylinder.stroke_m"]
+    at_end = (position < end) | (position > values["cylinder.stroke_m"] - end)
+    free = weak.mean(at_end.astype(np.float64)) == 0.0
+    return {name: term * free for name, term in terms.items()}
 
 
 def axis_force(signals: Measured, values: Values, weak: WeakForm) -> Terms:
     """0 = gain u - m y'' - b y' - load - friction."""
-    command = spool_of(signals.command, signals.dt_s, {**values, **_NO_SPOOL})
+    command = spool_of(signals, {**values, **_NO_SPOOL})
     force = values["axis.force_per_volt"] * command
     return {"drive": weak.mean(force), **_motion(signals, values, "axis", weak)}

@@ -45,7 +45,7 @@ def servo_terms(signals: Measured, values: Values, plant: str) -> dict[str, Term
     if plant != "ehs":
         return {}
     found: dict[str, Terms] = {}
-    spool = spool_of(signals.command, signals.dt_s, values)
+    spool = spool_of(signals, values)
     if "spool" in signals.columns:
         found[SPOOL] = {
             "spool": weak.mean(signals.columns["spool"]),

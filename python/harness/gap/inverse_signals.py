@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +25,9 @@ Values = Mapping[str, float]
 Terms = dict[str, FloatArray]
 
 ATMOSPHERE_PA = 101325.0
+
+# What loops over samples is kept for this many records or sizes: most values do not touch it.
+KEPT = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,11 +84,18 @@ def speed_of(signals: Measured) -> FloatArray:
     return smoothed(signals, 1)
 
 
+@lru_cache(maxsize=KEPT)
 def smoothed(signals: Measured, order: int) -> FloatArray:
     """Position, order 0, or its slope, from parabolas over 20 ms (Savitzky, Golay 1964)."""
     length = max(5, 2 * round(0.5 * SMOOTHED_S / signals.dt_s) + 1)
     position = signals.columns["position_m"]
     return np.asarray(savgol_filter(position, length, polyorder=2, deriv=order, delta=signals.dt_s))
+
+
+@lru_cache(maxsize=KEPT)
+def side(signals: Measured, distance: float) -> FloatArray:
+    """Of the last motion of the rod, see `bend`."""
+    return bend(smoothed(signals, 0), distance)
 
 
 def true_position(signals: Measured, values: Values) -> FloatArray:
@@ -96,7 +107,7 @@ def true_position(signals: Measured, values: Values) -> FloatArray:
     half_width = values["effects.sensor_backlash.half_width_m"]
     if half_width > 0.0:
         # The side of the play that touches: that of the last motion.
-        position = position + half_width * bend(smoothed(signals, 0), 0.2 * half_width)
+        position = position + half_width * side(signals, 0.2 * half_width)
     return position
 
 

@@ -8,14 +8,13 @@ from the command, flows from spool and measured pressures.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 from scipy.signal import cont2discrete, lfilter, ss2tf
 
-FloatArray = npt.NDArray[np.float64]
+from ehsid.harness.gap.inverse_signals import KEPT, FloatArray, Measured, Values
 
 
 def play(signal: FloatArray, half_width: float) -> FloatArray:
@@ -52,22 +51,34 @@ def delayed(held: FloatArray, samples: float) -> FloatArray:
     return np.asarray(late, dtype=np.float64)
 
 
-def spool_of(command: FloatArray, dt_s: float, values: Mapping[str, float]) -> FloatArray:
-    """Spool at the samples, fraction of rated; command as a fraction, too. Shape (N,)."""
-    late = delayed(command, values["effects.transport_delay.delay_s"] / dt_s)
-    held = play(late, values["effects.valve_hysteresis.half_width"])
+def spool_of(signals: Measured, values: Values) -> FloatArray:
+    """Spool at the samples, fraction of rated. Shape (N,)."""
     bandwidth_hz = values["effects.valve_lag.bandwidth_hz"]
     damping = values["effects.valve_lag.damping"]
     if bandwidth_hz == 0.0:
         bandwidth_hz = values["nuisance.spool_bandwidth_hz"]
         damping = values["nuisance.spool_damping"]
+    return _spool(
+        signals,
+        values["effects.transport_delay.delay_s"],
+        values["effects.valve_hysteresis.half_width"],
+        bandwidth_hz,
+        damping,
+    )
+
+
+@lru_cache(maxsize=KEPT)
+def _spool(
+    signals: Measured, delay_s: float, half_width: float, bandwidth_hz: float, damping: float
+) -> FloatArray:
+    held = play(delayed(signals.command, delay_s / signals.dt_s), half_width)
     if bandwidth_hz == 0.0:
         # A held command jumps at the sample: there it is the mean of before and after.
         return np.asarray(0.5 * (held + np.concatenate([held[:1], held[:-1]])))
-    return second_order(held, bandwidth_hz, damping, dt_s)
+    return second_order(held, bandwidth_hz, damping, signals.dt_s)
 
 
-def opening_of(spool: FloatArray, values: Mapping[str, float]) -> FloatArray:
+def opening_of(spool: FloatArray, values: Values) -> FloatArray:
     """Null bias and flow saturation behind the spool."""
     opening = spool + values["effects.valve_null_bias.offset"]
     limit = values["effects.valve_flow_saturation.limit"]
@@ -89,7 +100,7 @@ def edge_flows(
     pressure_a: FloatArray,
     pressure_b: FloatArray,
     supply: FloatArray,
-    values: Mapping[str, float],
+    values: Values,
 ) -> EdgeFlows:
     """Orifices that open past their overlap and turn laminar at small drops.
 

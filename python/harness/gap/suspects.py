@@ -1,52 +1,27 @@
 # SPDX-License-Identifier: MIT
-"""Which effect would remove what the equations leave over: for the order of a search, no verdict.
+"""Which effect would remove what equations leave over: for the order of a search, no verdict.
 
-Every effect is put into the inverse equations at several sizes. What that changes in their
-residuals is a column; all equations share its factor, and move their own values along with it.
+Every effect is put into the equations at several sizes. What that changes in their residuals is a
+column; all equations share its factor, and move their own values along with it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.gap.equations import Equation, residuals
-from ehsid.harness.gap.inverse_signals import Measured
-from ehsid.harness.gap.starts import effect_starts
+from ehsid.harness.gap.equations import Equation
 from ehsid.harness.gap.thresholds import SUSPECT_DEVIATIONS, SUSPECT_TURNS
+from ehsid.harness.gap.trials import SIZES, candidates, full_names, scaled
 from ehsid.harness.gap.weak_form import regress
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX, acts_on, effects
+from ehsid.harness.rigs.parameters import acts_on, effects
 
 FloatArray = npt.NDArray[np.float64]
-
-# Sizes of what is not in proportion to its parameter, a factor of two apart; in between the factor
-# of the column does well enough to rank.
-_SIZES: Mapping[str, tuple[str, tuple[float, ...]]] = MappingProxyType(
-    {
-        "valve_dead_band": ("overlap", (0.01, 0.02, 0.04, 0.08)),
-        "valve_hysteresis": ("half_width", (0.01, 0.02, 0.04, 0.08)),
-        "valve_flow_saturation": ("limit", (0.15, 0.3, 0.6, 1.2)),
-        "transport_delay": ("delay_s", (0.001, 0.002, 0.004, 0.008)),
-        "sensor_backlash": ("half_width_m", (5e-5, 1e-4, 2e-4, 4e-4)),
-        "entrained_air": ("volume_fraction", (0.002, 0.01, 0.04)),
-        "sensor_lag": ("time_constant_s", (0.002, 0.008)),
-        "valve_null_bias": ("offset", (0.01,)),
-    }
-)
-# Several columns, each with a factor of its own: the parameters that an effect is linear in.
-_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "external_leakage": ("coefficient_a_m3_s_pa", "coefficient_b_m3_s_pa"),
-        "load_spring": ("stiffness_n_m", "force_at_mid_stroke_n"),
-    }
-)
-_STRIBECK_SPEEDS = (0.005, 0.02, 0.08)
 
 
 @dataclass(frozen=True)
@@ -79,23 +54,23 @@ class _Trial:
     deviations: float
 
 
+# Residual rows of the equations with the parameters of an effect, by full name, besides the rest.
+Change = Callable[[Mapping[str, float]], Mapping[str, FloatArray]]
+
+
 def suspects(
-    found: Sequence[Equation],
-    signals: Sequence[Measured],
-    rig: Rig,
-    values: Mapping[str, float],
-    exclude: Sequence[str] = (),
+    found: Sequence[Equation], change: Change, rig: Rig, exclude: Sequence[str] = ()
 ) -> tuple[Suspect, ...]:
     """Effects that the rig does not tell, strongest first.
 
     Parameters
     ----------
-    found, signals
-        equations at `values`, and the records' signals.
+    found
+        equations.
+    change
+        their rows with an effect; where these are not finite, it is not tried.
     rig
         as told.
-    values
-        all of the plant.
     exclude
         ids that are not asked for.
     """
@@ -107,79 +82,42 @@ def suspects(
     for effect, info in effects().items():
         if effect in skipped or not acts_on(info, rig.plant):
             continue
-        signs = {p.name: p.minimum < 0.0 for p in info.parameters}
-        best: Suspect | None = None
-        for columns in _candidates(effect, rig):
-            changed = [
-                residuals(signals, {**values, **_full(effect, column)}, rig.plant)
-                for column in columns
-            ]
-            signature = {
-                name: np.column_stack([one[name] - base[name] for one in changed]) for name in base
-            }
-            trial = _try(found, signature)
-            sizes = _scaled(columns, trial.factors)
-            if any(size < 0.0 and not signs[name] for name, size in sizes.items()):
-                continue
-            gain = trial.gain if trial.deviations > SUSPECT_DEVIATIONS else 0.0
-            if best is None or gain > best.gain:
-                best = Suspect(effect, _full(effect, sizes), gain, trial.deviations)
-        if best is not None:
-            suspected.append(best)
+        trials = [
+            _trial(effect, columns, found, base, change) for columns in candidates(effect, rig)
+        ]
+        best = max(filter(None, trials), key=lambda one: one.gain, default=None)
+        if best is None:
+            continue
+        if effect in SIZES and best.gain > 0.0:
+            # Once more at the size that the factor tells, which need not be in proportion.
+            sizes = {name.rpartition(".")[2]: value for name, value in best.values.items()}
+            again = _trial(effect, [sizes], found, base, change)
+            best = again if again is not None and again.gain > best.gain else best
+        suspected.append(best)
     return tuple(sorted(suspected, key=lambda one: -one.gain))
 
 
-def _full(effect: str, parameters: Mapping[str, float]) -> dict[str, float]:
-    return {f"{EFFECT_PREFIX}{effect}.{name}": value for name, value in parameters.items()}
-
-
-def _candidates(effect: str, rig: Rig) -> list[list[dict[str, float]]]:
-    """Trials of an effect: each a list of columns, a column a set of parameters."""
-    if effect in _SIZES:
-        name, sizes = _SIZES[effect]
-        return [[{name: size}] for size in sizes]
-    if effect == "stribeck_friction":
-        size = effect_starts(effect, rig)[0]["coulomb_n"]
-        return [
-            [
-                {"coulomb_n": size, "static_n": size, "stribeck_velocity_m_s": speed},
-                {"coulomb_n": 0.0, "static_n": size, "stribeck_velocity_m_s": speed},
-            ]
-            for speed in _STRIBECK_SPEEDS
-        ]
-    try:
-        starts = effect_starts(effect, rig)
-    except KeyError:
-        # A property of the sensor that is in the floor.
-        return []
-    if effect in _COLUMNS:
-        sizes_of = dict(starts[0])
-        # What starts from nothing, a force at mid-stroke, as large as the other over 0.1 m.
-        other = 0.1 * max(sizes_of.values())
-        return [
-            [
-                {**dict.fromkeys(sizes_of, 0.0), name: sizes_of[name] or other}
-                for name in _COLUMNS[effect]
-            ]
-        ]
-    if effect in ("supply_droop", "valve_lag"):
-        return [[dict(start)] for start in starts]
-    return [[dict(starts[0])]]
-
-
-def _scaled(columns: Sequence[Mapping[str, float]], factors: FloatArray) -> dict[str, float]:
-    """The parameters at the factors: sums of those that the effect is linear in."""
-    if len(columns) == 1 and len(columns[0]) > 1:
-        # A line or a lag: the factor says how much of it, not with which constants.
-        return dict(columns[0])
-    found: dict[str, float] = {}
-    for column, factor in zip(columns, factors.tolist(), strict=True):
-        for name, size in column.items():
-            if name == "stribeck_velocity_m_s":
-                found[name] = size
-            else:
-                found[name] = found.get(name, 0.0) + factor * size
-    return found
+def _trial(
+    effect: str,
+    columns: Sequence[Mapping[str, float]],
+    found: Sequence[Equation],
+    base: Mapping[str, FloatArray],
+    change: Change,
+) -> Suspect | None:
+    """None where it cannot be simulated, or would have to be of the other sign."""
+    changed = [change(full_names(effect, column)) for column in columns]
+    signature = {
+        name: np.column_stack([one[name] - base[name] for one in changed]) for name in base
+    }
+    if not all(np.isfinite(rows).all() for rows in signature.values()):
+        return None
+    trial = _try(found, signature)
+    sizes = scaled(columns, trial.factors)
+    for parameter in effects()[effect].parameters:
+        if not parameter.minimum <= sizes[parameter.name] <= parameter.maximum:
+            return None
+    gain = trial.gain if trial.deviations > SUSPECT_DEVIATIONS else 0.0
+    return Suspect(effect, full_names(effect, sizes), gain, trial.deviations)
 
 
 def _try(found: Sequence[Equation], signature: Mapping[str, FloatArray]) -> _Trial:

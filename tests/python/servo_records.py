@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""Records of a simulated servo with one effect or none, for tests of where a gap lies."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ehsid.harness.excitation import multisine
+from ehsid.harness.records import Record, make_record
+from ehsid.harness.rigs import Rig, read_rig
+from ehsid.harness.simulation import draw_noise, simulate
+
+DT_S = 1e-3
+BENCH = read_rig(Path(__file__).parents[2] / "examples" / "rigs" / "bench.toml").with_values(
+    {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
+)
+RIG = Rig(
+    "bench",
+    "ehs",
+    BENCH.values,
+    sensors={
+        "position_noise_m": 5e-6,
+        "pressure_a_noise_pa": 1e4,
+        "pressure_b_noise_pa": 1e4,
+        "supply_pressure_noise_pa": 1e4,
+    },
+)
+AXIS = Rig(
+    "axis",
+    "axis",
+    {"axis.mass_kg": 95.0, "axis.viscous_friction_n_s_m": 205.0, "axis.force_per_volt": 35.15},
+    sensors={"position_noise_m": 2e-6},
+)
+WITH_PRESSURES = ("position_m", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
+# A rig that differs from what is told by about one deviation each.
+OTHER = {
+    "fluid.bulk_modulus_pa": 0.9e9,
+    "load.viscous_friction_n_s_m": 1200.0,
+    "valve.rated_flow_m3_s": 6.8e-4,
+    "load.mass_kg": 125.0,
+}
+EFFECTS: dict[str, dict[str, float]] = {
+    "transport_delay": {"delay_s": 0.0043},
+    "valve_hysteresis": {"half_width": 0.03},
+    "valve_lag": {"bandwidth_hz": 45.0, "damping": 0.8},
+    "valve_null_bias": {"offset": 0.03},
+    "valve_flow_saturation": {"limit": 0.4},
+    "valve_dead_band": {"overlap": 0.03},
+    "internal_leakage": {"coefficient_m3_s_pa": 2e-11},
+    "external_leakage": {"coefficient_a_m3_s_pa": 2e-11, "coefficient_b_m3_s_pa": 1e-11},
+    "entrained_air": {"volume_fraction": 0.02},
+    "supply_droop": {
+        "source_resistance_pa_s_m3": 3e9,
+        "accumulator_capacitance_m3_pa": 1e-11,
+    },
+    "coulomb_friction": {"force_n": 500.0},
+    "stribeck_friction": {"coulomb_n": 400.0, "static_n": 700.0, "stribeck_velocity_m_s": 0.02},
+    "load_spring": {"stiffness_n_m": 3e4, "force_at_mid_stroke_n": 300.0},
+    "load_force": {"force_n": 1500.0},
+    "sensor_backlash": {"half_width_m": 2e-4},
+    "sensor_lag": {"time_constant_s": 0.004},
+}
+
+
+def full(effect: str) -> dict[str, float]:
+    return {f"effects.{effect}.{name}": value for name, value in EFFECTS[effect].items()}
+
+
+def made(
+    values: Mapping[str, float],
+    *,
+    rig: Rig = RIG,
+    columns: tuple[str, ...] = WITH_PRESSURES,
+    noisy: bool = True,
+    seed: int = 0,
+) -> Record:
+    rng = np.random.default_rng(seed)
+    n = 6000
+    command = multisine(n, DT_S, band_hz=(0.5, 15.0), rms=2.0, rng=rng)
+    noise = draw_noise(rig, n, rng) if noisy else None
+    run = simulate(rig, command, dt_s=DT_S, values=values, substeps=8, noise=noise).record
+    return make_record(
+        {"time_s": run.time_s, **{c: run.column(c) for c in ("command_v", *columns)}}
+    )
