@@ -105,3 +105,19 @@ def test_gaps_are_refused() -> None:
     torn = make_record({"time_s": time_s, **record.columns})
     with pytest.raises(ValueError, match="cut the record at its gaps"):
         equation_shares([torn], RIG, {})
+
+
+def test_fine_samples_are_thinned() -> None:
+    record = made(full("transport_delay"))
+    fine = make_record(
+        {
+            "time_s": np.arange(4 * len(record)) * 0.25e-3,
+            # Each held, or drawn on, over four samples.
+            "command_v": np.repeat(record.column("command_v"), 4),
+            **{name: np.repeat(record.column(name), 4) for name in WITH_PRESSURES},
+        }
+    )
+    for one, other in zip(
+        equation_shares([record], RIG, {}), equation_shares([fine], RIG, {}), strict=True
+    ):
+        assert one.residual.value == pytest.approx(other.residual.value, rel=1e-6)

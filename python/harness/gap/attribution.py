@@ -35,6 +35,7 @@ from ehsid.harness.gap.thresholds import (
     MOST_SUSPECTS,
     SUSPECT_GAIN,
     SUSPECT_NEAR,
+    WEAK_FORM_S,
 )
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
@@ -137,10 +138,14 @@ def attribute_errors(problem: Problem, x: FloatArray, exclude: Sequence[str] = (
     """
     rows = problem.errors(x)["position_m"]
     spread = np.concatenate([one.centred(one.outputs["position_m"]) for one in problem.records])
-    if float(np.std(rows)) > LOST_PHASE * float(np.std(spread)):
+    block = window_numbers_of(problem.records)
+    apart = max(1, round(WEAK_FORM_S / problem.records[0].dt_s))
+    same = block[apart:] == block[:-apart]
+    speeds = [float(np.std((one[apart:] - one[:-apart])[same])) for one in (rows, spread)]
+    if speeds[0] > LOST_PHASE * speeds[1]:
         note = (
-            "The calibrated simulation is off by as much as the position moves within a window: "
-            "its errors do not say to what subsystem they belong."
+            f"The speed of the calibrated simulation is off by {100.0 * speeds[0] / speeds[1]:.0f} "
+            "% of the rod's: its errors do not say to what subsystem they belong."
         )
         return Attribution((), (), (), {}, (note,))
     found = _error_equation(problem, x, rows)

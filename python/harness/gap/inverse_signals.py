@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import savgol_filter
 
+from ehsid.harness.gap.thresholds import EQUATIONS_DT_S
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import plant_parameters
@@ -50,7 +51,7 @@ class Measured:
 
 
 def measured(record: Record, rig: Rig) -> Measured:
-    """What the equations need.
+    """What the equations need; of samples closer than a millisecond every n-th only.
 
     Raises
     ------
@@ -64,7 +65,12 @@ def measured(record: Record, rig: Rig) -> Measured:
         )
     limit = command_limit(rig)
     command = record.column("command_v") / (limit if math.isfinite(limit) else 1.0)
-    return Measured(record.dt_s, command, record.columns)
+    every = max(1, round(EQUATIONS_DT_S / record.dt_s))
+    count = len(record) // every
+    # The command is held: over n samples it acts by its mean.
+    held = command[: count * every].reshape(count, every).mean(axis=1)
+    columns = {name: column[: count * every : every] for name, column in record.columns.items()}
+    return Measured(every * record.dt_s, held, columns)
 
 
 def all_values(rig: Rig, values: Values) -> dict[str, float]:

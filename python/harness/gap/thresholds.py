@@ -162,6 +162,8 @@ EXCHANGED = 0.3
 # of the valve still show, and noise of 1 kHz samples goes down by three; 20 samples resolve psi''.
 WEAK_FORM_S = 0.02
 WEAK_FORM_SAMPLES = 20
+# Finer samples add little to weighted means over 20 ms.
+EQUATIONS_DT_S = 1e-3
 # (1 - s^2)^4: psi'' still vanishes at the ends, so that the trapezoidal rule does well on it.
 WEAK_FORM_ORDER = 4
 # This near an end of the stroke, share of it, an end stop or its cushion may push.
@@ -239,9 +241,9 @@ SUSPECT_GAIN = 0.05
 SUSPECT_NEAR = 0.9
 # Effects that are put in one after another.
 MOST_SUSPECTS = 3
-# Errors of the position of this share of its motion in a window: a limit cycle is then off by as
-# many radians, and what is linear about the calibration says nothing.
-LOST_PHASE = 0.2
+# Error of the speed, share of the speed: a limit cycle is then off by as many radians, and what is
+# linear about the calibration says nothing. A drift of the position, however large, passes.
+LOST_PHASE = 0.5
 
 # --- Process noise of a subsystem, position alone ----------------------------------------------
 # Errors are averaged over this long: an oil spring of 70 Hz is still seen.

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: MIT
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from servo_records import EFFECTS, OTHER, RIG, full, made
+
+from ehsid.harness.gap.attribution import attribute_equations, attribute_errors
+from ehsid.harness.gap.case import Case, make_case
+from ehsid.harness.gap.findings import SUBSYSTEMS
+from ehsid.harness.gap.fit import fit
+from ehsid.harness.gap.rivals import Rival
+from ehsid.harness.gap.where import gather, localise
+from ehsid.harness.records import make_record
+from ehsid.harness.rigs.parameters import effects
+
+POSITION = ("position_m",)
+
+
+def case_of(values: Mapping[str, float], columns: tuple[str, ...] | None = None) -> Case:
+    given = {} if columns is None else {"columns": columns}
+    records = [made({**OTHER, **values}, seed=seed, **given) for seed in (1, 2)]
+    return make_case(RIG, records[:1], records[1:])
+
+
+def calibrated(case: Case) -> Rival:
+    """From the middle of the priors: no limit cycles here."""
+    problem = case.problem()
+    found = fit(problem, problem.centre())
+    values = {p.name: p.value(float(x)) for p, x in zip(problem.parameters, found.x, strict=True)}
+    return Rival((), found.x, values, found.cost, 0.0, found.converged)
+
+
+def with_effects(base: Rival, found: Sequence[str]) -> Rival:
+    return replace(base, effects=tuple(found))
+
+
+@pytest.mark.parametrize("effect", sorted(EFFECTS.keys() - {"entrained_air", "valve_lag"}))
+def test_equations_name_the_subsystem(effect: str) -> None:
+    record = made({**OTHER, **full(effect)}, seed=5)
+    found = attribute_equations([record], RIG, {})
+    shares = found.subsystem
+    assert sum(shares.values()) == pytest.approx(1.0)
+    assert max(shares, key=lambda name: shares[name]) == effects()[effect].subsystem
+    assert found.hints[found.taken[0].effect] == found.taken[0].gain > 0.0
+
+
+def test_two_effects_share_the_gap() -> None:
+    values = {**OTHER, **full("valve_hysteresis"), **full("coulomb_friction")}
+    found = attribute_equations([made(values, seed=5)], RIG, {})
+    assert {"valve", "mechanics"} <= {name for name, v in found.subsystem.items() if v > 0.2}
+    assert "valve_hysteresis" in [one.effect for one in found.taken]
+
+
+def test_equations_are_silent_without_an_effect() -> None:
+    found = attribute_equations([made(OTHER, seed=6)], RIG, {})
+    assert (found.subsystem, found.taken, found.notes) == ({}, (), ())
+    assert len(found.equations) == 4
+
+
+def test_what_no_effect_explains_stays_with_its_equation() -> None:
+    """A hum of the pump: supply pressure that no droop makes.
+
+    It is in the sensor only, so that the valve's flows do not fit it, either.
+    """
+    record = made(OTHER, seed=7)
+    time_s = np.array(record.time_s)
+    hum = record.column("supply_pressure_pa") + 3e5 * np.sin(2.0 * np.pi * 37.0 * time_s)
+    noisy = replace(record, columns={**record.columns, "supply_pressure_pa": hum})
+    found = attribute_equations([noisy], RIG, {})
+    assert found.subsystem["hydraulics"] > 0.75
+    assert any("supply line" in note for note in found.notes)
+
+
+def test_an_excluded_effect_is_not_named() -> None:
+    record = made({**OTHER, **full("coulomb_friction")}, seed=5)
+    twins = ["coulomb_friction", "stribeck_friction"]
+    found = attribute_equations([record], RIG, {}, exclude=twins)
+    assert not set(twins) & found.hints.keys()
+    # What is left is still where it is.
+    assert found.subsystem["mechanics"] > 0.5
+    assert found.notes
+
+
+@pytest.mark.parametrize(
+    "effect", ["valve_dead_band", "valve_hysteresis", "internal_leakage", "load_force"]
+)
+def test_errors_of_the_position_name_the_subsystem(effect: str) -> None:
+    case = case_of(full(effect), POSITION)
+    found = attribute_errors(case.problem(), calibrated(case).x)
+    assert found.equations == ()
+    assert effects()[effect].subsystem in found.subsystem
+    assert sum(found.subsystem.values()) == pytest.approx(1.0)
+
+
+def test_errors_that_lost_the_motion_say_nothing() -> None:
+    record = made(OTHER, columns=POSITION)
+    # The valve with its plug the wrong way round.
+    swapped = {**record.columns, "command_v": -record.column("command_v")}
+    records = [make_record({"time_s": record.time_s, **swapped})] * 2
+    case = make_case(RIG, records[:1], records[1:])
+    problem = case.problem()
+    found = attribute_errors(problem, problem.centre())
+    assert found.subsystem == {}
+    assert "do not say" in found.notes[0]
+
+
+def test_where_without_effects_rests_on_the_equations() -> None:
+    case = case_of(full("coulomb_friction"))
+    base = calibrated(case)
+    where = localise(case, base, None)
+    assert set(where.subsystem) == set(SUBSYSTEMS)
+    assert where.subsystem["mechanics"] > 0.9
+    assert [one.equation for one in where.equations]
+    assert sum(one.share_of_gap.value for one in where.frequency) == pytest.approx(1.0, abs=0.02)
+    assert where.regimes
+    # The same evidence, gathered before.
+    again = localise(case, base, None, evidence=gather(case, base))
+    assert again.subsystem == where.subsystem
+
+
+def test_where_and_which_do_not_contradict_without_a_word() -> None:
+    case = case_of(full("coulomb_friction"))
+    base = calibrated(case)
+    agreeing = localise(case, base, with_effects(base, ["coulomb_friction"]))
+    assert agreeing.subsystem["mechanics"] == 1.0
+    assert agreeing.notes == ()
+    other = localise(case, base, with_effects(base, ["valve_dead_band"]))
+    assert other.subsystem["valve"] == 1.0
+    assert any("mechanics" in note for note in other.notes)
+    assert any("valve" in note for note in other.notes)
+
+
+@given(
+    shares=st.dictionaries(
+        st.sampled_from(["valve_dead_band", "coulomb_friction", "load_force"]),
+        st.floats(-1.0, 5.0),
+        max_size=3,
+    )
+)
+def test_shares_of_effects_sum_to_one(shares: dict[str, float]) -> None:
+    base = Rival((), np.zeros(0), {}, 0.0, 0.0, True)
+    best = with_effects(base, ["valve_dead_band", "coulomb_friction", "load_force"])
+    subsystem = localise(CASE, BASE, best, shares=shares, evidence=EVIDENCE).subsystem
+    assert sum(subsystem.values()) == pytest.approx(1.0)
+    assert min(subsystem.values()) >= 0.0
+    assert subsystem["hydraulics"] == subsystem["sensor"] == subsystem["timing"] == 0.0
+
+
+CASE = case_of({}, POSITION)
+BASE = calibrated(CASE)
+EVIDENCE = gather(CASE, BASE)
+
+
+def test_a_clean_position_can_only_be_noise() -> None:
+    assert EVIDENCE.hints.keys() <= effects().keys()
+    assert EVIDENCE.attribution.subsystem == {}
+    where = localise(CASE, BASE, None)
+    assert where.equations == ()
+    assert len(where.notes) == 1
