@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -128,6 +129,7 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
         axis_sigmas=gap_marks.AXIS_SIGMAS,
         records=records,
         rig_file=rig_file,
+        again=_again(records, rig_file),
         settings=[(name, _setting(value)) for name, value in diagnosis.settings.items()],
         version=ehsid.__version__,
     )
@@ -168,6 +170,14 @@ def _row(candidate: Candidate) -> CandidateRow:
         sizes,
         candidate.in_confidence_set,
     )
+
+
+def _again(records: Sequence[RecordLine], rig_file: str) -> str:
+    """The command that takes the next record in, too."""
+    fitted = [record.file for record in records if record.role != "held out"]
+    judged = [part for r in records if r.role == "held out" for part in ("--validate", r.file)]
+    parts = ["ehsid", "gap", *fitted, "new.csv", "--rig", rig_file, *judged, "--out", "again"]
+    return shlex.join(parts)
 
 
 def _setting(value: object) -> str:

@@ -49,6 +49,13 @@ DASHES: dict[str, LineDashType] = {
     "augmented": "solid",
 }
 SIMULATED = ("nominal", "calibrated", "augmented")
+# As the bars above the plots name them.
+WORDS = {
+    "measured": "measured",
+    "nominal": "rig as told",
+    "calibrated": "values fitted",
+    "augmented": "with effects",
+}
 # Of all plots together; with the library (1.3 MB) a page stays below 6 MB.
 MOST_BYTES = 3_000_000
 # A float32 in base64.
@@ -209,10 +216,10 @@ def _output_figures(run: HeldOutRun, name: str, span: Range1d, most: int) -> tup
             source=source,
             color=COLOURS[kind],
             line_dash=DASHES[kind],
-            line_width=2.2 if kind == "measured" else 1.6,
-            line_alpha=0.55 if kind == "measured" else 1.0,
+            line_width=4.0 if kind == "measured" else 1.6,
+            line_alpha=0.35 if kind == "measured" else 1.0,
         )
-        items.append(LegendItem(label=kind, renderers=[line]))
+        items.append(LegendItem(label=WORDS[kind], renderers=[line]))
     for kind in shown:
         line = lower.line(
             "time",
@@ -229,11 +236,11 @@ def _output_figures(run: HeldOutRun, name: str, span: Range1d, most: int) -> tup
             orientation="horizontal",
             click_policy="hide",
             border_line_color=None,
-            label_text_font_size="12px",
-            spacing=10,
+            label_text_font_size="11px",
+            spacing=8,
             padding=2,
             margin=0,
-            glyph_width=24,
+            glyph_width=18,
         ),
         "above",
     )

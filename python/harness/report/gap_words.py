@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from types import MappingProxyType
 
 from ehsid.harness.gap.findings import Estimate, Verdict
@@ -44,6 +45,9 @@ VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
     }
 )
 
+# Keeps a number and its unit on one line.
+SPACE = "\N{NO-BREAK SPACE}"
+
 # What a reader wants in place of an SI unit: factor and unit.
 SHOWN_UNITS = MappingProxyType(
     {
@@ -60,6 +64,16 @@ SHOWN_UNITS = MappingProxyType(
 )
 # From here on a pressure is a stiffness, and told in MPa.
 STIFF_PA = 1e8
+
+# Their names end like a pressure.
+EDGES = MappingProxyType(
+    {
+        "edge_pa": "metering edge P to A",
+        "edge_at": "metering edge A to T",
+        "edge_pb": "metering edge P to B",
+        "edge_bt": "metering edge B to T",
+    }
+)
 
 # Measured columns as they are drawn: name, factor, unit.
 CHANNELS = MappingProxyType(
@@ -81,10 +95,11 @@ def channel(name: str) -> tuple[str, float, str]:
 
 
 def plain_name(identifier: str) -> str:
-    """An id of the catalogue in words."""
-    return (
-        identifier.replace("_", " ").replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
-    )
+    """An id of the catalogue or of a value in words."""
+    if identifier in EDGES:
+        return EDGES[identifier]
+    words = re.sub(r" [ab]\b", lambda side: side[0].upper(), identifier.replace("_", " "))
+    return words.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
 
 
 def effect_set(effects: tuple[str, ...]) -> str:
@@ -135,9 +150,17 @@ def number(value: float | None, digits: int = 4) -> str:
 
 
 def quantity(value: float, unit: str, digits: int = 4) -> str:
-    """A value with its unit."""
+    """A value with its unit, without idle zeros."""
     factor, shown = in_shown_unit(value, unit)
-    return f"{number(factor * value, digits)} {shown}".strip()
+    text = number(factor * value, digits)
+    if "." in text and "^" not in text:
+        text = text.rstrip("0").rstrip(".")
+    return with_unit(text, shown)
+
+
+def with_unit(text: str, unit: str) -> str:
+    """Number and unit, never on two lines."""
+    return f"{text}{SPACE}{unit}" if unit else text
 
 
 def _digits(estimate: Estimate) -> int:
@@ -162,7 +185,7 @@ def interval(estimate: Estimate, unit: str) -> tuple[str, str]:
             f"{factor * part:.{places}f}" if math.isfinite(part) else "–"
             for part in (estimate.low, estimate.high, estimate.value)
         )
-    return f"{value} {shown}".strip(), f"{low} to {high}"
+    return with_unit(value, shown), f"{low} to {high}"
 
 
 def _places(largest: float, digits: int) -> int | None:
@@ -178,7 +201,7 @@ def percent(share: float | None) -> str:
     if share is None or not math.isfinite(share):
         return "–"
     size = abs(100.0 * share)
-    return f"{100.0 * share:.{0 if size >= 10.0 else 1 if size >= 1.0 else 2}f} %"
+    return f"{100.0 * share:.{0 if size >= 10.0 else 1 if size >= 1.0 else 2}f}{SPACE}%"
 
 
 def percent_ends(estimate: Estimate) -> str:
@@ -186,7 +209,7 @@ def percent_ends(estimate: Estimate) -> str:
     if not (math.isfinite(estimate.low) and math.isfinite(estimate.high)):
         return "no interval"
     places = 1 if 100.0 * (estimate.high - estimate.low) < 2.0 else 0
-    return f"{100.0 * estimate.low:.{places}f} to {100.0 * estimate.high:.{places}f} %"
+    return f"{100.0 * estimate.low:.{places}f} to {100.0 * estimate.high:.{places}f}{SPACE}%"
 
 
 def percent_interval(estimate: Estimate) -> str:
@@ -194,7 +217,7 @@ def percent_interval(estimate: Estimate) -> str:
     places = 1 if 100.0 * (estimate.high - estimate.low) < 2.0 else 0
     if not math.isfinite(estimate.value):
         return percent(estimate.value)
-    return f"{100.0 * estimate.value:.{places}f} % ({percent_ends(estimate)})"
+    return f"{100.0 * estimate.value:.{places}f}{SPACE}% ({percent_ends(estimate)})"
 
 
 def first_upper(text: str) -> str:

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: MIT
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from typing import Any
+
+import numpy as np
+import pytest
+from made_diagnoses import VERDICTS, made_diagnosis
+
+from ehsid.harness.gap.findings import Diagnosis, Estimate, HeldOutRun, Remark
+from ehsid.harness.report.gap_marks import gap_bars, parameter_dots, share_bar, time_stretches
+from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
+
+RECORDS = [
+    RecordLine("fit", "fit", "data/fit run.csv", "ab" * 32),
+    RecordLine("held_out", "held out", "data/held_out.csv", "cd" * 32),
+]
+
+
+class Reader(HTMLParser):
+    """Words outside of scripts and styles, what a browser would fetch, and how the tags nest."""
+
+    VOID = frozenset({"meta", "br"})
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.fetched: list[str] = []
+        self.targets: list[str] = []
+        self.ids: list[str] = []
+        self.open: list[str] = []
+        self.text: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        told = dict(attrs)
+        assert tag not in {"link", "iframe", "img"}
+        self.fetched += [told[name] or "" for name in ("src", "srcset") if name in told]
+        self.targets += [told["href"] or ""] if "href" in told else []
+        self.ids += [told["id"] or ""] if "id" in told else []
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if not {"script", "style"} & set(self.open):
+            self.text.append(data)
+
+
+def read(diagnosis: Diagnosis) -> tuple[Reader, str]:
+    reader = Reader()
+    reader.feed(render_diagnosis(diagnosis, RECORDS, "bench.toml"))
+    reader.close()
+    assert reader.open == []
+    return reader, re.sub(r"\s+", " ", " ".join(reader.text))
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_page_is_whole_and_says_the_verdict_first(verdict: Any) -> None:
+    diagnosis = made_diagnosis(verdict)
+    reader, text = read(diagnosis)
+    assert reader.fetched == []
+    assert all(target.startswith("#") for target in reader.targets)
+    assert {target[1:] for target in reader.targets} <= set(reader.ids)
+    assert text.index(diagnosis.sentence) < 300
+    for reason in diagnosis.reasons:
+        assert reason in text
+    for one in diagnosis.cannot_judge:
+        assert one.why in text
+    for remark in diagnosis.remarks:
+        assert remark.what in text
+    for record in RECORDS:
+        assert record.file in text
+        assert record.sha256 in text
+
+
+def test_page_shows_what_was_found() -> None:
+    _, text = read(made_diagnosis("effects"))
+    for words in (
+        "Coulomb friction",
+        "412 N",
+        "396 to 431",
+        "probability 97 %",
+        "|velocity| < 0.004 m/s",
+        "0 to 2 Hz",
+        "force balance",
+        "in the set",
+        "fluid: bulk modulus",
+        "moved",
+        "presliding",
+        "window_s",
+    ):
+        assert words in text
+    assert "next experiment" not in text.lower()
+
+
+def test_next_experiment_comes_with_the_command_to_run() -> None:
+    _, text = read(made_diagnosis("ambiguous"))
+    assert "Slow triangle, 3 mm/s, 4 reversals." in text
+    assert "separate Coulomb friction from Stribeck friction" in text
+    again = (
+        "ehsid gap 'data/fit run.csv' new.csv --rig bench.toml --validate data/held_out.csv "
+        "--out again"
+    )
+    assert again in text
+
+
+def test_words_of_others_cannot_break_the_page() -> None:
+    bad = "<script>alert(1)</script>"
+    diagnosis = made_diagnosis("effects")
+    run = replace(diagnosis.runs[0], record=bad)
+    diagnosis = replace(diagnosis, sentence=bad, remarks=(Remark(bad, bad),), runs=(run,))
+    _, text = read(diagnosis)
+    assert text.count(bad) >= 4
+
+
+def test_a_long_rich_record_stays_below_the_size_of_an_attachment() -> None:
+    samples = 400_000
+    rng = np.random.default_rng(0)
+    names = ("position_m", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa", "spool")
+    shown = {name: rng.standard_normal(samples) for name in names}
+    window = np.maximum((np.arange(samples) - 300) // 500, -1)
+    time = np.arange(samples) * 1e-3
+    run = HeldOutRun("long", time, window, time, shown, shown, shown, shown)
+    page = render_diagnosis(
+        replace(made_diagnosis("effects"), runs=(run, run, run)), RECORDS, "bench.toml"
+    )
+    assert len(page) < 6_000_000
+
+
+def test_bars_share_one_axis() -> None:
+    far = made_diagnosis("effects").how_far
+    assert far is not None
+    nominal, calibrated, augmented, floor = gap_bars(far)
+    assert nominal.width == 100.0
+    assert calibrated.width == pytest.approx(100.0 * far.calibrated / far.nominal)
+    assert augmented.width == pytest.approx(100.0 * far.augmented / far.nominal)
+    assert floor.low == pytest.approx(100.0 * far.noise_floor[0] / far.nominal)
+    assert floor.high == floor.width
+
+
+def test_shares_beyond_the_axis_stay_on_it() -> None:
+    bar = share_bar("", Estimate(1.02, -0.1, 1.3))
+    assert (bar.low, bar.width, bar.high) == (0.0, 100.0, 100.0)
+
+
+def test_dots_stand_where_the_prior_puts_them() -> None:
+    diagnosis = made_diagnosis("effects")
+    dots = {dot.name: dot for dot in parameter_dots(diagnosis, nuisances=False)}
+    assert list(dots)[:2] == ["load.mass_kg", "fluid.bulk_modulus_pa"]
+    assert not [name for name in dots if name.startswith("nuisance.")]
+    # ln(131 / 120) / 0.05 sigmas of an axis that reaches to 3 on each side of the middle.
+    sigmas = np.log(131.0 / 120.0) / 0.05
+    assert dots["load.mass_kg"].at == pytest.approx(50.0 + 50.0 * sigmas / 3.0)
+    for dot in dots.values():
+        assert dot.low is not None
+        assert dot.at is not None
+        assert dot.high is not None
+        assert 0.0 <= dot.low <= dot.at <= dot.high <= 100.0
+
+
+def test_time_is_one_axis_for_each_record() -> None:
+    spans = made_diagnosis("effects").where.time
+    (stretch,) = time_stretches(spans)
+    assert len(stretch.columns) == len(spans)
+    assert stretch.columns[0].left == 0.0
+    assert stretch.columns[-1].left + stretch.columns[-1].width == pytest.approx(100.0)
+    assert max(column.height for column in stretch.columns) == 100.0
+    both = [*spans, *(replace(span, record="other") for span in spans)]
+    assert [stretch.record for stretch in time_stretches(both)] == ["held_out", "other"]

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+import math
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import ehsid
+from ehsid.harness.gap.findings import Estimate
+from ehsid.harness.report.gap_words import (
+    VERDICTS,
+    effect_set,
+    interval,
+    number,
+    percent,
+    percent_interval,
+    plain_name,
+    quantity,
+    value_name,
+)
+from ehsid.harness.rigs.parameters import effects
+
+
+def plain(text: str) -> str:
+    return text.replace("\N{NO-BREAK SPACE}", " ")
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "shown"),
+    [
+        (120.0, "kg", "120 kg"),
+        (2.5e-4, "m^3", "0.25 l"),
+        (6.33e-4, "m^3/s", "37.98 l/min"),
+        (12e6, "Pa", "120 bar"),
+        (1.1e9, "Pa", "1100 MPa"),
+        (0.0031, "s", "3.1 ms"),
+        (0.85, "1", "0.85"),
+        (3.21e-12, "m^3/(s Pa)", "3.210·10^-12 m³/(s Pa)"),
+        (0.0, "N", "0 N"),
+    ],
+)
+def test_values_are_shown_in_units_of_the_trade(value: float, unit: str, shown: str) -> None:
+    assert plain(quantity(value, unit)) == shown
+
+
+@pytest.mark.parametrize(
+    ("estimate", "unit", "value", "ends"),
+    [
+        (Estimate(412.0, 396.0, 431.0), "N", "412 N", "396 to 431"),
+        (Estimate(0.96e9, 0.91e9, 1.01e9), "Pa", "960 MPa", "910 to 1010"),
+        (Estimate(0.0123, 0.012, 0.0126), "m", "12.30 mm", "12.00 to 12.60"),
+        (Estimate(1e-12, math.nan, math.nan), "m^3/(s Pa)", "1.000·10^-12 m³/(s Pa)", "– to –"),
+    ],
+)
+def test_intervals_have_the_digits_they_need(
+    estimate: Estimate, unit: str, value: str, ends: str
+) -> None:
+    found = interval(estimate, unit)
+    assert (plain(found[0]), found[1]) == (value, ends)
+
+
+@given(
+    st.floats(-12, 12).map(lambda power: 10.0**power),
+    st.floats(1e-6, 0.9),
+    st.sampled_from(["N", "m", "Pa", "1"]),
+)
+def test_ends_of_an_interval_are_never_shown_as_one(size: float, width: float, unit: str) -> None:
+    # Seven digits at most: a width of 1e-6 of the size is the least that they can show.
+    _, ends = interval(Estimate(size, size * (1.0 - width), size * (1.0 + width)), unit)
+    low, high = ends.split(" to ")
+    assert low != high
+
+
+@given(st.floats(allow_nan=True, allow_infinity=True))
+def test_every_number_is_shown_as_a_number_or_a_dash(value: float) -> None:
+    text = number(value)
+    assert re.fullmatch(r"-?\d+(\.\d+)?(·10\^-?\d+)?|–", text)
+    if abs(value) < 1e300:  # rounded up, the largest of all would be infinite
+        read = float(text.replace("·10^", "e"))
+        # Four digits: half a unit of the fourth.
+        assert read == pytest.approx(value, rel=6e-4)
+
+
+def test_shares() -> None:
+    shares = (0.632, 0.0412, 0.00123, None, math.nan)
+    assert [plain(percent(share)) for share in shares] == ["63 %", "4.1 %", "0.12 %", "–", "–"]
+    assert plain(percent_interval(Estimate(0.98, 0.96, 0.99))) == "98 % (96 to 99 %)"
+    assert plain(percent_interval(Estimate(0.981, 0.975, 0.988))) == "98.1 % (97.5 to 98.8 %)"
+
+
+def test_names_are_words() -> None:
+    assert effect_set(("coulomb_friction", "load_force")) == "Coulomb friction + load force"
+    assert effect_set(()) == "no effect"
+    assert value_name("fluid.bulk_modulus_pa") == "fluid: bulk modulus"
+    assert value_name("cylinder.dead_volume_a_m3") == "cylinder: dead volume A"
+    assert value_name("nuisance.presliding_m") == "presliding"
+    assert value_name("effects.valve_lag.bandwidth_hz") == "valve lag: bandwidth"
+    assert value_name("effects.supply_droop.source_resistance_pa_s_m3").endswith(
+        "source resistance"
+    )
+
+
+@pytest.mark.parametrize("name", [p.name for p in ehsid.plant_parameters()])
+def test_no_name_of_the_plant_shows_a_unit_or_an_underscore(name: str) -> None:
+    words = value_name(name)
+    assert "_" not in words
+    assert not re.search(r" (pa|m3|s|kg|hz|n|m)$", words)
+
+
+def test_every_effect_has_words() -> None:
+    assert all("_" not in plain_name(effect) for effect in effects())
+    assert len(VERDICTS) == 6
