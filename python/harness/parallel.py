@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TypeVar
 
 import joblib
@@ -12,15 +14,33 @@ T = TypeVar("T")
 Progress = Callable[[float], None]
 
 
+@contextmanager
+def _workers_deaf_to_ctrl_c() -> Iterator[None]:
+    """Processes that are started meanwhile never see an interrupt from the keyboard.
+
+    Else each of them answers with a traceback of its own; this process ends them. An interrupt that
+    comes meanwhile waits (POSIX: a blocked signal stays so in a child).
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:
     """Results in the order of the tasks; each must be picklable.
 
     progress is called with the share that is done, 0 to 1.
     """
     results: list[T] = []
-    running = joblib.Parallel(n_jobs=-1, return_as="generator")(
-        joblib.delayed(task)() for task in tasks
-    )
+    with _workers_deaf_to_ctrl_c():
+        running = joblib.Parallel(n_jobs=-1, return_as="generator")(
+            joblib.delayed(task)() for task in tasks
+        )
     for result in running:
         results.append(result)
         if progress is not None:

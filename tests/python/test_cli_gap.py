@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: MIT
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from made_diagnoses import VERDICTS, bench, made_diagnosis, measured_record
+from typer.testing import CliRunner
+
+from ehsid.harness.cli import app
+from ehsid.harness.gap.findings import Diagnosis
+from ehsid.harness.parallel import Progress
+from ehsid.harness.records import Record, write_record
+from ehsid.harness.rigs import Rig, write_rig
+
+
+class FakeDiagnose:
+    """Stands in for the diagnosis: keeps what it was asked and gives what it was made with."""
+
+    def __init__(self, diagnosis: Diagnosis) -> None:
+        self.diagnosis = diagnosis
+        self.asked: dict[str, Any] = {}
+
+    def __call__(
+        self,
+        records: Sequence[Record],
+        rig: Rig,
+        *,
+        validate: Sequence[Record] = (),
+        exclude: Sequence[str] = (),
+        workers: int | None = None,
+        progress: Progress | None = None,
+    ) -> Diagnosis:
+        self.asked = {
+            "records": list(records),
+            "rig": rig,
+            "validate": list(validate),
+            "exclude": list(exclude),
+            "workers": workers,
+        }
+        assert progress is not None
+        progress(0.5)
+        roles = dict.fromkeys((r.name for r in records), "fit")
+        roles |= dict.fromkeys((r.name for r in validate), "held out")
+        return replace(self.diagnosis, records=roles)
+
+
+@pytest.fixture
+def diagnose(monkeypatch: pytest.MonkeyPatch) -> FakeDiagnose:
+    fake = FakeDiagnose(made_diagnosis("effects"))
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", fake, raising=False)
+    return fake
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a rig and three records, and the working directory in it."""
+    monkeypatch.chdir(tmp_path)
+    write_rig(bench(), tmp_path / "rig.toml")
+    for seed, name in enumerate(("one", "two", "three")):
+        record = measured_record(name, seed, seconds=1.0, dt_s=5e-3)
+        write_record(record, tmp_path / f"{name}.csv")
+    return tmp_path
+
+
+def run(*arguments: str) -> Any:
+    return CliRunner().invoke(app, ["gap", *arguments])
+
+
+def test_what_is_asked_reaches_the_diagnosis(diagnose: FakeDiagnose, here: Path) -> None:
+    options = ["--rig", "rig.toml", "--validate", "three.csv", "--out", "out", "--workers", "2"]
+    options += ["--exclude-effect", "coulomb_friction", "--exclude-effect", "load_force"]
+    outcome = run("one.csv", "two.csv", *options)
+    assert outcome.exit_code == 0, outcome.output
+    assert [record.name for record in diagnose.asked["records"]] == ["one", "two"]
+    assert [record.name for record in diagnose.asked["validate"]] == ["three"]
+    assert diagnose.asked["exclude"] == ["coulomb_friction", "load_force"]
+    assert diagnose.asked["workers"] == 2
+    assert dict(diagnose.asked["rig"].values) == dict(bench().values)
+    assert set(diagnose.asked["records"][0].columns) == {
+        "command_v",
+        "position_m",
+        "pressure_a_pa",
+        "pressure_b_pa",
+    }
+    provenance = json.loads((here / "out" / "diagnosis.json").read_text())["provenance"]
+    assert [(r["file"], r["role"]) for r in provenance["records"]] == [
+        ("one.csv", "fit"),
+        ("two.csv", "fit"),
+        ("three.csv", "held out"),
+    ]
+    assert all(len(record["sha256"]) == 64 for record in provenance["records"])
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_every_verdict_is_a_result(verdict: Any, diagnose: FakeDiagnose, here: Path) -> None:
+    diagnose.diagnosis = made_diagnosis(verdict)
+    outcome = run("one.csv", "--rig", "rig.toml", "--out", "out")
+    assert outcome.exit_code == 0, outcome.output
+    words = " ".join(outcome.stdout.split())
+    assert " ".join(diagnose.diagnosis.sentence.split()) in words
+    assert str(Path("out") / "report.html") in words
+    for one in diagnose.diagnosis.cannot_judge:
+        assert one.why in words
+    assert ("next_experiment.csv" in words) == (verdict == "ambiguous")
+    assert ("412 N" in words.replace("\N{NO-BREAK SPACE}", " ")) == bool(diagnose.diagnosis.effects)
+    assert (here / "out" / "report.html").is_file()
+
+
+def test_json_on_the_terminal_is_the_file(diagnose: FakeDiagnose, here: Path) -> None:
+    outcome = run("one.csv", "--rig", "rig.toml", "--out", "deep/down", "--json")
+    assert outcome.exit_code == 0, outcome.output
+    assert diagnose.asked["validate"] == []
+    file = here / "deep" / "down" / "diagnosis.json"
+    assert outcome.stdout == file.read_text(encoding="utf-8")
+
+
+def test_columns_that_are_no_numbers_are_left_alone(diagnose: FakeDiagnose, here: Path) -> None:
+    lines = (here / "one.csv").read_text().splitlines()
+    noted = [f"{lines[0]},remark", *(f"{line},fine" for line in lines[1:])]
+    (here / "noted.csv").write_text("\n".join(noted))
+    outcome = run("noted.csv", "--rig", "rig.toml", "--out", "out")
+    assert outcome.exit_code == 0, outcome.output
+    assert "remark" not in diagnose.asked["records"][0].columns
+
+
+def test_records_of_one_name_are_told_apart(diagnose: FakeDiagnose, here: Path) -> None:
+    for day, name in (("monday", "one"), ("tuesday", "two")):
+        (here / day).mkdir()
+        (here / f"{name}.csv").rename(here / day / "log.csv")
+    outcome = run(
+        "monday/log.csv",
+        "--validate",
+        "tuesday/log.csv",
+        "three.csv",
+        "--rig",
+        "rig.toml",
+        "--out",
+        "out",
+    )
+    assert outcome.exit_code == 0, outcome.output
+    assert [record.name for record in diagnose.asked["records"]] == ["monday_log", "three"]
+    assert [record.name for record in diagnose.asked["validate"]] == ["tuesday_log"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["none.csv", "--rig", "rig.toml"], ["none.csv", "no such file"]),
+        (["one.csv", "--rig", "none.toml"], ["none.toml", "no such file"]),
+        (["one.csv", "--rig", "one.csv"], ["one.csv", "not TOML"]),
+        (["short.csv", "--rig", "rig.toml"], ["short.csv", "no column 'position_m'", "Position"]),
+        (
+            ["one.csv", "--rig", "rig.toml", "--exclude-effect", "coulomb_fricton"],
+            ["did you mean 'coulomb_friction'?", "valve_dead_band"],
+        ),
+        (["one.csv", "one.csv", "--rig", "rig.toml"], ["the same data", "once"]),
+        (["one.csv", "--validate", "copy.csv", "--rig", "rig.toml"], ["copy.csv", "same data"]),
+        (["one.csv", "--rig", "rig.toml", "--workers", "0"], ["--workers"]),
+        (["one.csv"], ["--rig"]),
+    ],
+)
+def test_bad_input_is_one_message_and_nothing_written(
+    arguments: list[str], words: list[str], diagnose: FakeDiagnose, here: Path
+) -> None:
+    (here / "copy.csv").write_bytes((here / "one.csv").read_bytes())
+    (here / "short.csv").write_text("time_s,command_v,Position\n0,1,2\n0.1,1,2\n0.2,1,2\n")
+    outcome = run(*arguments, "--out", "out")
+    assert outcome.exit_code == 2, outcome.output
+    assert "Traceback" not in outcome.output
+    for word in words:
+        assert word in " ".join(outcome.stderr.split())
+    assert not (here / "out").exists()
+    assert diagnose.asked == {}
+
+
+@pytest.mark.parametrize("out", ["rig.toml", "rig.toml/below"])
+def test_a_folder_that_is_a_file_is_told_before_the_work(
+    out: str, diagnose: FakeDiagnose, here: Path
+) -> None:
+    before = (here / "rig.toml").read_bytes()
+    outcome = run("one.csv", "--rig", "rig.toml", "--out", out)
+    assert outcome.exit_code == 2
+    assert "is a file; give the name of a folder" in outcome.stderr
+    assert diagnose.asked == {}
+    assert (here / "rig.toml").read_bytes() == before
+
+
+def test_what_the_diagnosis_refuses_is_a_message(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuses(*_: Any, **__: Any) -> Diagnosis:
+        raise ValueError("one.csv: too short for a window")
+
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", refuses, raising=False)
+    outcome = run("one.csv", "--rig", "rig.toml", "--out", "out")
+    assert outcome.exit_code == 2
+    assert "too short for a window" in outcome.stderr
+    assert not (here / "out").exists()
+
+
+# Eight tasks of a minute in processes of their own, as a diagnosis runs them.
+LONG_WORK = """
+import sys, time
+import ehsid.harness.gap
+from ehsid.harness.parallel import run_tasks
+from functools import partial
+
+def diagnose(*_, progress, **__):
+    print("started", file=sys.stderr, flush=True)
+    run_tasks([partial(time.sleep, 60.0)] * 8, progress)
+
+ehsid.harness.gap.diagnose = diagnose
+from ehsid.harness.cli import main
+sys.argv = ["ehsid", "gap", "one.csv", "--rig", "rig.toml", "--out", "out"]
+main()
+"""
+
+
+def alive(group: int) -> bool:
+    """Is any process of the group left?"""
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals to a group of processes")
+def test_ctrl_c_ends_all_and_leaves_nothing(here: Path) -> None:
+    work = subprocess.Popen(
+        [sys.executable, "-c", LONG_WORK],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert work.stderr is not None
+    while "started" not in (line := work.stderr.readline()):
+        assert line, "the command ended before it began"
+    time.sleep(1.0)  # its workers are running now
+    # A terminal sends it to the whole group.
+    os.killpg(work.pid, signal.SIGINT)
+    out, err = work.communicate(timeout=30)
+    assert work.returncode == 130
+    assert "Traceback" not in out + err
+    assert sorted(path.name for path in here.iterdir()) == [
+        "one.csv",
+        "rig.toml",
+        "three.csv",
+        "two.csv",
+    ]
+    # No worker is left behind; they end a moment later than what started them.
+    deadline = time.monotonic() + 20.0
+    while alive(work.pid) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not alive(work.pid)
