@@ -105,18 +105,16 @@ class Reference:
         if self.hydraulic:
             at_rest = self.opening(x if self.spool[0] > 0.0 else u)
             overlap = self.effect("valve_dead_band", "overlap")
-            q_pa = self.flow(at_rest - overlap - p["nuisance.edge_pa"], p_s - p_a)
-            q_at = self.flow(
-                -at_rest - overlap - p["nuisance.edge_at"], p_a - p["supply.tank_pressure_pa"]
-            )
-            q_pb = self.flow(-at_rest - overlap - p["nuisance.edge_pb"], p_s - p_b)
-            q_bt = self.flow(
-                at_rest - overlap - p["nuisance.edge_bt"], p_b - p["supply.tank_pressure_pa"]
-            )
+            sides, tank = p["nuisance.edge_overlap_sides"], p["nuisance.edge_overlap_tank"]
+            d, g, k = (p[f"nuisance.edge_gain_{w}"] for w in ("direction", "sides", "tank"))
+            p_t = p["supply.tank_pressure_pa"]
+            q_pa = (1 + d + g - k) * self.flow(at_rest - overlap - sides + tank, p_s - p_a)
+            q_at = (1 - d + g + k) * self.flow(-at_rest - overlap - sides - tank, p_a - p_t)
+            q_pb = (1 - d - g - k) * self.flow(-at_rest - overlap + sides + tank, p_s - p_b)
+            q_bt = (1 + d - g + k) * self.flow(at_rest - overlap + sides - tank, p_b - p_t)
             inside = self.effect("internal_leakage", "coefficient_m3_s_pa") * (p_a - p_b)
-            tank = p["supply.tank_pressure_pa"]
-            out_a = self.effect("external_leakage", "coefficient_a_m3_s_pa") * (p_a - tank)
-            out_b = self.effect("external_leakage", "coefficient_b_m3_s_pa") * (p_b - tank)
+            out_a = self.effect("external_leakage", "coefficient_a_m3_s_pa") * (p_a - p_t)
+            out_b = self.effect("external_leakage", "coefficient_b_m3_s_pa") * (p_b - p_t)
             v_a = p["cylinder.dead_volume_a_m3"] + self.a_a * y
             v_b = p["cylinder.dead_volume_b_m3"] + self.a_b * (p["cylinder.stroke_m"] - y)
             rate[2] = self.bulk_modulus(p_a) / v_a * (q_pa - q_at - inside - out_a - self.a_a * v)

@@ -42,9 +42,10 @@ def test_servo_with_one_effect(effect: str | None) -> None:
     )
     assert fine < 1e-3
     if effect not in WITHOUT_RATE:
-        # Four in the limit; the next term of the error is of relative size omega h = 0.2 here.
-        assert 3.0 < coarse / medium < 5.0
-        assert 3.0 < medium / fine < 5.0
+        # Four in the limit, and the next term of the error is of relative size omega h = 0.2 here;
+        # where two terms of opposite sign cancel it falls faster.
+        assert coarse / medium > 3.0
+        assert medium / fine > 3.0
 
 
 def test_the_supply_falls_as_the_reference_says() -> None:

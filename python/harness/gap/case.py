@@ -6,8 +6,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ehsid.harness.gap.comparison import Compared, compare, varying_outputs
-from ehsid.harness.gap.floor import NoiseFloor, noise_floor
+import ehsid
+from ehsid.harness.gap.comparison import compare, varying_outputs
+from ehsid.harness.gap.floor import NoiseFloor, floor_of
 from ehsid.harness.gap.parameters import Parameter, calibration_parameters, effect_parameters
 from ehsid.harness.gap.problem import Problem
 from ehsid.harness.gap.starts import effect_starts
@@ -34,6 +35,8 @@ class Case:
         by output, over the training records.
     substeps
         steps of integration a sample.
+    blocks
+        training and held out are blocks of the same records.
     """
 
     rig: Rig
@@ -43,6 +46,12 @@ class Case:
     left_out: tuple[str, ...]
     floors: Mapping[str, NoiseFloor]
     substeps: int = SUBSTEPS
+    blocks: bool = False
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """Each record once."""
+        return self.training if self.blocks else (*self.training, *self.held_out)
 
     def parameters(self, effects: Sequence[str] = ()) -> tuple[Parameter, ...]:
         """Calibration first, then the effects in order."""
@@ -62,9 +71,13 @@ class Case:
     ) -> Problem:
         """The cost of calibration and effects together; windows as in `compare`."""
         records = self.held_out if held_out else self.training
+        part = ("held out" if held_out else "fit") if self.blocks else "all"
         return Problem(
             self.rig,
-            [compare(record, window_s=window_s, all_states=all_states) for record in records],
+            [
+                compare(record, window_s=window_s, all_states=all_states, blocks=part)
+                for record in records
+            ],
             self.parameters(effects),
             outputs=self.outputs,
             floors={name: floor.value for name, floor in self.floors.items()},
@@ -72,20 +85,23 @@ class Case:
         )
 
 
-def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record]) -> Case:
-    """Choose the outputs and measure their floors.
+def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] = ()) -> Case:
+    """Choose the outputs, measure their floors, choose the steps of integration.
+
+    Without records that are held out, blocks of the others are.
 
     Raises
     ------
     ValueError
         no record, a record that cannot be compared, or nothing in common that moves.
     """
+    blocks = not held_out
     records = [*training, *held_out]
-    if not training or not held_out:
-        raise ValueError("the diagnosis needs a record to fit and one that is held out")
+    if not training:
+        raise ValueError("the diagnosis needs a record")
     compared = [compare(record) for record in records]
     common = [name for name in compared[0].outputs if all(name in one.outputs for one in compared)]
-    floors = {name: _floor(compared[: len(training)], name) for name in common}
+    floors = {name: _floor(training, name) for name in common}
     values = {name: floor.value for name, floor in floors.items()}
     varying = [set(varying_outputs(one, values)) for one in compared]
     outputs = tuple(name for name in common if all(name in found for found in varying))
@@ -93,12 +109,20 @@ def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record]) 
         raise ValueError("no output moves by more than its noise: there is nothing to compare")
     left_out = tuple(name for name in common if name not in outputs)
     kept = {name: floors[name] for name in outputs}
-    return Case(rig, tuple(training), tuple(held_out), outputs, left_out, kept)
-
-
-def _floor(records: Sequence[Compared], name: str) -> NoiseFloor:
-    """The largest of the records': what is explained in one may be noise in another."""
-    return max(
-        (noise_floor(record.outputs[name]) for record in records if name in record.outputs),
-        key=lambda floor: floor.value,
+    dt_s = max(one.dt_s for one in compared)
+    substeps = max(SUBSTEPS, ehsid.plant_substeps(rig.plant, rig.plant_values(), dt_s))
+    return Case(
+        rig,
+        tuple(training),
+        tuple(training if blocks else held_out),
+        outputs,
+        left_out,
+        kept,
+        substeps,
+        blocks,
     )
+
+
+def _floor(records: Sequence[Record], name: str) -> NoiseFloor:
+    """The largest of the records': what is explained in one may be noise in another."""
+    return max((floor_of(record, name) for record in records), key=lambda floor: floor.value)

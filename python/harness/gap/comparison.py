@@ -5,16 +5,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 from scipy.signal import savgol_filter
 
-from ehsid.harness.gap.thresholds import SKIP_S, WINDOW_S
+from ehsid.harness.gap.thresholds import BLOCK_S, BLOCKS_TURN, SKIP_S, WINDOW_S
 from ehsid.harness.records import Record
 from ehsid.harness.simulation.windows import SMOOTHED_S, STATES, measured_states, window_numbers
 
 FloatArray = npt.NDArray[np.float64]
+Blocks = Literal["all", "fit", "held out"]
 
 # Outputs that are compared where the record has them. The supply pressure is measured to settle
 # what the valve gets, velocity is position again.
@@ -78,9 +80,11 @@ def compare(
     window_s: float = WINDOW_S,
     skip_s: float = SKIP_S,
     all_states: bool = False,
+    blocks: Blocks = "all",
 ) -> Compared:
     """Make a record ready.
 
+    blocks: windows of the blocks that are fitted, of those that are held out, or all.
     all_states: speed and pressures, too, are what the measurement says at the start of each window,
     so that a wrong rig cannot lose the phase of a limit cycle.
 
@@ -108,6 +112,10 @@ def compare(
     for column, name in enumerate(STATES[2:], start=2):
         if name in record.columns:
             aligned[0, column] = float(np.mean(record.column(name)[:first]))
+    if blocks != "all":
+        seconds = np.arange(len(record)) * record.dt_s - skip_s
+        held_out = np.floor(seconds / BLOCK_S).astype(np.int64) % BLOCKS_TURN == 1
+        window[held_out if blocks == "fit" else ~held_out] = -1
     outputs = {name: record.column(name) for name in OUTPUTS if name in record.columns}
     return Compared(record, outputs, window, aligned)
 

@@ -116,12 +116,13 @@ def strain(pressure: FloatArray, values: Values) -> FloatArray:
     beta = values["fluid.bulk_modulus_pa"]
     free = values["nuisance.free_gas"] * ATMOSPHERE_PA
     alpha = values["effects.entrained_air.volume_fraction"]
-    # Free gas: 1 / beta_e = ... + alpha p_0 / p^2.
+    # Free gas: beta_e q / V = (1 + alpha beta p_0 / p^2) p'.
     found = pressure / beta - free / pressure
     if alpha == 0.0:
         return found
     grid = np.geomspace(0.99 * float(pressure.min()), 1.01 * float(pressure.max()), 2000)
     air = alpha * (ATMOSPHERE_PA / grid) ** (1.0 / POLYTROPIC)
-    softer = (1.0 + air * beta / (POLYTROPIC * grid)) / (1.0 + air) / beta - 1.0 / beta
+    softer = (1.0 + air * beta / (POLYTROPIC * grid)) / (1.0 + air) - 1.0
+    softer *= 1.0 / beta + free / grid**2
     added = np.interp(pressure, grid, cumulative_trapezoid(softer, grid, initial=0))
     return np.asarray(found + added)

@@ -115,14 +115,26 @@ def edge_flows(
     common = values["effects.valve_dead_band.overlap"]
     tank = values["supply.tank_pressure_pa"]
 
-    def flow(way: float, edge: str, drop: FloatArray) -> FloatArray:
-        past = way * opening - (common + values[f"nuisance.edge_{edge}"])
-        area = 0.5 * (past + np.sqrt(past**2 + rounding))
+    def flow(way: float, side: float, to_tank: float, drop: FloatArray) -> FloatArray:
+        overlap = (
+            common
+            + side * values["nuisance.edge_overlap_sides"]
+            + to_tank * values["nuisance.edge_overlap_tank"]
+        )
+        # The edges that extend are those whose way, to the spool, is positive.
+        share = (
+            1.0
+            + way * values["nuisance.edge_gain_direction"]
+            + side * values["nuisance.edge_gain_sides"]
+            + to_tank * values["nuisance.edge_gain_tank"]
+        )
+        past = way * opening - overlap
+        area = 0.5 * share * (past + np.sqrt(past**2 + rounding))
         return np.asarray(gain * area * drop * (drop**2 + laminar) ** (0.5 * (exponent - 1.0)))
 
     return EdgeFlows(
-        flow(1.0, "pa", supply - pressure_a),
-        flow(-1.0, "at", pressure_a - tank),
-        flow(-1.0, "pb", supply - pressure_b),
-        flow(1.0, "bt", pressure_b - tank),
+        flow(1.0, 1.0, -1.0, supply - pressure_a),
+        flow(-1.0, 1.0, 1.0, pressure_a - tank),
+        flow(-1.0, -1.0, -1.0, supply - pressure_b),
+        flow(1.0, -1.0, 1.0, pressure_b - tank),
     )

@@ -84,6 +84,17 @@ class Problem:
         self.low = np.array([parameter.low for parameter in parameters])
         self.high = np.array([parameter.high for parameter in parameters])
 
+    def window_squares(self, errors: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+        """Sums of squared errors by window and output, shape (W, outputs), and samples, (W,)."""
+        numbers, first = [], 0
+        for record in self.records:
+            _, inside = np.unique(record.window[record.used], return_inverse=True)
+            numbers.append(inside + first)
+            first += int(inside.max()) + 1
+        joined = np.concatenate(numbers)
+        squares = [np.bincount(joined, errors[name] ** 2) for name in self.outputs]
+        return np.stack(squares, axis=1), np.bincount(joined).astype(np.float64)
+
     def centre(self) -> FloatArray:
         """Middle of the priors, inside the bounds."""
         return np.asarray(np.clip(self._centre, self.low, self.high), dtype=np.float64)

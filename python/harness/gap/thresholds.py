@@ -8,6 +8,11 @@ from __future__ import annotations
 WINDOW_S = 0.5
 SKIP_S = 0.3
 
+# Without a record of its own to be held out: blocks of four windows, longer than the memory of a
+# servo, every third of them held out, so that two thirds are left to fit.
+BLOCK_S = 2.0
+BLOCKS_TURN = 3
+
 # Windows of the first fits from a cold start, with all measured states put right in each: a limit
 # cycle of 10 to 80 Hz must not slip by half a period within a window, or the fit settles on a wrong
 # multiple of it.
@@ -38,10 +43,11 @@ NUISANCE_SIGMA = {
     "nuisance.laminar_pressure_pa": 0.7,
     "nuisance.presliding_m": 0.5,
     "nuisance.free_gas": 1.2,
-    "nuisance.edge_pa": 0.005,
-    "nuisance.edge_at": 0.005,
-    "nuisance.edge_pb": 0.005,
-    "nuisance.edge_bt": 0.005,
+    "nuisance.edge_overlap_sides": 0.005,
+    "nuisance.edge_overlap_tank": 0.005,
+    "nuisance.edge_gain_direction": 0.02,
+    "nuisance.edge_gain_sides": 0.02,
+    "nuisance.edge_gain_tank": 0.02,
     "nuisance.flow_exponent": 0.02,
 }
 LOGARITHMIC_NUISANCES = (

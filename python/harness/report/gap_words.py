@@ -65,13 +65,23 @@ SHOWN_UNITS = MappingProxyType(
 # From here on a pressure is a stiffness, and told in MPa.
 STIFF_PA = 1e8
 
-# Their names end like a pressure.
+# Values whose names say little.
 EDGES = MappingProxyType(
     {
-        "edge_pa": "metering edge P to A",
-        "edge_at": "metering edge A to T",
-        "edge_pb": "metering edge P to B",
-        "edge_bt": "metering edge B to T",
+        "edge_overlap_sides": "overlap at A beyond that at B",
+        "edge_overlap_tank": "overlap to tank beyond that from the supply",
+        "edge_gain_direction": "flow extending beyond retracting",
+        "edge_gain_sides": "flow at A beyond that at B",
+        "edge_gain_tank": "flow to tank beyond that from the supply",
+    }
+)
+
+# The three simulations as the page names them.
+SIMULATIONS = MappingProxyType(
+    {
+        "nominal": "rig as told",
+        "calibrated": "values fitted",
+        "augmented": "with effects",
     }
 )
 

@@ -5,8 +5,9 @@
 //   dp_a/dt = beta_e(p_a) / (V_a0 + A_a y) (q_pa - q_at - q_leak,a - A_a y')
 //   dp_b/dt = beta_e(p_b) / (V_b0 + A_b (stroke - y)) (q_pb - q_bt - q_leak,b + A_b y')
 //   force   = p_a A_a - p_b A_b - p_0 (A_a - A_b)
-// Every oil holds a little free gas (ibid., ch. 2, isothermal): alpha p_0 / p of the volume. It is felt near vacuum only:
-//   1 / beta_e = 1 / beta + alpha p_0 / p^2
+// Every oil holds a little free gas, felt near vacuum only; isothermal it is alpha p_0 / p of the volume (ibid., ch. 2).
+// What flows in compresses both, so that the pressure p follows from the compression s, which has no edge at vacuum:
+//   ds/dt = beta_e q / V,   s = p - g / p,   g = alpha beta p_0
 //
 // Integration: the two-stage Rosenbrock method of Verwer et al. (SIAM J. Sci. Comput. 20, 1999), second order and
 // L-stable, so that stiff edges do not dictate the step.
@@ -43,8 +44,8 @@ class Hydraulics {
 
   /// Absolute, Pa, cap side and rod side; NaN leaves a pressure as it is.
   void set_pressures(const Scalar& a, const Scalar& b) {
-    set(pressure_.a, cavity_a_, a);
-    set(pressure_.b, cavity_b_, b);
+    set(pressure_.a, compression_a_, a);
+    set(pressure_.b, compression_b_, b);
   }
 
   /// h seconds with the valve open by `opening` and the rod moving by its middle position.
@@ -56,9 +57,8 @@ class Hydraulics {
 
  private:
   struct Rates {
-    Pressures<Scalar> value;  // Pa/s
-    Pressures<Scalar> slope;  // of each over its own pressure, 1/s
-    Scalar stiff_a, stiff_b;  // Pa/m^3
+    Pressures<Scalar> value;  // of the compressions and the supply, Pa/s
+    Pressures<Scalar> slope;  // of each over itself, 1/s
   };
   /// What does not change during a step.
   struct Standing {
@@ -76,7 +76,7 @@ class Hydraulics {
                    const Scalar& inverse_volume) const {
     Scalar beta = bulk_modulus_;
     effects.each([&](const auto& effect) { put(beta, effect.bulk_modulus(beta, pressure)); });
-    return beta / (1.0 + beta * free_gas_pressure_ / (pressure * pressure)) * inverse_volume;
+    return beta * inverse_volume;
   }
 
   template <class Flows>
@@ -87,33 +87,31 @@ class Hydraulics {
     }
   }
 
-  static void set(Scalar& pressure, Scalar& cavity, const Scalar& told) {
+  /// From a measured pressure; near vacuum it does not say how much gas there is, and none is assumed.
+  void set(Scalar& pressure, Scalar& compression, const Scalar& told) {
     if (!std::isnan(value_of(told))) {
-      pressure = told;
-      cavity = Scalar(0.0);
+      const Scalar least(kVapour);
+      const Scalar known = value_of(told) < kVapour ? least : told;
+      compression = known - gas_ / known;
+      if (value_of(compression) < 0.0) {
+        compression = Scalar(0.0);
+      }
+      pressure = pressure_of(compression);
     }
   }
 
   static Scalar floored(const Scalar& p) { return value_of(p) < kVapour ? Scalar(kVapour) : p; }
 
-  /// A chamber's pressure after a step. No chamber pulls a vacuum: at the vapour pressure the oil parts, and the
-  /// cavity, m^3, must be filled before the pressure rises again. inflow: m^3 during the step.
-  static Scalar with_cavity(const Scalar& stepped, const Scalar& inflow, const Scalar& stiffness,
-                            Scalar& cavity) {
-    if (value_of(cavity) > 0.0) {
-      cavity -= inflow;
-      if (value_of(cavity) > 0.0) {
-        return Scalar(kVapour);
-      }
-      const Scalar pressure = kVapour - stiffness * cavity;
-      cavity = Scalar(0.0);
-      return pressure;
-    }
-    if (value_of(stepped) < kVapour) {
-      cavity = (kVapour - stepped) / stiffness;
-      return Scalar(kVapour);
-    }
-    return stepped;
+  /// s = p - g / p, solved for p; no chamber pulls a vacuum.
+  Scalar pressure_of(const Scalar& compression) const {
+    using std::sqrt;
+    const Scalar p = (compression + sqrt(compression * compression + gas_ * 4.0)) * 0.5;
+    return floored(p);
+  }
+
+  /// dp/ds
+  Scalar firmness(const Scalar& p) const {
+    return value_of(p) > kVapour ? 1.0 / (1.0 + gas_ / (p * p)) : Scalar(0.0);
   }
 
   static constexpr double kAtmosphere = 101325.0;       // Pa
@@ -121,13 +119,15 @@ class Hydraulics {
   static constexpr double kGamma = 0.2928932188134524;  // 1 - 1 / sqrt(2)
 
   Scalar area_a_, area_b_, stroke_, dead_a_, dead_b_, atmosphere_force_;
-  Scalar source_, tank_, bulk_modulus_, free_gas_pressure_;
+  Scalar source_, tank_, bulk_modulus_;
+  Scalar gas_;  // g = alpha beta p_0, Pa^2
   MeteringEdges<Scalar> edges_;
   Scalar overlap_pa_, overlap_at_, overlap_pb_, overlap_bt_;
+  Scalar gain_pa_, gain_at_, gain_pb_, gain_bt_;  // of 1
   bool line_ = false;
   Scalar inverse_resistance_{}, inverse_capacitance_{};
   Pressures<Scalar> pressure_{};
-  Scalar cavity_a_{}, cavity_b_{};
+  Scalar compression_a_{}, compression_b_{};  // s; at -V s / beta the oil has parted
 };
 
 template <class Scalar>
@@ -139,7 +139,7 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
       source_(value_at(values, RigValue::supply_pressure)),
       tank_(value_at(values, RigValue::tank_pressure)),
       bulk_modulus_(value_at(values, RigValue::bulk_modulus)),
-      free_gas_pressure_(value_at(values, Nuisance::free_gas) * kAtmosphere),
+      gas_(value_at(values, Nuisance::free_gas) * bulk_modulus_ * kAtmosphere),
       edges_(
           value_at(values, RigValue::rated_flow), value_at(values, RigValue::rated_pressure_drop),
           value_at(values, Nuisance::flow_exponent), value_at(values, Nuisance::laminar_pressure),
@@ -157,10 +157,21 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
     add(overlap, effect.overlap());
     put(line, effect.supply_line());
   });
-  overlap_pa_ = overlap + value_at(values, Nuisance::edge_pa);
-  overlap_at_ = overlap + value_at(values, Nuisance::edge_at);
-  overlap_pb_ = overlap + value_at(values, Nuisance::edge_pb);
-  overlap_bt_ = overlap + value_at(values, Nuisance::edge_bt);
+  // Edges are not quite alike. What all share is the overlap and the rated flow, and what sets extending apart from
+  // retracting is a null bias: of four overlaps two differences are left, of four flows three.
+  const Scalar sides = value_at(values, Nuisance::edge_overlap_sides);
+  const Scalar tank = value_at(values, Nuisance::edge_overlap_tank);
+  overlap_pa_ = overlap + sides - tank;
+  overlap_at_ = overlap + sides + tank;
+  overlap_pb_ = overlap - sides - tank;
+  overlap_bt_ = overlap - sides + tank;
+  const Scalar direction_gain = value_at(values, Nuisance::edge_gain_direction);
+  const Scalar sides_gain = value_at(values, Nuisance::edge_gain_sides);
+  const Scalar tank_gain = value_at(values, Nuisance::edge_gain_tank);
+  gain_pa_ = 1.0 + direction_gain + sides_gain - tank_gain;
+  gain_at_ = 1.0 - direction_gain + sides_gain + tank_gain;
+  gain_pb_ = 1.0 - direction_gain - sides_gain - tank_gain;
+  gain_bt_ = 1.0 + direction_gain - sides_gain + tank_gain;
   line_ = value_of(line.resistance) > 0.0;
   if (line_) {
     inverse_resistance_ = 1.0 / line.resistance;
@@ -170,9 +181,10 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
   // p_a A_a - p_b A_b = load, and p_a + p_b = p_s + p_t as in a valve with alike edges at null.
   const Scalar sum = source_ + tank_;
   const Scalar force = load + atmosphere_force_;
-  pressure_.a = clamp<Scalar>((force + sum * area_b_) / (area_a_ + area_b_), tank_, source_);
-  pressure_.b = clamp<Scalar>((pressure_.a * area_a_ - force) / area_b_, tank_, source_);
+  const Scalar a = clamp<Scalar>((force + sum * area_b_) / (area_a_ + area_b_), tank_, source_);
+  const Scalar b = clamp<Scalar>((a * area_a_ - force) / area_b_, tank_, source_);
   pressure_.supply = source_;
+  set_pressures(a, b);
   set_pressures(value_at(values, Initial::pressure_a), value_at(values, Initial::pressure_b));
 }
 
@@ -189,13 +201,13 @@ typename Hydraulics<Scalar>::Rates Hydraulics<Scalar>::rates(const Effects<Scala
   Scalar into_b = pb.rate - bt.rate + standing.swept_b;
   effects.each([&](const auto& effect) { leak(into_a, into_b, effect.leakage(p.a, p.b, tank_)); });
   Rates r{};
-  r.stiff_a = stiffness(effects, p.a, standing.inverse_a);
-  r.stiff_b = stiffness(effects, p.b, standing.inverse_b);
-  r.value.a = r.stiff_a * into_a;
-  r.value.b = r.stiff_b * into_b;
+  const Scalar stiff_a = stiffness(effects, p.a, standing.inverse_a);
+  const Scalar stiff_b = stiffness(effects, p.b, standing.inverse_b);
+  r.value.a = stiff_a * into_a;
+  r.value.b = stiff_b * into_b;
   if constexpr (kSlope) {
-    r.slope.a = -(r.stiff_a * (pa.slope + at.slope));
-    r.slope.b = -(r.stiff_b * (pb.slope + bt.slope));
+    r.slope.a = -(stiff_a * (pa.slope + at.slope) * firmness(p.a));
+    r.slope.b = -(stiff_b * (pb.slope + bt.slope) * firmness(p.b));
   }
   if (line_) {
     r.value.supply =
@@ -210,24 +222,24 @@ typename Hydraulics<Scalar>::Rates Hydraulics<Scalar>::rates(const Effects<Scala
 template <class Scalar>
 void Hydraulics<Scalar>::advance(const Effects<Scalar>& effects, const Scalar& opening,
                                  const Scalar& position, const Scalar& velocity, double h) {
-  const Standing standing{edges_.area(opening - overlap_pa_),
-                          edges_.area(-opening - overlap_at_),
-                          edges_.area(-opening - overlap_pb_),
-                          edges_.area(opening - overlap_bt_),
+  const Standing standing{gain_pa_ * edges_.area(opening - overlap_pa_),
+                          gain_at_ * edges_.area(-opening - overlap_at_),
+                          gain_pb_ * edges_.area(-opening - overlap_pb_),
+                          gain_bt_ * edges_.area(opening - overlap_bt_),
                           1.0 / (dead_a_ + area_a_ * position),
                           1.0 / (dead_b_ + area_b_ * (stroke_ - position)),
                           area_a_ * velocity,
                           area_b_ * velocity};
 
-  // (1 - g h J) k1 = f(p),  (1 - g h J) k2 = f(p + h k1) - 2 k1,  p <- p + h (3 k1 + k2) / 2,
+  // (1 - g h J) k1 = f(s),  (1 - g h J) k2 = f(s + h k1) - 2 k1,  s <- s + h (3 k1 + k2) / 2,
   // J the diagonal of the Jacobian: the order does not depend on what J leaves out.
   const Rates first = rates<true>(effects, standing, pressure_);
   const Scalar a = 1.0 / (1.0 - first.slope.a * (kGamma * h));
   const Scalar b = 1.0 / (1.0 - first.slope.b * (kGamma * h));
   const Scalar k1_a = first.value.a * a;
   const Scalar k1_b = first.value.b * b;
-  Pressures<Scalar> ahead{floored(pressure_.a + k1_a * h), floored(pressure_.b + k1_b * h),
-                          pressure_.supply};
+  Pressures<Scalar> ahead{pressure_of(compression_a_ + k1_a * h),
+                          pressure_of(compression_b_ + k1_b * h), pressure_.supply};
   Scalar s;
   Scalar k1_s;
   if (line_) {
@@ -236,15 +248,15 @@ void Hydraulics<Scalar>::advance(const Effects<Scalar>& effects, const Scalar& o
     ahead.supply = floored(pressure_.supply + k1_s * h);
   }
   const Rates second = rates<false>(effects, standing, ahead);
-  const auto step = [&](const Scalar& p, const Scalar& k1, const Scalar& rate,
+  const auto step = [&](const Scalar& s0, const Scalar& k1, const Scalar& rate,
                         const Scalar& inverse) {
     const Scalar k2 = (rate - k1 * 2.0) * inverse;
-    return p + (k1 * 3.0 + k2) * (0.5 * h);
+    return s0 + (k1 * 3.0 + k2) * (0.5 * h);
   };
-  pressure_.a = with_cavity(step(pressure_.a, k1_a, second.value.a, a),
-                            first.value.a * h / first.stiff_a, first.stiff_a, cavity_a_);
-  pressure_.b = with_cavity(step(pressure_.b, k1_b, second.value.b, b),
-                            first.value.b * h / first.stiff_b, first.stiff_b, cavity_b_);
+  compression_a_ = step(compression_a_, k1_a, second.value.a, a);
+  compression_b_ = step(compression_b_, k1_b, second.value.b, b);
+  pressure_.a = pressure_of(compression_a_);
+  pressure_.b = pressure_of(compression_b_);
   if (line_) {
     pressure_.supply = floored(step(pressure_.supply, k1_s, second.value.supply, s));
   }
