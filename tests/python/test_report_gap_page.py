@@ -95,6 +95,13 @@ def test_page_shows_what_was_found() -> None:
     assert "next experiment" not in text.lower()
 
 
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_a_third_simulation_is_shown_only_where_something_was_added(verdict: Any) -> None:
+    diagnosis = made_diagnosis(verdict)
+    page = render_diagnosis(diagnosis, RECORDS, "bench.toml")
+    assert ("with effects" in page) == bool(diagnosis.effects)
+
+
 def test_next_experiment_comes_with_the_command_to_run() -> None:
     _, text = read(made_diagnosis("ambiguous"))
     assert "Slow triangle, 3 mm/s, 4 reversals." in text
@@ -132,7 +139,7 @@ def test_a_long_rich_record_stays_below_the_size_of_an_attachment() -> None:
 def test_bars_share_one_axis() -> None:
     far = made_diagnosis("effects").how_far
     assert far is not None
-    nominal, calibrated, augmented, floor = gap_bars(far)
+    nominal, calibrated, augmented, floor = gap_bars(far, ("nominal", "calibrated", "augmented"))
     assert nominal.width == 100.0
     assert calibrated.width == pytest.approx(100.0 * far.calibrated / far.nominal)
     assert augmented.width == pytest.approx(100.0 * far.augmented / far.nominal)

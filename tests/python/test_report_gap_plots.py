@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from made_diagnoses import made_diagnosis
 
 from ehsid.harness.gap.findings import HeldOutRun
-from ehsid.harness.report.gap_plots import _columns, draw_plots
+from ehsid.harness.report.gap_curves import curves_of
+from ehsid.harness.report.gap_plots import SIMULATED, draw_plots
 from ehsid.harness.report.thinning import kept_samples
 
 
@@ -56,7 +57,7 @@ def run_of(samples: int) -> HeldOutRun:
 
 def test_simulated_curves_break_where_a_window_ends_and_nowhere_else() -> None:
     run = run_of(530)
-    columns = _columns(run, "position_m", 1e3, 10_000)
+    columns = curves_of(run, "position_m", SIMULATED, scale=1e3, most=10_000)
     starts = [30, 130, 230, 330, 430]
     assert columns["time"].size == 530 + len(starts)
     assert not np.isnan(columns["measured"]).any()
@@ -69,14 +70,14 @@ def test_simulated_curves_break_where_a_window_ends_and_nowhere_else() -> None:
 
 
 def test_thinned_curves_keep_all_windows() -> None:
-    columns = _columns(run_of(100_030), "position_m", 1.0, 3000)
+    columns = curves_of(run_of(100_030), "position_m", SIMULATED, scale=1.0, most=3000)
     assert columns["time"].size < 3000 + 4 * 1000 + 10
     assert np.count_nonzero(np.diff(np.isnan(columns["nominal"]).astype(int)) == 1) == 999
 
 
 def test_each_output_of_each_record_has_its_plots() -> None:
     run = made_diagnosis("effects").runs[0]
-    plots = draw_plots([run, replace(run, record="other")], None)
+    plots = draw_plots([run, replace(run, record="other")])
     assert [drawn.name for drawn in plots.runs] == ["held_out", "other"]
     assert [words for words, _, _ in plots.runs[0].outputs] == [
         "position",
@@ -90,5 +91,5 @@ def test_each_output_of_each_record_has_its_plots() -> None:
 
 
 def test_nothing_to_draw_needs_no_library() -> None:
-    plots = draw_plots([], None)
+    plots = draw_plots([])
     assert (plots.script, plots.library, plots.places) == ("", "", {})

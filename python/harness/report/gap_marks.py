@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from ehsid.harness.gap.findings import CalibratedValue, Diagnosis, Estimate, HowFar, SpanShare
 from ehsid.harness.gap.parameters import Parameter, calibration_parameters
 from ehsid.harness.report.gap_words import (
+    SIMULATIONS,
     interval,
     percent,
     percent_ends,
@@ -18,6 +19,7 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
+from ehsid.harness.rigs.parameters import plant_parameters
 
 # Ends of the axis on which fitted values stand, in sigmas of what was known before.
 AXIS_SIGMAS = 3.0
@@ -42,6 +44,7 @@ class Dot:
 
     name: str
     words: str
+    meaning: str
     told: str
     found: str
     ends: str
@@ -87,13 +90,9 @@ def share_bar(label: str, share: Estimate | float, kind: str = "", note: str = "
     return Bar(label, shown, _inside(100.0 * value), kind, low, high, note)
 
 
-def gap_bars(far: HowFar) -> list[Bar]:
-    """The gap at each step and the floor, all on the axis of the largest."""
-    steps = (
-        ("rig as told", "nominal", far.nominal),
-        ("values fitted", "calibrated", far.calibrated),
-        ("with effects", "augmented", far.augmented),
-    )
+def gap_bars(far: HowFar, kinds: Sequence[str]) -> list[Bar]:
+    """The gap of each kind of simulation and the floor, all on the axis of the largest."""
+    steps = [(SIMULATIONS[kind], kind, float(getattr(far, kind))) for kind in kinds]
     largest = max(*(value for _, _, value in steps), far.noise_floor[1], 1e-12)
     bars = [
         Bar(words, percent(value), _inside(100.0 * value / largest), kind)
@@ -124,7 +123,8 @@ def _dot(name: str, value: CalibratedValue, prior: Parameter | None) -> Dot:
             _on_axis(prior, end) for end in (value.found.value, value.found.low, value.found.high)
         )
     words = value_name(name)
-    return Dot(name, words, quantity(value.rig, unit), found, ends, value.moved, *places)
+    meaning = plant_parameters()[name].meaning if name in plant_parameters() else ""
+    return Dot(name, words, meaning, quantity(value.rig, unit), found, ends, value.moved, *places)
 
 
 def _on_axis(prior: Parameter, value: float) -> float | None:

@@ -14,6 +14,7 @@ from ehsid.harness.gap.findings import Candidate, Diagnosis, FoundEffect
 from ehsid.harness.report import gap_marks
 from ehsid.harness.report.gap_plots import draw_plots
 from ehsid.harness.report.gap_words import (
+    SIMULATIONS,
     VERDICTS,
     channel,
     effect_set,
@@ -100,12 +101,15 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
     title, meaning = VERDICTS[diagnosis.verdict]
     several = diagnosis.verdict == "effects" and len(diagnosis.effects) > 1
     where = diagnosis.where
+    # Where nothing was added, there is no third simulation to show.
+    kinds = tuple(SIMULATIONS)[: 3 if diagnosis.effects else 2]
     return environment.get_template("gap.html.j2").render(
         d=diagnosis,
         title="Missing effects" if several else title,
         meaning=meaning,
-        gap_bars=[] if diagnosis.how_far is None else gap_marks.gap_bars(diagnosis.how_far),
-        plots=draw_plots(diagnosis.runs, None if coming is None else coming.record),
+        kinds=[SIMULATIONS[kind] for kind in kinds],
+        gap_bars=[] if diagnosis.how_far is None else gap_marks.gap_bars(diagnosis.how_far, kinds),
+        plots=draw_plots(diagnosis.runs, None if coming is None else coming.record, kinds),
         subsystems=gap_marks.subsystem_bars(diagnosis),
         regimes=[
             gap_marks.share_bar(

@@ -30,7 +30,8 @@ from bokeh.resources import Resources
 
 from ehsid.harness.gap.findings import HeldOutRun
 from ehsid.harness.records import Record
-from ehsid.harness.report.gap_words import channel
+from ehsid.harness.report.gap_curves import curves_of
+from ehsid.harness.report.gap_words import SIMULATIONS, channel
 from ehsid.harness.report.thinning import kept_samples
 
 FloatArray = npt.NDArray[np.float64]
@@ -48,14 +49,7 @@ DASHES: dict[str, LineDashType] = {
     "calibrated": "dashed",
     "augmented": "solid",
 }
-SIMULATED = ("nominal", "calibrated", "augmented")
-# As the bars above the plots name them.
-WORDS = {
-    "measured": "measured",
-    "nominal": "rig as told",
-    "calibrated": "values fitted",
-    "augmented": "with effects",
-}
+SIMULATED = tuple(SIMULATIONS)
 # Of all plots together; with the library (1.3 MB) a page stays below 6 MB.
 MOST_BYTES = 3_000_000
 # A float32 in base64.
@@ -109,8 +103,12 @@ class Plots:
     library: str
 
 
-def draw_plots(runs: Sequence[HeldOutRun], next_record: Record | None) -> Plots:
-    """Plots of held-out runs and of the command to be sent next."""
+def draw_plots(
+    runs: Sequence[HeldOutRun],
+    next_record: Record | None = None,
+    kinds: Sequence[str] = SIMULATED,
+) -> Plots:
+    """Plots of held-out runs with these kinds of simulation, and of the command to send next."""
     figures: dict[str, figure] = {}
     drawn = []
     parts = sum(len(run.measured) for run in runs)
@@ -123,7 +121,7 @@ def draw_plots(runs: Sequence[HeldOutRun], next_record: Record | None) -> Plots:
         for name in run.measured:
             words, _, _ = channel(name)
             keys = f"r{i}-{name}", f"r{i}-{name}-error"
-            figures[keys[0]], figures[keys[1]] = _output_figures(run, name, span, most)
+            figures[keys[0]], figures[keys[1]] = _output_figures(run, name, kinds, span, most)
             outputs.append((words, *keys))
         drawn.append(PlottedRun(run.record, command, outputs))
     coming = _next_figures(next_record, most) if next_record is not None else {}
@@ -200,12 +198,14 @@ def _command_figure(time_s: FloatArray, command: FloatArray, span: Range1d, most
     return made
 
 
-def _output_figures(run: HeldOutRun, name: str, span: Range1d, most: int) -> tuple[figure, figure]:
+def _output_figures(
+    run: HeldOutRun, name: str, kinds: Sequence[str], span: Range1d, most: int
+) -> tuple[figure, figure]:
     """Signals above, errors (simulated minus measured) below, from the same samples."""
     words, scale, unit = channel(name)
-    columns = _columns(run, name, scale, most)
+    columns = curves_of(run, name, kinds, scale=scale, most=most)
     source = _source(columns)
-    shown = [kind for kind in SIMULATED if kind in columns]
+    shown = [kind for kind in kinds if kind in columns]
     upper = _blank(span, words, unit, height=270, label_time=False)
     lower = _blank(span, "error", unit, height=170, label_time=True)
     items = []
@@ -219,7 +219,7 @@ def _output_figures(run: HeldOutRun, name: str, span: Range1d, most: int) -> tup
             line_width=4.0 if kind == "measured" else 1.6,
             line_alpha=0.35 if kind == "measured" else 1.0,
         )
-        items.append(LegendItem(label=WORDS[kind], renderers=[line]))
+        items.append(LegendItem(label=SIMULATIONS.get(kind, kind), renderers=[line]))
     for kind in shown:
         line = lower.line(
             "time",
@@ -247,30 +247,6 @@ def _output_figures(run: HeldOutRun, name: str, span: Range1d, most: int) -> tup
     _hover(upper, unit, ["measured", *shown])
     _hover(lower, unit, [f"{kind}_error" for kind in shown])
     return upper, lower
-
-
-def _columns(run: HeldOutRun, name: str, scale: float, most: int) -> dict[str, FloatArray]:
-    """Samples to draw, with a break where a window ends: there the simulation starts anew."""
-    measured = run.measured[name]
-    simulated = {kind: getattr(run, kind)[name] for kind in SIMULATED if name in getattr(run, kind)}
-    inside = run.window >= 0
-    errors = {kind: np.where(inside, made - measured, np.nan) for kind, made in simulated.items()}
-    starts = np.flatnonzero(np.diff(run.window)) + 1
-    kept = kept_samples([measured, *errors.values()], most, always=np.union1d(starts - 1, starts))
-    breaks = np.searchsorted(kept, starts)
-
-    def broken(values: FloatArray, *, gap: bool) -> FloatArray:
-        drawn = values[kept]
-        return np.insert(drawn, breaks, np.nan if gap else drawn[breaks])
-
-    columns = {
-        "time": broken(run.time_s, gap=False),
-        "measured": broken(scale * measured, gap=False),
-    }
-    for kind, made in simulated.items():
-        columns[kind] = broken(scale * np.where(inside, made, np.nan), gap=True)
-        columns[f"{kind}_error"] = broken(scale * errors[kind], gap=True)
-    return columns
 
 
 def _next_figures(record: Record, most: int) -> dict[str, figure]:
