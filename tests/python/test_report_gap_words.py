@@ -83,8 +83,15 @@ def test_every_number_is_shown_as_a_number_or_a_dash(value: float) -> None:
 
 
 def test_shares() -> None:
-    shares = (0.632, 0.0412, 0.00123, None, math.nan)
-    assert [plain(percent(share)) for share in shares] == ["63 %", "4.1 %", "0.12 %", "–", "–"]
+    shares = (0.632, 0.0412, 0.00123, 0.0, None, math.nan)
+    assert [plain(percent(share)) for share in shares] == [
+        "63 %",
+        "4.1 %",
+        "0.12 %",
+        "0 %",
+        "–",
+        "–",
+    ]
     assert plain(percent_interval(Estimate(0.98, 0.96, 0.99))) == "98 % (96 to 99 %)"
     assert plain(percent_interval(Estimate(0.981, 0.975, 0.988))) == "98.1 % (97.5 to 98.8 %)"
 

@@ -211,6 +211,8 @@ def percent(share: float | None) -> str:
     if share is None or not math.isfinite(share):
         return "–"
     size = abs(100.0 * share)
+    if size == 0.0:
+        return f"0{SPACE}%"
     return f"{100.0 * share:.{0 if size >= 10.0 else 1 if size >= 1.0 else 2}f}{SPACE}%"
 
 
