@@ -15,6 +15,7 @@ from made_diagnoses import VERDICTS, bench, made_diagnosis, measured_record
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
+from ehsid.harness.cli.gap import repeated
 from ehsid.harness.gap.findings import Diagnosis
 from ehsid.harness.parallel import Progress
 from ehsid.harness.records import Record, write_record
@@ -99,6 +100,32 @@ def test_what_is_asked_reaches_the_diagnosis(diagnose: FakeDiagnose, here: Path)
     assert all(len(record["sha256"]) == 64 for record in provenance["records"])
 
 
+@pytest.mark.parametrize(
+    ("given", "made"),
+    [
+        ("a b --rig r", "a b --rig r"),
+        ("a --validate b c --rig r", "a --validate b --validate c --rig r"),
+        ("a --validate b --validate c d", "a --validate b --validate c --validate d"),
+        ("a --validate=b c --json", "a --validate=b --validate c --json"),
+        ("--exclude-effect x y --rig r a", "--exclude-effect x --exclude-effect y --rig r a"),
+        ("--validate b -- -a c", "--validate b -- -a c"),
+        ("a --validate", "a --validate"),
+    ],
+)
+def test_options_take_all_values_up_to_the_next(given: str, made: str) -> None:
+    assert repeated(given.split()) == made.split()
+
+
+def test_held_out_records_are_never_fitted(diagnose: FakeDiagnose, here: Path) -> None:
+    options = ["--rig", "rig.toml", "--validate", "two.csv", "three.csv", "--out", "out"]
+    options += ["--exclude-effect", "load_force", "load_spring"]
+    outcome = run("one.csv", *options)
+    assert outcome.exit_code == 0, outcome.output
+    assert [record.name for record in diagnose.asked["records"]] == ["one"]
+    assert [record.name for record in diagnose.asked["validate"]] == ["two", "three"]
+    assert diagnose.asked["exclude"] == ["load_force", "load_spring"]
+
+
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_every_verdict_is_a_result(verdict: Any, diagnose: FakeDiagnose, here: Path) -> None:
     diagnose.diagnosis = made_diagnosis(verdict)
@@ -135,16 +162,8 @@ def test_records_of_one_name_are_told_apart(diagnose: FakeDiagnose, here: Path) 
     for day, name in (("monday", "one"), ("tuesday", "two")):
         (here / day).mkdir()
         (here / f"{name}.csv").rename(here / day / "log.csv")
-    outcome = run(
-        "monday/log.csv",
-        "--validate",
-        "tuesday/log.csv",
-        "three.csv",
-        "--rig",
-        "rig.toml",
-        "--out",
-        "out",
-    )
+    options = ["--rig", "rig.toml", "--out", "out", "--validate", "tuesday/log.csv"]
+    outcome = run("monday/log.csv", "three.csv", *options)
     assert outcome.exit_code == 0, outcome.output
     assert [record.name for record in diagnose.asked["records"]] == ["monday_log", "three"]
     assert [record.name for record in diagnose.asked["validate"]] == ["tuesday_log"]

@@ -12,7 +12,7 @@ from ehsid.harness.cli.effects import effects_command
 from ehsid.harness.cli.estimate import estimate_command
 from ehsid.harness.cli.experiment import experiment_command
 from ehsid.harness.cli.export import export_command
-from ehsid.harness.cli.gap import gap_command
+from ehsid.harness.cli.gap import ManyValues, gap_command
 from ehsid.harness.cli.identify import identify_command
 from ehsid.harness.cli.simulate import simulate_command
 
@@ -42,7 +42,7 @@ def _options(
 
 app.command("estimate")(estimate_command)
 app.command("identify")(identify_command)
-app.command("gap")(gap_command)
+app.command("gap", cls=ManyValues)(gap_command)
 app.command("experiment")(experiment_command)
 app.command("export")(export_command)
 app.command("simulate")(simulate_command)

@@ -7,10 +7,11 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from typer.core import TyperCommand
 
 from ehsid.harness.cli.common import clear_errors
 from ehsid.harness.cli.progress import progress_of
@@ -21,6 +22,35 @@ from ehsid.harness.rigs.checks import unknown
 from ehsid.harness.rigs.parameters import effects
 
 NEEDED_COLUMNS = (*REQUIRED_COLUMNS, "position_m")
+
+
+# Options that take all values up to the next option, as `--validate a.csv b.csv`.
+MANY = ("--validate", "--exclude-effect")
+
+
+class ManyValues(TyperCommand):
+    """A command whose options `MANY` take several values; typer's own take one each."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Repeat the option before each of its values."""
+        return super().parse_args(ctx, repeated(args))
+
+
+def repeated(arguments: Sequence[str]) -> list[str]:
+    """The same arguments with one value for each of `MANY`: "--validate a b" twice "--validate"."""
+    made: list[str] = []
+    option, has_value = "", False
+    for position, argument in enumerate(arguments):
+        if argument == "--":
+            return [*made, *arguments[position:]]
+        if argument.startswith("-"):
+            name, equals, _ = argument.partition("=")
+            option, has_value = (name if name in MANY else ""), bool(equals)
+        elif option:
+            made += [option] if has_value else []
+            has_value = True
+        made.append(argument)
+    return made
 
 
 def read_for(rig: Rig, paths: Sequence[Path]) -> list[Record]:
@@ -92,13 +122,13 @@ def gap_command(
     validate: Annotated[
         list[Path] | None,
         typer.Option(
-            help="record to judge by, never fitted; again for more. Without: blocks of "
-            "the records themselves are held out"
+            metavar="RECORD...",
+            help="records to judge by, never fitted; without: blocks of the records are held out",
         ),
     ] = None,
     exclude_effect: Annotated[
         list[str] | None,
-        typer.Option(metavar="ID", help="effect of the catalogue to leave out; again for more"),
+        typer.Option(metavar="ID...", help="effects of the catalogue to leave out"),
     ] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="processes; default: one for each core")
