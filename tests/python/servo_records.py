@@ -49,7 +49,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "valve_dead_band": {"overlap": 0.03},
     "internal_leakage": {"coefficient_m3_s_pa": 2e-11},
     "external_leakage": {"coefficient_a_m3_s_pa": 2e-11, "coefficient_b_m3_s_pa": 1e-11},
-    "entrained_air": {"volume_fraction": 0.02},
+    "entrained_air": {"volume_fraction": 0.05},
     "supply_droop": {
         "source_resistance_pa_s_m3": 3e9,
         "accumulator_capacitance_m3_pa": 1e-11,

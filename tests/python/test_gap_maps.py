@@ -10,6 +10,7 @@ from servo_records import DT_S, RIG, made
 from ehsid.harness.gap.comparison import Compared, compare
 from ehsid.harness.gap.conditions import after_turns, conditions
 from ehsid.harness.gap.maps import maps
+from ehsid.harness.records import make_record
 
 COMPARED = compare(made({}))
 USED = COMPARED.used
@@ -129,3 +130,27 @@ def test_turns_are_those_of_a_triangle() -> None:
     np.testing.assert_allclose(begins, [99, 199, 299], atol=2)
     assert 3 * 11 <= np.count_nonzero(marked) <= 3 * 11 + 6
     assert not after_turns(np.ones(50), 0.05, 10).any()
+
+
+def test_blocks_are_mapped_as_blocks() -> None:
+    record = make_record({"time_s": np.arange(30_000) * DT_S, **long_columns()})
+    held_out = compare(record, blocks="held out")
+    numbers = held_out.window[held_out.used]
+    loud = numbers == np.unique(numbers)[0]
+    rng = np.random.default_rng(3)
+    errors = {
+        name: FLOORS[name] * (1.0 + 50.0 * loud) * rng.standard_normal(numbers.size)
+        for name in OUTPUTS
+    }
+    found = maps([held_out], errors, FLOORS, RIG)
+    assert sum(one.share_of_gap.value for one in found.frequency) == pytest.approx(1.0, abs=1e-3)
+    for one in found.time:
+        inside = np.arange(30_000) * DT_S
+        inside = (inside >= one.span_s[0] - 1e-9) & (inside < one.span_s[1] - 1e-9)
+        # Nothing but held-out samples in a stretch.
+        assert held_out.used[inside].all()
+
+
+def long_columns() -> dict[str, np.ndarray]:
+    names = ("command_v", "position_m", "pressure_a_pa", "pressure_b_pa")
+    return {name: np.tile(COMPARED.record.column(name), 5) for name in names}

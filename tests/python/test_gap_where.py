@@ -31,7 +31,12 @@ def calibrated(case: Case) -> Rival:
     problem = case.problem()
     found = fit(problem, problem.centre())
     values = {p.name: p.value(float(x)) for p, x in zip(problem.parameters, found.x, strict=True)}
-    return Rival((), found.x, values, found.cost, 0.0, found.converged)
+    return rival(found.x, values)
+
+
+def rival(x: np.ndarray, values: Mapping[str, float]) -> Rival:
+    """Without what only the ranking of rivals reads."""
+    return Rival((), x, values, 0.0, 0.0, True, np.zeros((1, 1)), np.ones(1))
 
 
 def with_effects(base: Rival, found: Sequence[str]) -> Rival:
@@ -86,7 +91,7 @@ def test_an_excluded_effect_is_not_named() -> None:
 
 
 @pytest.mark.parametrize(
-    "effect", ["valve_dead_band", "valve_hysteresis", "internal_leakage", "load_force"]
+    "effect", ["valve_dead_band", "valve_hysteresis", "internal_leakage", "transport_delay"]
 )
 def test_errors_of_the_position_name_the_subsystem(effect: str) -> None:
     case = case_of(full(effect), POSITION)
@@ -142,7 +147,7 @@ def test_where_and_which_do_not_contradict_without_a_word() -> None:
     )
 )
 def test_shares_of_effects_sum_to_one(shares: dict[str, float]) -> None:
-    base = Rival((), np.zeros(0), {}, 0.0, 0.0, True)
+    base = rival(np.zeros(0), {})
     best = with_effects(base, ["valve_dead_band", "coulomb_friction", "load_force"])
     subsystem = localise(CASE, BASE, best, shares=shares, evidence=EVIDENCE).subsystem
     assert sum(subsystem.values()) == pytest.approx(1.0)

@@ -29,7 +29,6 @@ from ehsid.harness.gap.maps import window_numbers_of
 from ehsid.harness.gap.problem import Problem
 from ehsid.harness.gap.suspects import Suspect, suspects
 from ehsid.harness.gap.thresholds import (
-    EQUATION_LOUD,
     INDEPENDENT_HZ,
     LOST_PHASE,
     MOST_SUSPECTS,
@@ -87,8 +86,6 @@ def attribute_equations(
     weights: dict[str, float] = {}
     notes: list[str] = []
     for turn in range(MOST_SUSPECTS):
-        if not any(_is_loud(share_of(equation)) for equation in found):
-            break
         asked = suspects(
             found,
             partial(_changed, signals, told, rig.plant),
@@ -102,10 +99,11 @@ def attribute_equations(
         notes += _share_out(weights, asked)
         told |= asked[0].values
         found = equations(records, rig, told)
-    for share in map(share_of, found):
-        if not _is_loud(share):
+    for equation in found:
+        if not equation.is_loud:
             continue
-        times = share.residual.value / share.noise
+        share = share_of(equation)
+        times = float(np.sqrt(np.mean(equation.residual**2)))
         whose: tuple[str, ...] = (share.subsystem,)
         if any(effects()[one.effect].subsystem == "sensor" for one in taken):
             # What a sensor did to the position is undone by halves only.
@@ -118,8 +116,8 @@ def attribute_equations(
         # Friction within the smoothing of the speed, or a sensor's own: no news.
         if not set(whose) <= {effects()[one.effect].subsystem for one in taken}:
             notes.append(
-                f'The equation "{share.equation}" is left with {times:.1f} times what the noise of '
-                "the sensors leaves, whatever effect of the catalogue is put in."
+                f'The equation "{share.equation}" is left with {times:.1f} times what it may be '
+                "off, whatever effect of the catalogue is put in."
             )
     return Attribution(first, ranked, tuple(taken), _shares(weights), tuple(notes))
 
@@ -192,14 +190,16 @@ def _error_equation(problem: Problem, x: FloatArray, rows: FloatArray) -> Equati
         columns[:, i] = (problem.errors(moved)["position_m"] - rows) / step
     independent = INDEPENDENT_HZ * sum(record.seconds for record in problem.records)
     precision = np.array([parameter.sigma**-2 for parameter in parameters])
-    weight = float(np.mean(rows**2)) * rows.size / independent * precision
+    sigma = np.full(rows.size, problem.floors["position_m"])
+    variance = float(np.mean((rows / sigma) ** 2)) + 1.0
     centre = np.array([parameter.centre for parameter in parameters]) - x
     return Equation(
         "position_m",
-        rows,
-        columns,
+        rows / sigma,
+        columns / sigma[:, np.newaxis],
+        sigma,
         centre,
-        weight,
+        variance * rows.size / independent * precision,
         np.zeros(x.size),
         np.zeros(rows.size),
         float(np.sqrt(np.mean(rows**2))),
@@ -221,10 +221,6 @@ def _share_out(weights: dict[str, float], asked: Sequence[Suspect]) -> list[str]
         return []
     listed = ", ".join(one.effect for one in near)
     return [f"Without a fit these are alike: {listed}; the gap is shared among their subsystems."]
-
-
-def _is_loud(share: EquationShare) -> bool:
-    return share.residual.low > EQUATION_LOUD * share.noise
 
 
 def _add(weights: dict[str, float], subsystem: str, weight: float) -> None:

@@ -18,15 +18,21 @@ import numpy.typing as npt
 from ehsid.harness.gap.findings import EquationShare, Estimate
 from ehsid.harness.gap.floor import noise_floor
 from ehsid.harness.gap.inverse_servo import CAP, FORCE, ROD, SPOOL, SUPPLY, servo_terms
-from ehsid.harness.gap.inverse_signals import Measured, Terms, all_values, measured
+from ehsid.harness.gap.inverse_signals import Measured, Terms, all_values, areas, measured
 from ehsid.harness.gap.parameters import Parameter, calibration_parameters
 from ehsid.harness.gap.thresholds import (
     BOOTSTRAP_DRAWS,
+    EQUATION_LOUD,
     EQUATION_SETTLES,
+    EQUATION_TOLERANCE,
+    FREE_GAS_TIMES,
     INDEPENDENT_HZ,
     MOST_SIGMAS,
+    SEAL_TOLERANCE,
     SHRINKAGE_LEVEL,
     SKIP_S,
+    SUPPLY_TOLERANCE,
+    TIMING_S,
     WINDOW_S,
     ZERO_ERROR,
 )
@@ -59,9 +65,12 @@ class Equation:
     name
         of the equation.
     rows
-        shape (K,), its residual at the given values.
+        shape (K,), its residual at the given values over sigma.
     columns
-        shape (K, n), slopes by x of its own parameters.
+        shape (K, n), slopes of the rows by the equation's own parameters.
+    sigma
+        shape (K,), what a row may be off: by noise, by what the equations get right of a real
+        servo, by a command that is TIMING_S late, by FREE_GAS_TIMES the gas near vacuum.
     centre, weight
         shape (n,), of the prior of their moves in the regression, in squares of rows.
     moved
@@ -79,6 +88,7 @@ class Equation:
     name: str
     rows: FloatArray
     columns: FloatArray
+    sigma: FloatArray
     centre: FloatArray
     weight: FloatArray
     moved: FloatArray
@@ -89,8 +99,13 @@ class Equation:
 
     @property
     def residual(self) -> FloatArray:
-        """Shape (K,), after its own parameters have been moved."""
+        """Shape (K,), after its own parameters have been moved, over sigma."""
         return np.asarray(self.rows + self.columns @ self.moved, dtype=np.float64)
+
+    @property
+    def is_loud(self) -> bool:
+        """Is it off by more than it may be, in all of the interval over windows?"""
+        return _rms(self, self.residual).low > EQUATION_LOUD
 
 
 def equations(records: Sequence[Record], rig: Rig, values: Values) -> tuple[Equation, ...]:
@@ -120,13 +135,27 @@ def equations(records: Sequence[Record], rig: Rig, values: Values) -> tuple[Equa
         *(_slope(signals, told, rig.plant, p) for p in calibration_parameters(rig)),
         *_zero_errors(signals, told, rig.plant),
     ]
+    late, gas = "effects.transport_delay.delay_s", "nuisance.free_gas"
+    unsure = [
+        residuals(signals, {**told, name: value}, rig.plant)
+        for name, value in ((late, told[late] + TIMING_S), (gas, FREE_GAS_TIMES * told[gas]))
+    ]
     block = _blocks(signals)
     seconds = sum(one.command.size * one.dt_s - SKIP_S for one in signals)
     found = []
     for name, terms in base.items():
-        rows = _sum(terms)
+        residual = _sum(terms)
+        noise = _sum(noisy[name]) - residual
+        largest = max(float(np.sqrt(np.mean(term**2))) for term in terms.values())
+        sigma = np.sqrt(
+            np.mean(noise**2)
+            + _tolerance(name, largest, told, rig.plant) ** 2
+            + np.sum([(one[name] - residual) ** 2 for one in unsure], axis=0)
+        )
+        rows = residual / sigma
         concerned = [one for one in own if np.any(one.rows[name])]
-        columns = np.array([one.rows[name] for one in concerned]).reshape(-1, rows.size).T
+        columns = np.array([one.rows[name] / sigma for one in concerned])
+        columns = columns.reshape(-1, rows.size).T
         centre = np.array([one.centre for one in concerned])
         precision = np.array([one.sigma**-2 for one in concerned])
         reach = MOST_SIGMAS * precision**-0.5
@@ -134,13 +163,23 @@ def equations(records: Sequence[Record], rig: Rig, values: Values) -> tuple[Equa
         weight = moved = np.zeros(centre.size)
         for _ in range(EQUATION_SETTLES):
             # The prior counts against n independent rows of the deviation that is left.
-            variance = float(np.mean((rows + columns @ moved) ** 2))
+            variance = float(np.mean((rows + columns @ moved) ** 2)) + 1.0
             weight = variance * rows.size / independent * precision
             moved = regress(rows, columns, centre, weight, reach)
-        noise = _sum(noisy[name]) - rows
-        largest = max(float(np.sqrt(np.mean(term**2))) for term in terms.values())
         found.append(
-            Equation(name, rows, columns, centre, weight, moved, noise, largest, block, independent)
+            Equation(
+                name,
+                rows,
+                columns,
+                sigma,
+                centre,
+                weight,
+                moved,
+                noise,
+                largest,
+                block,
+                independent,
+            )
         )
     return tuple(found)
 
@@ -153,22 +192,32 @@ def equation_shares(
 
 
 def share_of(equation: Equation) -> EquationShare:
-    """Intervals from whole windows, drawn with replacement (Künsch, Ann. Statist. 17(3), 1989)."""
-    squares = np.bincount(equation.block, equation.residual**2)
-    counts = np.bincount(equation.block)
+    """Its residual and noise as shares of its largest term."""
+    rms = _rms(equation, equation.residual * equation.sigma / equation.largest)
+    noise = float(np.sqrt(np.mean(equation.noise**2))) / equation.largest
+    return EquationShare(equation.name, SUBSYSTEM[equation.name], rms, noise)
+
+
+def _rms(equation: Equation, rows: FloatArray) -> Estimate:
+    """Interval from whole windows, drawn with replacement (Künsch, Ann. Statist. 17(3), 1989)."""
+    squares, counts = np.bincount(equation.block, rows**2), np.bincount(equation.block)
     rng = np.random.default_rng(0)
     drawn = rng.integers(counts.size, size=(BOOTSTRAP_DRAWS, counts.size))
-    rms = np.sqrt(squares[drawn].sum(axis=1) / counts[drawn].sum(axis=1)) / equation.largest
     tail = 0.5 * (1.0 - SHRINKAGE_LEVEL)
-    low, high = np.quantile(rms, [tail, 1.0 - tail])
-    value = float(np.sqrt(np.mean(equation.residual**2))) / equation.largest
-    noise = float(np.sqrt(np.mean(equation.noise**2))) / equation.largest
-    return EquationShare(
-        equation.name,
-        SUBSYSTEM[equation.name],
-        Estimate(value, float(low), float(high)),
-        noise,
+    low, high = np.quantile(
+        np.sqrt(squares[drawn].sum(axis=1) / counts[drawn].sum(axis=1)), [tail, 1.0 - tail]
     )
+    return Estimate(float(np.sqrt(np.mean(rows**2))), float(low), float(high))
+
+
+def _tolerance(name: str, largest: float, values: Values, plant: str) -> float:
+    """What the equation gets right of a real servo, in its own unit."""
+    if name == SUPPLY:
+        return SUPPLY_TOLERANCE * largest
+    tolerance = EQUATION_TOLERANCE * largest
+    if name == FORCE and plant == "ehs":
+        tolerance += SEAL_TOLERANCE * values["supply.pressure_pa"] * areas(values)[0]
+    return tolerance
 
 
 def _stacked(signals: Sequence[Measured], values: Values, plant: str) -> dict[str, Terms]:

@@ -95,7 +95,8 @@ def window_numbers_of(compared: Sequence[Compared]) -> npt.NDArray[np.int64]:
     found: list[npt.NDArray[np.int64]] = []
     first = 0
     for one in compared:
-        found.append(one.window[one.used] + first)
+        _, inside = np.unique(one.window[one.used], return_inverse=True)
+        found.append(inside.astype(np.int64) + first)
         first = int(found[-1][-1]) + 1
     return np.concatenate(found)
 
@@ -146,21 +147,28 @@ def _bands(
 
 def _spans(compared: Sequence[Compared], by_window: FloatArray) -> list[SpanShare]:
     """Stretches of at least SPAN_WINDOWS windows that hold SPAN_EXCESS times their share."""
-    total, first, found = float(by_window.sum()), 0, []
-    even = 1.0 / by_window.size
+    total, done, found = float(by_window.sum()), 0, []
+    least = SPAN_EXCESS * SPAN_WINDOWS / by_window.size
+    ones = np.ones(SPAN_WINDOWS)
     for one in compared:
-        count = int(one.window.max()) + 1
-        share = by_window[first : first + count] / total
-        first += count
-        if count < SPAN_WINDOWS:
-            continue
-        ones = np.ones(SPAN_WINDOWS)
-        loud = np.convolve(share, ones, mode="valid") > SPAN_EXCESS * SPAN_WINDOWS * even
-        member = np.convolve(loud, ones) > 0.5
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], member, [False]])))
+        samples = np.flatnonzero(one.used)
+        numbers, first = np.unique(one.window[samples], return_index=True)
+        ends = samples[np.append(first[1:], samples.size) - 1] + 1
+        share = by_window[done : done + numbers.size] / total
+        done += numbers.size
         start_s = 0.0 if one.record.time_s is None else float(one.record.time_s[0])
-        for begin, end in edges.reshape(-1, 2).tolist():
-            samples = np.searchsorted(one.window, [begin, end]) * one.dt_s
-            span_s = (start_s + float(samples[0]), start_s + float(samples[1]))
-            found.append(SpanShare(one.record.name, span_s, float(share[begin:end].sum())))
+        # Between blocks that are held out there are others: a stretch does not reach across.
+        for part in np.split(np.arange(numbers.size), np.flatnonzero(np.diff(numbers) > 1) + 1):
+            if part.size < SPAN_WINDOWS:
+                continue
+            loud = np.convolve(share[part], ones, mode="valid") > least
+            member = np.convolve(loud, ones) > 0.5
+            edges = np.flatnonzero(np.diff(np.concatenate([[False], member, [False]])))
+            for begin, end in part[0] + edges.reshape(-1, 2):
+                span_s = (
+                    start_s + float(samples[first[begin]]) * one.dt_s,
+                    start_s + float(ends[end - 1]) * one.dt_s,
+                )
+                held = float(share[begin:end].sum())
+                found.append(SpanShare(one.record.name, span_s, held))
     return found

@@ -76,7 +76,7 @@ def suspects(
     """
     if not found:
         return ()
-    base = {equation.name: equation.rows for equation in found}
+    base = {equation.name: equation.rows * equation.sigma for equation in found}
     skipped = {*rig.effects(), *exclude}
     suspected = []
     for effect, info in effects().items():
@@ -107,7 +107,10 @@ def _trial(
     """None where it cannot be simulated, or would have to be of the other sign."""
     changed = [change(full_names(effect, column)) for column in columns]
     signature = {
-        name: np.column_stack([one[name] - base[name] for one in changed]) for name in base
+        one.name: np.column_stack(
+            [(rows[one.name] - base[one.name]) / one.sigma for rows in changed]
+        )
+        for one in found
     }
     if not all(np.isfinite(rows).all() for rows in signature.values()):
         return None
@@ -164,7 +167,8 @@ def _spent(equation: Equation, moved: FloatArray) -> float:
 
 
 def _cost(rows: Mapping[str, FloatArray], spent: Mapping[str, float], name: str) -> float:
-    return float(rows[name] @ rows[name]) + spent[name]
+    # Rows that are as quiet as they may be count as one: nothing is gained below.
+    return float(rows[name] @ rows[name]) + spent[name] + rows[name].size
 
 
 def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:

@@ -61,14 +61,27 @@ LOGARITHMIC_NUISANCES = (
 # Steps of integration a sample of a fit: at 1 kHz they resolve an oil spring of 100 Hz to 0.1 %.
 SUBSTEPS = 2
 
+# Where it is decided: an oil spring of 70 Hz then keeps its phase over a window to 6 degrees.
+DECISION_SUBSTEPS = 4
+
 # Steps of a fit: from the calibration on the cost is near a parabola; a cold one needs few in each
-# of its short windows, for the long ones follow.
+# of its short windows, for the long ones follow. A first look shows who is in the running.
 ITERATIONS = 12
 ITERATIONS_COLD = 6
+ITERATIONS_SCREEN = 4
+
+# Search: long fits for the best few of a look, forward from the best of these.
+KEPT = 5
+BEAM = 2
+MOST_EFFECTS = 3
+# To look further from a set it must gain this on held-out data; the verdict asks for more.
+FORWARD_NATS = 5.0
+FORWARD_RELATIVE = 0.02
 
 # Intervals of the shrinkage: level as the contract has it, draws for a second digit of its ends.
 SHRINKAGE_LEVEL = 0.9
 BOOTSTRAP_DRAWS = 500
+BOOTSTRAP_SEED = 20261121
 
 # Near null: where overlap, leakage and null bias act; a few times the overlap of a servo valve.
 NEAR_NULL = 0.05
@@ -238,13 +251,24 @@ SPAN_WINDOWS = 5
 SPAN_EXCESS = 1.5
 
 # --- Attribution without a fit -----------------------------------------------------------------
-# An equation speaks up where its residual is this many times what noise leaves, in all of the
-# interval: sampling of 1 kHz alone makes it 1.2, pressures near vacuum 1.4.
+# What textbook equations get right of a real servo. Of the largest term of an equation: edges,
+# areas and oil to a hundredth.
+EQUATION_TOLERANCE = 0.01
+# Of the supply pressure: hum and sag of a pump and its line.
+SUPPLY_TOLERANCE = 0.005
+# Of the force at full supply: friction of seals that nobody calls a fault.
+SEAL_TOLERANCE = 0.003
+# When a command takes effect: jitter, and the spool's own dynamics beyond a second order.
+TIMING_S = 0.0004
+# How much gas has come out of the oil near vacuum, and whether it has gone into it again.
+FREE_GAS_TIMES = 10.0
+# An equation speaks up where its residual is this many times what noise and these allow, in all of
+# the interval.
 EQUATION_LOUD = 1.5
-# A suspect is taken for real where it takes a twentieth off the residuals.
-SUSPECT_GAIN = 0.05
+# A suspect is taken for real where it takes a tenth off what is left beside the tolerance.
+SUSPECT_GAIN = 0.1
 # Suspects of this share of the best gain are alike: trials hit a size by some per cent only.
-SUSPECT_NEAR = 0.9
+SUSPECT_NEAR = 0.95
 # Effects that are put in one after another.
 MOST_SUSPECTS = 3
 # Error of the speed, share of the speed: a limit cycle is then off by as many radians, and what is

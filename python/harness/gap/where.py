@@ -59,8 +59,7 @@ def gather(case: Case, calibrated: Rival, exclude: Sequence[str] = ()) -> Eviden
     exclude
         ids that are not asked for.
     """
-    records = [*case.training, *case.held_out]
-    found = attribute_equations(records, case.rig, {}, exclude)
+    found = attribute_equations(case.records, case.rig, {}, exclude)
     if found.equations or "position_m" not in case.outputs:
         return Evidence(found, None)
     problem = case.problem()
