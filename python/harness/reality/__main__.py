@@ -48,12 +48,15 @@ def command(
                 cast(Kind | None, kind),
                 cast(Sensors | None, sensors),
                 cast(PlantKind, plant),
-                lambda share: bar.update(task, completed=share),
+                progress=lambda share: bar.update(task, completed=share),
             )
         except (ValueError, OSError) as error:
             raise typer.BadParameter(str(error)) from error
     typer.echo(f"{count} cases in {out}, answers in {answers}")
 
 
+app = typer.Typer(add_completion=False)
+app.command()(command)
+
 if __name__ == "__main__":
-    typer.run(command)
+    app()

@@ -42,6 +42,7 @@ def write_one(
     kind: Kind | None,
     sensors: Sensors | None,
     plant: PlantKind,
+    seconds: float,
 ) -> tuple[str, dict[str, Any]]:
     """One case; returns its name and answer."""
     case = make_case(
@@ -50,6 +51,7 @@ def write_one(
         kind or draw_kind(seed),
         sensors="position" if plant == "axis" else sensors or draw_sensors(seed, grade),
         plant=plant,
+        seconds=seconds,
     )
     write_case(case, folder / case.name)
     return case.name, dict(case.answer)
@@ -63,6 +65,7 @@ def write_cases(
     kind: Kind | None = None,
     sensors: Sensors | None = None,
     plant: PlantKind = "ehs",
+    seconds: float = 20.0,
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """Write folders of cases, and their answers by name to a file outside of them.
@@ -83,7 +86,8 @@ def write_cases(
     if target == sealed.parent or target in sealed.parents:
         raise ValueError(f"answers must not lie among the cases: {sealed} is in {target}")
     tasks = [
-        functools.partial(write_one, target, seed, grade, kind, sensors, plant) for seed in seeds
+        functools.partial(write_one, target, seed, grade, kind, sensors, plant, seconds)
+        for seed in seeds
     ]
     found = dict(run_tasks(tasks, progress))
     sealed.parent.mkdir(parents=True, exist_ok=True)

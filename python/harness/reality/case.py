@@ -54,8 +54,8 @@ class RealityCase:
         columns of the record schema by name, each (n,), SI.
     answer
         what is withheld; plain data.
-    truth
-        constants of the machine.
+    truth, healthy
+        constants of the machine, and what they would be without the effects.
     """
 
     name: str
@@ -64,6 +64,7 @@ class RealityCase:
     validate: Mapping[str, FloatArray]
     answer: Mapping[str, Any]
     truth: Truth
+    healthy: Truth
 
 
 def make_case(
@@ -110,13 +111,14 @@ def make_case(
     true = draw_true_values(inside, told, accuracy)
     structure = draw_structure(inside, told, grade)
     machine = build(told, true, structure)
-    if grade == "hard":  # saturates by another curve that comes within 1 % of the tanh
-        machine = machine._replace(limit_power=2.5)
+    if grade == "hard":  # saturates by another curve, 2.2 % of the limit from the tanh at most
+        machine = machine._replace(limit_power=2.7)
+    healthy = machine
     for one, sizes in chosen.items():
         machine = _known(one).put(machine, sizes, structure["bristle_m"])
 
     kinds = excitation or _draw_excitation(asked, grade)
-    opened = bool(asked.random() < 0.25)
+    opened = (False, bool(asked.random() < 0.25))
     samples = round((seconds + BEFORE_S) / dt_s)
 
     def record(one_kind: Excitation, loop_open: bool) -> dict[str, FloatArray]:
@@ -127,7 +129,7 @@ def make_case(
         reading = machine._replace(sensor_step_m=step)
         return _record(reading, told, task, noise, wrong, sensors, dt_s)
 
-    train, validate = record(kinds[0], False), record(kinds[1], opened)
+    train, validate = record(kinds[0], opened[0]), record(kinds[1], opened[1])
     answer = {
         "kind": kind,
         "plant": plant,
@@ -135,6 +137,11 @@ def make_case(
         "effects": {one: dict(sizes) for one, sizes in chosen.items()},
         "subsystem": [_known(one).subsystem for one in chosen],
         "excitation": list(kinds),
+        "open_loop": list(opened),
+        "largest_command": [
+            float(np.abs(one["command_v"]).max()) / told.values.get("valve.rated_command_v", 10.0)
+            for one in (train, validate)
+        ],
         "sensors": sensors,
         "seed": seed,
         "dt_s": dt_s,
@@ -142,7 +149,9 @@ def make_case(
         "told": dict(told.values),
         "structure": structure,
     }
-    return RealityCase(name, rig_text(told, f"rig-{name}"), train, validate, answer, machine)
+    return RealityCase(
+        name, rig_text(told, f"rig-{name}"), train, validate, answer, machine, healthy
+    )
 
 
 def _known(effect: str) -> Effect:
@@ -201,7 +210,7 @@ def _record(
         noise.position_m + wrong.error,
         noise.late_s,
         wrong.lost,
-        1,
+        2,
     )
     first = round(BEFORE_S / dt_s)
     rated = told.values.get("valve.rated_command_v", 10.0)

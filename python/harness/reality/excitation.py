@@ -67,7 +67,7 @@ def draw_task(
     wish = wish - wish.mean()
     path = speed * dt_s * np.concatenate(([0.0], np.cumsum(wish)[:-1]))
     path -= 0.5 * (path.max() + path.min())
-    shrink = min(1.0, TRAVEL * told.stroke_m / float(np.abs(path).max()))
+    shrink = min(1.0, TRAVEL * told.stroke_m / max(float(np.abs(path).max()), 1e-9))
     return Task(shrink * wish, place + shrink * path, gain)
 
 
@@ -131,7 +131,8 @@ def _prbs(
     # Every second bit mirrors the one before: no long way to either side.
     signs[1::2] = -signs[: 2 * (count // 2) : 2]
     levels = np.repeat(rng.uniform(0.2, 1.0, count // 20 + 1), 20)[:count]
-    return np.asarray(np.repeat(size * signs * levels, clock)[:samples])
+    # Full reversals in no time pull the rod side empty: nobody drives a machine like that.
+    return np.asarray(np.repeat(0.7 * size * signs * levels, clock)[:samples])
 
 
 def _steps(

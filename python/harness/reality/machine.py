@@ -24,9 +24,9 @@ from ehsid.harness.reality.truth import Truth
 FloatArray = npt.NDArray[np.float64]
 
 # States: spool and its rate, compression of the oil on both sides, accumulator pressure, position,
-# speed, bristle, lagging position sensor, position and speed of a second mass.
-X, X_RATE, C_A, C_B, P_S, Y, V, Z, M, Y_2, V_2 = range(11)
-STATES = 11
+# speed, bristle, lagging position sensor, position and speed of a second mass, valve's drive.
+X, X_RATE, C_A, C_B, P_S, Y, V, Z, M, Y_2, V_2, DRIVE = range(12)
+STATES = 12
 # Outputs at the samples.
 OUT_Y, OUT_P_A, OUT_P_B, OUT_P_S, OUT_X, OUT_V = range(6)
 OUTPUTS = 6
@@ -104,14 +104,17 @@ def opening(x: float, t: Truth) -> float:
 
 
 @compiled
-def sliding_friction(v: float, y: float, t: Truth) -> float:
+def sliding_friction(v: float, t: Truth) -> float:
     """Steady friction force at speed v (Stribeck), without its viscous part."""
     r = v / t.stribeck_m_s
-    g = t.coulomb_n + (t.static_n - t.coulomb_n) * math.exp(-r * r)
-    if t.local_n > 0.0:
-        d = (y - t.local_at_m) / t.local_width_m
-        g += t.local_n * math.exp(-d * d)
-    return g
+    return t.coulomb_n + (t.static_n - t.coulomb_n) * math.exp(-r * r)
+
+
+@compiled
+def tightness(y: float, t: Truth) -> float:
+    """By which friction is more at position y."""
+    r = (y - t.local_at_m) / t.local_width_m
+    return 1.0 + t.local_share * math.exp(-r * r)
 
 
 @compiled
@@ -140,7 +143,7 @@ def valve_pressure(time: float, s: FloatArray, t: Truth) -> float:
 def slope_of(
     time: float, s: FloatArray, command: float, seen: float, t: Truth, d: FloatArray
 ) -> None:
-    """Write the derivative of the state s to d, both (11,).
+    """Write the derivative of the state s to d, both (12,).
 
     command: what the spool is asked for, a fraction. seen: where the play of the sensor stands, m.
     """
@@ -148,14 +151,19 @@ def slope_of(
     warm = warmth(time, t)
     if t.force_per_unit_n > 0.0:  # a motor
         drive = t.force_per_unit_n * command
-        for i in (X, X_RATE, C_A, C_B, P_S):
+        for i in (X, X_RATE, C_A, C_B, P_S, DRIVE):
             d[i] = 0.0
     else:
+        current = command
+        d[DRIVE] = 0.0
+        if t.amplifier_s > 0.0:
+            current = s[DRIVE]
+            d[DRIVE] = (command - current) / t.amplifier_s
         # x'' = w^2 (u - x) - 2 zeta w x', |x'| <= slew
         rate = min(max(s[X_RATE], -t.spool_slew_1_s), t.spool_slew_1_s)
         d[X] = rate
         d[X_RATE] = t.spool_rad_s * (
-            t.spool_rad_s * (command - s[X]) - 2.0 * t.spool_damping * s[X_RATE]
+            t.spool_rad_s * (current - s[X]) - 2.0 * t.spool_damping * s[X_RATE]
         )
         p_a, p_b = chamber_pressures(time, s, t)
         p_v = valve_pressure(time, s, t)
@@ -182,11 +190,12 @@ def slope_of(
     force = drive - t.load_n - t.spring_n_m * (y - 0.5 * t.stroke_m)
     force -= t.viscous_n_s_m * (1.0 + t.warming_viscous * warm) * v
     # LuGre: z' = v - s0 |v| z / g(v);  F = s0 z + s1(v) z',  s1 fading with speed
-    g = sliding_friction(v, y, t)
+    g = sliding_friction(v, t)
     if g > 0.0:
         d[Z] = v - t.bristle_n_m * abs(v) * s[Z] / g
         r = v / t.stribeck_m_s
-        force -= t.bristle_n_m * s[Z] + t.bristle_n_s_m * math.exp(-r * r) * d[Z]
+        bristle = t.bristle_n_m * s[Z] + t.bristle_n_s_m * math.exp(-r * r) * d[Z]
+        force -= tightness(y, t) * bristle
     else:
         d[Z] = 0.0
     if t.force_per_unit_n == 0.0:
@@ -213,8 +222,11 @@ def slope_of(
 
 
 @compiled
-def fastest(s: FloatArray, t: Truth) -> float:
-    """Rate that sets the step, 1/s: oscillations with weight 3, pure decays with weight 1."""
+def steps_per_second(s: FloatArray, t: Truth, fine: int) -> float:
+    """In a step a swing turns by 1 / (3 fine) of a radian, a decay falls by exp(-1.3) at most.
+
+    A decay so fast has followed its input long before; the method is stable up to exp(-2.78).
+    """
     swing = 0.0
     decay = 0.0
     if t.force_per_unit_n == 0.0:
@@ -227,21 +239,22 @@ def fastest(s: FloatArray, t: Truth) -> float:
         conductance = t.flow_gain * steepest * (abs(opening(s[X], t)) + 0.05)
         decay = conductance * max(bulk / min(volume_a, volume_b), 1.0 / t.accumulator_m3_pa)
         decay = max(decay, 1.0 / (t.source_resistance_pa_s_m3 * t.accumulator_m3_pa))
+        if t.amplifier_s > 0.0:
+            decay = max(decay, 1.0 / t.amplifier_s)
         swing = max(swing, t.spool_rad_s, 2.0 * math.pi * t.hum_hz if t.hum_share > 0.0 else 0.0)
         if s[Y] < 0.002 * t.stroke_m or s[Y] > 0.998 * t.stroke_m:
             swing = max(swing, STOP_RAD_S)
-    g = min(t.coulomb_n, t.static_n) if t.local_n == 0.0 else t.coulomb_n
-    g = max(g, 1e-3 * t.local_n)
-    if t.static_n + t.local_n > 0.0:
-        swing = max(swing, math.sqrt(t.bristle_n_m / t.mass_kg))
-        decay = max(decay, t.bristle_n_m * abs(s[V]) / max(g, 1e-9))
-        decay = max(decay, t.bristle_n_s_m / t.mass_kg)
+    if t.static_n > 0.0:
+        tight = 1.0 + t.local_share
+        swing = max(swing, math.sqrt(tight * t.bristle_n_m / t.mass_kg))
+        decay = max(decay, t.bristle_n_m * abs(s[V]) / sliding_friction(s[V], t))
+        decay = max(decay, tight * t.bristle_n_s_m / t.mass_kg)
     if t.second_mass_kg > 0.0:
         lighter = min(t.mass_kg, t.second_mass_kg)
         swing = max(swing, math.sqrt(2.0 * t.second_spring_n_m / lighter))
     if t.sensor_lag_s > 0.0:
         decay = max(decay, 1.0 / t.sensor_lag_s)
-    return max(3.0 * swing, decay)
+    return max(3.0 * fine * swing, decay / 1.3)
 
 
 @compiled
@@ -250,11 +263,10 @@ def advance(
 ) -> float:
     """Move s on by span with the command held; returns the state of the sensor's play.
 
-    The classical method of fourth order. In a step a swing turns by a third of a radian and a
-    decay falls by exp(-1) at most (the method is stable up to 2.78); fine times less.
+    The classical method of fourth order, with so many steps as the state at the start asks for.
     """
-    n = math.ceil(span * fastest(s, t) * fine)
-    n = min(max(n, fine), 2000 * fine)
+    n = math.ceil(span * steps_per_second(s, t, fine))
+    n = min(max(n, fine), 5000)
     h = span / n
     d1, d2, d3, d4 = np.empty(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
     w = np.empty(STATES)
@@ -295,7 +307,7 @@ def run(
     Parameters
     ----------
     t, start
-        the machine and its state (11,) at the first sample.
+        the machine and its state (12,) at the first sample.
     dt_s
         sampling period.
     forward, reference
@@ -311,7 +323,7 @@ def run(
     lost
         (n,) whether a command does not arrive; the one before is held.
     fine
-        steps are so many times smaller than usual.
+        steps are so many times smaller than a swing needs at least.
 
     Returns
     -------

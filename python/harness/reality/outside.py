@@ -45,15 +45,16 @@ def _second_mass(machine: Truth, sizes: Sizes, _: float) -> Truth:
 
 
 def _local_friction(machine: Truth, sizes: Sizes, bristle_m: float) -> Truth:
+    """A fiftieth of the force everywhere, the whole at one place."""
     least = max(machine.static_n, 0.02 * sizes["force_n"])
     machine = with_friction(machine, least, least, machine.stribeck_m_s, bristle_m)
-    stiffness = sizes["force_n"] / bristle_m
+    share = sizes["force_n"] / least
     return machine._replace(
-        local_n=sizes["force_n"],
+        local_share=share,
         local_at_m=sizes["at_m"],
         local_width_m=sizes["width_m"],
-        bristle_n_m=stiffness,
-        bristle_n_s_m=0.4 * math.sqrt(stiffness * machine.mass_kg),
+        # damped at the place where the bristles are stiffest
+        bristle_n_s_m=machine.bristle_n_s_m / math.sqrt(1.0 + share),
     )
 
 

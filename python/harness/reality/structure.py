@@ -29,16 +29,16 @@ def draw_structure(rng: np.random.Generator, told: Told, grade: Grade) -> dict[s
         low, high = rough if hard else plain
         return low * math.pow(high / low, 0.5 + 0.5 * d[name])
 
-    bristle_m = between("bristle", (5e-6, 1.2e-5), (1e-5, 3e-5))  # bent so far when it slides
+    bristle_m = between("bristle", (8e-6, 2e-5), (1.5e-5, 4e-5))  # bent so far when it slides
     structure = {"bristle_m": bristle_m}
     if told.plant == "axis":
         return structure
-    edges = 0.03 if hard else 0.008
-    laps = 0.004 if hard else 0.0008
+    edges = 0.03 if hard else 0.003
+    laps = 0.004 if hard else 0.0005
     structure |= {
         "spool_rad_s": 2.0 * math.pi * between("spool", (250.0, 400.0), (150.0, 260.0)),
         "spool_damping": 0.8 + 0.15 * d["damping"],
-        "spool_slew_1_s": between("slew", (300.0, 600.0), (90.0, 200.0)),
+        "spool_slew_1_s": between("slew", (1500.0, 3000.0), (90.0, 200.0)),
         "flow_exponent": 0.5 + (0.0225 + 0.0175 * d["exponent"] if hard else 0.0),
         "transition_pa": between("transition", (1e4, 3e4), (3e4, 2e5)),
         "round_width": between("round", (8e-4, 2e-3), (2e-3, 8e-3)),
@@ -55,7 +55,8 @@ def draw_structure(rng: np.random.Generator, told: Told, grade: Grade) -> dict[s
     for name in ("pa", "at", "pb", "bt"):
         structure[f"gain_{name}"] = 1.0 + edges * d[f"gain_{name}"]
         structure[f"overlap_{name}"] = laps * d[f"overlap_{name}"]
-    if hard:  # seals
+    if hard:
+        structure["amplifier_s"] = 2.75e-4 + 1.25e-4 * d["amplifier"]
         structure["seal_n"] = told.force_n * between("seal", (1.0, 1.0), (2e-4, 1e-3))
     return structure
 
@@ -63,7 +64,7 @@ def draw_structure(rng: np.random.Generator, told: Told, grade: Grade) -> dict[s
 # Names of the draws, each between -1 and 1.
 _EVEN = (
     *("bristle", "spool", "damping", "slew", "exponent", "transition", "round", "slope", "gas"),
-    *("hum", "hum_hz", "droop", "droop_s", "warming", "seal"),
+    *("hum", "hum_hz", "droop", "droop_s", "warming", "seal", "amplifier"),
     *(f"{kind}_{name}" for kind in ("gain", "overlap") for name in ("pa", "at", "pb", "bt")),
 )
 

@@ -114,10 +114,9 @@ def _draw_servo(rng: np.random.Generator) -> Told:
 
 def _draw_axis(rng: np.random.Generator) -> Told:
     mass = spread(rng, 2.0, 200.0)
-    acceleration = spread(rng, 3.0, 20.0)
     speed = spread(rng, 0.5, 2.0)
-    force = mass * acceleration
-    viscous = force / speed * rng.uniform(0.1, 0.4)
+    viscous = mass * spread(rng, 1.0, 6.0)
+    force = viscous * speed
     values = _four_digits(
         {
             "axis.mass_kg": mass,

@@ -42,6 +42,7 @@ class Truth(NamedTuple):
     null_bias: float = 0.0
     opening_limit: float = 0.0  # 0: none
     limit_power: float = 0.0  # 0: tanh; else x / (1 + |x / limit|^power)^(1 / power)
+    amplifier_s: float = 0.0  # first-order lag before the spool; 0: none
     spool_rad_s: float = 2000.0
     spool_damping: float = 0.8
     spool_slew_1_s: float = 1e3
@@ -65,7 +66,7 @@ class Truth(NamedTuple):
     stribeck_m_s: float = 0.01
     bristle_n_m: float = 1e7
     bristle_n_s_m: float = 0.0
-    local_n: float = 0.0  # more of it about one place
+    local_share: float = 0.0  # more of it about one place
     local_at_m: float = 0.0
     local_width_m: float = 1.0
     # Load, positive opposes extension
