@@ -58,7 +58,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "stribeck_friction": {"coulomb_n": 400.0, "static_n": 700.0, "stribeck_velocity_m_s": 0.02},
     "load_spring": {"stiffness_n_m": 3e4, "force_at_mid_stroke_n": 300.0},
     "load_force": {"force_n": 1500.0},
-    "sensor_backlash": {"half_width_m": 2e-4},
+    "sensor_backlash": {"half_width_m": 5e-5},
     "sensor_lag": {"time_constant_s": 0.004},
 }
 

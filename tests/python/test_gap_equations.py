@@ -12,7 +12,7 @@ from ehsid.harness.records import make_record
 LOSSY = {
     "coulomb_friction": (0.25, 3.0),
     "stribeck_friction": (0.25, 3.0),
-    "sensor_backlash": (0.5, 1.5),
+    "sensor_backlash": (0.15, 2.0),
     "sensor_lag": (0.07, 10.0),
 }
 

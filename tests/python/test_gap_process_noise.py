@@ -111,9 +111,16 @@ def test_noise_of_the_sensor_is_as_large_as_it_was_made() -> None:
 
 
 def test_an_axis_has_neither_valve_nor_oil() -> None:
-    records = [made({}, rig=AXIS, columns=("position_m",), seed=seed) for seed in (1, 2)]
+    friction = {"effects.coulomb_friction.force_n": 40.0}
+    records = [made(friction, rig=AXIS, columns=("position_m",), seed=seed) for seed in (1, 2)]
     problem = make_case(AXIS, records[:1], records[1:]).problem()
     error = problem.errors(problem.centre())["position_m"]
     found = noise_needed(problem, {}, error)
     assert found is not None
     assert set(found.subsystem) == {"mechanics", "sensor", "timing"}
+
+
+def test_noise_of_the_sensor_needs_no_other() -> None:
+    found = noise_needed(CASE.problem(), {}, drawn_error("sensor", 3, times=0.0))
+    assert found is not None
+    assert found.subsystem == {}

@@ -66,7 +66,8 @@ def cylinder_force(
     Not at the ends of the stroke, whose stops push, too: there all terms are zero.
     """
     area_a, area_b = areas(values)
-    force = (a - ATMOSPHERE_PA) * area_a - (b - ATMOSPHERE_PA) * area_b
+    outside = values["nuisance.atmosphere"] * ATMOSPHERE_PA
+    force = (a - outside) * area_a - (b - outside) * area_b
     terms = {"drive": weak.mean(force), **_motion(signals, values, "load", weak)}
     position, end = signals.columns["position_m"], STROKE_END * values["cylinder.stroke_m"]
     at_end = (position < end) | (position > values["cylinder.stroke_m"] - end)

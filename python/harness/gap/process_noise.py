@@ -48,7 +48,7 @@ class NoiseNeeded:
         nats per averaged error behind the best.
     subsystem
         share of draws of the windows in which each explains best, shared among those that cannot be
-        told apart; sum 1.
+        told apart; sum 1, or empty where the noise of the sensor alone explains as much.
     """
 
     deviation: Mapping[str, float]
@@ -103,6 +103,10 @@ def noise_needed(
     per_error = {name: rows / (count - 1) for name, rows in likelihoods.items()}
     best = max(float(rows.mean()) for rows in per_error.values())
     behind = {name: best - float(rows.mean()) for name, rows in per_error.items()}
+    inside = (errors @ basis) ** 2
+    alone = -0.5 * float(np.mean(np.log(white) + inside / white))
+    if best - alone < NOISE_TELLS:
+        return NoiseNeeded(deviations, behind, {})
     return NoiseNeeded(deviations, behind, _shares(per_error, np.random.default_rng(seed)))
 
 

@@ -158,6 +158,8 @@ def _of_noise(evidence: Evidence) -> list[str]:
     if noise is None or evidence.attribution.subsystem:
         return []
     near = [name for name, share in noise.subsystem.items() if share >= SUBSYSTEM_SMALL]
+    if not near:
+        return ["The error of the position is hardly more than the noise of its sensor."]
     if len(near) == 1:
         return [
             f"The error of the position looks like noise in one subsystem: {near[0]}, "
