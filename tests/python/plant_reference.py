@@ -45,6 +45,7 @@ class Reference:
         p = self.p
         self.a_a = np.pi / 4.0 * p["cylinder.bore_m"] ** 2
         self.a_b = self.a_a - np.pi / 4.0 * p["cylinder.rod_m"] ** 2
+        self.atmosphere = p["nuisance.atmosphere"] * ATMOSPHERE * (self.a_a - self.a_b)
         self.hydraulic = plant == "ehs"
         prefix = "load" if self.hydraulic else "axis"
         self.mass = p[f"{prefix}.mass_kg"]
@@ -73,7 +74,7 @@ class Reference:
         speed = self.effect("stribeck_friction", "stribeck_velocity_m_s")
         if speed > 0.0:
             force += coulomb + (static - coulomb) * np.exp(-((v / speed) ** 2))
-        return force
+        return force * (0.1 + 0.9 * abs(v) / np.hypot(v, self.p["nuisance.sliding_onset_m_s"]))
 
     def bulk_modulus(self, p: float) -> float:
         beta = self.p["fluid.bulk_modulus_pa"]
@@ -124,7 +125,7 @@ class Reference:
                 source = (p["supply.pressure_pa"] - p_s) / resistance
                 capacitance = self.effect("supply_droop", "accumulator_capacitance_m3_pa")
                 rate[4] = (source - q_pa - q_pb) / capacitance
-            force += p_a * self.a_a - p_b * self.a_b - ATMOSPHERE * (self.a_a - self.a_b)
+            force += p_a * self.a_a - p_b * self.a_b - self.atmosphere
         else:
             force += p["axis.force_per_volt"] * u
         g0 = self.friction(0.0)
@@ -142,7 +143,7 @@ class Reference:
         p = self.p
         y = p["initial.position_m"]
         total = p["supply.pressure_pa"] + p["supply.tank_pressure_pa"]
-        force = self.load(y) + ATMOSPHERE * (self.a_a - self.a_b)
+        force = self.load(y) + self.atmosphere
         # p_a A_a - p_b A_b = force with p_a + p_b = total
         p_a, p_b = np.linalg.solve([[self.a_a, -self.a_b], [1.0, 1.0]], [force, total])
         return np.array(

@@ -81,6 +81,8 @@ VARIED = [
     "nuisance.flow_exponent",
     "nuisance.laminar_pressure_pa",
     "nuisance.free_gas",
+    "nuisance.atmosphere",
+    "nuisance.sliding_onset_m_s",
     "initial.position_m",
     "effects.transport_delay.delay_s",
     "effects.valve_hysteresis.half_width",

@@ -6,13 +6,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from scipy.signal import welch
+
 import ehsid
 from ehsid.harness.gap.comparison import compare, varying_outputs
 from ehsid.harness.gap.floor import NoiseFloor, floor_of
 from ehsid.harness.gap.parameters import Parameter, calibration_parameters, effect_parameters
 from ehsid.harness.gap.problem import Problem
 from ehsid.harness.gap.starts import effect_starts
-from ehsid.harness.gap.thresholds import SUBSTEPS, WINDOW_S
+from ehsid.harness.gap.thresholds import (
+    LEAST_WINDOW_SAMPLES,
+    MOSTLY_SWINGS,
+    SUBSTEPS,
+    SWING_HZ,
+    WINDOW_S,
+    WINDOW_SWINGING_S,
+)
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
@@ -37,6 +47,8 @@ class Case:
         steps of integration a sample.
     blocks
         training and held out are blocks of the same records.
+    window_s, all_states
+        windows as in `compare`.
     """
 
     rig: Rig
@@ -47,6 +59,8 @@ class Case:
     floors: Mapping[str, NoiseFloor]
     substeps: int = SUBSTEPS
     blocks: bool = False
+    window_s: float = WINDOW_S
+    all_states: bool = False
 
     @property
     def records(self) -> tuple[Record, ...]:
@@ -55,7 +69,8 @@ class Case:
 
     def parameters(self, effects: Sequence[str] = ()) -> tuple[Parameter, ...]:
         """Calibration first, then the effects in order."""
-        found = list(calibration_parameters(self.rig))
+        pressures = any(name.startswith("pressure_") for name in self.outputs)
+        found = list(calibration_parameters(self.rig, pressures=pressures))
         for effect in effects:
             start = effect_starts(effect, self.rig)[0]
             found += [p for p, _ in effect_parameters(effect, start, self.rig.plant)]
@@ -65,11 +80,13 @@ class Case:
         self,
         effects: Sequence[str] = (),
         *,
-        window_s: float = WINDOW_S,
+        window_s: float | None = None,
         held_out: bool = False,
-        all_states: bool = False,
+        all_states: bool | None = None,
     ) -> Problem:
-        """The cost of calibration and effects together; windows as in `compare`."""
+        """The cost of calibration and effects together; windows as the case has them if not told."""
+        window_s = self.window_s if window_s is None else window_s
+        all_states = self.all_states if all_states is None else all_states
         records = self.held_out if held_out else self.training
         part = ("held out" if held_out else "fit") if self.blocks else "all"
         return Problem(
@@ -120,7 +137,34 @@ def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] =
         kept,
         substeps,
         blocks,
+        *_windows(records),
     )
+
+
+def _windows(records: Sequence[Record]) -> tuple[float, bool]:
+    """Length of the windows, and whether all measured states are put right in each.
+
+    Where a record mostly swings by itself, in a limit cycle, half a second holds so many periods
+    that a servo a little stiffer is out of phase, and the errors say nothing else.
+    """
+    if min(map(_swings, records)) > MOSTLY_SWINGS:
+        return WINDOW_SWINGING_S, True
+    return max(WINDOW_S, LEAST_WINDOW_SAMPLES * max(one.dt_s or 0.0 for one in records)), False
+
+
+def _swings(record: Record) -> float:
+    """Share of the power of the pressure, else the speed, above the frequency of commands."""
+    if "pressure_a_pa" in record.columns:
+        signal = record.column("pressure_a_pa")
+    else:
+        signal = np.diff(record.column("position_m"))
+    assert record.dt_s is not None
+    length = min(signal.size, round(1.0 / record.dt_s))
+    frequency, power = welch(signal, 1.0 / record.dt_s, nperseg=length)
+    # Noise is white; what it leaves in the upper band must not count as a swing.
+    power = np.maximum(power - 2.0 * np.median(power), 0.0)
+    total = float(power.sum())
+    return float(power[frequency > SWING_HZ].sum()) / total if total > 0.0 else 0.0
 
 
 def _floor(records: Sequence[Record], name: str) -> NoiseFloor:

@@ -13,7 +13,13 @@ from scipy.signal import savgol_filter
 
 from ehsid.harness.gap.thresholds import BLOCK_S, BLOCKS_TURN, SKIP_S, WINDOW_S
 from ehsid.harness.records import Record
-from ehsid.harness.simulation.windows import SMOOTHED_S, STATES, measured_states, window_numbers
+from ehsid.harness.simulation.windows import (
+    SMOOTHED_ORDER,
+    SMOOTHED_S,
+    STATES,
+    measured_states,
+    window_numbers,
+)
 
 FloatArray = npt.NDArray[np.float64]
 Blocks = Literal["all", "fit", "held out"]
@@ -101,7 +107,7 @@ def compare(
     window = window_numbers(len(record), record.dt_s, window_s=window_s, skip_s=skip_s)
     position = record.column("position_m")
     length = min(max(5, 2 * round(0.5 * SMOOTHED_S / record.dt_s) + 1), (len(record) - 1) | 1)
-    smooth = savgol_filter(position, length, polyorder=2)
+    smooth = savgol_filter(position, length, polyorder=SMOOTHED_ORDER)
     aligned = np.full((len(record), len(STATES)), np.nan)
     begins = np.flatnonzero(np.diff(window, prepend=-2) > 0)
     if all_states:

@@ -12,6 +12,7 @@ from ehsid.harness.gap.thresholds import (
     LOGARITHMIC_NUISANCES,
     MOST_SIGMAS,
     NUISANCE_SIGMA,
+    SEEN_BY_PRESSURES,
 )
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import (
@@ -21,6 +22,8 @@ from ehsid.harness.rigs.parameters import (
     is_rig_value,
     plant_parameters,
 )
+
+FRICTION_NUISANCES = ("nuisance.presliding_m", "nuisance.sliding_onset_m_s")
 
 # Smallest size of an effect that a fit may go to, as a share of its largest: below it is off.
 SMALLEST_SHARE = 1e-5
@@ -64,11 +67,12 @@ class Parameter:
         return min(max(value, self.low), self.high)
 
 
-def calibration_parameters(rig: Rig) -> tuple[Parameter, ...]:
+def calibration_parameters(rig: Rig, *, pressures: bool = True) -> tuple[Parameter, ...]:
     """Values of the rig inside their uncertainty, and nuisances inside their bounds.
 
     Effects that the rig tells are calibrated like any other value. What defines other values or is
-    measured with a ruler stays, and so do nuisances that do not act on the plant.
+    measured with a ruler stays, and so do nuisances that do not act on the plant, or, where no
+    pressures are measured, cannot be told from an effect.
     """
     found = []
     for name, value in rig.values.items():
@@ -91,14 +95,15 @@ def calibration_parameters(rig: Rig) -> tuple[Parameter, ...]:
             width = sigma * abs(value)
             low = max(value - MOST_SIGMAS * width, info.minimum)
             found.append(Parameter(name, False, value, width, low, value + MOST_SIGMAS * width))
-    return (*found, *_nuisances(rig))
+    unseen = () if pressures else SEEN_BY_PRESSURES
+    return (*found, *(one for one in _nuisances(rig) if one.name not in unseen))
 
 
 def _nuisances(rig: Rig) -> list[Parameter]:
     found = []
     told_lag = rig.values.get(f"{EFFECT_PREFIX}valve_lag.bandwidth_hz", 0.0) > 0.0
     for name, sigma in NUISANCE_SIGMA.items():
-        if rig.plant != "ehs" and name != "nuisance.presliding_m":
+        if rig.plant != "ehs" and name not in FRICTION_NUISANCES:
             continue
         if name == "nuisance.spool_bandwidth_hz" and told_lag:
             continue

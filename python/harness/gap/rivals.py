@@ -3,10 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
-from itertools import product
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +13,13 @@ from ehsid.harness.gap.case import Case
 from ehsid.harness.gap.fit import Fit, fit
 from ehsid.harness.gap.parameters import effect_parameters
 from ehsid.harness.gap.starts import effect_starts
-from ehsid.harness.gap.thresholds import COLD_WINDOWS_S, ITERATIONS, ITERATIONS_COLD
-from ehsid.harness.parallel import Progress, run_tasks
+from ehsid.harness.gap.thresholds import (
+    COLD_WINDOWS_S,
+    DECISION_SUBSTEPS,
+    ITERATIONS,
+    ITERATIONS_COLD,
+    ITERATIONS_SCREEN,
+)
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -39,6 +42,8 @@ class Rival:
         on the held-out records, without the prior.
     converged
         the fit ended by itself.
+    squares, counts
+        of the held-out errors by window: sums, shape (W, outputs), and samples, shape (W,).
     """
 
     effects: tuple[str, ...]
@@ -47,24 +52,41 @@ class Rival:
     cost: float
     held_out_cost: float
     converged: bool
+    squares: FloatArray
+    counts: FloatArray
 
 
 def _rival(case: Case, effects: tuple[str, ...], found: Fit) -> Rival:
     held_out = case.problem(effects, held_out=True)
-    parameters = case.parameters(effects)
-    values = {p.name: p.value(float(x)) for p, x in zip(parameters, found.x, strict=True)}
+    values = {p.name: p.value(float(x)) for p, x in zip(held_out.parameters, found.x, strict=True)}
+    errors = held_out.errors(found.x)
+    squares, counts = held_out.window_squares(errors)
     return Rival(
         effects,
         found.x,
         values,
         found.cost,
-        held_out.fit_cost(held_out.errors(found.x)),
+        held_out.fit_cost(errors),
         found.converged,
+        squares,
+        counts,
     )
 
 
 def _best(fits: Sequence[Fit]) -> Fit:
     return min(fits, key=lambda one: one.cost)
+
+
+def decisive(case: Case) -> Case:
+    """The same with the steps of integration that decide."""
+    return replace(case, substeps=max(case.substeps, DECISION_SUBSTEPS))
+
+
+def as_told(case: Case) -> Rival:
+    """The rig without any fit, nuisances at their typical values."""
+    problem = decisive(case).problem()
+    x = problem.centre()
+    return _rival(decisive(case), (), Fit(x, problem.cost(x), 0, True))
 
 
 def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> Rival:
@@ -81,45 +103,26 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> Rival:
     fits = [
         fit(problem, start, iterations=ITERATIONS) for start in (cold, problem.centre(), *starts)
     ]
-    return _rival(case, (), _best(fits))
+    return polish(case, (), _best(fits).x)
 
 
-def fit_effects(case: Case, effects: tuple[str, ...], bases: Sequence[FloatArray]) -> Rival:
-    """Calibration and effects together, from every active size and every base.
+def screen(case: Case, effects: tuple[str, ...], base: FloatArray) -> Rival:
+    """A short fit with the last effect from each of its active sizes; the best of them.
 
-    Parameters
-    ----------
-    case
-        records and rig.
-    effects
-        ids, at least one.
-    bases
-        calibration parameters to start from, each shape (n,).
+    base: of calibration and all effects but the last.
     """
     problem = case.problem(effects)
-    sizes = [
-        [
-            [x for _, x in effect_parameters(effect, start, case.rig.plant)]
-            for start in effect_starts(effect, case.rig)
-        ]
-        for effect in effects
-    ]
-    fits = [
-        fit(problem, np.concatenate([base, *map(np.array, chosen)]), iterations=ITERATIONS)
-        for base in bases
-        for chosen in product(*sizes)
-    ]
+    fits = []
+    for start in effect_starts(effects[-1], case.rig):
+        size = [x for _, x in effect_parameters(effects[-1], start, case.rig.plant)]
+        fits.append(fit(problem, np.concatenate([base, size]), iterations=ITERATIONS_SCREEN))
     return _rival(case, effects, _best(fits))
 
 
-def fit_all(
-    case: Case,
-    rivals: Sequence[tuple[str, ...]],
-    bases: Sequence[FloatArray],
-    progress: Progress | None = None,
-) -> list[Rival]:
-    """Several sets of effects on all cores, in the order given; the result hangs on no worker."""
-    tasks: list[Callable[[], Rival]] = [
-        partial(fit_effects, case, effects, list(bases)) for effects in rivals
-    ]
-    return run_tasks(tasks, progress)
+def polish(case: Case, effects: tuple[str, ...], start: FloatArray) -> Rival:
+    """The long fit, at the steps of integration that decide."""
+    near = fit(case.problem(effects), start, iterations=ITERATIONS)
+    fine = decisive(case)
+    if fine.substeps == case.substeps:
+        return _rival(case, effects, near)
+    return _rival(fine, effects, fit(fine.problem(effects), near.x, iterations=ITERATIONS_SCREEN))

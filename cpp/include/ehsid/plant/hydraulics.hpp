@@ -149,7 +149,7 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
   const Scalar rod = value_at(values, RigValue::rod);
   area_a_ = bore * bore * kQuarterPi;
   area_b_ = area_a_ - rod * rod * kQuarterPi;
-  atmosphere_force_ = (area_a_ - area_b_) * kAtmosphere;
+  atmosphere_force_ = (area_a_ - area_b_) * value_at(values, Nuisance::atmosphere) * kAtmosphere;
 
   Scalar overlap(0.0);
   SupplyLine<Scalar> line{};

@@ -81,7 +81,9 @@ enum class Nuisance : std::size_t {
   flow_exponent,
   laminar_pressure,
   presliding,
+  sliding_onset,
   free_gas,
+  atmosphere,
   count
 };
 
@@ -104,8 +106,11 @@ inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(Nuisance::co
     {"nuisance.laminar_pressure_pa", "Pa", 1e2, 5e5, 2e4,
      "pressure drop where the flow turns laminar"},
     {"nuisance.presliding_m", "m", 1e-6, 5e-4, 2e-5, "give of the seals before they slide"},
+    {"nuisance.sliding_onset_m_s", "m/s", 1e-6, 3e-3, 1e-5, "speed where friction has come up"},
     {"nuisance.free_gas", "1", 1e-6, 5e-4, 2e-5,
      "volume of gas come out of the oil, at atmospheric pressure"},
+    {"nuisance.atmosphere", "1", 0.0, 1.0, 1.0,
+     "share of the atmosphere on the rod; 0 where pressures are gauge pressures"},
 }};
 
 enum class Initial : std::size_t { position, velocity, pressure_a, pressure_b, count };

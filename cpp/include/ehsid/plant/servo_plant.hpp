@@ -80,7 +80,12 @@ class ServoPlant {
   Scalar friction(const Scalar& speed) const {
     Scalar sum(0.0);
     effects_.each([&](const auto& effect) { add(sum, effect.friction(speed)); });
-    return sum;
+    // Lips of seals creep before they slide: friction comes up with the speed, from a share at rest,
+    //   g (c + (1 - c) v / sqrt(v^2 + v_on^2)).
+    using std::sqrt;
+    constexpr double kAtRest = 0.1;
+    const Scalar up = speed / sqrt(speed * speed + onset_ * onset_);
+    return sum * (kAtRest + (1.0 - kAtRest) * up);
   }
   Scalar overlap() const {
     Scalar sum(0.0);
@@ -131,6 +136,7 @@ class ServoPlant {
   double h_;
   int substeps_;
   Effects<Scalar> effects_;
+  Scalar onset_;
   Scalar rated_command_, mass_, viscous_, stroke_, middle_, force_gain_;
   CommandPath<Scalar> commands_;
   Spool<Scalar> spool_;
@@ -150,6 +156,7 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       h_(dt / substeps),
       substeps_(substeps),
       effects_(values, kFirstOfEffects),
+      onset_(value_at(values, Nuisance::sliding_onset)),
       rated_command_(rated_command_of(kind, values)),
       mass_(mass_of(kind, values)),
       viscous_(viscous_of(kind, values)),
