@@ -6,12 +6,25 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import TypeVar
 
 import joblib
 
 T = TypeVar("T")
 Progress = Callable[[float], None]
+
+_WORKERS: ContextVar[int] = ContextVar("_WORKERS", default=-1)
+
+
+@contextmanager
+def workers(count: int | None) -> Iterator[None]:
+    """How many processes `run_tasks` uses inside; None: one for each core."""
+    token = _WORKERS.set(-1 if count is None else count)
+    try:
+        yield
+    finally:
+        _WORKERS.reset(token)
 
 
 @contextmanager
@@ -38,7 +51,7 @@ def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None
     """
     results: list[T] = []
     with _workers_deaf_to_ctrl_c():
-        running = joblib.Parallel(n_jobs=-1, return_as="generator")(
+        running = joblib.Parallel(n_jobs=_WORKERS.get(), return_as="generator")(
             joblib.delayed(task)() for task in tasks
         )
     for result in running:

@@ -15,6 +15,7 @@ from typer.core import TyperCommand
 
 from ehsid.harness.cli.common import clear_errors
 from ehsid.harness.cli.progress import progress_of
+from ehsid.harness.parallel import workers as using
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS
 from ehsid.harness.rigs import Rig, read_rig
@@ -156,13 +157,12 @@ def gap_command(
         rig = read_rig(rig_file)
         fitted, held_out = read_for(rig, records), read_for(rig, validate or [])
         named = told_apart([*fitted, *held_out])
-        with progress_of(f"diagnosing {rig.name}") as progress:
+        with progress_of(f"diagnosing {rig.name}") as progress, using(workers):
             diagnosis = diagnose(
                 named[: len(fitted)],
                 rig,
                 validate=named[len(fitted) :],
                 exclude=excluded,
-                workers=workers,
                 progress=progress,
             )
         write_diagnosis(out, diagnosis, named, str(rig_file))

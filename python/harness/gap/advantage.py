@@ -35,7 +35,7 @@ class Advantage:
 
 
 def _log_errors(case: Case, rival: Rival, weights: FloatArray) -> FloatArray:
-    """ln sqrt(mse + floor^2), mean over outputs, for each draw of windows; weights (draws, W)."""
+    """Errors as ln sqrt(mse + floor^2), mean over outputs; weights (draws, W)."""
     floors = np.array([case.floors[name].value for name in case.outputs])
     mse = (weights @ rival.squares) / (weights @ rival.counts)[:, np.newaxis]
     return np.asarray(0.5 * np.log(mse + floors**2).mean(axis=1), dtype=np.float64)
@@ -58,9 +58,9 @@ def advantage(case: Case, better: Rival, worse: Rival) -> Advantage:
 
 
 def above_floor(case: Case, rival: Rival) -> float:
-    """ln of the ratio of held-out errors, floor included, to the floor, mean over the outputs.
+    """Held-out errors over the floor, both with the floor: ln of the ratio, mean over the outputs.
 
-    A rival at the floor has 0: its errors are noise, and the floor is added to both.
+    A rival at the floor has 0: its errors are noise.
     """
     floors = np.array([case.floors[name].value for name in case.outputs])
     weights = np.ones((1, rival.counts.size))

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.signal import welch
 
 import ehsid
-from ehsid.harness.gap.comparison import compare, varying_outputs
+from ehsid.harness.gap.comparison import Blocks, compare, varying_outputs
 from ehsid.harness.gap.floor import NoiseFloor, floor_of
 from ehsid.harness.gap.parameters import Parameter, calibration_parameters, effect_parameters
 from ehsid.harness.gap.problem import Problem
@@ -84,11 +84,11 @@ class Case:
         held_out: bool = False,
         all_states: bool | None = None,
     ) -> Problem:
-        """The cost of calibration and effects together; windows as the case has them if not told."""
+        """The cost of calibration and effects together; windows of the case if not told."""
         window_s = self.window_s if window_s is None else window_s
         all_states = self.all_states if all_states is None else all_states
         records = self.held_out if held_out else self.training
-        part = ("held out" if held_out else "fit") if self.blocks else "all"
+        part: Blocks = ("held out" if held_out else "fit") if self.blocks else "all"
         return Problem(
             self.rig,
             [

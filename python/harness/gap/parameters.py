@@ -105,7 +105,7 @@ def _nuisances(rig: Rig) -> list[Parameter]:
     for name, sigma in NUISANCE_SIGMA.items():
         if rig.plant != "ehs" and name not in FRICTION_NUISANCES:
             continue
-        if name == "nuisance.spool_bandwidth_hz" and told_lag:
+        if name.startswith("nuisance.spool_") and told_lag:
             continue
         info = plant_parameters()[name]
         typical = rig.values.get(name, info.typical)

@@ -84,16 +84,36 @@ class Problem:
         self.low = np.array([parameter.low for parameter in parameters])
         self.high = np.array([parameter.high for parameter in parameters])
 
+    def information(self) -> FloatArray:
+        """Of the priors: sigma^-2 of each parameter, shape (n,)."""
+        return self._weight
+
+    def window_gradients(self, x: FloatArray) -> tuple[Step, FloatArray]:
+        """The step at x, and the gradient of the first sum by windows, shape (W, n)."""
+        step = self.step(x)
+        errors, jacobians = self._errors(x, sensitive=True)
+        numbers = self._window_numbers()
+        by_window = np.zeros((int(numbers.max()) + 1, x.size))
+        for name in self.outputs:
+            e = errors[name]
+            share = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
+            np.add.at(by_window, numbers, share * jacobians[name] * e[:, np.newaxis])
+        return step, by_window
+
     def window_squares(self, errors: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Sums of squared errors by window and output, shape (W, outputs), and samples, (W,)."""
+        joined = self._window_numbers()
+        squares = [np.bincount(joined, errors[name] ** 2) for name in self.outputs]
+        return np.stack(squares, axis=1), np.bincount(joined).astype(np.float64)
+
+    def _window_numbers(self) -> npt.NDArray[np.int64]:
+        """Of the samples of `errors`, counted through all records."""
         numbers, first = [], 0
         for record in self.records:
             _, inside = np.unique(record.window[record.used], return_inverse=True)
-            numbers.append(inside + first)
+            numbers.append(inside.astype(np.int64) + first)
             first += int(inside.max()) + 1
-        joined = np.concatenate(numbers)
-        squares = [np.bincount(joined, errors[name] ** 2) for name in self.outputs]
-        return np.stack(squares, axis=1), np.bincount(joined).astype(np.float64)
+        return np.concatenate(numbers)
 
     def centre(self) -> FloatArray:
         """Middle of the priors, inside the bounds."""

@@ -127,9 +127,7 @@ def _widen(
     return sorted(run_tasks(tasks, progress), key=_both)
 
 
-def _lengthen(
-    case: Case, short: Sequence[Rival], count: int, progress: Progress
-) -> list[Rival]:
+def _lengthen(case: Case, short: Sequence[Rival], count: int, progress: Progress) -> list[Rival]:
     """The long fit for the first few."""
     tasks = [partial(polish, case, one.effects, one.x) for one in short[:count]]
     return sorted(run_tasks(tasks, progress), key=_both)

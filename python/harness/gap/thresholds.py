@@ -47,6 +47,7 @@ HELD = (
 # own unit. A nuisance must not swallow an effect: a few of these reach the ends of its range.
 NUISANCE_SIGMA = {
     "nuisance.spool_bandwidth_hz": 0.4,
+    "nuisance.spool_damping": 0.2,
     "nuisance.edge_rounding": 0.7,
     "nuisance.laminar_pressure_pa": 0.7,
     "nuisance.presliding_m": 0.5,
@@ -314,3 +315,44 @@ NOISE_STEPS = 60
 # A subsystem with a quarter of the gap takes part in it; one with a twentieth hardly does.
 SUBSYSTEM_TAKES_PART = 0.25
 SUBSYSTEM_SMALL = 0.05
+
+# --- Sizes that matter ---------------------------------------------------------------------------
+# Anti-aliasing, a bus and a held sample are together up to a millisecond.
+LEAST_DELAY_S = 1e-3
+# Lap and threshold of a servo valve as delivered are within half a per cent.
+LEAST_OPENING = 0.004
+# A valve whose corner is above this counts as fast; nuisance.spool_bandwidth_hz stands for it.
+SLOWEST_HIDDEN_HZ = 120.0
+# Of the flow at rated command: leakage of a spool at null is a per cent of it.
+LEAST_LEAKAGE = 0.01
+# Of the volume, at atmospheric pressure: below, 50 bar hide it within 1 % of the bulk modulus.
+LEAST_AIR = 1e-3
+# Of supply pressure times piston area: seals have up to some tenths of a per cent; forces of a per
+# cent are zero errors of pressure sensors and the atmosphere on the rod.
+LEAST_FRICTION = 0.003
+LEAST_FORCE = 0.01
+# Static friction of a tenth more than sliding friction is its scatter.
+LEAST_RISE = 1.1
+# Any sensor's electronics have half a millisecond and some micrometres.
+LEAST_LAG_S = 5e-4
+LEAST_PLAY_M = 5e-6
+
+# --- Verdict -------------------------------------------------------------------------------------
+# One set of effects is decidedly better than another where the held-out likelihood is by this many
+# nats, at 95 % of the draws of windows at all, and the errors, floor included, by this share.
+DECIDED_NATS = 10.0
+DECIDED_RELATIVE = 0.05
+# An effect more must take this share of what is left above the floor.
+DECIDED_SHARE = 0.1
+# Outside the catalogue: the best set leaves this share of the gap of the calibrated rig above the
+# floor, and errors of this share of the variation, and ln of their ratio to the floor is this.
+LEFT_SHARE = 0.3
+LEFT_NRMSE = 0.02
+LEFT_ABOVE = 0.7
+# A value has moved where it did so by this many deviations of what was told, and of the fit.
+MOVED_TOLD = 1.0
+MOVED_FIT = 2.0
+# Probability of an effect: likelihoods of held-out windows are too sure of themselves where the
+# rest is structured, by about this factor; and three in a hundred causes nobody thought of.
+TEMPERATURE = 10.0
+SURE = 0.97

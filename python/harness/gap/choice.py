@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: MIT
+"""The set of effects that the data ask for, and those that they cannot tell from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ehsid.harness.gap.advantage import Advantage, above_floor, advantage
+from ehsid.harness.gap.case import Case
+from ehsid.harness.gap.rivals import Rival
+from ehsid.harness.gap.search import Found
+from ehsid.harness.gap.separation import contains
+from ehsid.harness.gap.sizes import matters
+from ehsid.harness.gap.thresholds import DECIDED_NATS, DECIDED_RELATIVE, DECIDED_SHARE
+
+FRICTION = frozenset(("coulomb_friction", "stribeck_friction"))
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """What was decided.
+
+    Attributes
+    ----------
+    best
+        the calibrated rig with the fewest effects that the data ask for.
+    equals
+        other sets that the data cannot tell from it, best first; each is asked for in its turn.
+    """
+
+    best: Rival
+    equals: tuple[Rival, ...]
+
+
+def decided(gain: Advantage) -> bool:
+    """One is better than the other without doubt, and by an amount that counts."""
+    return gain.nats >= DECIDED_NATS and gain.low > 0.0 and gain.relative >= DECIDED_RELATIVE
+
+
+def asked_for(case: Case, more: Rival, less: Rival) -> bool:
+    """The effects of `more` are worth their names."""
+    gain = advantage(case, more, less)
+    left = above_floor(case, less)
+    return decided(gain) and gain.relative >= DECIDED_SHARE * left
+
+
+def choose(case: Case, found: Found) -> Choice:
+    """From nothing to the best single effect, the best pair, and so on while it is asked for."""
+    pool = [
+        one
+        for one in found.rivals
+        if all(matters(effect, one.values, case.rig) for effect in one.effects)
+    ]
+    best = found.calibrated
+    for count in sorted({len(one.effects) for one in pool}):
+        wider = min(
+            (one for one in pool if len(one.effects) == count), key=lambda one: one.held_out_cost
+        )
+        if asked_for(case, wider, best):
+            best = wider
+    best = _simplest(case, best, pool)
+    if not best.effects:
+        return Choice(best, ())
+    equals = [
+        one
+        for one in pool
+        if one is not best
+        and len(one.effects) <= len(best.effects)
+        and not decided(advantage(case, best, one))
+        and asked_for(case, one, found.calibrated)
+        and not contains(one.effects, best.effects)
+    ]
+    return Choice(best, tuple(sorted(equals, key=lambda one: one.held_out_cost)))
+
+
+def _simplest(case: Case, best: Rival, pool: Sequence[Rival]) -> Rival:
+    """The nested set that does as well, if there is one: Coulomb for Stribeck, one for two."""
+    for one in sorted(pool, key=lambda one: (len(one.effects), one.x.size, one.held_out_cost)):
+        simpler = (len(one.effects), one.x.size) < (len(best.effects), best.x.size)
+        if simpler and contains(best.effects, one.effects) and not asked_for(case, best, one):
+            return one
+    return best
+
+
+def one_family(effects: Sequence[str]) -> frozenset[str]:
+    """The set with both laws of friction taken for one."""
+    return frozenset("friction" if effect in FRICTION else effect for effect in effects)

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: MIT
+"""The diagnosis: where, which, how far."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from ehsid.harness.gap import figures
+from ehsid.harness.gap.case import Case, make_case
+from ehsid.harness.gap.choice import Choice, choose
+from ehsid.harness.gap.findings import Diagnosis, NextExperiment, Remark, Where
+from ehsid.harness.gap.gate import gate, longest_stretch
+from ehsid.harness.gap.judgeable import beyond_reach, cannot_judge
+from ehsid.harness.gap.next_experiment import next_experiment
+from ehsid.harness.gap.regimes import visited
+from ehsid.harness.gap.rivals import decisive
+from ehsid.harness.gap.search import candidates, search
+from ehsid.harness.gap.thresholds import BLOCK_S, BOOTSTRAP_SEED, SKIP_S
+from ehsid.harness.gap.verdict import rule
+from ehsid.harness.gap.where import localise
+from ehsid.harness.parallel import Progress
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
+
+
+def diagnose(
+    records: Sequence[Record],
+    rig: Rig,
+    *,
+    validate: Sequence[Record] = (),
+    exclude: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Where the gap between a rig and its records lies, which effect causes it, how far it shrinks.
+
+    Parameters
+    ----------
+    records
+        to be fitted, each with `command_v` and `position_m`; of one with gaps the longest stretch.
+    rig
+        what the simulator is told.
+    validate
+        records to judge by, never fitted; without, blocks of the records are held out.
+    exclude
+        ids of effects that are not to be found.
+    progress
+        called with the share that is done, 0 to 1.
+
+    Returns
+    -------
+    Findings, whatever the data are worth: those that cannot carry a diagnosis give the verdict
+    "insufficient_data" with the reason.
+
+    Raises
+    ------
+    ValueError
+        there is no record.
+    """
+    began = time.monotonic()
+    if not records:
+        raise ValueError("the diagnosis needs a record")
+    remarks = gate([*records, *validate], rig)
+    fitted = [longest_stretch(record) for record in records]
+    held_out = [longest_stretch(record) for record in validate]
+    reasons = [remark.what for remark in remarks if remark.serious]
+    case = None
+    if not reasons:
+        try:
+            case = make_case(rig, fitted, held_out)
+        except ValueError as error:
+            reasons = [f"{error}."]
+    if case is None:
+        return _insufficient(rig, records, validate, remarks, reasons, exclude, began)
+    asked = candidates(rig, exclude)
+    regimes = [visited(record, rig) for record in case.records]
+    found = search(case, exclude, _up_to(progress, 0.9))
+    choice = choose(case, found)
+    best = choice.best
+    runs, far = figures.held_out_figures(case, found.nominal, found.calibrated, best)
+    values, moved = figures.estimates(case, best)
+    calibration = figures.calibration_of(case, values, moved)
+    beyond = beyond_reach(best.values, regimes, best.effects)
+    ruling = rule(case, found, choice, far, calibration, beyond)
+    effects = figures.found_effects(case, found, choice, values)
+    structural = ruling.verdict in ("effects", "ambiguous", "outside_catalogue")
+    where = Where()
+    if structural:
+        shares = {one.id: one.share_of_shrinkage for one in effects}
+        where = localise(decisive(case), found.calibrated, best, shares=shares or None)
+    experiment = _next(case, choice, progress)
+    if progress is not None:
+        progress(1.0)
+    return Diagnosis(
+        verdict=ruling.verdict,
+        sentence=ruling.sentence,
+        reasons=ruling.reasons,
+        where=where,
+        effects=effects,
+        ambiguity_set=tuple(one.effects for one in (best, *choice.equals)) if best.effects else (),
+        candidates=figures.listed(case, found, choice),
+        cannot_judge=(*cannot_judge(regimes, asked, rig.plant), *beyond),
+        next_experiment=experiment,
+        how_far=far,
+        calibration=calibration,
+        remarks=tuple(remarks),
+        runs=runs,
+        rig=rig,
+        augmented_rig=rig.with_values({name: one.value for name, one in values.items()}),
+        outputs=case.outputs,
+        outputs_left_out=case.left_out,
+        records=_roles(records, validate),
+        settings=_settings(case, exclude),
+        seconds=time.monotonic() - began,
+    )
+
+
+def _up_to(progress: Progress | None, end: float) -> Progress | None:
+    if progress is None:
+        return None
+    return lambda share: progress(share * end)
+
+
+def _next(case: Case, choice: Choice, progress: Progress | None) -> NextExperiment | None:
+    """For what the data cannot tell apart."""
+    if not choice.equals:
+        return None
+    rivals = [(one.effects, one.values) for one in (choice.best, *choice.equals[:2])]
+    span = None
+    limit = None
+    if "cylinder.stroke_m" not in case.rig.values:
+        positions = [record.column("position_m") for record in case.records]
+        span = float(min(p.min() for p in positions)), float(max(p.max() for p in positions))
+        limit = max(float(np.abs(record.column("command_v")).max()) for record in case.records)
+    return next_experiment(
+        case.rig, rivals, case.outputs, case.floors, command_limit_v=limit, span_m=span
+    )
+
+
+def _roles(records: Sequence[Record], validate: Sequence[Record]) -> dict[str, str]:
+    if not validate:
+        return {record.name: "fit and held out" for record in records}
+    roles = {record.name: "fit" for record in records}
+    return roles | {record.name: "held out" for record in validate}
+
+
+def _settings(case: Case, exclude: Sequence[str]) -> dict[str, object]:
+    return {
+        "window_s": case.window_s,
+        "skip_s": SKIP_S,
+        "reset": "estimate" if case.all_states else "carry",
+        "outputs": list(case.outputs),
+        "outputs_left_out": list(case.left_out),
+        "effects_excluded": list(exclude),
+        "substeps": decisive(case).substeps,
+        "held_out": f"every third block of {BLOCK_S:g} s" if case.blocks else "records",
+        "seed": BOOTSTRAP_SEED,
+    }
+
+
+def _insufficient(
+    rig: Rig,
+    records: Sequence[Record],
+    validate: Sequence[Record],
+    remarks: Sequence[Remark],
+    reasons: Sequence[str],
+    exclude: Sequence[str],
+    began: float,
+) -> Diagnosis:
+    return Diagnosis(
+        verdict="insufficient_data",
+        sentence=f"These data cannot carry a diagnosis: {reasons[0]}",
+        reasons=tuple(reasons),
+        where=Where(),
+        effects=(),
+        ambiguity_set=(),
+        candidates=(),
+        cannot_judge=(),
+        next_experiment=None,
+        how_far=None,
+        calibration={},
+        remarks=tuple(remarks),
+        runs=(),
+        rig=rig,
+        augmented_rig=rig,
+        outputs=(),
+        outputs_left_out=(),
+        records=_roles(records, validate),
+        settings={"effects_excluded": list(exclude)},
+        seconds=time.monotonic() - began,
+    )

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""From figures to one of six verdicts, with the reasons."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ehsid.harness.gap.advantage import above_floor, advantage
+from ehsid.harness.gap.case import Case
+from ehsid.harness.gap.choice import Choice, decided, one_family
+from ehsid.harness.gap.findings import CalibratedValue, CannotJudge, HowFar, Verdict
+from ehsid.harness.gap.search import Found
+from ehsid.harness.gap.thresholds import LEFT_ABOVE, LEFT_NRMSE, LEFT_SHARE
+
+
+@dataclass(frozen=True)
+class Ruling:
+    """The verdict, in one plain sentence, and what it rests on."""
+
+    verdict: Verdict
+    sentence: str
+    reasons: tuple[str, ...]
+
+
+def rule(
+    case: Case,
+    found: Found,
+    choice: Choice,
+    far: HowFar,
+    calibration: dict[str, CalibratedValue],
+    beyond: Sequence[CannotJudge],
+) -> Ruling:
+    """Decide.
+
+    Parameters
+    ----------
+    case, found, choice
+        what was fitted and chosen.
+    far
+        figures on held-out data.
+    calibration
+        values, with those that have moved.
+    beyond
+        chosen effects whose size no record reached.
+    """
+    best = choice.best
+    above = above_floor(case, best)
+    floor = far.noise_floor[1]
+    start = max(far.nominal, far.calibrated)
+    left = (far.augmented - floor) / (start - floor) if start > floor else 0.0
+    reasons = [
+        f"On held-out data the gap is {far.nominal:.3g} as told, {far.calibrated:.3g} calibrated"
+        + (f", {far.augmented:.3g} with {named(best.effects)}" if best.effects else "")
+        + f"; the noise floor is {far.noise_floor[0]:.2g} to {floor:.2g}."
+    ]
+    unexplained = above > LEFT_ABOVE and far.augmented > LEFT_NRMSE and left > LEFT_SHARE
+    if unexplained:
+        reasons.append(
+            f"{100.0 * left:.0f} % of it stay above the floor, {math.exp(above):.1f} times the "
+            "noise, whatever of the catalogue is added."
+        )
+    for one in beyond:
+        reasons.append(f"{one.id}: {one.why}.")
+    if unexplained and best.effects:
+        return Ruling(
+            "outside_catalogue",
+            f"{named(best.effects).capitalize()} explains part of the gap; the rest is nothing "
+            "that the catalogue knows.",
+            tuple(reasons),
+        )
+    if unexplained:
+        return Ruling(
+            "outside_catalogue",
+            "There is a gap that neither other values of the rig nor any effect of the catalogue "
+            "explain.",
+            tuple(reasons),
+        )
+    if best.effects:
+        families = {one_family(one.effects) for one in (best, *choice.equals)}
+        if len(families) > 1:
+            others = "; or ".join(named(one.effects) for one in choice.equals[:3])
+            reasons.append("The data cannot tell these apart; see the next experiment.")
+            return Ruling(
+                "ambiguous",
+                f"The gap is due to {named(best.effects)}, or to {others}.",
+                tuple(reasons),
+            )
+        share = far.of_explainable.value if far.of_explainable else 0.0
+        return Ruling(
+            "effects",
+            f"The gap is due to {named(best.effects)}: with it {100.0 * share:.0f} % of what can "
+            "be explained is gone.",
+            tuple(reasons),
+        )
+    moved = [name for name, value in calibration.items() if value.moved]
+    gain = advantage(case, found.calibrated, found.nominal)
+    if moved and decided(gain):
+        return Ruling(
+            "parameters",
+            "No effect is missing; values of the rig are other than told: "
+            + ", ".join(
+                f"{name} {calibration[name].found.value:.4g} (told {calibration[name].rig:.4g})"
+                for name in moved[:4]
+            )
+            + ".",
+            tuple(reasons),
+        )
+    if decided(gain):
+        reasons.append("The calibration gains, but no value has moved by what matters.")
+    return Ruling("no_gap", "The simulator does what the machine does.", tuple(reasons))
+
+
+def named(effects: Sequence[str]) -> str:
+    """Ids in words."""
+    words = [effect.replace("_", " ") for effect in effects]
+    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
