@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""What the tests of the fits share: a rig with sensors, records of it, cases of these."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness.excitation import multisine, triangle
+from ehsid.harness.gap.case import Case, make_case
+from ehsid.harness.records import Record, make_record
+from ehsid.harness.rigs import Rig, read_rig
+from ehsid.harness.simulation import draw_noise, simulate
+
+FloatArray = npt.NDArray[np.float64]
+
+RIGS = Path(__file__).parents[2] / "examples" / "rigs"
+DT_S = 2e-3
+# Of the records: finer than any fit.
+SUBSTEPS = 16
+PRESSURES = ("position_m", "pressure_a_pa", "pressure_b_pa")
+NOISE = {"position_noise_m": 5e-6, "pressure_a_noise_pa": 1e4, "pressure_b_noise_pa": 1e4}
+BENCH = read_rig(RIGS / "bench.toml").with_values(
+    {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
+)
+RIG = Rig("bench", "ehs", BENCH.values, sensors=NOISE)
+# Within the uncertainty that the rig tells, as any real one is.
+OFF = {"fluid.bulk_modulus_pa": 0.9e9, "load.viscous_friction_n_s_m": 1100.0}
+
+
+def command_of(seconds: float, dt_s: float, rng: np.random.Generator) -> FloatArray:
+    """Multisine past the oil spring, then a slow triangle: load of both signs, slow and fast."""
+    half = round(0.5 * seconds / dt_s)
+    fast = multisine(half, dt_s, band_hz=(0.5, min(25.0, 0.4 / dt_s)), rms=2.0, rng=rng)
+    return np.concatenate([fast, triangle(half, dt_s, amplitude=0.8, period_s=1.0)])
+
+
+def record(
+    values: Mapping[str, float],
+    seed: int,
+    names: tuple[str, ...] = PRESSURES,
+    *,
+    seconds: float = 6.0,
+    dt_s: float = DT_S,
+) -> Record:
+    """The rig with these values, with the noise of its sensors."""
+    rng = np.random.default_rng(seed)
+    command = command_of(seconds, dt_s, rng)
+    run = simulate(
+        RIG,
+        command,
+        dt_s=dt_s,
+        values=dict(values),
+        substeps=SUBSTEPS,
+        noise=draw_noise(RIG, command.size, rng),
+    ).record
+    columns = {name: run.column(name) for name in ("command_v", *names)}
+    return make_record({"time_s": run.time_s, **columns})
+
+
+def case_of(values: Mapping[str, float], names: tuple[str, ...] = PRESSURES) -> Case:
+    """One record to fit, one that is held out."""
+    return make_case(RIG, [record(values, 1, names)], [record(values, 2, names)])
+
+
+def all_but(*effects: str) -> tuple[str, ...]:
+    """What to exclude so that only these are tried."""
+    return tuple(info.id for info in ehsid.effects() if info.id not in effects)
