@@ -9,7 +9,13 @@ from hypothesis import strategies as st
 
 import ehsid
 from ehsid.harness.gap import calibration_parameters, effect_parameters
-from ehsid.harness.gap.thresholds import HELD, MOST_SIGMAS, NUISANCE_SIGMA
+from ehsid.harness.gap.thresholds import (
+    HELD,
+    LOGARITHMIC_NUISANCES,
+    MOST_SIGMAS,
+    NUISANCE_SIGMA,
+    SEEN_BY_PRESSURES,
+)
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.rigs.parameters import plant_parameters
 
@@ -55,10 +61,28 @@ def test_a_lag_that_is_told_takes_the_place_of_the_hidden_spool() -> None:
     )
     names = {p.name for p in calibration_parameters(told)}
     assert "effects.valve_lag.bandwidth_hz" in names
-    assert "nuisance.spool_bandwidth_hz" not in names
+    assert not any(name.startswith("nuisance.spool_") for name in names)
     names = {p.name for p in calibration_parameters(untold)}
     assert "effects.valve_lag.bandwidth_hz" not in names
-    assert "nuisance.spool_bandwidth_hz" in names
+    assert {"nuisance.spool_bandwidth_hz", "nuisance.spool_damping"} <= names
+
+
+def test_without_pressures_what_only_they_show_stays_typical(rig: Rig) -> None:
+    seen = calibration_parameters(rig)
+    unseen = calibration_parameters(rig, pressures=False)
+    assert unseen == tuple(one for one in seen if one.name not in SEEN_BY_PRESSURES)
+    if rig.plant == "ehs":
+        assert set(SEEN_BY_PRESSURES) <= {one.name for one in seen}
+
+
+def test_nuisances_have_a_place_for_each_name() -> None:
+    """Every nuisance of the plant is given room, and none that is not of the plant."""
+    names = {name for name in plant_parameters() if name.startswith("nuisance.")}
+    assert set(NUISANCE_SIGMA) == names
+    assert set(LOGARITHMIC_NUISANCES) | set(SEEN_BY_PRESSURES) <= names
+    # A size that is positive is known by a factor, what may be of either sign by an amount.
+    for name in LOGARITHMIC_NUISANCES:
+        assert plant_parameters()[name].minimum > 0.0
 
 
 @pytest.mark.parametrize("effect", [effect.id for effect in ehsid.effects()])

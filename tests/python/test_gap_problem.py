@@ -84,6 +84,61 @@ def test_gradient_is_that_of_the_cost() -> None:
     np.testing.assert_allclose(step.gradient * scale, by_differences * scale, rtol=5e-3, atol=1.0)
 
 
+@pytest.fixture(scope="module")
+def of_two_records() -> Problem:
+    """Two records of different length, the second with a window that is shorter."""
+    records = [made(TRUE, 1, 3.3), made({}, 2, 2.5)]
+    floors = {"position_m": 5e-6, "pressure_a_pa": 1e4, "spool": 1e-3}
+    parameters = calibration_parameters(RIG)
+    return Problem(RIG, records, parameters, outputs=tuple(floors), floors=floors, substeps=4)
+
+
+def test_squares_of_the_windows_add_up_to_the_errors(of_two_records: Problem) -> None:
+    subject = of_two_records
+    errors = subject.errors(subject.centre())
+    squares, counts = subject.window_squares(errors)
+    # 3 s are 6 windows of half a second, 2.2 s are 4 and one of 0.2 s.
+    np.testing.assert_array_equal(counts, [500.0] * 10 + [200.0])
+    assert squares.shape == (11, 3)
+    for column, name in enumerate(subject.outputs):
+        assert squares[:, column].sum() == pytest.approx(np.sum(errors[name] ** 2), rel=1e-12)
+        # The first window of the second record, by hand.
+        by_hand = np.sum(errors[name][3000:3500] ** 2)
+        assert squares[6, column] == pytest.approx(by_hand, rel=1e-12)
+
+
+def test_gradients_of_the_windows_add_up_to_that_of_the_cost(of_two_records: Problem) -> None:
+    subject = of_two_records
+    x = subject.centre()
+    x[:5] += 0.01
+    step, by_window = subject.window_gradients(x)
+    assert by_window.shape == (11, x.size)
+    # What the windows do not have is the prior: of x - centre over sigma^2.
+    prior = subject.information() * (x - subject.centre())
+    scale = np.max(np.abs(step.gradient))
+    np.testing.assert_allclose(by_window.sum(axis=0) + prior, step.gradient, atol=1e-9 * scale)
+    alone = subject.step(x)
+    np.testing.assert_array_equal(step.gradient, alone.gradient)
+    # One window by finite differences of its own squares, weighted as in the cost:
+    #   n / (2 N (mse + floor^2)) d(sum of squares) / dx
+    errors = subject.errors(x)
+    independent = 20.0 * sum(record.seconds for record in subject.records)
+    place = [one.name for one in subject.parameters].index("fluid.bulk_modulus_pa")
+    shift = np.zeros_like(x)
+    shift[place] = 1e-4
+    ends = [subject.window_squares(subject.errors(x + side * shift))[0] for side in (1.0, -1.0)]
+    slopes = (ends[0] - ends[1]) / 2e-4
+    expected = np.zeros(11)
+    for column, name in enumerate(subject.outputs):
+        e = errors[name]
+        weight = 0.5 * independent / (e.size * (np.mean(e**2) + subject.floors[name] ** 2))
+        expected += weight * slopes[:, column]
+    # Central differences over 1e-4 of ln: their error is some 1e-6 of the largest.
+    worst = np.max(np.abs(expected))
+    assert worst > 1.0
+    np.testing.assert_allclose(by_window[:, place], expected, atol=1e-4 * worst)
+
+
 def test_hessian_is_positive_and_symmetric() -> None:
     subject = problem(made(TRUE))
     hessian = subject.step(subject.centre()).hessian
