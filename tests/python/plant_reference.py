@@ -77,11 +77,13 @@ class Reference:
         return force * (0.1 + 0.9 * abs(v) / np.hypot(v, self.p["nuisance.sliding_onset_m_s"]))
 
     def bulk_modulus(self, p: float) -> float:
-        beta = self.p["fluid.bulk_modulus_pa"]
+        rise = self.p["nuisance.bulk_slope"] * (p - self.p["supply.pressure_pa"] / 2.0)
+        beta = self.p["fluid.bulk_modulus_pa"] + rise
         alpha = self.effect("entrained_air", "volume_fraction")
         r = alpha * (ATMOSPHERE / p) ** (1.0 / 1.3)
         beta = beta * (1.0 + r) / (1.0 + r * beta / (1.3 * p))
-        return 1.0 / (1.0 / beta + self.p["nuisance.free_gas"] * ATMOSPHERE / p**2)
+        gas = self.p["nuisance.free_gas"] * self.p["fluid.bulk_modulus_pa"] * ATMOSPHERE
+        return beta / (1.0 + gas / p**2)
 
     def flow(self, x: float, drop: float) -> float:
         p = self.p

@@ -81,6 +81,7 @@ VARIED = [
     "nuisance.flow_exponent",
     "nuisance.laminar_pressure_pa",
     "nuisance.free_gas",
+    "nuisance.bulk_slope",
     "nuisance.atmosphere",
     "nuisance.presliding_m",
     "nuisance.sliding_onset_m_s",

@@ -17,6 +17,7 @@ from scipy.stats import t as student
 from ehsid.harness.gap.findings import Estimate
 from ehsid.harness.gap.parameters import Parameter
 from ehsid.harness.gap.problem import Problem
+from ehsid.harness.gap.thresholds import MODEL_ERROR
 
 FloatArray = npt.NDArray[np.float64]
 LEVEL = 0.9
@@ -43,7 +44,9 @@ def deviations(problem: Problem, x: FloatArray) -> FloatArray:
 
 def interval(parameter: Parameter, x: float, deviation: float, windows: int) -> Estimate:
     """Value and interval of 90 % with Student's t of the windows, inside the bounds."""
-    reach = float(student.ppf(0.5 + 0.5 * LEVEL, max(windows - 1, 1))) * deviation
+    model = MODEL_ERROR * (1.0 if parameter.logarithmic else abs(x))
+    spread = math.hypot(deviation, model)
+    reach = float(student.ppf(0.5 + 0.5 * LEVEL, max(windows - 1, 1))) * spread
     low, high = max(x - reach, parameter.low), min(x + reach, parameter.high)
     value = parameter.value(x)
     ends = sorted((parameter.value(low), parameter.value(high)))

@@ -18,6 +18,7 @@ from ehsid.harness.gap.thresholds import (
     DECISION_SUBSTEPS,
     ITERATIONS,
     ITERATIONS_COLD,
+    ITERATIONS_FINE,
     ITERATIONS_SCREEN,
 )
 
@@ -106,16 +107,20 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> Rival:
     return polish(case, (), _best(fits).x)
 
 
-def screen(case: Case, effects: tuple[str, ...], base: FloatArray) -> Rival:
+def screen(case: Case, effects: tuple[str, ...], bases: Sequence[FloatArray]) -> Rival:
     """A short fit with the last effect from each of its active sizes; the best of them.
 
-    base: of calibration and all effects but the last.
+    bases: values of calibration and all effects but the last to start from. A calibration without
+    the effect may have gone far to hide it, so that the values as told are a base of their own.
     """
     problem = case.problem(effects)
     fits = []
     for start in effect_starts(effects[-1], case.rig):
         size = [x for _, x in effect_parameters(effects[-1], start, case.rig.plant)]
-        fits.append(fit(problem, np.concatenate([base, size]), iterations=ITERATIONS_SCREEN))
+        fits += [
+            fit(problem, np.concatenate([base, size]), iterations=ITERATIONS_SCREEN)
+            for base in bases
+        ]
     return _rival(case, effects, _best(fits))
 
 
@@ -125,4 +130,4 @@ def polish(case: Case, effects: tuple[str, ...], start: FloatArray) -> Rival:
     fine = decisive(case)
     if fine.substeps == case.substeps:
         return _rival(case, effects, near)
-    return _rival(fine, effects, fit(fine.problem(effects), near.x, iterations=ITERATIONS_SCREEN))
+    return _rival(fine, effects, fit(fine.problem(effects), near.x, iterations=ITERATIONS_FINE))

@@ -15,6 +15,7 @@ from ehsid.harness.gap.advantage import above_floor, advantage
 from ehsid.harness.gap.case import Case
 from ehsid.harness.gap.parameters import effect_parameters
 from ehsid.harness.gap.rivals import Rival, as_told, calibrate, polish, screen
+from ehsid.harness.gap.sizes import matters
 from ehsid.harness.gap.starts import effect_starts
 from ehsid.harness.gap.thresholds import (
     AT_FLOOR,
@@ -71,7 +72,7 @@ def search(case: Case, exclude: Sequence[str] = (), progress: Progress | None = 
     calibrated = calibrate(case)
     told.done(0.1)
     asked = candidates(case.rig, exclude)
-    singles = _widen(case, [calibrated], asked, told.part(0.35))
+    singles = _widen(case, [calibrated], asked, told.part(0.35), more=[nominal.x])
     alone = _lengthen(case, singles, KEPT, told.part(0.5))
     # The null gets the same luck: it starts again from the values that the best effects found.
     size = calibrated.x.size
@@ -108,14 +109,20 @@ def _both(rival: Rival) -> float:
 
 def _pays(case: Case, more: Rival, less: Rival) -> bool:
     """Whether it is worth looking further from here; the verdict asks for more."""
+    if not all(matters(effect, more.values, case.rig) for effect in more.effects):
+        return False
     gain = advantage(case, more, less)
     return gain.nats > FORWARD_NATS and gain.relative > FORWARD_RELATIVE
 
 
 def _widen(
-    case: Case, parents: Sequence[Rival], asked: Sequence[str], progress: Progress
+    case: Case,
+    parents: Sequence[Rival],
+    asked: Sequence[str],
+    progress: Progress,
+    more: Sequence[FloatArray] = (),
 ) -> list[Rival]:
-    """Every parent with every effect that it does not have; each set once."""
+    """Every parent with every effect that it does not have; each set once. more: bases."""
     tasks, seen = [], set()
     for parent in parents:
         for effect in asked:
@@ -123,14 +130,19 @@ def _widen(
             if effect in parent.effects or wider in seen:
                 continue
             seen.add(wider)
-            tasks.append(partial(screen, case, (*parent.effects, effect), parent.x))
+            tasks.append(partial(screen, case, (*parent.effects, effect), [parent.x, *more]))
     return sorted(run_tasks(tasks, progress), key=_both)
 
 
 def _lengthen(case: Case, short: Sequence[Rival], count: int, progress: Progress) -> list[Rival]:
     """The long fit for the first few."""
     tasks = [partial(polish, case, one.effects, one.x) for one in short[:count]]
-    return sorted(run_tasks(tasks, progress), key=_both)
+    long = sorted(run_tasks(tasks, progress), key=_both)
+    # Who leads must not do so, or lose, by where the fit was stopped.
+    tasks = [partial(polish, case, one.effects, one.x) for one in long[:2] if not one.converged]
+    again = run_tasks(tasks)
+    done = {one.effects for one in again}
+    return sorted([*again, *(one for one in long if one.effects not in done)], key=_both)
 
 
 def _without_one(case: Case, best: Sequence[Rival], there: Sequence[Rival]) -> list[partial[Rival]]:

@@ -12,7 +12,7 @@ from ehsid.harness.gap.case import Case
 from ehsid.harness.gap.choice import Choice, decided, one_family
 from ehsid.harness.gap.findings import CalibratedValue, CannotJudge, HowFar, Verdict
 from ehsid.harness.gap.search import Found
-from ehsid.harness.gap.thresholds import LEFT_ABOVE, LEFT_NRMSE, LEFT_SHARE
+from ehsid.harness.gap.thresholds import LEFT_ABOVE, LEFT_NRMSE, LEFT_NRMSE_SWINGING, LEFT_SHARE
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,8 @@ def rule(
         + (f", {far.augmented:.3g} with {named(best.effects)}" if best.effects else "")
         + f"; the noise floor is {far.noise_floor[0]:.2g} to {floor:.2g}."
     ]
-    unexplained = above > LEFT_ABOVE and far.augmented > LEFT_NRMSE and left > LEFT_SHARE
+    bearable = LEFT_NRMSE_SWINGING if case.all_states else LEFT_NRMSE
+    unexplained = above > LEFT_ABOVE and far.augmented > bearable and left > LEFT_SHARE
     if unexplained:
         reasons.append(
             f"{100.0 * left:.0f} % of it stay above the floor, {math.exp(above):.1f} times the "
@@ -66,7 +67,7 @@ def rule(
     if unexplained and best.effects:
         return Ruling(
             "outside_catalogue",
-            f"{named(best.effects).capitalize()} explains part of the gap; the rest is nothing "
+            f"Part of the gap is due to {named(best.effects)}; the rest is nothing "
             "that the catalogue knows.",
             tuple(reasons),
         )
@@ -115,4 +116,5 @@ def rule(
 def named(effects: Sequence[str]) -> str:
     """Ids in words."""
     words = [effect.replace("_", " ") for effect in effects]
+    words = [word.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck") for word in words]
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]

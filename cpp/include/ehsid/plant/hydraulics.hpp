@@ -74,7 +74,8 @@ class Hydraulics {
   /// beta_e over the volume, Pa/m^3.
   Scalar stiffness(const Effects<Scalar>& effects, const Scalar& pressure,
                    const Scalar& inverse_volume) const {
-    Scalar beta = bulk_modulus_;
+    // Oil stiffens as it is compressed, walls and hoses may not: beta + m (p - p_s / 2), m some 10 for oil alone.
+    Scalar beta = bulk_modulus_ + bulk_slope_ * (pressure - middle_pressure_);
     effects.each([&](const auto& effect) { put(beta, effect.bulk_modulus(beta, pressure)); });
     return beta * inverse_volume;
   }
@@ -120,6 +121,7 @@ class Hydraulics {
 
   Scalar area_a_, area_b_, stroke_, dead_a_, dead_b_, atmosphere_force_;
   Scalar source_, tank_, bulk_modulus_;
+  Scalar bulk_slope_, middle_pressure_;
   Scalar gas_;  // g = alpha beta p_0, Pa^2
   MeteringEdges<Scalar> edges_;
   Scalar overlap_pa_, overlap_at_, overlap_pb_, overlap_bt_;
@@ -139,6 +141,8 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
       source_(value_at(values, RigValue::supply_pressure)),
       tank_(value_at(values, RigValue::tank_pressure)),
       bulk_modulus_(value_at(values, RigValue::bulk_modulus)),
+      bulk_slope_(value_at(values, Nuisance::bulk_slope)),
+      middle_pressure_(source_ * 0.5),
       gas_(value_at(values, Nuisance::free_gas) * bulk_modulus_ * kAtmosphere),
       edges_(
           value_at(values, RigValue::rated_flow), value_at(values, RigValue::rated_pressure_drop),

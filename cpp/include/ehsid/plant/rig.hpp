@@ -83,6 +83,7 @@ enum class Nuisance : std::size_t {
   presliding,
   sliding_onset,
   free_gas,
+  bulk_slope,
   atmosphere,
   count
 };
@@ -109,6 +110,8 @@ inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(Nuisance::co
     {"nuisance.sliding_onset_m_s", "m/s", 1e-6, 3e-3, 1e-5, "speed where friction has come up"},
     {"nuisance.free_gas", "1", 1e-6, 5e-4, 2e-5,
      "volume of gas come out of the oil, at atmospheric pressure"},
+    {"nuisance.bulk_slope", "1", -5.0, 15.0, 0.0,
+     "rise of the bulk modulus with the pressure, about half the supply pressure"},
     {"nuisance.atmosphere", "1", 0.0, 1.0, 1.0,
      "share of the atmosphere on the rod; 0 where pressures are gauge pressures"},
 }};
