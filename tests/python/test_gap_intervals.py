@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+"""Intervals against the cluster-robust covariance of statsmodels."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import statsmodels.api as sm
+
+from ehsid.harness.gap.intervals import deviations, in_deviations, interval
+from ehsid.harness.gap.parameters import Parameter
+from ehsid.harness.gap.problem import Problem, Step
+from ehsid.harness.gap.thresholds import MODEL_ERROR
+
+WINDOWS, SAMPLES = 40, 25
+
+
+class Linear:
+    """Errors X b - y in windows, without priors: what `deviations` asks of a problem."""
+
+    def __init__(self, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> None:
+        self.x, self.y = x, y
+        self.low = np.full(x.shape[1], -np.inf)
+        self.high = np.full(x.shape[1], np.inf)
+
+    def window_gradients(self, b: npt.NDArray[np.float64]) -> tuple[Step, npt.NDArray[np.float64]]:
+        error = self.x @ b - self.y
+        by_window = (self.x * error[:, np.newaxis]).reshape(WINDOWS, SAMPLES, -1).sum(axis=1)
+        return Step(0.0, by_window.sum(axis=0), self.x.T @ self.x), by_window
+
+    def information(self) -> npt.NDArray[np.float64]:
+        return np.zeros(self.x.shape[1])
+
+
+def test_deviations_are_those_of_clustered_errors() -> None:
+    rng = np.random.default_rng(5)
+    x = rng.normal(size=(WINDOWS * SAMPLES, 3))
+    # Errors that hang together within a window, more in some than in others.
+    size = rng.uniform(0.1, 2.0, WINDOWS)
+    noise = np.repeat(size * rng.normal(size=WINDOWS), SAMPLES) * x[:, 0]
+    y = x @ [1.0, -2.0, 0.5] + noise + rng.normal(size=x.shape[0])
+    fitted = sm.OLS(y, x).fit()
+    groups = np.repeat(np.arange(WINDOWS), SAMPLES)
+    robust = fitted.get_robustcov_results("cluster", groups=groups, use_correction=False)
+    problem = cast(Problem, cast(Any, Linear(x, y)))
+    found = deviations(problem, fitted.params)
+    # The same formula, in floating point.
+    np.testing.assert_allclose(found, robust.bse, rtol=1e-9)
+    # Plain Gauss-Newton would have it far too narrow where errors hang together.
+    assert found[0] > 2.0 * fitted.bse[0]
+
+
+def test_a_value_at_its_bound_has_no_scatter() -> None:
+    rng = np.random.default_rng(6)
+    x = rng.normal(size=(WINDOWS * SAMPLES, 2))
+    problem = Linear(x, x @ [1.0, -1.0] + rng.normal(size=x.shape[0]))
+    problem.low[1] = 0.0
+    found = deviations(cast(Problem, cast(Any, problem)), np.array([1.0, 0.0]))
+    assert found[1] == 0.0
+    assert found[0] > 0.0
+
+
+@pytest.mark.parametrize("logarithmic", [False, True])
+def test_an_interval_holds_its_value_and_stays_inside_the_bounds(logarithmic: bool) -> None:
+    parameter = Parameter("effects.a.b", logarithmic, 0.0, math.inf, -1.0, 2.0)
+    for x in (-1.0, 0.3, 2.0):
+        found = interval(parameter, x, 0.5, 40)
+        assert found.low <= found.value <= found.high
+        assert found.low >= parameter.value(parameter.low)
+        assert found.high <= parameter.value(parameter.high)
+
+
+def test_an_interval_without_scatter_is_what_the_model_is_wrong_by() -> None:
+    parameter = Parameter("effects.a.b", True, 0.0, math.inf, -9.0, 9.0)
+    found = interval(parameter, 1.0, 0.0, 10**6)
+    # 1.645, the 95 % point of the normal distribution.
+    assert math.log(found.high / found.value) == pytest.approx(1.6449 * MODEL_ERROR, rel=1e-3)
+
+
+def test_moves_count_in_deviations_of_prior_and_fit() -> None:
+    parameter = Parameter("load.mass_kg", True, 1.0, 0.1, 0.0, 2.0)
+    assert in_deviations(parameter, 1.2, 0.05) == pytest.approx((2.0, 4.0))
+    assert in_deviations(parameter, 1.2, 0.0)[1] == math.inf
