@@ -118,15 +118,19 @@ def test_any_other_start_can_only_help(case: Case) -> None:
 
 
 def test_a_first_look_takes_the_best_of_the_sizes(case: Case) -> None:
-    base = calibrate(case).x
-    found = screen(case, ("coulomb_friction",), base)
+    # The calibration without the effect may have gone astray: the values as told are a base, too.
+    bases = [calibrate(case).x, case.problem().centre()]
+    found = screen(case, ("coulomb_friction",), bases)
     costs = []
     for start in effect_starts("coulomb_friction", case.rig):
         ((_, x),) = effect_parameters("coulomb_friction", start)
-        one = fit(
-            case.problem(("coulomb_friction",)), np.append(base, x), iterations=ITERATIONS_SCREEN
-        )
-        costs.append(one.cost)
+        for base in bases:
+            one = fit(
+                case.problem(("coulomb_friction",)),
+                np.append(base, x),
+                iterations=ITERATIONS_SCREEN,
+            )
+            costs.append(one.cost)
     assert found.cost == min(costs)
     assert found.effects == ("coulomb_friction",)
     assert found.values["effects.coulomb_friction.force_n"] == pytest.approx(400.0, rel=0.05)
@@ -135,15 +139,15 @@ def test_a_first_look_takes_the_best_of_the_sizes(case: Case) -> None:
 @pytest.mark.parametrize("offset", [-0.015, 0.02])
 def test_a_first_look_finds_either_sign(offset: float) -> None:
     case = made.case_of({"effects.valve_null_bias.offset": offset})
-    found = screen(case, ("valve_null_bias",), case.problem().centre())
+    found = screen(case, ("valve_null_bias",), [case.problem().centre()])
     assert found.values["effects.valve_null_bias.offset"] == pytest.approx(offset, rel=0.05)
 
 
 def test_a_second_effect_starts_where_the_first_was_found() -> None:
     true = {**FRICTION, "effects.valve_dead_band.overlap": 0.03}
     case = made.case_of(true)
-    one = screen(case, ("coulomb_friction",), calibrate(case).x)
-    both = screen(case, ("coulomb_friction", "valve_dead_band"), one.x)
+    one = screen(case, ("coulomb_friction",), [calibrate(case).x])
+    both = screen(case, ("coulomb_friction", "valve_dead_band"), [one.x])
     assert both.effects == ("coulomb_friction", "valve_dead_band")
     long = polish(case, both.effects, both.x)
     assert long.cost <= both.cost + GAIN

@@ -175,9 +175,9 @@ def test_taking_effects_away_leaves_the_others_as_they_are(calm: Case, data: st.
 def test_a_set_is_reached_from_what_is_left_of_a_larger_one() -> None:
     """The backward step from three effects comes to where the forward one came with two."""
     case = made.case_of(PAIR)
-    one = screen(case, ("coulomb_friction",), calibrate(case).x)
-    two = screen(case, ("coulomb_friction", "valve_dead_band"), one.x)
-    three = screen(case, (*two.effects, "transport_delay"), two.x)
+    one = screen(case, ("coulomb_friction",), [calibrate(case).x])
+    two = screen(case, ("coulomb_friction", "valve_dead_band"), [one.x])
+    three = screen(case, (*two.effects, "transport_delay"), [two.x])
     forward = polish(case, two.effects, two.x)
     backward = polish(case, two.effects, restrict(case, three, two.effects))
     # Fits end where a step gains less than GAIN.
