@@ -19,10 +19,6 @@ def record(seconds: float, dt_s: float) -> Record:
     )
 
 
-# Where a block ends is computed in seconds, and a sample just there may fall to either side.
-CUT = pytest.mark.xfail(strict=True, reason="windows at the ends of blocks are cut")
-
-
 @pytest.mark.parametrize(
     ("dt_s", "seconds"),
     [
@@ -30,10 +26,10 @@ CUT = pytest.mark.xfail(strict=True, reason="windows at the ends of blocks are c
         (2e-3, 12.4),
         (5e-3, 21.0),
         (1e-4, 4.73),
-        pytest.param(1.0 / 750.0, 9.0, marks=CUT),
-        pytest.param(3e-3, 21.0, marks=CUT),
-        pytest.param(1e-2, 4.65, marks=CUT),
-        pytest.param(5e-2, 8.0, marks=CUT),
+        (1.0 / 750.0, 9.0),
+        (3e-3, 21.0),
+        (1e-2, 4.65),
+        (5e-2, 8.0),
     ],
 )
 def test_blocks_share_out_the_windows(dt_s: float, seconds: float) -> None:

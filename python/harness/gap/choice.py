@@ -6,14 +6,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
 from ehsid.harness.gap.advantage import Advantage, above_floor, advantage
 from ehsid.harness.gap.case import Case
 from ehsid.harness.gap.rivals import Rival
 from ehsid.harness.gap.search import Found
 from ehsid.harness.gap.separation import contains
 from ehsid.harness.gap.sizes import matters
-from ehsid.harness.gap.thresholds import DECIDED_NATS, DECIDED_RELATIVE, DECIDED_SHARE
+from ehsid.harness.gap.thresholds import (
+    DECIDED_NATS,
+    DECIDED_OF_ALL,
+    DECIDED_RELATIVE,
+    DECIDED_SHARE,
+)
 
+FloatArray = npt.NDArray[np.float64]
 FRICTION = frozenset(("coulomb_friction", "stribeck_friction"))
 
 
@@ -38,11 +47,21 @@ def decided(gain: Advantage) -> bool:
     return gain.nats >= DECIDED_NATS and gain.low > 0.0 and gain.relative >= DECIDED_RELATIVE
 
 
-def asked_for(case: Case, more: Rival, less: Rival) -> bool:
+def asked_for(case: Case, more: Rival, less: Rival, calibrated: Rival) -> bool:
     """The effects of `more` are worth their names."""
     gain = advantage(case, more, less)
     left = above_floor(case, less)
-    return decided(gain) and gain.relative >= DECIDED_SHARE * left
+    smaller = (rms(less) - rms(more)) / np.maximum(rms(calibrated), 1e-300)
+    return (
+        decided(gain)
+        and gain.relative >= DECIDED_SHARE * left
+        and float(smaller.mean()) >= DECIDED_OF_ALL
+    )
+
+
+def rms(rival: Rival) -> FloatArray:
+    """Held-out errors by output, shape (outputs,)."""
+    return np.asarray(np.sqrt(rival.squares.sum(axis=0) / rival.counts.sum()), dtype=np.float64)
 
 
 def choose(case: Case, found: Found) -> Choice:
@@ -57,9 +76,9 @@ def choose(case: Case, found: Found) -> Choice:
         wider = min(
             (one for one in pool if len(one.effects) == count), key=lambda one: one.held_out_cost
         )
-        if asked_for(case, wider, best):
+        if asked_for(case, wider, best, found.calibrated):
             best = wider
-    best = _simplest(case, best, pool)
+    best = _simplest(case, best, pool, found.calibrated)
     if not best.effects:
         return Choice(best, ())
     equals = [
@@ -68,17 +87,18 @@ def choose(case: Case, found: Found) -> Choice:
         if one is not best
         and len(one.effects) <= len(best.effects)
         and not decided(advantage(case, best, one))
-        and asked_for(case, one, found.calibrated)
+        and asked_for(case, one, found.calibrated, found.calibrated)
         and not contains(one.effects, best.effects)
     ]
     return Choice(best, tuple(sorted(equals, key=lambda one: one.held_out_cost)))
 
 
-def _simplest(case: Case, best: Rival, pool: Sequence[Rival]) -> Rival:
+def _simplest(case: Case, best: Rival, pool: Sequence[Rival], calibrated: Rival) -> Rival:
     """The nested set that does as well, if there is one: Coulomb for Stribeck, one for two."""
     for one in sorted(pool, key=lambda one: (len(one.effects), one.x.size, one.held_out_cost)):
         simpler = (len(one.effects), one.x.size) < (len(best.effects), best.x.size)
-        if simpler and contains(best.effects, one.effects) and not asked_for(case, best, one):
+        nested = simpler and contains(best.effects, one.effects)
+        if nested and not asked_for(case, best, one, calibrated):
             return one
     return best
 

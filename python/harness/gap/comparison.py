@@ -119,8 +119,8 @@ def compare(
         if name in record.columns:
             aligned[0, column] = float(np.mean(record.column(name)[:first]))
     if blocks != "all":
-        seconds = np.arange(len(record)) * record.dt_s - skip_s
-        held_out = np.floor(seconds / BLOCK_S).astype(np.int64) % BLOCKS_TURN == 1
+        # Whole windows, as many to a block as come nearest to its length.
+        held_out = window // max(1, round(BLOCK_S / window_s)) % BLOCKS_TURN == 1
         window[held_out if blocks == "fit" else ~held_out] = -1
     outputs = {name: record.column(name) for name in OUTPUTS if name in record.columns}
     return Compared(record, outputs, window, aligned)

@@ -4,26 +4,42 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ehsid.harness.gap import figures
 from ehsid.harness.gap.case import Case, make_case
 from ehsid.harness.gap.choice import Choice, choose
-from ehsid.harness.gap.findings import Diagnosis, NextExperiment, Remark, Where
+from ehsid.harness.gap.findings import (
+    CalibratedValue,
+    CannotJudge,
+    Diagnosis,
+    Estimate,
+    HeldOutRun,
+    HowFar,
+    NextExperiment,
+    Remark,
+    Where,
+)
 from ehsid.harness.gap.gate import gate, longest_stretch
 from ehsid.harness.gap.judgeable import beyond_reach, cannot_judge
 from ehsid.harness.gap.next_experiment import next_experiment
-from ehsid.harness.gap.regimes import visited
+from ehsid.harness.gap.regimes import Regimes, visited
 from ehsid.harness.gap.rivals import decisive
-from ehsid.harness.gap.search import candidates, search
+from ehsid.harness.gap.search import Found, candidates, search
 from ehsid.harness.gap.thresholds import BLOCK_S, BOOTSTRAP_SEED, SKIP_S
-from ehsid.harness.gap.verdict import rule
+from ehsid.harness.gap.verdict import Ruling, rule
 from ehsid.harness.gap.where import localise
 from ehsid.harness.parallel import Progress
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
+
+TOGETHER = (
+    "The records that are held out excite what the others do not: fitted apart from them nothing "
+    "explains the gap. All were fitted together, and every third block of each was held out."
+)
 
 
 def diagnose(
@@ -76,14 +92,16 @@ def diagnose(
         return _insufficient(rig, records, validate, remarks, reasons, exclude, began)
     asked = candidates(rig, exclude)
     regimes = [visited(record, rig) for record in case.records]
-    found = search(case, exclude, _up_to(progress, 0.9))
-    choice = choose(case, found)
-    best = choice.best
-    runs, far = figures.held_out_figures(case, found.nominal, found.calibrated, best)
-    values, moved = figures.estimates(case, best)
-    calibration = figures.calibration_of(case, values, moved)
-    beyond = beyond_reach(best.values, regimes, best.effects)
-    ruling = rule(case, found, choice, far, calibration, beyond)
+    judged = _judge(case, regimes, exclude, _part(progress, 0.0, 0.6 if validate else 0.9))
+    if validate and judged.ruling.verdict == "outside_catalogue":
+        # What only the held-out records excite cannot be fitted to the others: all together, then.
+        together = make_case(rig, [*fitted, *held_out])
+        again = _judge(together, regimes, exclude, _part(progress, 0.6, 0.9))
+        if again.ruling.verdict != "outside_catalogue":
+            judged = again
+            remarks = (*remarks, Remark("", TOGETHER))
+    case, found, choice, ruling = judged.case, judged.found, judged.choice, judged.ruling
+    best, values = choice.best, judged.values
     effects = figures.found_effects(case, found, choice, values)
     structural = ruling.verdict in ("effects", "ambiguous", "outside_catalogue")
     where = Where()
@@ -101,12 +119,12 @@ def diagnose(
         effects=effects,
         ambiguity_set=tuple(one.effects for one in (best, *choice.equals)) if best.effects else (),
         candidates=figures.listed(case, found, choice),
-        cannot_judge=(*cannot_judge(regimes, asked, rig.plant), *beyond),
+        cannot_judge=(*cannot_judge(regimes, asked, rig.plant), *judged.beyond),
         next_experiment=experiment,
-        how_far=far,
-        calibration=calibration,
+        how_far=judged.far,
+        calibration=judged.calibration,
         remarks=tuple(remarks),
-        runs=runs,
+        runs=judged.runs,
         rig=rig,
         augmented_rig=rig.with_values({name: one.value for name, one in values.items()}),
         outputs=case.outputs,
@@ -117,10 +135,39 @@ def diagnose(
     )
 
 
-def _up_to(progress: Progress | None, end: float) -> Progress | None:
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """All that one choice of fitted and held-out data gives."""
+
+    case: Case
+    found: Found
+    choice: Choice
+    runs: tuple[HeldOutRun, ...]
+    far: HowFar
+    values: Mapping[str, Estimate]
+    calibration: Mapping[str, CalibratedValue]
+    beyond: Sequence[CannotJudge]
+    ruling: Ruling
+
+
+def _judge(
+    case: Case, regimes: Sequence[Regimes], exclude: Sequence[str], progress: Progress | None
+) -> _Judged:
+    found = search(case, exclude, progress)
+    choice = choose(case, found)
+    best = choice.best
+    runs, far = figures.held_out_figures(case, found.nominal, found.calibrated, best)
+    values, moved = figures.estimates(case, best)
+    calibration = figures.calibration_of(case, values, moved)
+    beyond = beyond_reach(best.values, regimes, best.effects)
+    ruling = rule(case, found, choice, far, calibration, beyond)
+    return _Judged(case, found, choice, runs, far, values, calibration, beyond, ruling)
+
+
+def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
     if progress is None:
         return None
-    return lambda share: progress(share * end)
+    return lambda share: progress(begin + share * (end - begin))
 
 
 def _next(case: Case, choice: Choice, progress: Progress | None) -> NextExperiment | None:

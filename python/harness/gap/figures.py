@@ -77,7 +77,8 @@ def _by_command(case: Case, runs: Sequence[HeldOutRun]) -> tuple[float, float] |
     for run in runs:
         numbers = run.window[run.window >= 0]
         inside = run.window >= 0
-        size = np.bincount(numbers, np.abs(run.command_v[inside])) / np.bincount(numbers)
+        samples = np.bincount(numbers)
+        size = np.bincount(numbers, np.abs(run.command_v[inside])) / np.maximum(samples, 1)
         squares = [
             sum(
                 np.bincount(numbers, (simulated[name] - run.measured[name])[inside] ** 2)
@@ -86,7 +87,7 @@ def _by_command(case: Case, runs: Sequence[HeldOutRun]) -> tuple[float, float] |
             )
             for simulated in (run.calibrated, run.augmented)
         ]
-        count = np.bincount(numbers) * len(case.outputs)
+        count = samples * len(case.outputs)
         kept = count > 0
         rows.append(np.stack([size, *squares, count])[:, kept])
     size, before, after, count = np.concatenate(rows, axis=1)

@@ -346,10 +346,13 @@ DECIDED_NATS = 10.0
 DECIDED_RELATIVE = 0.05
 # An effect more must take this share of what is left above the floor.
 DECIDED_SHARE = 0.1
+# And this share of the errors of the calibrated rig itself, so that what is next to the floor
+# anyway gets no name.
+DECIDED_OF_ALL = 0.05
 # Outside the catalogue: the best set leaves this share of the gap of the calibrated rig above the
 # floor, and errors of this share of the variation, and ln of their ratio to the floor is this.
 LEFT_SHARE = 0.3
-LEFT_NRMSE = 0.02
+LEFT_NRMSE = 0.05
 LEFT_ABOVE = 0.7
 # In a limit cycle half a per cent of its frequency is a twentieth of a period after ten of them,
 # and an error of a sixth of the variation: the simulator knows it no better.

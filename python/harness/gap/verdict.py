@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ehsid.harness.gap.advantage import above_floor, advantage
@@ -29,7 +29,7 @@ def rule(
     found: Found,
     choice: Choice,
     far: HowFar,
-    calibration: dict[str, CalibratedValue],
+    calibration: Mapping[str, CalibratedValue],
     beyond: Sequence[CannotJudge],
 ) -> Ruling:
     """Decide.
@@ -48,8 +48,8 @@ def rule(
     best = choice.best
     above = above_floor(case, best)
     floor = far.noise_floor[1]
-    start = max(far.nominal, far.calibrated)
-    left = (far.augmented - floor) / (start - floor) if start > floor else 0.0
+    room = far.calibrated - floor
+    left = (far.augmented - floor) / room if best.effects and room > 0.0 else 1.0
     reasons = [
         f"On held-out data the gap is {far.nominal:.3g} as told, {far.calibrated:.3g} calibrated"
         + (f", {far.augmented:.3g} with {named(best.effects)}" if best.effects else "")

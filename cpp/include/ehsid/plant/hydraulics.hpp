@@ -76,6 +76,8 @@ class Hydraulics {
                    const Scalar& inverse_volume) const {
     // Oil stiffens as it is compressed, walls and hoses may not: beta + m (p - p_s / 2), m some 10 for oil alone.
     Scalar beta = bulk_modulus_ + bulk_slope_ * (pressure - middle_pressure_);
+    beta =
+        value_of(beta) < kLeastShare * value_of(bulk_modulus_) ? bulk_modulus_ * kLeastShare : beta;
     effects.each([&](const auto& effect) { put(beta, effect.bulk_modulus(beta, pressure)); });
     return beta * inverse_volume;
   }
@@ -116,6 +118,7 @@ class Hydraulics {
   }
 
   static constexpr double kAtmosphere = 101325.0;       // Pa
+  static constexpr double kLeastShare = 0.2;            // of the bulk modulus, at any pressure
   static constexpr double kVapour = 1e3;                // Pa
   static constexpr double kGamma = 0.2928932188134524;  // 1 - 1 / sqrt(2)
 
