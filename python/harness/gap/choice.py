@@ -20,6 +20,7 @@ from ehsid.harness.gap.thresholds import (
     DECIDED_OF_ALL,
     DECIDED_RELATIVE,
     DECIDED_SHARE,
+    NEAREST,
 )
 
 FloatArray = npt.NDArray[np.float64]
@@ -50,7 +51,7 @@ def decided(gain: Advantage) -> bool:
 def asked_for(case: Case, more: Rival, less: Rival, calibrated: Rival) -> bool:
     """The effects of `more` are worth their names."""
     gain = advantage(case, more, less)
-    left = above_floor(case, less)
+    left = min(above_floor(case, less), NEAREST)
     smaller = (rms(less) - rms(more)) / np.maximum(rms(calibrated), 1e-300)
     return (
         decided(gain)

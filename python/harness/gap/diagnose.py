@@ -102,7 +102,7 @@ def diagnose(
             remarks = (*remarks, Remark("", TOGETHER))
     case, found, choice, ruling = judged.case, judged.found, judged.choice, judged.ruling
     best, values = choice.best, judged.values
-    effects = figures.found_effects(case, found, choice, values)
+    effects = figures.found_effects(case, found, choice, values, judged.far)
     structural = ruling.verdict in ("effects", "ambiguous", "outside_catalogue")
     where = Where()
     if structural:

@@ -28,6 +28,7 @@ from ehsid.harness.gap.rivals import Rival, decisive
 from ehsid.harness.gap.search import Found
 from ehsid.harness.gap.thresholds import (
     BOOTSTRAP_SEED,
+    DOUBT,
     MOVED_FIT,
     MOVED_TOLD,
     SURE,
@@ -129,19 +130,23 @@ def calibration_of(
     }
 
 
-def probabilities(case: Case, choice: Choice) -> dict[str, float]:
+def probabilities(case: Case, choice: Choice, far: HowFar) -> dict[str, float]:
     """That each effect of the best set is there.
 
     Weights exp(-nats / TEMPERATURE) over the set and its equals, and no more than SURE: rivals that
-    nobody thought of are always there.
+    nobody thought of are always there, the more so the more of the gap is left.
     """
+    floor = far.noise_floor[1]
+    room = far.calibrated - floor
+    left = min(max((far.augmented - floor) / room, 0.0), 1.0) if room > 0.0 else 0.0
+    sure = SURE * (1.0 - DOUBT * left)
     rivals = (choice.best, *choice.equals)
     weights = [
         math.exp(-max(advantage(case, choice.best, one).nats, 0.0) / TEMPERATURE) for one in rivals
     ]
     total = sum(weights)
     return {
-        effect: SURE
+        effect: sure
         * sum(w for w, one in zip(weights, rivals, strict=True) if effect in one.effects)
         / total
         for effect in choice.best.effects
@@ -149,11 +154,11 @@ def probabilities(case: Case, choice: Choice) -> dict[str, float]:
 
 
 def found_effects(
-    case: Case, found: Found, choice: Choice, values: Mapping[str, Estimate]
+    case: Case, found: Found, choice: Choice, values: Mapping[str, Estimate], far: HowFar
 ) -> tuple[FoundEffect, ...]:
     """The best set, each with its part in the held-out gain."""
     best = choice.best
-    sure = probabilities(case, choice)
+    sure = probabilities(case, choice, far)
     gains = {}
     for effect in best.effects:
         rest = frozenset(best.effects) - {effect}

@@ -55,10 +55,13 @@ def window_sums(
             spread = record.centred(record.outputs[name])
             errors[name].append(_by_window(numbers, error**2))
             spreads[name].append(_by_window(numbers, spread**2))
+    # Windows of other blocks have a number but no samples.
+    count = np.concatenate(counts)
+    held = count > 0.0
     return WindowSums(
-        {name: np.concatenate(parts) for name, parts in errors.items()},
-        {name: np.concatenate(parts) for name, parts in spreads.items()},
-        np.concatenate(counts),
+        {name: np.concatenate(parts)[held] for name, parts in errors.items()},
+        {name: np.concatenate(parts)[held] for name, parts in spreads.items()},
+        count[held],
     )
 
 

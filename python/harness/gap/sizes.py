@@ -68,7 +68,9 @@ def matters(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
             rises = size("static_n") >= LEAST_RISE * size("coulomb_n")
             return rises and size("static_n") >= LEAST_FRICTION * force
         case "load_force":
-            return abs(size("force_n")) >= LEAST_FORCE * force
+            # An axis has neither pressure sensors nor the atmosphere on a rod.
+            least = LEAST_FORCE if rig.plant == "ehs" else LEAST_FRICTION
+            return abs(size("force_n")) >= least * force
         case "load_spring":
             reach = rig.values.get("cylinder.stroke_m", 1.0)
             return size("stiffness_n_m") * reach >= LEAST_FORCE * force

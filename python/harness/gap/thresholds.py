@@ -346,6 +346,9 @@ DECIDED_NATS = 10.0
 DECIDED_RELATIVE = 0.05
 # An effect more must take this share of what is left above the floor.
 DECIDED_SHARE = 0.1
+# No simulator comes nearer to a machine than a hundredth of its gap, ln of it, however fine the
+# sensor.
+NEAREST = 4.6
 # And this share of the errors of the calibrated rig itself, so that what is next to the floor
 # anyway gets no name.
 DECIDED_OF_ALL = 0.05
@@ -364,6 +367,9 @@ MOVED_FIT = 2.0
 # rest is structured, by about this factor; and three in a hundred causes nobody thought of.
 TEMPERATURE = 10.0
 SURE = 0.97
+# What a set leaves over may have a cause that would take its place: each share of the gap that is
+# left takes so much of the probability.
+DOUBT = 0.7
 # What a simulator with other edges, seals and oil is wrong by in the size of an effect, where it
 # reaches the floor all the same (records of an independent generator).
 MODEL_ERROR = 0.004

@@ -80,12 +80,13 @@ def _inside(place: float) -> float:
 
 def share_bar(label: str, share: Estimate | float, kind: str = "", note: str = "") -> Bar:
     """A share of 1, with its interval where it has one."""
+    low: float | None = None
+    high: float | None = None
     if isinstance(share, Estimate):
         low, high = _inside(100.0 * share.low), _inside(100.0 * share.high)
         shown, value = percent(share.value), share.value
         note = f"{percent_ends(share)}{', ' if note else ''}{note}"
     else:
-        low = high = None
         shown, value = percent(share), share
     return Bar(label, shown, _inside(100.0 * value), kind, low, high, note)
 
