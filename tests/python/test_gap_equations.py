@@ -10,8 +10,9 @@ from ehsid.harness.records import make_record
 
 # Largest residual, and how many times as much without the effect, where a smoothed position counts.
 LOSSY = {
-    "coulomb_friction": (0.25, 3.0),
-    "stribeck_friction": (0.25, 3.0),
+    # At rest friction is what the drive asks for, at a creep that no position shows.
+    "coulomb_friction": (0.4, 2.0),
+    "stribeck_friction": (0.4, 2.0),
     "sensor_backlash": (0.15, 2.0),
     "sensor_lag": (0.07, 10.0),
 }

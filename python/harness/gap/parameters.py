@@ -13,6 +13,7 @@ from ehsid.harness.gap.thresholds import (
     MOST_SIGMAS,
     NUISANCE_SIGMA,
     SEEN_BY_PRESSURES,
+    UNSEEN_CENTRE,
 )
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import (
@@ -96,10 +97,10 @@ def calibration_parameters(rig: Rig, *, pressures: bool = True) -> tuple[Paramet
             low = max(value - MOST_SIGMAS * width, info.minimum)
             found.append(Parameter(name, False, value, width, low, value + MOST_SIGMAS * width))
     unseen = () if pressures else SEEN_BY_PRESSURES
-    return (*found, *(one for one in _nuisances(rig) if one.name not in unseen))
+    return (*found, *(one for one in _nuisances(rig, pressures) if one.name not in unseen))
 
 
-def _nuisances(rig: Rig) -> list[Parameter]:
+def _nuisances(rig: Rig, pressures: bool) -> list[Parameter]:
     found = []
     told_lag = rig.values.get(f"{EFFECT_PREFIX}valve_lag.bandwidth_hz", 0.0) > 0.0
     for name, sigma in NUISANCE_SIGMA.items():
@@ -108,7 +109,8 @@ def _nuisances(rig: Rig) -> list[Parameter]:
         if name.startswith("nuisance.spool_") and told_lag:
             continue
         info = plant_parameters()[name]
-        typical = rig.values.get(name, info.typical)
+        usual = info.typical if pressures else UNSEEN_CENTRE.get(name, info.typical)
+        typical = rig.values.get(name, usual)
         if name in LOGARITHMIC_NUISANCES:
             bounds = math.log(info.minimum), math.log(info.maximum)
             found.append(Parameter(name, True, math.log(typical), sigma, *bounds))

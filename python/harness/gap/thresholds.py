@@ -68,8 +68,10 @@ SEEN_BY_PRESSURES = (
     "nuisance.edge_gain_direction",
     "nuisance.edge_gain_sides",
     "nuisance.edge_gain_tank",
-    "nuisance.atmosphere",
 )
+# Centres where no pressure is measured: whether the supply that is told is absolute or above the
+# atmosphere is often not known; half is as far from either.
+UNSEEN_CENTRE = {"nuisance.atmosphere": 0.5}
 LOGARITHMIC_NUISANCES = (
     "nuisance.spool_bandwidth_hz",
     "nuisance.edge_rounding",
