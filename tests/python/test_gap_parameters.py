@@ -15,6 +15,7 @@ from ehsid.harness.gap.thresholds import (
     MOST_SIGMAS,
     NUISANCE_SIGMA,
     SEEN_BY_PRESSURES,
+    UNSEEN_CENTRE,
 )
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.rigs.parameters import plant_parameters
@@ -70,7 +71,13 @@ def test_a_lag_that_is_told_takes_the_place_of_the_hidden_spool() -> None:
 def test_without_pressures_what_only_they_show_stays_typical(rig: Rig) -> None:
     seen = calibration_parameters(rig)
     unseen = calibration_parameters(rig, pressures=False)
-    assert unseen == tuple(one for one in seen if one.name not in SEEN_BY_PRESSURES)
+    kept = [one for one in seen if one.name not in SEEN_BY_PRESSURES]
+    assert [one.name for one in unseen] == [one.name for one in kept]
+    for one, other in zip(unseen, kept, strict=True):
+        if one.name not in UNSEEN_CENTRE:
+            assert one == other
+        else:
+            assert one.centre == UNSEEN_CENTRE[one.name]
     if rig.plant == "ehs":
         assert set(SEEN_BY_PRESSURES) <= {one.name for one in seen}
 
