@@ -17,6 +17,11 @@ Progress = Callable[[float], None]
 _WORKERS: ContextVar[int] = ContextVar("_WORKERS", default=-1)
 
 
+def worker_count() -> int:
+    """That `run_tasks` uses here; -1: one for each core."""
+    return _WORKERS.get()
+
+
 @contextmanager
 def workers(count: int | None) -> Iterator[None]:
     """How many processes `run_tasks` uses inside; None: one for each core."""
@@ -51,7 +56,7 @@ def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None
     """
     results: list[T] = []
     with _workers_deaf_to_ctrl_c():
-        running = joblib.Parallel(n_jobs=_WORKERS.get(), return_as="generator")(
+        running = joblib.Parallel(n_jobs=worker_count(), return_as="generator")(
             joblib.delayed(task)() for task in tasks
         )
     for result in running:

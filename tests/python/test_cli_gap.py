@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from ehsid.harness.cli import app
 from ehsid.harness.cli.gap import repeated
 from ehsid.harness.gap.findings import Diagnosis
-from ehsid.harness.parallel import Progress
+from ehsid.harness.parallel import Progress, worker_count
 from ehsid.harness.records import Record, write_record
 from ehsid.harness.rigs import Rig, write_rig
 
@@ -36,7 +36,6 @@ class FakeDiagnose:
         *,
         validate: Sequence[Record] = (),
         exclude: Sequence[str] = (),
-        workers: int | None = None,
         progress: Progress | None = None,
     ) -> Diagnosis:
         self.asked = {
@@ -44,7 +43,7 @@ class FakeDiagnose:
             "rig": rig,
             "validate": list(validate),
             "exclude": list(exclude),
-            "workers": workers,
+            "workers": worker_count(),
         }
         assert progress is not None
         progress(0.5)
