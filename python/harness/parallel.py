@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -36,17 +37,19 @@ def workers(count: int | None) -> Iterator[None]:
 def _workers_deaf_to_ctrl_c() -> Iterator[None]:
     """Processes that are started meanwhile never see an interrupt from the keyboard.
 
-    Else each of them answers with a traceback of its own; this process ends them. An interrupt that
-    comes meanwhile waits (POSIX: a blocked signal stays so in a child).
+    Else each of them answers with a traceback of its own; this process ends them. Ignored signals
+    stay so in a child (POSIX), also while it is still importing. A blocked signal would not do: what
+    keeps track of the workers' resources unblocks it when it starts. Only the main thread may set
+    what a signal does.
     """
-    if not hasattr(signal, "pthread_sigmask"):
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.signal(signal.SIGINT, before)
 
 
 def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:
