@@ -37,10 +37,10 @@ def workers(count: int | None) -> Iterator[None]:
 def _workers_deaf_to_ctrl_c() -> Iterator[None]:
     """Processes that are started meanwhile never see an interrupt from the keyboard.
 
-    Else each of them answers with a traceback of its own; this process ends them. Ignored signals
-    stay so in a child (POSIX), also while it is still importing. A blocked signal would not do: what
-    keeps track of the workers' resources unblocks it when it starts. Only the main thread may set
-    what a signal does.
+    Else each of them answers with a traceback of its own; this process ends them. A signal that is
+    ignored stays so in a child (POSIX), also while it is still importing. To block it would not do:
+    what keeps track of the workers' resources unblocks it when it starts. Only the main thread may
+    set what a signal does.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
