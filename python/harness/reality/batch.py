@@ -16,7 +16,7 @@ from ehsid.harness.parallel import run_tasks
 from ehsid.harness.reality.case import KINDS, Kind, Sensors, make_case
 from ehsid.harness.reality.structure import Grade
 from ehsid.harness.reality.told import PlantKind
-from ehsid.harness.reality.writing import write_case, write_whole
+from ehsid.harness.reality.writing import record_text, write_case, write_whole
 
 SHARES = {"one": 0.5, "two": 0.15, "none": 0.1, "params": 0.1, "open": 0.15}
 
@@ -35,25 +35,36 @@ def draw_sensors(seed: int, grade: Grade) -> Sensors:
     return ("pressures+supply", "pressures", "position")[int(stream.integers(3))]
 
 
+def draw_seconds(seed: int) -> float:
+    """Length of the records of a case, 8 to 20 s; says nothing of the effect."""
+    return round(float(np.random.default_rng((seed, 9)).uniform(8.0, 20.0)), 1)
+
+
 def write_one(
     folder: Path,
     seed: int,
     grade: Grade,
     kind: Kind | None,
     sensors: Sensors | None,
-    plant: PlantKind,
-    seconds: float,
+    plant: PlantKind = "ehs",
+    seconds: float | None = None,
+    effects: Sequence[str] | None = None,
+    transfer: Path | None = None,
 ) -> tuple[str, dict[str, Any]]:
-    """One case; returns its name and answer."""
+    """One case; its transfer record goes to `transfer`/NAME.csv. Returns its name and answer."""
     case = make_case(
         seed,
         grade,
         kind or draw_kind(seed),
+        effects,
         sensors="position" if plant == "axis" else sensors or draw_sensors(seed, grade),
         plant=plant,
-        seconds=seconds,
+        seconds=draw_seconds(seed) if seconds is None else seconds,
     )
     write_case(case, folder / case.name)
+    if transfer is not None:
+        transfer.mkdir(parents=True, exist_ok=True)
+        write_whole(transfer / f"{case.name}.csv", record_text(case.transfer))
     return case.name, dict(case.answer)
 
 
@@ -65,7 +76,7 @@ def write_cases(
     kind: Kind | None = None,
     sensors: Sensors | None = None,
     plant: PlantKind = "ehs",
-    seconds: float = 20.0,
+    seconds: float | None = 20.0,
     progress: Callable[[float], None] | None = None,
 ) -> None:
     """Write folders of cases, and their answers by name to a file outside of them.
@@ -74,6 +85,8 @@ def write_cases(
     ----------
     kind, sensors
         of all cases; drawn for each where None.
+    seconds
+        length of each record; drawn for each case, 8 to 20 s, where None.
     progress
         called with the share that is done.
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A blind case: a rig as told, two records of the machine as it is, and the answer apart."""
+"""A blind case: a rig as told, records of the machine as it is, and the answer apart."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -52,6 +52,9 @@ class RealityCase:
         what is told.
     train, validate
         columns of the record schema by name, each (n,), SI.
+    transfer
+        a third record, under an excitation of another kind; withheld like the answer, to see
+        whether what was found carries over.
     answer
         what is withheld; plain data.
     truth, healthy
@@ -62,6 +65,7 @@ class RealityCase:
     rig_toml: str
     train: Mapping[str, FloatArray]
     validate: Mapping[str, FloatArray]
+    transfer: Mapping[str, FloatArray]
     answer: Mapping[str, Any]
     truth: Truth
     healthy: Truth
@@ -81,6 +85,8 @@ def make_case(
     """A case of its own, the same for the same arguments.
 
     Rig, excitation and noise come from streams of their own: with another kind or effect they stay.
+    The transfer record has streams of its own, too, and is never small: a wrong cause that shrinks
+    the gap at small amplitudes does not at large ones.
 
     Parameters
     ----------
@@ -89,15 +95,15 @@ def make_case(
     effects
         ids, for kinds with effects; with sizes if they are to be given, too; drawn where None.
     excitation
-        of the two records; drawn where None.
+        of the first two records; drawn where None.
 
     Raises
     ------
     ValueError
         an unknown effect, or a number of effects that the kind does not have.
     """
-    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(6)]
-    rig_stream, inside, asked, noisy, hidden, broken = streams
+    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(7)]
+    rig_stream, inside, asked, noisy, hidden, broken, apart = streams
     told = draw_told(rig_stream, plant)
     name = f"{int(rig_stream.integers(2**32)):08x}"
     chosen = _sizes(hidden, told, kind, effects)
@@ -121,15 +127,22 @@ def make_case(
     opened = (False, bool(asked.random() < 0.25))
     samples = round((seconds + BEFORE_S) / dt_s)
 
-    def record(one_kind: Excitation, loop_open: bool) -> dict[str, FloatArray]:
-        task = draw_task(asked, told, one_kind, samples, dt_s, grade == "confusable", loop_open)
-        noise = draw_noise(noisy, told, samples, dt_s, grade == "hard")
-        wrong = faults(chosen, broken, samples, dt_s)
+    def record(
+        one_kind: Excitation, loop_open: bool, small: bool, draws: Draws
+    ) -> dict[str, FloatArray]:
+        task = draw_task(draws.task, told, one_kind, samples, dt_s, small, loop_open)
+        noise = draw_noise(draws.noise, told, samples, dt_s, grade == "hard")
+        wrong = faults(chosen, draws.faults, samples, dt_s)
         step = max(noise.position_step_m, chosen.get("sensor_quantisation", {}).get("step_m", 0.0))
         reading = machine._replace(sensor_step_m=step)
         return _record(reading, told, task, noise, wrong, sensors, dt_s)
 
-    train, validate = record(kinds[0], opened[0]), record(kinds[1], opened[1])
+    draws, small = Draws(asked, noisy, broken), grade == "confusable"
+    train, validate = (
+        record(one, is_open, small, draws) for one, is_open in zip(kinds, opened, strict=True)
+    )
+    third = _another_excitation(apart, kinds)
+    transfer = record(third, False, False, Draws(*apart.spawn(3)))
     answer = {
         "kind": kind,
         "plant": plant,
@@ -137,7 +150,9 @@ def make_case(
         "effects": {one: dict(sizes) for one, sizes in chosen.items()},
         "subsystem": [_known(one).subsystem for one in chosen],
         "excitation": list(kinds),
+        "transfer_excitation": third,
         "open_loop": list(opened),
+        "seconds": seconds,
         "largest_command": [
             float(np.abs(one["command_v"]).max()) / told.values.get("valve.rated_command_v", 10.0)
             for one in (train, validate)
@@ -150,8 +165,16 @@ def make_case(
         "structure": structure,
     }
     return RealityCase(
-        name, rig_text(told, f"rig-{name}"), train, validate, answer, machine, healthy
+        name, rig_text(told, f"rig-{name}"), train, validate, transfer, answer, machine, healthy
     )
+
+
+class Draws(NamedTuple):
+    """Random streams of a record."""
+
+    task: np.random.Generator
+    noise: np.random.Generator
+    faults: np.random.Generator
 
 
 def _known(effect: str) -> Effect:
@@ -188,6 +211,14 @@ def _draw_excitation(rng: np.random.Generator, grade: Grade) -> tuple[Excitation
         return "multisine", "multisine"
     first, second = (str(kind) for kind in rng.permutation(list(EXCITATIONS))[:2])
     return first, second  # type: ignore[return-value]
+
+
+def _another_excitation(
+    rng: np.random.Generator, used: tuple[Excitation, Excitation]
+) -> Excitation:
+    """Of a kind that none of the used ones is."""
+    free = [kind for kind in EXCITATIONS if kind not in used]
+    return free[int(rng.integers(len(free)))]
 
 
 def _record(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Folders of blind cases: rig.toml, train.csv, validate.csv. Answers are written elsewhere."""
+"""Folders of blind cases: rig.toml, train.csv, validate.csv. What is withheld goes elsewhere."""
 
 from __future__ import annotations
 
