@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: MIT
+"""Score of a check: what its folder says of how far a diagnosis can be trusted."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ehsid.harness.check.baselines import Baseline, baselines
+from ehsid.harness.check.calibration import Reliability, claims_of, reliability
+from ehsid.harness.check.calibration_risk import RiskPoint, risk_curve
+from ehsid.harness.check.figures import Figure, share
+from ehsid.harness.check.figures_sizes import SizeError, effect_errors
+from ehsid.harness.check.score_case import Scored, by
+from ehsid.harness.check.score_confusion import Confusion, of_effects, of_verdicts
+from ehsid.harness.check.score_control import Control, controls
+from ehsid.harness.check.score_reading import (
+    FAILED,
+    GRADES,
+    Answer,
+    Said,
+    read_answers,
+    read_said,
+)
+from ehsid.harness.check.score_regret import Regret, regret_of
+from ehsid.harness.check.score_right import judge
+from ehsid.harness.check.score_splits import SplitTable, split_tables
+from ehsid.harness.check.score_table import FigureTable, figure_table
+from ehsid.harness.check.score_transfer import Promises, promises
+from ehsid.harness.check.score_wrong import WrongCase, wrong_cases
+from ehsid.harness.check.transfer import independent_samples, transfer_of
+from ehsid.harness.parallel import Progress, run_tasks
+
+# The grades on which one name is asked for; on smooth and small records it often is a set.
+ASKED = ("plain", "hard")
+
+
+@dataclass(frozen=True)
+class Score:
+    """Attributes
+    ----------
+    cases
+        finished ones, by name.
+    unfinished
+        names of those without a result.
+    seal
+        what the seal tells of how the check was made; empty without one.
+    sealed
+        the answers are those of the seal; None without one.
+    tables
+        figures against targets: plain and hard together, then each grade.
+    trust
+        by verdict: of the cases with this verdict, those that are right.
+    splits
+        few figures by kind, excitation, size of the gap, true effect, plant.
+    verdicts, effects
+        confusions.
+    reliability, risk
+        of the probabilities.
+    sizes
+        errors of sizes, one by one.
+    regret, promises, baselines, controls
+        as their modules tell.
+    wrong
+        every case that is not right.
+    """
+
+    cases: tuple[Scored, ...]
+    unfinished: tuple[str, ...]
+    seal: Mapping[str, Any]
+    sealed: bool | None
+    tables: tuple[FigureTable, ...]
+    trust: tuple[Figure, ...]
+    splits: tuple[SplitTable, ...]
+    verdicts: Confusion
+    effects: Confusion
+    reliability: Reliability
+    risk: tuple[RiskPoint, ...]
+    sizes: tuple[SizeError, ...]
+    regret: Regret
+    promises: tuple[Promises, ...]
+    baselines: tuple[Baseline, ...]
+    controls: tuple[Control, ...]
+    wrong: tuple[WrongCase, ...]
+
+
+def score_folder(out: Path, progress: Progress | None = None) -> Score:
+    """Read and score a check; nothing is written.
+
+    Parameters
+    ----------
+    out
+        folder of the check: `answers.json`, `results/NAME/diagnosis.json`, and where they were
+        kept `cases`, `transfer` and `seal.json`.
+    progress
+        called with the share that is done.
+
+    Raises
+    ------
+    ValueError
+        answers or a result that cannot be read: which, and what is wrong with it.
+    """
+    answers = read_answers(out / "answers.json")
+    found = {name: read_said(out / "results" / name) for name in answers}
+    said = {name: one for name, one in found.items() if one is not None}
+    tasks = [
+        functools.partial(_scored, out, name, answers[name], one) for name, one in said.items()
+    ]
+    results = run_tasks(tasks, progress) if tasks else []
+    seal, sealed = _seal(out)
+    cases = [case for case, _ in results]
+    samples = {case.name: n for case, n in results}
+    unfinished = [name for name in answers if name not in said]
+    return score_cases(cases, samples, unfinished, seal, sealed)
+
+
+def _scored(out: Path, name: str, answer: Answer, said: Said) -> tuple[Scored, float | None]:
+    transfer = None if said.verdict == FAILED else transfer_of(out, name, said)
+    case = Scored(name, answer, said, judge(answer, said), transfer)
+    return case, independent_samples(out, name, said)
+
+
+def score_cases(
+    cases: Sequence[Scored],
+    samples: Mapping[str, float | None] | None = None,
+    unfinished: Sequence[str] = (),
+    seal: Mapping[str, Any] | None = None,
+    sealed: bool | None = None,
+) -> Score:
+    """The same of cases at hand; samples: as `baselines.lowest_bic` takes them."""
+    asked = [case for case in cases if case.answer.grade in ASKED]
+    tables = [figure_table("plain and hard records", asked)]
+    tables += [
+        figure_table(f"{grade} records", [case for case in cases if case.answer.grade == grade])
+        for grade in GRADES
+        if any(case.answer.grade == grade for case in cases)
+    ]
+    return Score(
+        cases=tuple(cases),
+        unfinished=tuple(unfinished),
+        seal=dict(seal or {}),
+        sealed=sealed,
+        tables=tuple(tables),
+        trust=tuple(
+            share(verdict, [case.judged.right for case in group])
+            for verdict, group in by(cases, lambda case: case.said.verdict).items()
+        ),
+        splits=split_tables(cases),
+        verdicts=of_verdicts(cases),
+        effects=of_effects(cases),
+        reliability=reliability(claims_of(cases)),
+        risk=risk_curve(cases),
+        sizes=effect_errors(cases),
+        regret=regret_of(cases),
+        promises=promises(cases),
+        baselines=baselines(cases, dict(samples or {})),
+        controls=controls(cases),
+        wrong=wrong_cases(cases),
+    )
+
+
+def _seal(out: Path) -> tuple[dict[str, Any], bool | None]:
+    path = out / "seal.json"
+    if not path.is_file():
+        return {}, None
+    try:
+        seal = json.loads(path.read_text(encoding="utf-8"))
+        told = seal["answers_sha256"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"{path}: not a seal: {error}; restore it from the check") from None
+    found = hashlib.sha256((out / "answers.json").read_bytes()).hexdigest()
+    return seal, told == found
