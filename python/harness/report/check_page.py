@@ -1,0 +1,266 @@
+# SPDX-License-Identifier: MIT
+"""The page of a check: how far a diagnosis can be trusted, and what it gets wrong."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import ehsid
+from ehsid.harness.check.figures import Figure
+from ehsid.harness.check.score import Score
+from ehsid.harness.identification.serialise import to_plain
+from ehsid.harness.report import page as pages
+from ehsid.harness.report.check_plots import (
+    confusion_drawing,
+    promises_drawing,
+    sizes_drawing,
+    targets_drawing,
+    trust_drawing,
+)
+from ehsid.harness.report.check_tables import (
+    HOLDS,
+    baseline_table,
+    control_table,
+    outcome_table,
+    split_table,
+    target_table,
+    trust_table,
+    wrong_table,
+)
+from ehsid.harness.report.check_words import figure_text, lead, number, plural
+from ehsid.harness.report.experiment_page import write_pictures
+from ehsid.harness.report.page import Page, Picture, Section, Table, Words
+from ehsid.harness.report.page_markdown import markdown
+
+TITLE = "How far to trust a diagnosis of the gap"
+
+
+def write_page(score: Score, out: Path) -> Path:
+    """Write `report.html`, `score.json`, `check.md` and the pictures; returns the first.
+
+    Each appears whole or not at all.
+    """
+    page = check_page(score)
+    out.mkdir(parents=True, exist_ok=True)
+    pictures = write_pictures(out, page)
+    _write(out / "score.json", json.dumps(plain_score(score), indent=1, allow_nan=False) + "\n")
+    _write(out / "check.md", markdown(page, pictures))
+    pages.write_page(out / "report.html", page)
+    return out / "report.html"
+
+
+def _write(path: Path, text: str) -> None:
+    unfinished = path.with_name(f".{path.name}.part")
+    unfinished.write_text(text, encoding="utf-8")
+    unfinished.replace(path)
+
+
+def plain_score(score: Score) -> dict[str, Any]:
+    """All figures, and each case in short; numbers are finite or None."""
+    plain = to_plain(
+        {
+            "ehsid_version": ehsid.__version__,
+            "records": len(score.cases),
+            **{
+                name: getattr(score, name)
+                for name in (
+                    "unfinished",
+                    "sealed",
+                    "tables",
+                    "trust",
+                    "splits",
+                    "verdicts",
+                    "effects",
+                    "reliability",
+                    "risk",
+                    "sizes",
+                    "regret",
+                    "promises",
+                    "baselines",
+                    "controls",
+                    "wrong",
+                )
+            },
+            "cases": [
+                {
+                    "name": case.name,
+                    "kind": case.answer.kind,
+                    "grade": case.answer.grade,
+                    "sensors": case.answer.sensors,
+                    "truth": list(case.answer.effects),
+                    "verdict": case.said.verdict,
+                    "named": [one.id for one in case.said.named],
+                    "sets": case.said.sets,
+                    "outcome": case.judged.outcome,
+                    "gap_over_floor": case.said.gap,
+                    "seconds": case.said.seconds,
+                }
+                for case in score.cases
+            ],
+        }
+    )
+    assert isinstance(plain, dict)
+    return plain
+
+
+def check_page(score: Score) -> Page:
+    """From the figures that matter most to the list of every error."""
+    sections = [_figures(score)]
+    if score.cases:
+        sections += [
+            _confusions(score),
+            _probabilities(score),
+            _sizes(score),
+            _transfer(score),
+            _baselines(score),
+            Section("Where it is good and where not", [split_table(one) for one in score.splits]),
+            _wrong(score),
+        ]
+    return Page(TITLE, lead(score), [*sections, _how(score)])
+
+
+def _figures(score: Score) -> Section:
+    blocks: list[Words | Table | Picture] = []
+    if score.cases:
+        blocks += [
+            Picture(
+                targets_drawing(score.tables[0]),
+                f"{score.tables[0].title.capitalize()}: value and interval of 90 %; green: where "
+                "it should be. Blue: met, red: missed, grey: within the interval either way.",
+                "Figures of the check with intervals beside their targets",
+            ),
+            trust_table(score),
+            outcome_table(score),
+        ]
+    return Section("Figures and targets", [*blocks, *map(target_table, score.tables)])
+
+
+def _confusions(score: Score) -> Section:
+    return Section(
+        "What is taken for what",
+        [
+            Picture(
+                confusion_drawing(score.effects, "first named, or the verdict", "in the machine"),
+                "Records with one cause or none. Numbers are records, the shade is the share of "
+                "the row; right answers of the catalogue lie on the diagonal.",
+                "Confusion matrix of effects",
+            ),
+            Picture(
+                confusion_drawing(score.verdicts, "verdict", "kind of record"),
+                "One or two effects of the catalogue, none, wrong values of the rig only, and one "
+                "outside of the catalogue.",
+                "Confusion matrix of verdicts",
+            ),
+        ],
+    )
+
+
+def _probabilities(score: Score) -> Section:
+    found = score.reliability
+    words = f"{plural(found.claims, 'effect')} named."
+    if found.claims:
+        words += (
+            f" Brier score {found.brier:.3f}; always telling the share that is true would score "
+            f"{found.brier_constant:.3f}. Expected calibration error "
+            f"{number(found.expected_error, 'share')}."
+        )
+    return Section(
+        "Is the probability meant?",
+        [
+            Words(words),
+            Picture(
+                trust_drawing(found, score.risk),
+                "Left: effects by the probability they were named with, and how many of them are "
+                "there (bars: 90 %; numbers: effects); on the dashed line it is meant. Right: if "
+                "only names above some probability are believed, how many are wrong.",
+                "Reliability of the probabilities; risk over coverage",
+            ),
+        ],
+    )
+
+
+def _sizes(score: Score) -> Section:
+    return Section(
+        "Sizes",
+        [
+            Picture(
+                sizes_drawing(score.sizes),
+                "Errors of the first parameter of each effect that was named and is there.",
+                "Errors of the sizes by effect",
+            ),
+            Words("Intervals of shares take the parameters of a record for independent."),
+        ],
+    )
+
+
+def _plain_figures(caption: str, figures: Sequence[Figure]) -> Table:
+    rows = [(one.words, figure_text(one)) for one in figures]
+    return Table(f"{caption} {HOLDS}", ("figure", "value"), rows)
+
+
+def _transfer(score: Score) -> Section:
+    drawn = [one for one in score.promises if one.each]
+    blocks: list[Words | Table | Picture] = [
+        Words(
+            "A wrong cause can shrink the gap on records like those it was fitted to. A third "
+            "record of the same machine under another excitation, which the diagnosis never saw, "
+            "is simulated with the rig that it found. The calibrated rig is not written by a "
+            "diagnosis; the found rig without its effects stands for it, so that the realised "
+            "shrinkage of the explainable gap is, as a rule, told too large."
+        )
+    ]
+    if drawn:
+        blocks.append(
+            Picture(
+                promises_drawing(drawn),
+                "A point a record in which an effect was named; lines are intervals of 90 %.",
+                "Realised over predicted shrinkage",
+            )
+        )
+    blocks += [_plain_figures(f"{one.words.capitalize()}.", one.figures) for one in score.promises]
+    regret = score.regret
+    blocks.append(
+        _plain_figures(
+            "Held-out cost of the winner less that of the true set, fitted likewise: below zero "
+            f"the winner is better. The truth was among the candidates of {regret.tried} records, "
+            f"in {regret.not_tried} it was never fitted.",
+            regret.figures,
+        )
+    )
+    return Section("Does the promise hold on a third record?", blocks)
+
+
+def _baselines(score: Score) -> Section:
+    return Section(
+        "Against simpler ways and against chance",
+        [baseline_table(score.baselines), control_table(score.controls)],
+    )
+
+
+def _wrong(score: Score) -> Section:
+    if not score.wrong:
+        return Section("What it gets wrong", [Words("Nothing in this check.")])
+    return Section("What it gets wrong", [wrong_table(score.wrong)])
+
+
+def _how(score: Score) -> Section:
+    blocks: list[Words | Table | Picture] = [
+        Words(
+            "Records come from a generator that shares no equation's form, no integrator and no "
+            "code with the simulator of the diagnosis. Answers lie in a file of their own, whose "
+            "SHA-256 is written before the run; the diagnosis reads rig and records only. Right is "
+            "judged by one table (module score_right): both laws of friction are one; a set that "
+            "holds the truth is right."
+        )
+    ]
+    if score.sealed is not None:
+        state = "are those of the seal" if score.sealed else "are NOT those of the seal"
+        blocks.append(Words(f"The answers {state}: {score.seal.get('answers_sha256', '')}."))
+    settings = score.seal.get("settings")
+    if isinstance(settings, dict) and settings:
+        rows = [(str(name), str(value)) for name, value in settings.items()]
+        blocks.append(Table("How the records were made.", ("setting", "value"), rows))
+    return Section("How this was made", blocks)

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: MIT
+"""Pictures of a check."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Drawing
+
+from ehsid.harness.check.calibration import Reliability
+from ehsid.harness.check.calibration_risk import RiskPoint
+from ehsid.harness.check.figures import Figure
+from ehsid.harness.check.figures_sizes import SizeError
+from ehsid.harness.check.score_confusion import Confusion
+from ehsid.harness.check.score_reading import SENSORS
+from ehsid.harness.check.score_table import FigureTable
+from ehsid.harness.check.score_transfer import Promises
+from ehsid.harness.report.gap_words import plain_name
+
+MET, MISSED, UNSURE = "#2f6f9f", "#c2452d", "#8a949e"
+
+
+def targets_drawing(table: FigureTable) -> Drawing:
+    """Shares with their intervals and targets, a panel for each set of sensors."""
+    rows = [
+        [one for one in table.columns[measured] if one.target is not None and one.unit == "share"]
+        for measured in SENSORS
+    ]
+    drawing = Drawing(figsize=(9, 0.6 + 0.36 * len(rows[0])), layout="constrained")
+    panels = drawing.subplots(1, 2, sharey=True)
+    for axes, measured, figures in zip(panels, SENSORS, rows, strict=True):
+        for place, one in enumerate(figures):
+            _target_row(axes, place, one)
+        axes.set_title(measured, fontsize="medium")
+        axes.set_xlim(-2.0, 102.0)
+        axes.set_xlabel("%")
+        axes.grid(True, axis="x", alpha=0.3)
+    panels[0].set_yticks(range(len(rows[0])), [one.words for one in rows[0]])
+    panels[0].invert_yaxis()
+    return drawing
+
+
+def _target_row(axes: Axes, place: int, figure: Figure) -> None:
+    target = figure.target
+    assert target is not None
+    left, right = 100.0 * max(target.least, 0.0), 100.0 * min(target.most, 1.0)
+    axes.barh(place, right - left, left=left, height=0.7, color="#d9ead9", linewidth=0)
+    if not figure.n:
+        return
+    colour = {"met": MET, "missed": MISSED}.get(figure.met, UNSURE)
+    # Errors of sizes have no upper end: what lies beyond the axis stands at its edge.
+    value, low, high = (min(100.0 * x, 101.0) for x in (figure.value, figure.low, figure.high))
+    axes.plot([low, high], [place, place], color=colour, linewidth=2.0)
+    axes.plot(value, place, "o", color=colour, markersize=6)
+
+
+def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
+    """Counts; the shade is the share of the row."""
+    counts = np.array(confusion.counts, dtype=np.float64).reshape(
+        len(confusion.rows), len(confusion.columns)
+    )
+    shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1.0)
+    size = (2.6 + 0.42 * len(confusion.columns), 1.9 + 0.34 * max(len(confusion.rows), 1))
+    drawing = Drawing(figsize=size, layout="constrained")
+    axes = drawing.subplots()
+    axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
+    for row, column in np.argwhere(counts > 0):
+        dark = shares[row, column] > 0.5
+        axes.text(
+            column,
+            row,
+            f"{counts[row, column]:.0f}",
+            ha="center",
+            va="center",
+            color="white" if dark else "black",
+            fontsize="small",
+        )
+    names = [plain_name(name) for name in confusion.columns]
+    axes.set_xticks(range(len(names)), names, rotation=45, ha="right", rotation_mode="anchor")
+    axes.set_yticks(range(len(confusion.rows)), [plain_name(name) for name in confusion.rows])
+    axes.set_xticks(np.arange(len(names) + 1) - 0.5, minor=True)
+    axes.set_yticks(np.arange(len(confusion.rows) + 1) - 0.5, minor=True)
+    axes.grid(True, which="minor", color="#e3e7eb", linewidth=0.6)
+    axes.tick_params(which="minor", length=0)
+    axes.set_xlabel(said)
+    axes.set_ylabel(true)
+    return drawing
+
+
+def trust_drawing(found: Reliability, risk: Sequence[RiskPoint]) -> Drawing:
+    """Left: share of the names that are true by their probability. Right: risk over coverage."""
+    drawing = Drawing(figsize=(9, 4), layout="constrained")
+    left, right = drawing.subplots(1, 2)
+    left.plot([0, 100], [0, 100], color="0.6", linewidth=1.0, linestyle="--")
+    for one in found.bins:
+        at, share = 100.0 * one.probability, one.true
+        left.plot([at, at], [100.0 * share.low, 100.0 * share.high], color=MET, linewidth=2.0)
+        left.plot(at, 100.0 * share.value, "o", color=MET, markersize=5)
+        left.annotate(
+            str(share.n),
+            (at, 100.0 * share.value),
+            (5, -10),
+            textcoords="offset points",
+            fontsize="small",
+        )
+    left.set_xlabel("probability told, %")
+    left.set_ylabel("names that are true, %")
+    coverage = [100.0 * point.coverage for point in risk]
+    right.fill_between(
+        coverage,
+        [100.0 * point.risk.low for point in risk],
+        [100.0 * point.risk.high for point in risk],
+        color=MISSED,
+        alpha=0.15,
+        linewidth=0,
+        step="pre",
+    )
+    right.step(coverage, [100.0 * p.risk.value for p in risk], color=MISSED, where="pre")
+    right.set_xlim(0.0, 100.0)
+    right.set_ylim(bottom=0.0)
+    right.set_xlabel("records with a name, the surest first, %")
+    right.set_ylabel("names that are wrong, %")
+    for axes in (left, right):
+        axes.grid(True, alpha=0.3)
+    return drawing
+
+
+def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
+    """Errors of the primary parameters, a row an effect; open where the interval misses."""
+    primary = [one for one in errors if one.primary and math.isfinite(one.relative)]
+    effects = sorted({one.of for one in primary})
+    drawing = Drawing(figsize=(9, 1.2 + 0.3 * max(len(effects), 1)), layout="constrained")
+    axes = drawing.subplots()
+    for inside, colour in ((True, MET), (False, MISSED)):
+        some = [one for one in primary if one.inside == inside]
+        axes.scatter(
+            # A perfect size still is on the axis.
+            [max(100.0 * one.relative, 1e-3) for one in some],
+            [effects.index(one.of) for one in some],
+            s=28,
+            alpha=0.7 if inside else 1.0,
+            label="interval of 90 % holds the truth" if inside else "it does not",
+            facecolor=colour if inside else "none",
+            edgecolor=colour,
+        )
+    axes.set_xscale("log")
+    axes.set_yticks(range(len(effects)), [plain_name(name) for name in effects])
+    axes.invert_yaxis()
+    axes.set_xlabel("error of the size, %")
+    axes.grid(True, axis="x", alpha=0.3)
+    axes.legend(
+        fontsize="small",
+        loc="upper center",
+        bbox_to_anchor=(0.5, 1.0 + 0.5 / drawing.get_figheight()),
+        ncols=2,
+    )
+    return drawing
+
+
+def promises_drawing(each: Sequence[Promises]) -> Drawing:
+    """Realised over predicted shrinkage with both intervals, a panel for each measure."""
+    drawing = Drawing(figsize=(9, 4.4), layout="constrained")
+    panels = drawing.subplots(1, len(each), squeeze=False)[0]
+    for axes, one in zip(panels, each, strict=True):
+        axes.plot([-20, 105], [-20, 105], color="0.6", linewidth=1.0, linestyle="--")
+        for right, colour, label in ((True, MET, "answered right"), (False, MISSED, "not right")):
+            some = [promise for promise in one.each if promise.right == right]
+            predicted = np.array(
+                [[p.predicted.value, p.predicted.low, p.predicted.high] for p in some]
+            )
+            realised = np.array([[p.realised.value, p.realised.low, p.realised.high] for p in some])
+            if not some:
+                continue
+            # What got worse by more than a fifth stands at the edge.
+            x, y = (np.clip(100.0 * values, -20.0, 105.0) for values in (predicted, realised))
+            axes.hlines(y[:, 0], x[:, 1], x[:, 2], color=colour, alpha=0.35, linewidth=1.0)
+            axes.vlines(x[:, 0], y[:, 1], y[:, 2], color=colour, alpha=0.35, linewidth=1.0)
+            axes.plot(x[:, 0], y[:, 0], "o", color=colour, markersize=4, label=label)
+        axes.set_title(one.words, fontsize="medium")
+        axes.set_xlabel("predicted on held-out data, %")
+        axes.set_ylabel("realised on the third record, %")
+        axes.grid(True, alpha=0.3)
+        if one.each:
+            axes.legend(fontsize="small")
+    return drawing

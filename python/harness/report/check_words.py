@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: MIT
+"""Figures of a check in words and numbers."""
+
+from __future__ import annotations
+
+import math
+
+from ehsid.harness.check.figures import Figure, Range
+from ehsid.harness.check.score import Score
+from ehsid.harness.check.score_reading import SENSORS
+
+MARKS = {
+    "met": "met",
+    "met, not surely": "met?",
+    "missed, not surely": "missed?",
+    "missed": "missed",
+    "no target": "",
+    "no data": "no data",
+}
+MARKS_TOLD = (
+    "With a question mark: the interval of 90 % reaches across the target, so that more records "
+    "are needed to be sure."
+)
+
+
+def number(value: float, unit: str) -> str:
+    """With its unit; a dash where there is none."""
+    if not math.isfinite(value):
+        return "-"
+    if unit == "share":
+        return f"{100.0 * value:.3g} %" if abs(value) < 0.9995 else f"{100.0 * value:.0f} %"
+    return f"{value:.3g}{' s' if unit == 'seconds' else ''}"
+
+
+def figure_text(figure: Figure) -> str:
+    """Value, interval and n."""
+    if not figure.n:
+        return "-"
+    low, high = (number(end, figure.unit).removesuffix(" %") for end in (figure.low, figure.high))
+    return f"{number(figure.value, figure.unit)} ({low} to {high}; {figure.n})"
+
+
+def target_text(target: Range | None, unit: str) -> str:
+    """In one line; empty where there is none."""
+    if target is None:
+        return ""
+    ends = [number(end, unit) for end in (target.least, target.most)]
+    if math.isinf(target.least):
+        return f"at most {ends[1]}"
+    return f"at least {ends[0]}" if math.isinf(target.most) else f"{ends[0]} to {ends[1]}"
+
+
+def plural(n: int, one: str) -> str:
+    """With the number; an s behind all but one."""
+    return f"{n} {one}{'' if n == 1 else 's'}"
+
+
+def lead(score: Score) -> list[str]:
+    """How far to trust a diagnosis, in a few sentences."""
+    if not score.cases:
+        return ["Nothing has been diagnosed yet: there is nothing to score."]
+    right = sum(case.judged.right for case in score.cases)
+    said = [
+        f"Of {plural(len(score.cases), 'record')} whose cause was withheld, {right} "
+        f"({100.0 * right / len(score.cases):.0f} %) were answered exactly right: verdict, and "
+        "effects or a set that holds them."
+    ]
+    worth = {figure.words: figure for figure in score.trust}
+    if "effects" in worth:
+        said.append(
+            f"Where the diagnosis said `effects`, that was the whole truth in "
+            f"{figure_text(worth['effects'])} (interval of 90 %; number of records)."
+        )
+    table = score.tables[0]
+    for measured in SENSORS:
+        figures = [one for one in table.columns[measured] if one.target is not None and one.n]
+        missed = [one.words for one in figures if one.met.startswith("missed")]
+        if figures:
+            tail = f" Missed: {'; '.join(missed)}." if missed else ""
+            said.append(
+                f"{measured.capitalize()}, {table.title}: {len(figures) - len(missed)} of "
+                f"{len(figures)} targets are met.{tail}"
+            )
+    for one in score.controls[:1]:
+        said.append(
+            f"Negative control: with the answers dealt out anew the same diagnoses are right in "
+            f"{number(one.mean, 'share')} (90 % of the deals: {number(one.low, 'share')} to "
+            f"{number(one.high, 'share')}) instead of {number(one.real, 'share')}; p = "
+            f"{one.p_value:.2g}."
+        )
+    return said + _doubts(score)
+
+
+def _doubts(score: Score) -> list[str]:
+    said = []
+    if score.unfinished:
+        said.append(
+            f"{plural(len(score.unfinished), 'record')} not yet diagnosed: they do not count."
+        )
+    if score.sealed is False:
+        said.append(
+            "THE SEAL IS BROKEN: the answers are not those that were sealed before the run. These "
+            "figures prove nothing."
+        )
+    return said
