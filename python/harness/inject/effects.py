@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: MIT
+"""What can be put into a log, in which sizes, and into which plant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from ehsid.harness.records.errors import nearest_name
+from ehsid.harness.rigs import Rig
+from ehsid.harness.rigs.parameters import acts_on
+from ehsid.harness.rigs.parameters import effects as catalogue
+
+Range = tuple[float, float]
+Sizes = Mapping[str, float]
+
+
+class InjectError(ValueError):
+    """An effect, a size or a record that cannot be used; the message says what and how to mend."""
+
+
+# On the command by pre-image, from the machine back to the controller: the catalogue's order of
+# the command path, reversed. A force of an axis and the gain of the drive stand behind all of it.
+COMMAND = (
+    "load_force",
+    "gain",
+    "valve_dead_band",
+    "valve_null_bias",
+    "valve_lag",
+    "valve_hysteresis",
+    "transport_delay",
+)
+
+# On the position as it was logged, in the catalogue's order of the sensor; a late reading is one of
+# the sensor before it is rounded.
+POSITION = (
+    "position_bias",
+    "sensor_backlash",
+    "sensor_lag",
+    "position_delay",
+    "sensor_quantisation",
+)
+
+# Not of the catalogue: what they are there is told in `GAIN_OF` and in the answer.
+OWN: Mapping[str, Mapping[str, Range]] = MappingProxyType(
+    {
+        "gain": {"factor": (0.2, 5.0)},
+        "position_delay": {"delay_s": (0.0, 0.2)},
+        "position_bias": {"offset_m": (-1.0, 1.0)},
+    }
+)
+
+# The value of the rig that a gain of the command is.
+GAIN_OF = MappingProxyType(
+    {
+        "ehs": "valve.rated_flow_m3_s",
+        "axis": "axis.force_per_volt",
+        "linear": "linear.flow_gain_m3_s",
+    }
+)
+
+# What an effect cannot be moved past without changing it: the log's own effects stand behind what
+# is put in front of them, in the sensor before it.
+DOES_NOT_PASS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "gain": (
+            "valve_hysteresis",
+            "valve_null_bias",
+            "valve_flow_saturation",
+            "valve_dead_band",
+        ),
+        "valve_dead_band": (
+            "valve_hysteresis",
+            "valve_lag",
+            "valve_null_bias",
+            "valve_flow_saturation",
+        ),
+        "valve_lag": ("valve_hysteresis",),
+        "sensor_backlash": ("sensor_lag", "sensor_quantisation"),
+        "sensor_lag": ("sensor_quantisation",),
+    }
+)
+
+
+def injectable(plant: str) -> dict[str, dict[str, Range]]:
+    """Ids of all that can be put into a log of this plant, with the range of each parameter."""
+    known = catalogue()
+    found: dict[str, dict[str, Range]] = {}
+    for effect in (*COMMAND, *POSITION):
+        if effect in OWN:
+            found[effect] = dict(OWN[effect])
+        # A force is a command of a motor; behind a valve it is not.
+        elif effect == "load_force" and plant != "axis":
+            continue
+        elif acts_on(known[effect], plant):
+            found[effect] = {p.name: (p.minimum, p.maximum) for p in known[effect].parameters}
+    return found
+
+
+def check(effects: Mapping[str, Sizes], rig: Rig) -> None:
+    """All can be put into a log of this rig.
+
+    Raises
+    ------
+    InjectError
+        with all that is wrong.
+    """
+    if not effects:
+        raise InjectError(f"no effect is named; there are: {', '.join(injectable(rig.plant))}")
+    problems = []
+    for effect, sizes in effects.items():
+        if effect not in injectable(rig.plant):
+            problems.append(_cannot(effect, rig.plant))
+        elif effect in rig.effects():
+            problems.append(
+                f"{rig.name} has '{effect}' already: a diagnosis would change its size and not "
+                f"name it; take it out of the rig, or put in another effect"
+            )
+        else:
+            problems += _check_sizes(effect, sizes, injectable(rig.plant)[effect])
+    if problems:
+        raise InjectError("; ".join(problems))
+
+
+def _cannot(effect: str, plant: str) -> str:
+    there = injectable(plant)
+    listed = f"into a log of plant '{plant}' can be put: {', '.join(there)}"
+    if effect in COMMAND or effect in POSITION:
+        return f"'{effect}' does not act on plant '{plant}'; {listed}"
+    if effect in catalogue():
+        return f"'{effect}' changes what the machine does, so that no log can be given it; {listed}"
+    nearest = nearest_name(effect, there)
+    hint = f", did you mean '{nearest}'?" if nearest else ""
+    return f"'{effect}' is not known{hint}; {listed}"
+
+
+def _check_sizes(effect: str, sizes: Sizes, ranges: Mapping[str, Range]) -> list[str]:
+    expected = ", ".join(f"{name} ({low:g} to {high:g})" for name, (low, high) in ranges.items())
+    problems = [
+        f"'{effect}' has no parameter '{name}'; expected: {expected}"
+        for name in sizes
+        if name not in ranges
+    ]
+    for name, (low, high) in ranges.items():
+        if name not in sizes:
+            problems.append(f"'{effect}' needs {name}, {low:g} to {high:g}")
+        elif not low <= sizes[name] <= high:
+            problems.append(f"'{effect}.{name}' = {sizes[name]:g}: expected {low:g} to {high:g}")
+        elif sizes[name] == 0.0:
+            problems.append(f"'{effect}.{name}' = 0: that is no effect")
+    return problems
