@@ -176,7 +176,11 @@ def _candidates(in_set: int) -> tuple[Candidate, ...]:
     found = []
     for i, (effects, score, shrinkage) in enumerate(CANDIDATES):
         sizes = {"coulomb_friction.force_n": 412.0} if "coulomb_friction" in effects else {}
-        found.append(Candidate(effects, score, shrinkage, sizes, i < in_set))
+        found.append(
+            Candidate(
+                effects, score, shrinkage, sizes, i < in_set, 900.0 + score, 400.0 + score, 23
+            )
+        )
     return tuple(found)
 
 

@@ -196,6 +196,9 @@ def listed(case: Case, found: Found, choice: Choice) -> tuple[Candidate, ...]:
                 min(gained / room, 1.0) if room > 0.0 else 0.0,
                 {name.removeprefix(EFFECT_PREFIX): value for name, value in own.items()},
                 one.effects in equals,
+                one.cost,
+                one.held_out_cost,
+                one.x.size,
             )
         )
     return tuple(candidates)

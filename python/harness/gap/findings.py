@@ -159,6 +159,11 @@ class Candidate:
         of the effects, "id.parameter".
     in_confidence_set
         the data cannot tell it from the best.
+    fitted_cost, held_out_cost
+        nats: on the fitted records with the priors, and on the held-out ones without; up to a
+        constant of the record, less is better.
+    free
+        values that were fitted.
     """
 
     effects: tuple[str, ...]
@@ -166,6 +171,9 @@ class Candidate:
     held_out_shrinkage: float
     parameters: Mapping[str, float]
     in_confidence_set: bool
+    fitted_cost: float
+    held_out_cost: float
+    free: int
 
 
 @dataclass(frozen=True)

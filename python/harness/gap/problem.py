@@ -35,6 +35,27 @@ class Step:
     hessian: FloatArray
 
 
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """Errors, shape (N,), and their derivatives, (N, n), by output."""
+
+    errors: Mapping[str, FloatArray]
+    slopes: Mapping[str, FloatArray]
+
+    def moved(
+        self, move: FloatArray, errors: Mapping[str, FloatArray], scale: FloatArray
+    ) -> Linear:
+        """After a move, the slopes changed as little as its errors allow.
+
+        J + (e - e_0 - J dx) dx' D / (dx' D dx)   (C. G. Broyden, Math. Comput. 19, 1965), with
+        D = diag(scale) so that units do not count. Changes the slopes in place.
+        """
+        along = scale * move / float(move @ (scale * move))
+        for name, slopes in self.slopes.items():
+            slopes += np.outer(errors[name] - self.errors[name] - slopes @ move, along)
+        return Linear(errors, self.slopes)
+
+
 class Problem:
     """Records, a rig, and the parameters that may move.
 
@@ -91,7 +112,7 @@ class Problem:
     def window_gradients(self, x: FloatArray) -> tuple[Step, FloatArray]:
         """The step at x, and the gradient of the first sum by windows, shape (W, n)."""
         step = self.step(x)
-        errors, jacobians = self._errors(x, sensitive=True)
+        errors, jacobians = self._errors(x, range(x.size))
         numbers = self._window_numbers()
         by_window = np.zeros((int(numbers.max()) + 1, x.size))
         for name in self.outputs:
@@ -128,16 +149,20 @@ class Problem:
 
     def simulate(self, x: FloatArray) -> list[dict[str, FloatArray]]:
         """Outputs of each record, shape (N,) by name."""
-        return [outputs for outputs, _ in self._runs(x, sensitive=False)]
+        return [outputs for outputs, _ in self._runs(x, ())]
 
     def errors(self, x: FloatArray) -> dict[str, FloatArray]:
         """Simulated minus measured inside the windows of all records; position less its means."""
-        errors, _ = self._errors(x, sensitive=False)
+        errors, _ = self._errors(x)
         return errors
 
     def cost(self, x: FloatArray) -> float:
         """J(x); infinite where the simulation is."""
-        return self.fit_cost(self.errors(x)) + self.prior_cost(x)
+        return self.cost_of(x, self.errors(x))
+
+    def cost_of(self, x: FloatArray, errors: Mapping[str, FloatArray]) -> float:
+        """J(x) from the errors at x."""
+        return self.fit_cost(errors) + self.prior_cost(x)
 
     def fit_cost(self, errors: Mapping[str, FloatArray]) -> float:
         """The first sum."""
@@ -153,46 +178,61 @@ class Problem:
         """The second sum."""
         return float(0.5 * np.sum(self._weight * (x - self._centre) ** 2))
 
-    def step(self, x: FloatArray) -> Step:
-        """Cost, gradient and Gauss-Newton Hessian by exact sensitivities."""
-        errors, jacobians = self._errors(x, sensitive=True)
+    def linear(self, x: FloatArray, first: Linear | None = None) -> Linear:
+        """Errors at x with exact sensitivities; those of the first parameters as told, if they are.
+
+        first: at a point nearby, shape (N, m) by output, m <= n.
+        """
+        if first is None:
+            return Linear(*self._errors(x, range(x.size)))
+        told = first.slopes[self.outputs[0]].shape[1]
+        errors, slopes = self._errors(x, range(told, x.size))
+        joined = {n: np.concatenate([first.slopes[n], slopes[n]], axis=1) for n in self.outputs}
+        return Linear(errors, joined)
+
+    def form(self, x: FloatArray, linear: Linear) -> Step:
+        """Cost, gradient and Gauss-Newton Hessian from errors and their derivatives at x."""
         gradient = self._weight * (x - self._centre)
         hessian = np.diag(self._weight)
         for name in self.outputs:
-            e, j = errors[name], jacobians[name]
+            e, j = linear.errors[name], linear.slopes[name]
             # d/dx (n / 2) ln(mse + floor^2) = n / (N (mse + floor^2)) J' e
             share = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
             gradient = gradient + share * (j.T @ e)
             hessian = hessian + share * (j.T @ j)
-        return Step(self.fit_cost(errors) + self.prior_cost(x), gradient, hessian)
+        return Step(self.fit_cost(linear.errors) + self.prior_cost(x), gradient, hessian)
+
+    def step(self, x: FloatArray) -> Step:
+        """The form at x by exact sensitivities."""
+        return self.form(x, self.linear(x))
 
     def _errors(
-        self, x: FloatArray, *, sensitive: bool
+        self, x: FloatArray, varied: Sequence[int] = ()
     ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
         errors: dict[str, list[FloatArray]] = {name: [] for name in self.outputs}
         jacobians: dict[str, list[FloatArray]] = {name: [] for name in self.outputs}
-        for record, (outputs, slopes) in zip(self.records, self._runs(x, sensitive), strict=True):
+        for record, (outputs, slopes) in zip(self.records, self._runs(x, varied), strict=True):
             for name in self.outputs:
                 error = outputs[name] - record.outputs[name]
                 if name == "position_m":
                     errors[name].append(record.centred(error))
-                    if sensitive:
+                    if varied:
                         jacobians[name].append(record.centred(slopes[name]))
                 else:
                     errors[name].append(error[record.used])
-                    if sensitive:
+                    if varied:
                         jacobians[name].append(slopes[name][record.used])
         joined = {name: np.concatenate(parts) for name, parts in errors.items()}
-        if not sensitive:
+        if not varied:
             return joined, {}
         return joined, {name: np.concatenate(parts) for name, parts in jacobians.items()}
 
     def _runs(
-        self, x: FloatArray, sensitive: bool
+        self, x: FloatArray, varied: Sequence[int]
     ) -> list[tuple[dict[str, FloatArray], dict[str, FloatArray]]]:
         values = self.plant_values(x)
         slopes = np.array(
-            [p.slope(float(at)) for p, at in zip(self.parameters, x, strict=True)], dtype=np.float64
+            [self.parameters[place].slope(float(x[place])) for place in varied], dtype=np.float64
         )
         runs = []
         for record in self.records:
@@ -202,7 +242,7 @@ class Problem:
                 record.record.column("command_v"),
                 dt_s=record.dt_s,
                 substeps=self.substeps,
-                varied=self._places if sensitive else [],
+                varied=[self._places[place] for place in varied],
                 aligned=record.aligned,
                 threads=1,
             )
@@ -211,7 +251,7 @@ class Problem:
                 (
                     {name: outputs[0, :, place] for name, place in places.items()},
                     {name: partials[0, :, :, place] * slopes for name, place in places.items()}
-                    if sensitive
+                    if varied
                     else {},
                 )
             )

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ehsid.harness.gap.case import Case
 from ehsid.harness.gap.fit import Fit, fit
 from ehsid.harness.gap.parameters import effect_parameters
+from ehsid.harness.gap.problem import Linear
 from ehsid.harness.gap.starts import effect_starts
 from ehsid.harness.gap.thresholds import (
     COLD_WINDOWS_S,
@@ -107,7 +108,20 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> Rival:
     return polish(case, (), _best(fits).x)
 
 
-def screen(case: Case, effects: tuple[str, ...], bases: Sequence[FloatArray]) -> Rival:
+@dataclass(frozen=True, eq=False)
+class Base:
+    """Values to start from, shape (n,), with the sensitivities there."""
+
+    x: FloatArray
+    linear: Linear
+
+
+def base(case: Case, effects: tuple[str, ...], x: FloatArray) -> Base:
+    """The values of a rival as a base."""
+    return Base(x, case.problem(effects).linear(x))
+
+
+def screen(case: Case, effects: tuple[str, ...], bases: Sequence[Base]) -> Rival:
     """A short fit with the last effect from each of its active sizes; the best of them.
 
     bases: values of calibration and all effects but the last to start from. A calibration without
@@ -118,8 +132,13 @@ def screen(case: Case, effects: tuple[str, ...], bases: Sequence[FloatArray]) ->
     for start in effect_starts(effects[-1], case.rig):
         size = [x for _, x in effect_parameters(effects[-1], start, case.rig.plant)]
         fits += [
-            fit(problem, np.concatenate([base, size]), iterations=ITERATIONS_SCREEN)
-            for base in bases
+            fit(
+                problem,
+                np.concatenate([one.x, size]),
+                iterations=ITERATIONS_SCREEN,
+                first=one.linear,
+            )
+            for one in bases
         ]
     return _rival(case, effects, _best(fits))
 

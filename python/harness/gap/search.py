@@ -14,7 +14,7 @@ import ehsid
 from ehsid.harness.gap.advantage import above_floor, advantage
 from ehsid.harness.gap.case import Case
 from ehsid.harness.gap.parameters import effect_parameters
-from ehsid.harness.gap.rivals import Rival, as_told, calibrate, polish, screen
+from ehsid.harness.gap.rivals import Rival, as_told, base, calibrate, polish, screen
 from ehsid.harness.gap.sizes import matters
 from ehsid.harness.gap.starts import effect_starts
 from ehsid.harness.gap.thresholds import (
@@ -22,6 +22,7 @@ from ehsid.harness.gap.thresholds import (
     BEAM,
     FORWARD_NATS,
     FORWARD_RELATIVE,
+    IN_THE_RUNNING,
     KEPT,
     MOST_EFFECTS,
 )
@@ -73,7 +74,7 @@ def search(case: Case, exclude: Sequence[str] = (), progress: Progress | None = 
     told.done(0.1)
     asked = candidates(case.rig, exclude)
     singles = _widen(case, [calibrated], asked, told.part(0.35), more=[nominal.x])
-    alone = _lengthen(case, singles, KEPT, told.part(0.5))
+    alone = _lengthen(case, singles, _both(calibrated), told.part(0.5))
     # The null gets the same luck: it starts again from the values that the best effects found.
     size = calibrated.x.size
     again = [one.x[:size] for one in alone[:2]]
@@ -87,11 +88,12 @@ def search(case: Case, exclude: Sequence[str] = (), progress: Progress | None = 
         if not parents:
             break
         wider = _widen(case, parents, asked, told.part(0.5 + 0.2 * count - 0.25))
-        grown = _lengthen(case, wider, KEPT, told.part(0.5 + 0.2 * count - 0.2))
+        before = min(_both(one) for one in level)
+        grown = _lengthen(case, wider, before, told.part(0.5 + 0.2 * count - 0.2))
         shrunk = run_tasks(_without_one(case, grown[:1], rivals)) if grown else []
         rivals += [*grown, *shrunk]
-        before = min((one for one in rivals if len(one.effects) < count), key=_held_out)
-        level = [one for one in grown if _pays(case, one, before)]
+        less = min((one for one in rivals if len(one.effects) < count), key=_held_out)
+        level = [one for one in grown if _pays(case, one, less)]
         if not level:
             break
     told.done(1.0)
@@ -124,19 +126,26 @@ def _widen(
 ) -> list[Rival]:
     """Every parent with every effect that it does not have; each set once. more: bases."""
     tasks, seen = [], set()
+    others = [base(case, (), x) for x in more]
     for parent in parents:
+        bases = [base(case, parent.effects, parent.x), *others]
         for effect in asked:
             wider = frozenset((*parent.effects, effect))
             if effect in parent.effects or wider in seen:
                 continue
             seen.add(wider)
-            tasks.append(partial(screen, case, (*parent.effects, effect), [parent.x, *more]))
+            tasks.append(partial(screen, case, (*parent.effects, effect), bases))
     return sorted(run_tasks(tasks, progress), key=_both)
 
 
-def _lengthen(case: Case, short: Sequence[Rival], count: int, progress: Progress) -> list[Rival]:
-    """The long fit for the first few."""
-    tasks = [partial(polish, case, one.effects, one.x) for one in short[:count]]
+def _lengthen(case: Case, short: Sequence[Rival], before: float, progress: Progress) -> list[Rival]:
+    """The long fit for the first few; not for one that gains next to nothing beside the first.
+
+    before: the cost, as `_both` has it, that they start from.
+    """
+    least = IN_THE_RUNNING * max(before - _both(short[0]), 0.0) if short else 0.0
+    running = [one for one in short[:KEPT] if before - _both(one) >= least] or short[:1]
+    tasks = [partial(polish, case, one.effects, one.x) for one in running]
     long = sorted(run_tasks(tasks, progress), key=_both)
     # Who leads must not do so, or lose, by where the fit was stopped.
     tasks = [partial(polish, case, one.effects, one.x) for one in long[:2] if not one.converged]
