@@ -91,7 +91,9 @@ def baselines(cases: Sequence[Scored], samples: dict[str, float | None]) -> tupl
         _judged("this diagnosis", "as it was run", diagnosis, cases),
         _judged("refit only", "values of the rig, never an effect", refit_only, cases),
         _judged("best fit in sample", "lowest cost on the fitted record", best_fit, cases),
-        _judged("BIC", "cost + k/2 ln n, n = 20 a second and output", lowest_bic(samples), cases),
+        _judged(
+            "BIC", "lowest cost + k/2 ln n, n = 20 a second and output", lowest_bic(samples), cases
+        ),
         Baseline(
             "largest residual",
             "equation that leaves most over its noise; needs pressures",

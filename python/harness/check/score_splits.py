@@ -15,7 +15,7 @@ FIGURES: tuple[tuple[str, Callable[[Scored], bool | None]], ...] = (
     ("subsystem first", lambda case: case.judged.subsystem_first),
     ("effect first", lambda case: case.judged.effect_first),
     ("truth in set", lambda case: case.judged.in_set),
-    ("confident wrong name", lambda case: case.judged.wrong_name),
+    ("wrong name", lambda case: case.judged.wrong_name),
 )
 
 

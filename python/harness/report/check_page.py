@@ -21,8 +21,8 @@ from ehsid.harness.report.check_plots import (
     trust_drawing,
 )
 from ehsid.harness.report.check_tables import (
-    HOLDS,
     baseline_table,
+    bins_table,
     control_table,
     outcome_table,
     split_table,
@@ -30,7 +30,7 @@ from ehsid.harness.report.check_tables import (
     trust_table,
     wrong_table,
 )
-from ehsid.harness.report.check_words import figure_text, lead, number, plural
+from ehsid.harness.report.check_words import HOW_TO_READ, figure_text, lead, number, plural
 from ehsid.harness.report.experiment_page import write_pictures
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words
 from ehsid.harness.report.page_markdown import markdown
@@ -108,14 +108,16 @@ def plain_score(score: Score) -> dict[str, Any]:
 
 def check_page(score: Score) -> Page:
     """From the figures that matter most to the list of every error."""
-    sections = [_figures(score)]
+    sections = []
     if score.cases:
-        sections += [
+        sections = [
+            _figures(score),
             _confusions(score),
             _probabilities(score),
             _sizes(score),
             _transfer(score),
             _baselines(score),
+            _grades(score),
             Section("Where it is good and where not", [split_table(one) for one in score.splits]),
             _wrong(score),
         ]
@@ -123,19 +125,30 @@ def check_page(score: Score) -> Page:
 
 
 def _figures(score: Score) -> Section:
-    blocks: list[Words | Table | Picture] = []
-    if score.cases:
-        blocks += [
+    return Section(
+        "Figures and targets",
+        [
             Picture(
                 targets_drawing(score.tables[0]),
                 f"{score.tables[0].title.capitalize()}: value and interval of 90 %; green: where "
-                "it should be. Blue: met, red: missed, grey: within the interval either way.",
+                "it should be. Blue: met, red: missed, grey: the interval reaches across.",
                 "Figures of the check with intervals beside their targets",
             ),
+            Words(HOW_TO_READ),
+            target_table(score.tables[0]),
             trust_table(score),
             outcome_table(score),
-        ]
-    return Section("Figures and targets", [*blocks, *map(target_table, score.tables)])
+        ],
+    )
+
+
+def _grades(score: Score) -> Section:
+    words = (
+        "Smooth and small records of the position alone (confusable) hold too little to tell many "
+        "effects apart: there a set that holds the truth is the answer, and targets of the first "
+        "name are shown for comparison only."
+    )
+    return Section("Each grade by itself", [Words(words), *map(target_table, score.tables[1:])])
 
 
 def _confusions(score: Score) -> Section:
@@ -174,10 +187,11 @@ def _probabilities(score: Score) -> Section:
             Picture(
                 trust_drawing(found, score.risk),
                 "Left: effects by the probability they were named with, and how many of them are "
-                "there (bars: 90 %; numbers: effects); on the dashed line it is meant. Right: if "
+                "there (bars: 90 %); on the dashed line it is meant. Right: if "
                 "only names above some probability are believed, how many are wrong.",
                 "Reliability of the probabilities; risk over coverage",
             ),
+            bins_table(found),
         ],
     )
 
@@ -198,7 +212,7 @@ def _sizes(score: Score) -> Section:
 
 def _plain_figures(caption: str, figures: Sequence[Figure]) -> Table:
     rows = [(one.words, figure_text(one)) for one in figures]
-    return Table(f"{caption} {HOLDS}", ("figure", "value"), rows)
+    return Table(caption, ("figure", "value"), rows)
 
 
 def _transfer(score: Score) -> Section:
@@ -220,7 +234,9 @@ def _transfer(score: Score) -> Section:
                 "Realised over predicted shrinkage",
             )
         )
-    blocks += [_plain_figures(f"{one.words.capitalize()}.", one.figures) for one in score.promises]
+    else:
+        blocks.append(Words("No third record was kept, or nothing was named."))
+    blocks += [_plain_figures(f"{one.words.capitalize()}.", one.figures) for one in drawn]
     regret = score.regret
     blocks.append(
         _plain_figures(
@@ -236,7 +252,16 @@ def _transfer(score: Score) -> Section:
 def _baselines(score: Score) -> Section:
     return Section(
         "Against simpler ways and against chance",
-        [baseline_table(score.baselines), control_table(score.controls)],
+        [
+            Words(
+                ". ".join(
+                    f"{one.name[0].upper()}{one.name[1:]}: {one.how}" for one in score.baselines
+                )
+                + "."
+            ),
+            baseline_table(score.baselines),
+            control_table(score.controls),
+        ],
     )
 
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
+from matplotlib.ticker import FuncFormatter
 
 from ehsid.harness.check.calibration import Reliability
 from ehsid.harness.check.calibration_risk import RiskPoint
@@ -18,6 +19,7 @@ from ehsid.harness.check.score_confusion import Confusion
 from ehsid.harness.check.score_reading import SENSORS
 from ehsid.harness.check.score_table import FigureTable
 from ehsid.harness.check.score_transfer import Promises
+from ehsid.harness.report.check_words import KINDS
 from ehsid.harness.report.gap_words import plain_name
 
 MET, MISSED, UNSURE = "#2f6f9f", "#c2452d", "#8a949e"
@@ -63,8 +65,8 @@ def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
         len(confusion.rows), len(confusion.columns)
     )
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1.0)
-    size = (2.6 + 0.42 * len(confusion.columns), 1.9 + 0.34 * max(len(confusion.rows), 1))
-    drawing = Drawing(figsize=size, layout="constrained")
+    height = 1.9 + 0.3 * max(len(confusion.rows), 1)
+    drawing = Drawing(figsize=(9, height), layout="constrained")
     axes = drawing.subplots()
     axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
     for row, column in np.argwhere(counts > 0):
@@ -79,8 +81,9 @@ def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
             fontsize="small",
         )
     names = [plain_name(name) for name in confusion.columns]
+    kinds = [KINDS.get(name, plain_name(name)) for name in confusion.rows]
     axes.set_xticks(range(len(names)), names, rotation=45, ha="right", rotation_mode="anchor")
-    axes.set_yticks(range(len(confusion.rows)), [plain_name(name) for name in confusion.rows])
+    axes.set_yticks(range(len(kinds)), kinds)
     axes.set_xticks(np.arange(len(names) + 1) - 0.5, minor=True)
     axes.set_yticks(np.arange(len(confusion.rows) + 1) - 0.5, minor=True)
     axes.grid(True, which="minor", color="#e3e7eb", linewidth=0.6)
@@ -99,13 +102,6 @@ def trust_drawing(found: Reliability, risk: Sequence[RiskPoint]) -> Drawing:
         at, share = 100.0 * one.probability, one.true
         left.plot([at, at], [100.0 * share.low, 100.0 * share.high], color=MET, linewidth=2.0)
         left.plot(at, 100.0 * share.value, "o", color=MET, markersize=5)
-        left.annotate(
-            str(share.n),
-            (at, 100.0 * share.value),
-            (5, -10),
-            textcoords="offset points",
-            fontsize="small",
-        )
     left.set_xlabel("probability told, %")
     left.set_ylabel("names that are true, %")
     coverage = [100.0 * point.coverage for point in risk]
@@ -149,6 +145,7 @@ def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
     axes.set_xscale("log")
     axes.set_yticks(range(len(effects)), [plain_name(name) for name in effects])
     axes.invert_yaxis()
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.set_xlabel("error of the size, %")
     axes.grid(True, axis="x", alpha=0.3)
     axes.legend(

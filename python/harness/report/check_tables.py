@@ -6,39 +6,48 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ehsid.harness.check.baselines import Baseline
+from ehsid.harness.check.calibration import Reliability
 from ehsid.harness.check.score import Score
 from ehsid.harness.check.score_control import Control
 from ehsid.harness.check.score_reading import SENSORS
 from ehsid.harness.check.score_splits import SplitTable
 from ehsid.harness.check.score_table import FigureTable
 from ehsid.harness.check.score_wrong import WrongCase
-from ehsid.harness.report.check_words import MARKS, MARKS_TOLD, figure_text, number, target_text
+from ehsid.harness.report.check_words import (
+    KINDS,
+    MARKS,
+    figure_text,
+    number,
+    target_text,
+)
 from ehsid.harness.report.gap_words import plain_name
 from ehsid.harness.report.page import Table
-
-HOLDS = "Value (interval of 90 %; number)."
 
 
 def target_table(table: FigureTable) -> Table:
     """Figures beside their targets."""
-    rows = []
+    rows: list[list[str]] = []
+    missed: list[int] = []
     for pair in zip(*(table.columns[measured] for measured in SENSORS), strict=True):
         cells = [pair[0].words]
         for one in pair:
-            cells += [target_text(one.target, one.unit), figure_text(one), MARKS[one.met]]
+            target = target_text(one.target, one.unit)
+            cells += [figure_text(one), f"{target}: {MARKS[one.met]}" if target else ""]
+        if any(one.met == "missed" for one in pair):
+            missed.append(len(rows))
         rows.append(cells)
     return Table(
-        f"{table.title.capitalize()}. {HOLDS} {MARKS_TOLD}",
-        ("figure", "target", SENSORS[0], "", "target", SENSORS[1], ""),
+        f"{table.title.capitalize()}.",
+        ("figure", SENSORS[0], "target", SENSORS[1], "target"),
         rows,
-        [place for place, row in enumerate(rows) if "missed" in (row[3], row[6])],
+        missed,
     )
 
 
 def trust_table(score: Score) -> Table:
     """What a verdict is worth."""
     return Table(
-        f"What a verdict is worth: how often it and all it names are right. {HOLDS}",
+        "What a verdict is worth: how often it and all it names are right.",
         ("verdict", "right"),
         [(one.words.replace("_", " "), figure_text(one)) for one in score.trust],
     )
@@ -57,14 +66,30 @@ def outcome_table(score: Score) -> Table:
     return Table("Records by outcome.", ("outcome", *grades), rows)
 
 
+def bins_table(found: Reliability) -> Table:
+    """Effects by the probability they were named with."""
+    return Table(
+        "Effects by the probability they were named with.",
+        ("probability", "mean", "are there"),
+        [
+            (one.true.words, number(one.probability, "share"), figure_text(one.true))
+            for one in found.bins
+        ],
+    )
+
+
 def split_table(table: SplitTable) -> Table:
     """Few figures by group."""
     rows = [
-        (plain_name(group), measured, *map(figure_text, figures))
+        (
+            KINDS.get(group, plain_name(group)),
+            measured,
+            *(figure_text(one, short=True) for one in figures),
+        )
         for group, measured, figures in table.rows
     ]
     words = [one.words for one in table.rows[0][2]] if table.rows else []
-    return Table(f"By {table.title}. {HOLDS}", (table.title, "sensors", *words), rows)
+    return Table(f"By {table.title}.", ("", "sensors", *words), rows)
 
 
 def baseline_table(each: Sequence[Baseline]) -> Table:
@@ -72,11 +97,11 @@ def baseline_table(each: Sequence[Baseline]) -> Table:
     words = [one.words for one in each[0].figures] if each else []
     rows = []
     for one in each:
-        found = {figure.words: figure_text(figure) for figure in one.figures}
-        rows.append((one.name, one.how, *(found.get(name, "-") for name in words)))
+        found = {figure.words: figure_text(figure, short=True) for figure in one.figures}
+        rows.append((one.name, *(found.get(name, "-") for name in words)))
     return Table(
-        f"Simpler ways, judged alike. Effect first: gap at least 3 x floor. {HOLDS}",
-        ("way", "how", *words),
+        "Simpler ways, judged alike. Effect first: gap at least 3 x floor.",
+        ("way", *words),
         rows,
         [0],
     )

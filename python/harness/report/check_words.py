@@ -17,9 +17,18 @@ MARKS = {
     "no target": "",
     "no data": "no data",
 }
-MARKS_TOLD = (
-    "With a question mark: the interval of 90 % reaches across the target, so that more records "
-    "are needed to be sure."
+# Kinds of record that have no effect to be called by.
+KINDS = {
+    "one": "one effect",
+    "two": "two effects",
+    "none": "no gap",
+    "params": "wrong values only",
+    "open": "outside of the catalogue",
+}
+HOW_TO_READ = (
+    "Tables give a value, its interval of 90 % and the number of records (of intervals and sizes, "
+    "of these). Met or missed with a question mark: the interval of 90 % reaches across the "
+    "target, so that more records are needed to be sure."
 )
 
 
@@ -28,16 +37,20 @@ def number(value: float, unit: str) -> str:
     if not math.isfinite(value):
         return "-"
     if unit == "share":
-        return f"{100.0 * value:.3g} %" if abs(value) < 0.9995 else f"{100.0 * value:.0f} %"
+        return f"{100.0 * value:.1f} %".replace(".0 %", " %")
     return f"{value:.3g}{' s' if unit == 'seconds' else ''}"
 
 
-def figure_text(figure: Figure) -> str:
-    """Value, interval and n."""
+def figure_text(figure: Figure, *, short: bool = False) -> str:
+    """Value, interval and n; short: whole per cents."""
     if not figure.n:
         return "-"
-    low, high = (number(end, figure.unit).removesuffix(" %") for end in (figure.low, figure.high))
-    return f"{number(figure.value, figure.unit)} ({low} to {high}; {figure.n})"
+    value, low, high = (
+        f"{100.0 * x:.0f} %" if short and figure.unit == "share" else number(x, figure.unit)
+        for x in (figure.value, figure.low, figure.high)
+    )
+    ends = [end.removesuffix(" %").removesuffix(" s") for end in (low, high)]
+    return f"{value} ({ends[0]}\N{EN DASH}{ends[1]}; {figure.n})"
 
 
 def target_text(target: Range | None, unit: str) -> str:
@@ -46,8 +59,10 @@ def target_text(target: Range | None, unit: str) -> str:
         return ""
     ends = [number(end, unit) for end in (target.least, target.most)]
     if math.isinf(target.least):
-        return f"at most {ends[1]}"
-    return f"at least {ends[0]}" if math.isinf(target.most) else f"{ends[0]} to {ends[1]}"
+        return f"\N{LESS-THAN OR EQUAL TO} {ends[1]}"
+    if math.isinf(target.most):
+        return f"\N{GREATER-THAN OR EQUAL TO} {ends[0]}"
+    return f"{ends[0].removesuffix(' %')}\N{EN DASH}{ends[1]}"
 
 
 def plural(n: int, one: str) -> str:
@@ -68,7 +83,7 @@ def lead(score: Score) -> list[str]:
     worth = {figure.words: figure for figure in score.trust}
     if "effects" in worth:
         said.append(
-            f"Where the diagnosis said `effects`, that was the whole truth in "
+            "Where the verdict was effects, that was the whole truth in "
             f"{figure_text(worth['effects'])} (interval of 90 %; number of records)."
         )
     table = score.tables[0]
