@@ -63,6 +63,12 @@ def told(effect: str, sizes: dict[str, float], rig: Rig) -> dict[str, float]:
     return {f"effects.{effect}.{name}": value for name, value in sizes.items()}
 
 
+def with_effects(rig: Rig, effects: dict[str, dict[str, float]], command: Record) -> Record:
+    """What the simulator with these effects makes of the command of a record."""
+    values = {k: v for name, sizes in effects.items() for k, v in told(name, sizes, rig).items()}
+    return simulate(rig.with_values(values), command.column("command_v"), dt_s=DT_S).record
+
+
 ROUND_TRIPS = [
     (plant, effect)
     for plant in ("bench", "linear", "axis")
@@ -106,8 +112,7 @@ def test_spool_of_the_simulator_gets_the_old_command_behind_play_and_delay() -> 
     record = simulate(rig, command(rig), dt_s=DT_S).record
     effects = {name: SIZES[name] for name in ("valve_hysteresis", "transport_delay")}
     made = inject(record, rig, effects).record
-    values = {k: v for name, sizes in effects.items() for k, v in told(name, sizes, rig).items()}
-    spool = simulate(rig.with_values(values), made.column("command_v"), dt_s=DT_S).record
+    spool = with_effects(rig, effects, made)
     # Command k acts from t_k on: the spool shows it at the next sample.
     wanted = 0.1 * command(rig)[: len(spool) - 1]
     np.testing.assert_allclose(spool.column("spool")[1:], wanted, rtol=0.0, atol=1e-14)
@@ -118,8 +123,7 @@ def test_spool_that_was_measured_goes_where_overlap_and_bias_want_it() -> None:
     record = simulate(rig, command(rig), dt_s=DT_S).record
     effects = {name: SIZES[name] for name in ("valve_dead_band", "valve_null_bias")}
     made = inject(record, rig, effects).record
-    values = {k: v for name, sizes in effects.items() for k, v in told(name, sizes, rig).items()}
-    again = simulate(rig.with_values(values), made.column("command_v"), dt_s=DT_S).record
+    again = with_effects(rig, effects, made)
     # The simulator's spool is at zero before the first command.
     np.testing.assert_allclose(
         made.column("spool")[1:], again.column("spool")[1:], rtol=0.0, atol=1e-14

@@ -30,6 +30,8 @@ RINGS = 0.97
 DIED_OUT = 1e-16
 # Cut-off frequencies of the smoothing that are tried, each this share of the one before.
 COARSE = 0.97
+# More of the command (rms) than this smoothed away is a gap of its own, as large as an effect.
+MOST_LOST = 0.05
 
 
 class _MeanOfSample(NamedTuple):
@@ -82,7 +84,7 @@ def before_lag(
     Raises
     ------
     InjectError
-        the inverse rings on, or smoothing would go into the band of the valve.
+        the inverse rings on, or smoothing would take more than MOST_LOST of the command.
     """
     mean = _mean_of_sample(bandwidth_hz, damping, dt_s)
     slowest = mean.slowest_of_inverse()
@@ -115,17 +117,17 @@ def before_lag(
     if needed <= limit:
         return Step(exact, notes)
     nyquist_hz = 0.5 / dt_s
-    cut_off, sent = 1.0, exact
+    cut_off, lost, sent = 1.0, 0.0, exact
     while float(np.abs(sent).max()) > limit:
         cut_off *= COARSE
-        if cut_off * nyquist_hz < bandwidth_hz:
+        sent = back(inverse * smoothing(cut_off))
+        lost = rms(back(smoothing(cut_off)) - command) / rms(command)
+        if lost > MOST_LOST:
             raise InjectError(
                 f"a valve of {bandwidth_hz:g} Hz could not have made this record within its rated "
                 f"command (it would take {needed:.3g} times as much): take a higher bandwidth, or "
                 "a record with a smoother command"
             )
-        sent = back(inverse * smoothing(cut_off))
-    lost = rms(back(smoothing(cut_off)) - command) / rms(command)
     notes.append(
         Note(
             f"to stay within rated command (it would take {needed:.3g} times as much) the command "
