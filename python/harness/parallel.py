@@ -1,19 +1,26 @@
 # SPDX-License-Identifier: MIT
-"""Independent tasks on all cores, with progress."""
+"""Independent tasks on all cores, or on the workers of a Dask cluster, with progress."""
 
 from __future__ import annotations
 
+import importlib.metadata
 import signal
+import socket
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TypeVar
+from typing import Any, TypeVar
+from urllib.parse import urlsplit
 
 import joblib
+from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 T = TypeVar("T")
 Progress = Callable[[float], None]
+
+PACKAGE = "ehsid"
+CONNECT_S = 10.0
 
 _WORKERS: ContextVar[int] = ContextVar("_WORKERS", default=-1)
 
@@ -52,18 +59,113 @@ def _workers_deaf_to_ctrl_c() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
+@contextmanager
+def on_cluster(address: str) -> Iterator[None]:
+    """`run_tasks` and `run_unordered` inside use the workers of a Dask cluster.
+
+    Parameters
+    ----------
+    address
+        of the scheduler, such as "tcp://10.0.0.5:8786".
+
+    Raises
+    ------
+    ValueError
+        dask.distributed is not installed, nothing answers there, or the workers cannot run the
+        tasks; the message says what to do.
+    ChildProcessError
+        a task took its workers down with it, again and again.
+    """
+    try:
+        from distributed import Client, KilledWorker
+    except ImportError:
+        raise ValueError(
+            "a Dask cluster needs dask.distributed: python -m pip install 'ehsid[dask]'"
+        ) from None
+    try:
+        _check_scheduler(address)
+        client = Client(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise ValueError(
+            f"no Dask scheduler answers at '{address}': {error}; start one with `dask scheduler`, "
+            "which prints its address (tcp://HOST:PORT)"
+        ) from None
+    with client:
+        _check_cluster(client, address)
+        try:
+            with joblib.parallel_config("dask", client=client):
+                yield
+        except KilledWorker as error:
+            raise ChildProcessError(f"workers of the cluster were killed: {error}") from None
+
+
+def _check_scheduler(address: str) -> None:
+    """Something listens there: told at once, where a client would go on trying."""
+    parts = urlsplit(address)
+    if parts.scheme not in ("tcp", "tls") or not parts.hostname or not parts.port:
+        raise ValueError("this is not an address such as tcp://10.0.0.5:8786")
+    socket.create_connection((parts.hostname, parts.port), CONNECT_S).close()
+
+
+def _check_cluster(client: Any, address: str) -> None:
+    """There are workers, and they have this version of the package."""
+    here = importlib.metadata.version(PACKAGE)
+    found = client.run(importlib.metadata.version, PACKAGE, on_error="return")
+    if not found:
+        raise ValueError(
+            f"the Dask scheduler at {address} has no workers; start some with "
+            f"`dask worker {address} --nthreads 1`"
+        )
+    for worker, version in found.items():
+        if version != here:
+            has = f"version {version}" if isinstance(version, str) else "none"
+            raise ValueError(
+                f"the Dask worker {worker} needs {PACKAGE} {here} and has {has}: install it there"
+            )
+
+
+def _running(tasks: Iterable[Callable[[], T]], return_as: str) -> Iterator[T]:
+    """Results as they come; tasks are taken from the iterable as workers become free.
+
+    Raises
+    ------
+    ChildProcessError
+        a worker was killed.
+    """
+    if worker_count() == 1:
+        # Not by joblib: within a task on a cluster it would send the parts to the cluster.
+        yield from (task() for task in tasks)
+        return
+    try:
+        with _workers_deaf_to_ctrl_c():
+            running = joblib.Parallel(n_jobs=worker_count(), return_as=return_as)(
+                joblib.delayed(task)() for task in tasks
+            )
+        yield from running
+    except TerminatedWorkerError:
+        raise ChildProcessError(
+            "a worker process was killed, perhaps for want of memory; start again with fewer "
+            "--workers"
+        ) from None
+
+
 def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:
     """Results in the order of the tasks; each must be picklable.
 
     progress is called with the share that is done, 0 to 1.
     """
     results: list[T] = []
-    with _workers_deaf_to_ctrl_c():
-        running = joblib.Parallel(n_jobs=worker_count(), return_as="generator")(
-            joblib.delayed(task)() for task in tasks
-        )
-    for result in running:
+    for result in _running(tasks, "generator"):
         results.append(result)
         if progress is not None:
             progress(len(results) / len(tasks))
     return results
+
+
+def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
+    """Each result as soon as it is there, in any order; each task must be picklable.
+
+    Tasks are taken from the iterable a few ahead of the workers, in any thread: one that is made of
+    much data need not exist before its turn. The iterable must not raise.
+    """
+    return _running(tasks, "generator_unordered")

@@ -81,7 +81,7 @@ def test_estimator_headers_never_reach_streams_or_the_heap(header: str) -> None:
     assert not forbidden & reachable(header)
 
 
-WRITING = ("cli", "report", "export")
+WRITING = ("check", "cli", "report", "export")
 COMPUTING = sorted(
     folder.name
     for folder in HARNESS.iterdir()
@@ -94,6 +94,16 @@ def test_computing_rooms_draw_nothing(room: str) -> None:
     folder = HARNESS / room
     drawing = ("matplotlib", "jinja2", "ehsid.harness.report")
     assert not [name for name in imported_below(folder) if name.startswith(drawing)]
+
+
+def test_only_what_people_see_uses_the_checks() -> None:
+    users = {
+        folder.name
+        for folder in HARNESS.iterdir()
+        if folder.is_dir()
+        and [name for name in imported_below(folder) if name.startswith("ehsid.harness.check")]
+    }
+    assert users <= {"check", "cli", "report"}
 
 
 def test_reality_never_imports_the_simulator() -> None:
