@@ -120,7 +120,11 @@ def score_folder(out: Path, progress: Progress | None = None) -> Score:
 
 
 def _scored(out: Path, name: str, answer: Answer, said: Said) -> tuple[Scored, float | None]:
-    transfer = None if said.verdict == FAILED else transfer_of(out, name, said)
+    try:
+        transfer = None if said.verdict == FAILED else transfer_of(out, name, said)
+    except ValueError as error:
+        # A plain one: errors of records and rigs do not come back from another process.
+        raise ValueError(f"case {name}: {error}") from None
     case = Scored(name, answer, said, judge(answer, said), transfer)
     return case, independent_samples(out, name, said)
 

@@ -27,7 +27,7 @@ from ehsid.harness.gap.how_far import how_far, window_sums
 from ehsid.harness.gap.problem import Problem
 from ehsid.harness.gap.thresholds import BOOTSTRAP_SEED, DECISION_SUBSTEPS, INDEPENDENT_HZ
 from ehsid.harness.records import Record, read_record
-from ehsid.harness.records.schema import COLUMNS
+from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
@@ -100,7 +100,8 @@ def transfer_of(out: Path, name: str, said: Said) -> Transfer | None:
     if not (record.is_file() and found.is_file() and told.is_file()):
         return None
     rig = read_rig(told)
-    read = read_record(record, columns=list(COLUMNS), layout=rig.columns)
+    needed = (*REQUIRED_COLUMNS, "position_m")
+    read = read_record(record, columns=list(COLUMNS), required=needed, layout=rig.columns)
     return realised(rig, read_rig(found), read, said)
 
 

@@ -132,15 +132,14 @@ def wrong_table(each: Sequence[WrongCase]) -> Table:
     return Table(
         "Every record that was not answered right, the worst first. Nats: held-out log-likelihood; "
         "within 10 two explanations are alike for all that the record can tell.",
-        ("record", "grade", "sensors", "truth", "said", "outcome", "why it may be"),
+        ("record", "grade, sensors", "outcome", "truth", "said", "why it may be"),
         [
             (
                 one.name,
-                one.grade,
-                one.sensors,
+                f"{one.grade}, {one.sensors}",
+                one.outcome,
                 one.truth.replace("_", " "),
                 one.said.replace("_", " "),
-                one.outcome,
                 "; ".join(one.reasons) or "not known",
             )
             for one in each

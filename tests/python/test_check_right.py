@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: MIT
+"""What counts as right, all of it as a table."""
+
+import itertools
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ehsid.harness.check.score_reading import FAILED, Answer, Named, Said
+from ehsid.harness.check.score_right import is_exactly, is_true, judge
+from ehsid.harness.rigs.parameters import effects
+
+BAND, BIAS, DELAY = "valve_dead_band", "valve_null_bias", "transport_delay"
+COULOMB, STRIBECK = "coulomb_friction", "stribeck_friction"
+TRUTHS = {
+    "one": (BAND,),
+    "two": (BAND, DELAY),
+    "none": (),
+    "params": (),
+    "open": ("valve_stiction",),
+}
+VERDICTS = (
+    "effects",
+    "ambiguous",
+    "outside_catalogue",
+    "parameters",
+    "no_gap",
+    "insufficient_data",
+)
+
+
+def answer(kind: str, *truth: str, grade: str = "plain") -> Answer:
+    told = truth or TRUTHS[kind]
+    subsystems = tuple(effects()[one].subsystem if one in effects() else "valve" for one in told)
+    return Answer(kind, grade, "ehs", "position", ("prbs",), {one: {} for one in told}, subsystems)
+
+
+def said(
+    verdict: str,
+    *named: str,
+    sets: tuple[tuple[str, ...], ...] = (),
+    silent: tuple[str, ...] = (),
+    subsystem: str = "",
+) -> Said:
+    return Said(
+        verdict,
+        tuple(Named(one, 0.9) for one in named),
+        sets,
+        cannot_judge=frozenset(silent),
+        subsystem={subsystem: 0.8, "sensor": 0.1} if subsystem else {},
+    )
+
+
+# kind, what was said, outcome
+TABLE = [
+    ("one", said("effects", BAND), "right"),
+    ("one", said("effects", BAND, BIAS), "incomplete"),
+    ("one", said("effects", BIAS, BAND), "wrong name"),
+    ("one", said("effects", BIAS), "wrong name"),
+    ("one", said("ambiguous", BIAS, sets=((BIAS,), (BAND,))), "right"),
+    ("one", said("ambiguous", BAND, sets=((BAND,), (BIAS,))), "right"),
+    ("one", said("ambiguous", BIAS, sets=((BIAS,), (DELAY,))), "set without the truth"),
+    ("one", said("ambiguous", BIAS, sets=((BIAS,), (BAND, DELAY))), "set without the truth"),
+    ("one", said("outside_catalogue"), "rejected"),
+    ("one", said("outside_catalogue", BAND), "rejected"),
+    ("one", said("no_gap"), "missed"),
+    ("one", said("no_gap", silent=(BAND, BIAS)), "abstained"),
+    ("one", said("insufficient_data", silent=(BAND,)), "abstained"),
+    ("one", said("parameters", silent=(BAND,)), "missed"),
+    ("one", said("insufficient_data"), "missed"),
+    ("two", said("effects", BAND, DELAY), "right"),
+    ("two", said("effects", DELAY, BAND), "right"),
+    ("two", said("effects", BAND), "incomplete"),
+    ("two", said("effects", DELAY, BIAS), "incomplete"),
+    ("two", said("effects", BIAS, BAND), "wrong name"),
+    ("two", said("effects", BAND, DELAY, BIAS), "incomplete"),
+    ("two", said("ambiguous", BAND, BIAS, sets=((BAND, BIAS), (BAND, DELAY))), "right"),
+    ("two", said("ambiguous", BAND, sets=((BAND,), (BIAS,))), "set without the truth"),
+    ("two", said("no_gap", silent=(BAND,)), "missed"),
+    ("two", said("no_gap", silent=(BAND, DELAY)), "abstained"),
+    ("two", said("parameters"), "missed"),
+    ("two", said("insufficient_data", silent=(DELAY,)), "missed"),
+    ("two", said("outside_catalogue", BAND), "rejected"),
+    ("none", said("no_gap"), "right"),
+    ("none", said("parameters"), "other verdict"),
+    ("none", said("insufficient_data"), "other verdict"),
+    ("none", said("effects", BAND), "false alarm"),
+    ("none", said("ambiguous", BAND, sets=((BAND,), (BIAS,))), "false alarm"),
+    ("none", said("outside_catalogue"), "false alarm"),
+    ("params", said("parameters"), "right"),
+    ("params", said("no_gap"), "other verdict"),
+    ("params", said("insufficient_data"), "other verdict"),
+    ("params", said("effects", BAND), "false alarm"),
+    ("params", said("ambiguous", BAND, sets=((BAND,), (BIAS,))), "false alarm"),
+    ("params", said("outside_catalogue", BAND), "false alarm"),
+    ("open", said("outside_catalogue"), "right"),
+    ("open", said("outside_catalogue", BAND), "right"),
+    ("open", said("effects", BAND), "wrong name"),
+    ("open", said("ambiguous", BAND, sets=((BAND,), (BIAS,))), "set without the truth"),
+    ("open", said("parameters"), "missed"),
+    ("open", said("no_gap"), "missed"),
+    ("open", said("insufficient_data"), "missed"),
+    *((kind, Said(FAILED), "failed") for kind in TRUTHS),
+]
+
+
+def test_the_table_has_every_kind_with_every_verdict() -> None:
+    covered = {(kind, one.verdict) for kind, one, _ in TABLE}
+    assert covered == set(itertools.product(TRUTHS, (*VERDICTS, FAILED)))
+
+
+@pytest.mark.parametrize("grade", ["plain", "hard", "confusable"])
+@pytest.mark.parametrize(("kind", "what", "outcome"), TABLE)
+def test_outcomes(kind: str, what: Said, outcome: str, grade: str) -> None:
+    found = judge(answer(kind, grade=grade), what)
+    assert found.outcome == outcome
+    assert found.right == (outcome == "right")
+
+
+@pytest.mark.parametrize(("kind", "what", "outcome"), TABLE)
+def test_questions_arise_only_where_they_can(kind: str, what: Said, outcome: str) -> None:
+    found = judge(answer(kind), what)
+    known, healthy = kind in ("one", "two"), kind in ("none", "params")
+    for name in ("effect_first", "exact", "in_set", "rejected", "abstained"):
+        assert (getattr(found, name) is not None) == known
+    assert (found.recognised is not None) == (kind == "open")
+    assert (found.false_effect is not None) == (found.false_alarm is not None) == healthy
+    assert (found.wrong_name is not None) == (found.subsystem_first is not None) == (not healthy)
+    # What the outcome says and what is counted must agree.
+    assert bool(found.wrong_name) == (outcome == "wrong name")
+    assert bool(found.false_alarm) == (outcome == "false alarm")
+    assert bool(found.rejected) == (outcome == "rejected")
+    assert bool(found.abstained) == (outcome == "abstained")
+    assert bool(found.recognised) == (kind == "open" and outcome == "right")
+    if known and outcome == "right":
+        assert found.in_set
+
+
+def test_the_first_name_counts_whatever_the_verdict() -> None:
+    found = judge(answer("one"), said("outside_catalogue", BAND))
+    assert found.effect_first
+    assert found.exact
+    assert found.in_set
+    assert found.rejected
+    assert not found.wrong_name
+
+
+def test_the_first_name_of_a_set_is_no_confident_one() -> None:
+    found = judge(answer("one"), said("ambiguous", BIAS, sets=((BIAS,), (BAND,))))
+    assert found.effect_first is False
+    assert found.in_set
+    assert found.set_size == 2
+    assert not found.wrong_name
+
+
+def test_unknown_effects_are_named_by_nobody() -> None:
+    found = judge(answer("open"), said("effects", "valve_stiction"))
+    assert found.wrong_name
+
+
+def test_an_effect_beside_an_unknown_gap_is_blamed_all_the_same() -> None:
+    found = judge(answer("none"), said("outside_catalogue", BAND))
+    assert found.false_effect
+    assert not judge(answer("none"), said("outside_catalogue")).false_effect
+
+
+@pytest.mark.parametrize(
+    ("named", "true", "right"),
+    [
+        (COULOMB, STRIBECK, True),
+        (STRIBECK, COULOMB, True),
+        ("load_spring", "load_force", True),
+        ("load_force", "load_spring", False),
+        (BAND, BIAS, False),
+    ],
+)
+def test_families(named: str, true: str, right: bool) -> None:
+    assert is_true(named, [true]) == right
+    assert judge(answer("one", true), said("effects", named)).right == right
+
+
+def test_the_subsystem_is_the_largest_share() -> None:
+    assert judge(answer("one"), said("effects", BIAS, subsystem="valve")).subsystem_first
+    assert not judge(answer("one"), said("effects", BAND, subsystem="timing")).subsystem_first
+    assert not judge(answer("one"), said("no_gap")).subsystem_first
+    assert judge(answer("open"), said("outside_catalogue", subsystem="valve")).subsystem_first
+    # of two effects either is right
+    assert judge(answer("two"), said("effects", BAND, subsystem="timing")).subsystem_first
+
+
+IDS = st.sampled_from(sorted(effects()))
+
+
+@given(st.sets(IDS, min_size=1, max_size=3), st.randoms(use_true_random=False))
+def test_the_truth_in_any_order_is_right(truth: set[str], random: object) -> None:
+    order = sorted(truth, key=lambda _: random.random())  # type: ignore[attr-defined]
+    assert is_exactly(order, sorted(truth))
+
+
+@given(st.sets(IDS, min_size=1, max_size=3), st.sets(IDS, min_size=1, max_size=3))
+def test_what_is_exact_has_no_wrong_name_in_it(named: set[str], truth: set[str]) -> None:
+    exact = is_exactly(named, truth)
+    assert exact <= all(is_true(one, truth) for one in named)
+    assert exact <= (len(named) == len(truth))
+    assert is_exactly(truth, truth)
