@@ -99,6 +99,10 @@ def on_cluster(address: str) -> Iterator[None]:
             raise ChildProcessError(f"workers of the cluster were killed: {error}") from None
 
 
+def _version() -> str:
+    return importlib.metadata.version(PACKAGE)
+
+
 def _check_scheduler(address: str) -> None:
     """Something listens there: told at once, where a client would go on trying."""
     parts = urlsplit(address)
@@ -109,7 +113,7 @@ def _check_scheduler(address: str) -> None:
 
 def _check_cluster(client: Any, address: str) -> None:
     """There are workers, and they have this version of the package."""
-    here = importlib.metadata.version(PACKAGE)
+    here = _version()
     found = client.run(importlib.metadata.version, PACKAGE, on_error="return")
     if not found:
         raise ValueError(

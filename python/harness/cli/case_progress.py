@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: MIT
+"""Progress of work that is done case by case: which is finished, what came of it, time left."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+)
+
+from ehsid.harness.check.jobs import Outcome
+
+
+def in_words(seconds: float) -> str:
+    """A time as people say it: "40 s", "12 min", "3 h 20 min"."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def shown(
+    outcomes: Iterable[Outcome], todo: int, total: int, console: Console | None = None
+) -> Iterator[Outcome]:
+    """The same outcomes, told on stderr as they come: a bar on a terminal, lines in a log.
+
+    Parameters
+    ----------
+    todo, total
+        how many come, and how many there are with those of earlier runs.
+    """
+    console = console or Console(stderr=True)
+    began, done = time.monotonic(), total - todo
+    bar = Progress(
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.description}"),
+        console=console,
+        disable=not console.is_terminal,
+        transient=True,
+    )
+    with bar:
+        task = bar.add_task("", total=total, completed=done)
+        for i, outcome in enumerate(outcomes, 1):
+            rest = todo - i
+            left = in_words((time.monotonic() - began) / i * rest)
+            line = f"{escape(outcome.name)}: {escape(outcome.word)}, {in_words(outcome.seconds)}"
+            if not console.is_terminal or outcome.failed:
+                tail = f"; {left} left" if rest else ""
+                console.print(f"{done + i} of {total}, {line}{tail}", soft_wrap=True)
+            bar.update(task, completed=done + i, description=f"{left} left; {line}")
+            yield outcome

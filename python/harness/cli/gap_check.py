@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: MIT
+"""`ehsid gap-check`: how far to trust a diagnosis, on records whose effect is withheld."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+import ehsid
+from ehsid.harness.check.making import make_check
+from ehsid.harness.check.seal import SEAL, Seal, verify
+from ehsid.harness.check.settings import GRADES, SENSORS, Settings
+from ehsid.harness.cli.common import clear_errors, refuse
+from ehsid.harness.cli.gap import check_folder
+from ehsid.harness.cli.progress import progress_of
+from ehsid.harness.parallel import on_cluster
+from ehsid.harness.parallel import workers as using
+
+
+@contextmanager
+def on(cluster: str | None, workers: int | None) -> Iterator[None]:
+    """Tasks inside run on a cluster, or on so many processes.
+
+    Raises
+    ------
+    ValueError
+        both are asked for, or the cluster cannot be used.
+    """
+    if cluster is None:
+        with using(workers):
+            yield
+        return
+    if workers is not None:
+        raise ValueError("--workers is of this machine: leave it away with --dask")
+    with on_cluster(cluster):
+        yield
+
+
+def made_or_found(out: Path, given: dict[str, Any], workers: int | None) -> Seal:
+    """The check in the folder, intact; made if there is none.
+
+    Raises
+    ------
+    ValueError
+        the check there has other settings, is of another version, or was changed.
+    """
+    if not (out / SEAL).is_file():
+        settings = Settings().with_given(given)
+        with progress_of(f"making {settings.count} cases") as progress, using(workers):
+            return make_check(out, settings, progress)
+    seal = verify(out)
+    wanted = seal.settings.with_given(given)
+    differences = seal.settings.differences(wanted)
+    if differences:
+        raise ValueError(
+            f"--out {out}: the check there has {'; '.join(differences)}; leave these options away "
+            "to go on with it, or name a new folder"
+        )
+    if seal.ehsid_version != ehsid.__version__:
+        raise ValueError(
+            f"--out {out}: the check there was made by ehsid {seal.ehsid_version}, this is "
+            f"{ehsid.__version__}; name a new folder"
+        )
+    return seal
+
+
+def run_cases(out: Path, seal: Seal, dask: str | None, workers: int | None) -> None:
+    """All that have no result yet."""
+    # The diagnosis takes a second to import: only this verb pays for it.
+    from ehsid.harness.check.running import run_check, unfinished_cases
+    from ehsid.harness.cli.case_progress import shown
+    from ehsid.harness.gap import diagnose
+
+    todo, count = len(unfinished_cases(out)), seal.settings.count
+    if not todo:
+        return
+    if todo < count:
+        typer.echo(f"{count - todo} of {count} cases are finished; going on", err=True)
+    with on(dask, workers):
+        for _ in shown(run_check(out, seal, diagnose), todo, count):
+            pass
+
+
+def gap_check_command(
+    out: Annotated[Path, typer.Option(help="folder of the check; the same again: goes on with it")],
+    count: Annotated[int | None, typer.Option(help="number of cases; default 40")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="of the cases; another seed: all others; default 1")
+    ] = None,
+    grade: Annotated[
+        list[str] | None,
+        typer.Option(help=f"{', '.join(GRADES)}; may be repeated; default: all, equal shares"),
+    ] = None,
+    sensors: Annotated[
+        str | None, typer.Option(help=f"of all cases: {', '.join(SENSORS)}; default: a mix")
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="length of each record; default: drawn, 8 to 20 s")
+    ] = None,
+    exclude_truth: Annotated[
+        bool | None,
+        typer.Option(
+            "--exclude-truth",
+            help="only cases with one effect, diagnosed without that effect: none must be blamed",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="processes; default: one for each core")
+    ] = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler: tcp://HOST:PORT")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="print score.json instead of the summary")
+    ] = False,
+) -> None:
+    """Check the diagnosis on machines whose effect is withheld: make, seal, run, score.
+
+    Finished cases are kept: after a kill or Ctrl-C the same command goes on where it was. Answers
+    are sealed before the first case runs. Needs numba: the extra `check`.
+
+    Writes cases, answers.json, seal.json, results, score.json, report.html and pictures. Exit
+    code 0 whatever the score, 2 for input that cannot be used.
+
+    Example: ehsid gap-check --out check --count 40 --seed 5
+    """
+    with clear_errors():
+        check_folder(out)
+        given = {
+            "count": count,
+            "seed": seed,
+            "grades": tuple(grade) if grade else None,
+            "sensors": sensors,
+            "seconds": seconds,
+            "exclude_truth": exclude_truth,
+        }
+        try:
+            seal = made_or_found(out, given, workers)
+        except ImportError as error:  # says which extra is missing
+            refuse(str(error))
+        typer.echo(f"answers sealed, sha256 {seal.answers_sha256}", err=True)
+        run_cases(out, seal, dask, workers)
+        _score(out, workers, as_json)
+
+
+def _score(out: Path, workers: int | None, as_json: bool) -> None:
+    """Of a check whose seal holds: nothing was changed while it ran."""
+    from ehsid.harness.check.score import score_folder
+    from ehsid.harness.cli.case_progress import in_words
+    from ehsid.harness.report.check_page import write_page
+    from ehsid.harness.report.check_words import lead
+
+    verify(out)
+    with progress_of("scoring") as progress, using(workers):
+        score = score_folder(out, progress)
+    page = write_page(score, out)
+    if as_json:
+        typer.echo((out / "score.json").read_text(encoding="utf-8"), nl=False)
+        return
+    console = Console()
+    for sentence in lead(score):
+        console.print(sentence, highlight=False)
+    spent = sum(case.said.seconds for case in score.cases if case.said.seconds > 0.0)
+    console.print(f"{in_words(spent)} of one core in all", highlight=False)
+    console.print(f"\nreport: {page}", soft_wrap=True, highlight=False)

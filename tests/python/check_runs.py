@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: MIT
+"""Stand-ins for the diagnosis that a worker process can be handed, and tiny checks."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from made_diagnoses import made_diagnosis
+
+from ehsid.harness.check.making import make_check
+from ehsid.harness.check.seal import Seal
+from ehsid.harness.check.settings import Settings
+from ehsid.harness.gap.findings import Diagnosis
+from ehsid.harness.parallel import Progress, worker_count
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
+
+TINY = Settings(seed=7, count=4, seconds=2.0)
+
+
+def tiny_check(out: Path, settings: Settings = TINY) -> Seal:
+    return make_check(out, settings)
+
+
+@dataclass(frozen=True)
+class StandIn:
+    """Answers at once, or fails for rigs of these names; what it saw is in the settings."""
+
+    fails: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+    def __call__(
+        self,
+        records: Sequence[Record],
+        rig: Rig,
+        *,
+        validate: Sequence[Record] = (),
+        exclude: Sequence[str] = (),
+        progress: Progress | None = None,
+    ) -> Diagnosis:
+        if rig.name in self.fails:
+            raise ArithmeticError(f"no root for {rig.name}")
+        time.sleep(self.seconds)
+        saw = {
+            "rig": rig.name,
+            "fitted": [one.name for one in records],
+            "held_out": [one.name for one in validate],
+            "exclude": list(exclude),
+            "workers": worker_count(),
+            "process": os.getpid(),
+        }
+        roles = {one.name: "fit" for one in records} | {one.name: "held out" for one in validate}
+        made = made_diagnosis("effects")
+        return replace(made, settings={**made.settings, **saw}, records=roles, runs=())

@@ -1,0 +1,297 @@
+# SPDX-License-Identifier: MIT
+"""A check is made and sealed once, runs case by case, and a kill loses only what was under way."""
+
+import json
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from check_runs import TINY, StandIn, tiny_check
+
+from ehsid.harness.check.jobs import ERROR, Outcome, keep
+from ehsid.harness.check.making import make_check
+from ehsid.harness.check.running import read_case, run_check, unfinished_cases
+from ehsid.harness.check.seal import read_seal, verify
+from ehsid.harness.check.settings import GRADES, SEEDS, SENSORS, Settings
+from ehsid.harness.parallel import workers
+from ehsid.harness.reality import structure
+from ehsid.harness.reality.case import COLUMNS
+from ehsid.harness.reality.effects import CATALOGUE
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A check nobody may change."""
+    out = tmp_path_factory.mktemp("made") / "check"
+    with workers(1):
+        tiny_check(out)
+    return out
+
+
+@pytest.fixture
+def check(made: Path, tmp_path: Path) -> Path:
+    """A copy of it."""
+    return Path(shutil.copytree(made, tmp_path / "check"))
+
+
+def answers_of(out: Path) -> dict[str, dict[str, object]]:
+    return json.loads((out / "answers.json").read_text(encoding="utf-8"))
+
+
+def results(out: Path) -> dict[str, dict[str, object]]:
+    """Settings of each diagnosis: what the stand-in saw."""
+    return {
+        path.parent.name: json.loads(path.read_text(encoding="utf-8"))["provenance"]["settings"]
+        for path in sorted((out / "results").glob("*/diagnosis.json"))
+    }
+
+
+def test_settings_know_what_the_generator_knows() -> None:
+    assert GRADES == structure.GRADES
+    assert tuple(COLUMNS) == SENSORS
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"seed": 0}, "--seed 0"),
+        ({"count": 0}, "--count 0"),
+        ({"count": SEEDS + 1}, "--count 100001"),
+        ({"grades": ("soft",)}, "--grade 'soft': expected one of plain, hard, confusable"),
+        ({"grades": ("plain", "plain")}, "once"),
+        ({"grades": ()}, "--grade"),
+        ({"sensors": "force"}, "--sensors 'force'"),
+        ({"seconds": 1.0}, "--seconds 1: expected 2 to 120"),
+    ],
+)
+def test_settings_out_of_range_are_told(wrong: dict[str, object], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        Settings(**wrong)  # type: ignore[arg-type]
+
+
+def test_settings_survive_a_file_and_tell_differences() -> None:
+    one = Settings(3, 20, ("hard", "plain"), "position", 4.0, True)
+    assert Settings.of_plain(json.loads(json.dumps(one.plain()))) == one
+    other = replace(one, count=40, grades=("hard",), seconds=None)
+    assert one.differences(other) == [
+        "count 20, not 40",
+        "grades hard+plain, not hard",
+        "seconds 4.0, not drawn",
+    ]
+    assert one.differences(one) == []
+
+
+def test_a_check_has_all_grades_and_its_answers_apart(made: Path) -> None:
+    names = sorted(path.name for path in (made / "cases").iterdir())
+    answers = answers_of(made)
+    assert sorted(answers) == names
+    assert len(names) == TINY.count
+    assert {answer["grade"] for answer in answers.values()} == set(GRADES)
+    assert sorted(answer["seed"] for answer in answers.values()) == [700000 + i for i in range(4)]
+    for name in names:
+        files = sorted(path.name for path in (made / "cases" / name).iterdir())
+        assert files == ["rig.toml", "train.csv", "validate.csv"]
+        assert (made / "transfer" / f"{name}.csv").is_file()
+    assert sorted(path.name for path in made.iterdir()) == [
+        "answers.json",
+        "cases",
+        "seal.json",
+        "transfer",
+    ]
+
+
+def test_the_same_settings_make_the_same_check(made: Path, tmp_path: Path) -> None:
+    with workers(1):
+        again = tiny_check(tmp_path / "again")
+    seal = read_seal(made)
+    assert again.answers_sha256 == seal.answers_sha256
+    assert again.files == seal.files
+
+
+def test_an_intact_check_passes(made: Path) -> None:
+    seal = verify(made)
+    assert seal.settings == TINY
+    # Three files a case, and its transfer record.
+    assert len(seal.files) == 4 * TINY.count
+
+
+@pytest.mark.parametrize("pattern", ["answers.json", "cases/*/rig.toml", "transfer/*.csv"])
+def test_whatever_is_changed_or_missing_breaks_the_seal(pattern: str, check: Path) -> None:
+    file = next(check.glob(pattern))
+    text = file.read_text(encoding="utf-8")
+    file.write_text(text + " ", encoding="utf-8")
+    with pytest.raises(ValueError, match="changed since it was sealed") as found:
+        verify(check)
+    assert str(file) in str(found.value)
+    file.unlink()
+    with pytest.raises(ValueError, match="now missing"):
+        verify(check)
+    file.write_text(text, encoding="utf-8")
+    verify(check)
+
+
+def test_an_added_case_breaks_the_seal(check: Path) -> None:
+    file = check / "cases" / "mine.csv"
+    file.write_text("time_s\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"mine\.csv: added since the check was sealed"):
+        verify(check)
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"answers_sha256": "0", "files": []}', "[1]"])
+def test_a_seal_that_cannot_be_read_is_told(text: str, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="no such file"):
+        verify(tmp_path)
+    (tmp_path / "seal.json").write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match="not a seal"):
+        verify(tmp_path)
+
+
+def test_files_of_others_are_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(ValueError, match=r"has files, but no seal\.json"):
+        make_check(tmp_path, TINY)
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_a_check_that_cannot_be_made_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr("ehsid.harness.check.making.write_seal", full)
+    with pytest.raises(OSError, match="no space"), workers(1):
+        make_check(tmp_path / "check", replace(TINY, count=1))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_cases_run_and_are_kept(check: Path) -> None:
+    names = unfinished_cases(check)
+    assert len(names) == TINY.count
+    with workers(2):
+        outcomes = list(run_check(check, verify(check), StandIn()))
+    assert sorted(one.name for one in outcomes) == names
+    assert {one.word for one in outcomes} == {"effects"}
+    assert unfinished_cases(check) == []
+    for name, saw in results(check).items():
+        assert saw["rig"] == f"rig-{name}"
+        assert (saw["fitted"], saw["held_out"]) == (["train"], ["validate"])
+        assert saw["exclude"] == []
+        assert saw["workers"] == 1, "one core for each case"
+        assert saw["process"] != os.getpid()
+        files = sorted(path.name for path in (check / "results" / name).iterdir())
+        assert files == ["diagnosis.json", "rig.augmented.toml"]
+    assert list(run_check(check, verify(check), StandIn())) == []
+
+
+def test_a_task_is_handed_neither_paths_nor_answers(check: Path) -> None:
+    for name, answer in answers_of(check).items():
+        task = pickle.dumps(read_case(check, name))
+        assert str(check).encode() not in task
+        assert b"answers" not in task
+        assert b"transfer" not in task
+        for effect in answer["effects"]:  # type: ignore[attr-defined]
+            assert str(effect).encode() not in task
+
+
+def test_an_error_is_a_result_and_the_others_go_on(check: Path) -> None:
+    names = unfinished_cases(check)
+    with workers(1):
+        outcomes = list(run_check(check, verify(check), StandIn(fails=(f"rig-{names[1]}",))))
+    assert [one.failed for one in outcomes] == [False, True, False, False]
+    text = (check / "results" / names[1] / ERROR).read_text(encoding="utf-8")
+    assert f"no root for rig-{names[1]}" in text
+    assert "Traceback" in text
+    assert outcomes[1].word == f"ArithmeticError: no root for rig-{names[1]}"
+    assert unfinished_cases(check) == []
+
+
+def test_a_case_that_cannot_be_read_is_an_error_of_its_own(check: Path) -> None:
+    seal, names = verify(check), unfinished_cases(check)
+    (check / "cases" / names[0] / "train.csv").unlink()
+    with workers(1):
+        outcomes = list(run_check(check, seal, StandIn()))
+    assert [one.failed for one in outcomes] == [True, False, False, False]
+    assert "no such file" in outcomes[0].word
+
+
+def test_the_true_effect_is_left_out(tmp_path: Path) -> None:
+    settings = Settings(seed=3, count=6, grades=("plain",), seconds=2.0, exclude_truth=True)
+    out = tmp_path / "check"
+    with workers(1):
+        seal = make_check(out, settings)
+        list(run_check(out, seal, StandIn()))
+    answers, seen = answers_of(out), results(out)
+    assert len(seen) == 6
+    for name, answer in answers.items():
+        assert answer["kind"] == "one"
+        assert seen[name]["exclude"] == list(answer["effects"])  # type: ignore[call-overload]
+    # In turn: no effect comes twice before all came once.
+    effects = {next(iter(answer["effects"])) for answer in answers.values()}  # type: ignore[call-overload]
+    assert len(effects) == 6
+    assert effects <= set(CATALOGUE)
+
+
+def test_a_result_replaces_an_earlier_one_whole(tmp_path: Path) -> None:
+    keep(Outcome("a", {"one": b"1", "two": b"2"}, "", 0.0), tmp_path)
+    (tmp_path / ".unfinished").mkdir()
+    (tmp_path / ".unfinished" / "half").write_text("of a killed run")
+    keep(Outcome("a", {"one": b"3"}, "", 0.0), tmp_path)
+    assert {path.name: path.read_bytes() for path in (tmp_path / "a").iterdir()} == {"one": b"3"}
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+
+
+RUN = """
+import sys
+from pathlib import Path
+from check_runs import StandIn
+from ehsid.harness.check.running import run_check
+from ehsid.harness.check.seal import verify
+from ehsid.harness.parallel import workers
+
+out = Path(sys.argv[1])
+with workers(2):
+    for outcome in run_check(out, verify(out), StandIn(seconds=float(sys.argv[2]))):
+        print(outcome.name, flush=True)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals to a process")
+def test_a_kill_loses_only_what_was_under_way(check: Path) -> None:
+    """Four cases of a second, two at a time: killed when the first is told, then started again."""
+    names = unfinished_cases(check)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    command = [sys.executable, "-c", RUN, str(check)]
+    run = subprocess.Popen(
+        [*command, "1.0"],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+        start_new_session=True,
+    )
+    assert run.stdout is not None
+    first = run.stdout.readline().strip()
+    run.send_signal(signal.SIGKILL)
+    run.wait(timeout=10)
+    os.killpg(run.pid, signal.SIGKILL)  # its workers, which nothing else ends soon
+    run.stdout.close()
+    assert first in names
+    kept = results(check)
+    assert first in kept
+    assert len(kept) < len(names)
+    assert set(unfinished_cases(check)) == set(names) - set(kept)
+    again = subprocess.run(
+        [*command, "0.0"], capture_output=True, text=True, env=environment, check=True, timeout=60
+    )
+    assert sorted(again.stdout.split()) == sorted(set(names) - set(kept))
+    finished = results(check)
+    assert sorted(finished) == names
+    for name, saw in kept.items():
+        assert finished[name] == saw, "a finished case is not run again"
+    verify(check)

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: MIT
+"""The same tasks here, in processes, and on a Dask cluster."""
+
+import importlib.metadata
+import os
+import sys
+import time
+from collections.abc import Iterator
+from functools import partial
+
+import pytest
+
+from ehsid.harness.parallel import (
+    on_cluster,
+    run_tasks,
+    run_unordered,
+    worker_count,
+    workers,
+)
+
+distributed = pytest.importorskip("distributed")
+
+
+def square(number: int, seconds: float = 0.0) -> tuple[int, int]:
+    """With the process it was computed in."""
+    time.sleep(seconds)
+    return number**2, os.getpid()
+
+
+def parts(number: int) -> tuple[list[int], set[int]]:
+    """A task that has tasks of its own, on one core."""
+    with workers(1):
+        found = run_tasks([partial(square, one) for one in range(number)])
+    return [value for value, _ in found], {process for _, process in found} | {os.getpid()}
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """A cluster of two workers, processes of their own."""
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=40
+    ) as cluster:
+        yield cluster.scheduler_address
+
+
+def test_one_worker_is_this_process() -> None:
+    with workers(1):
+        assert worker_count() == 1
+        assert run_tasks([partial(square, i) for i in range(3)]) == [
+            (i**2, os.getpid()) for i in range(3)
+        ]
+    assert worker_count() == -1
+
+
+def test_processes_keep_the_order_and_tell_the_share() -> None:
+    shares: list[float] = []
+    with workers(2):
+        # The first takes longest.
+        tasks = [partial(square, i, 0.3 if i == 0 else 0.0) for i in range(4)]
+        found = run_tasks(tasks, shares.append)
+    assert [value for value, _ in found] == [0, 1, 4, 9]
+    assert os.getpid() not in {process for _, process in found}
+    assert shares == [0.25, 0.5, 0.75, 1.0]
+
+
+def test_unordered_gives_what_is_there_and_takes_tasks_late() -> None:
+    taken: list[int] = []
+
+    def tasks() -> Iterator[partial[tuple[int, int]]]:
+        for i in range(40):
+            taken.append(i)
+            yield partial(square, i, 3.0 if i == 0 else 0.05)
+
+    with workers(2):
+        results = run_unordered(tasks())
+        first, _ = next(results)
+        # One task is under way for each worker and one waits: joblib's pre_dispatch is 2 n_jobs.
+        assert len(taken) < 10
+        rest = [value for value, _ in results]
+    assert first != 0
+    assert sorted([first, *rest]) == [i**2 for i in range(40)]
+
+
+def test_a_worker_that_is_killed_is_one_message() -> None:
+    tasks = [partial(os._exit, 1), *(partial(square, i) for i in range(3))]
+    with workers(2), pytest.raises(ChildProcessError, match="a worker process was killed"):
+        run_tasks(tasks)  # type: ignore[arg-type]
+    with workers(2):
+        assert [value for value, _ in run_tasks([partial(square, 3)] * 2)] == [9, 9]
+
+
+def test_a_cluster_gives_the_same(address: str) -> None:
+    tasks = [partial(square, i, 0.05) for i in range(12)]
+    with on_cluster(address):
+        ordered = run_tasks(tasks)
+        unordered = list(run_unordered(iter(tasks)))
+    assert [value for value, _ in ordered] == [i**2 for i in range(12)]
+    assert sorted(value for value, _ in unordered) == [i**2 for i in range(12)]
+    processes = {process for _, process in [*ordered, *unordered]}
+    assert len(processes) == 2
+    assert os.getpid() not in processes
+    with workers(1):
+        assert run_tasks(tasks[:1]) == [(0, os.getpid())], "afterwards the tasks run here again"
+
+
+def test_parts_of_a_task_stay_on_its_worker(address: str) -> None:
+    with on_cluster(address):
+        found = run_tasks([partial(parts, 5)] * 4)
+    for values, processes in found:
+        assert values == [0, 1, 4, 9, 16]
+        assert len(processes) == 1
+
+
+def test_errors_of_tasks_come_back(address: str) -> None:
+    with on_cluster(address), pytest.raises(ZeroDivisionError):
+        run_tasks([partial(divmod, 1, 0), partial(square, 2)])  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ("tcp://127.0.0.1:1", "no Dask scheduler answers at 'tcp://127.0.0.1:1'"),
+        ("10.0.0.5:8786", "not an address such as tcp://"),
+        ("tcp://somewhere", "not an address such as tcp://"),
+        ("", "not an address such as tcp://"),
+        ("tcp://host.invalid:8786", "no Dask scheduler answers"),
+    ],
+)
+def test_a_scheduler_that_is_not_there_is_one_message(wrong: str, words: str) -> None:
+    with pytest.raises(ValueError, match=words), on_cluster(wrong):
+        pytest.fail("there is no such cluster")
+
+
+def test_a_scheduler_without_workers_is_one_message() -> None:
+    with (
+        distributed.LocalCluster(n_workers=0, dashboard_address=":0", silence_logs=40) as cluster,
+        pytest.raises(ValueError, match="has no workers; start some with `dask worker tcp"),
+        on_cluster(cluster.scheduler_address),
+    ):
+        pytest.fail("nobody is there to work")
+
+
+def test_workers_of_another_version_are_one_message(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The workers ask for themselves; only here it is another one.
+    monkeypatch.setattr("ehsid.harness.parallel._version", lambda: "99.0")
+    has = importlib.metadata.version("ehsid")
+    with (
+        pytest.raises(ValueError, match=rf"needs ehsid 99\.0 and has version {has}"),
+        on_cluster(address),
+    ):
+        pytest.fail("its results would be of another program")
+
+
+def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with (
+        pytest.raises(ValueError, match=r"pip install 'ehsid\[dask\]'"),
+        on_cluster("tcp://127.0.0.1:1"),
+    ):
+        pytest.fail("nothing to run on")
