@@ -51,7 +51,7 @@ def command(rig: Rig) -> FloatArray:
     time_s = np.arange(1500) * DT_S
     shape = 2.0 * np.sin(2.0 * np.pi * 1.7 * time_s) + 1.2 * np.sin(2.0 * np.pi * 6.1 * time_s)
     shape *= np.sin(0.5 * np.pi * np.clip((time_s - 0.02) / 0.3, 0.0, 1.0)) ** 2
-    return shape if rig.plant == "axis" else 0.6 * shape
+    return np.asarray(shape if rig.plant == "axis" else 0.6 * shape)
 
 
 def told(effect: str, sizes: dict[str, float], rig: Rig) -> dict[str, float]:

@@ -119,8 +119,8 @@ def spool_means(command: FloatArray, bandwidth_hz: float, damping: float) -> Flo
     """
     fine = 100
     w = 2.0 * np.pi * bandwidth_hz
-    matrices = [[0.0, 1.0], [-w * w, -2.0 * damping * w]], [[0.0], [w * w]], [[1.0, 0.0]], [[0.0]]
-    spool = tuple(np.array(matrix) for matrix in matrices)
+    a, b = np.array([[0.0, 1.0], [-w * w, -2.0 * damping * w]]), np.array([[0.0], [w * w]])
+    spool = (a, b, np.array([[1.0, 0.0]]), np.array([[0.0]]))
     _, x, _ = dlsim(cont2discrete(spool, 1e-3 / fine, method="zoh"), np.repeat(command, fine))
     x = np.append(x[:, 0], x[-1, 0])
     middles = 0.5 * (x[1:] + x[:-1])
