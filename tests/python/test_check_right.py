@@ -2,6 +2,7 @@
 """What counts as right, all of it as a table."""
 
 import itertools
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -163,6 +164,26 @@ def test_an_effect_beside_an_unknown_gap_is_blamed_all_the_same() -> None:
     found = judge(answer("none"), said("outside_catalogue", BAND))
     assert found.false_effect
     assert not judge(answer("none"), said("outside_catalogue")).false_effect
+
+
+@pytest.mark.parametrize(
+    ("true", "what", "outcome"),
+    [
+        (BAND, said("outside_catalogue"), "right"),
+        (BAND, said("ambiguous", BIAS, sets=((BIAS,), (DELAY,))), "right"),
+        (BAND, said("effects", BIAS), "wrong name"),
+        (BAND, said("parameters"), "missed"),
+        (BAND, said("no_gap"), "missed"),
+        (BAND, said("insufficient_data"), "missed"),
+        (COULOMB, said("effects", STRIBECK), "right"),
+        (BAND, Said(FAILED), "failed"),
+    ],
+)
+def test_without_the_true_effect(true: str, what: Said, outcome: str) -> None:
+    found = judge(answer("one", true), replace(what, settings={"effects_excluded": [true]}))
+    assert found.outcome == outcome
+    assert found.recognised == (what.verdict == "outside_catalogue")
+    assert found.effect_first is None
 
 
 @pytest.mark.parametrize(

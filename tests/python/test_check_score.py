@@ -14,6 +14,7 @@ from ehsid.harness.check.score import Score, score_folder
 from ehsid.harness.check.score_control import control
 from ehsid.harness.check.score_reading import Named, Said
 from ehsid.harness.check.score_right import judge
+from ehsid.harness.check.settings import Settings
 from ehsid.harness.reality.effects import CATALOGUE
 
 MEASURED = ("pressures", "position only")
@@ -185,6 +186,25 @@ def test_failed_and_unfinished_cases(tmp_path: Path) -> None:
     assert "failed" in score.verdicts.columns
 
 
+def test_without_the_true_effect_a_neighbour_is_wrong(tmp_path: Path) -> None:
+    answers = {n: one for n, one in made_answers(80).items() if one["kind"] == "one"}
+    blamed, told = sorted(answers)[:2]
+
+    def how(answer: dict, _: object) -> dict:
+        found = diagnosis("effects", {"load_spring": {}})
+        if answer is answers[told]:
+            found = diagnosis("outside_catalogue")
+        found["provenance"]["settings"]["effects_excluded"] = list(answer["effects"])
+        return found
+
+    score = score_folder(write_check(tmp_path, {n: answers[n] for n in (blamed, told)}, how))
+    assert [one.outcome for one in score.wrong] == ["wrong name"]
+    assert score.wrong[0].name == blamed
+    assert score.controls == ()
+    assert score.regret.not_tried == 0
+    assert all(case.judged.effect_first is None for case in score.cases)
+
+
 def test_an_empty_check_scores_nothing(tmp_path: Path) -> None:
     (tmp_path / "answers.json").write_text("{}")
     score = score_folder(tmp_path)
@@ -196,7 +216,12 @@ def test_an_empty_check_scores_nothing(tmp_path: Path) -> None:
 def test_the_seal_is_compared(tmp_path: Path, honest: bool) -> None:
     write_check(tmp_path, made_answers(3), perfect)
     told = hashlib.sha256((tmp_path / "answers.json").read_bytes()).hexdigest()
-    seal = {"answers_sha256": told if honest else "0" * 64, "settings": {"seed": 1}}
+    seal = {
+        "answers_sha256": told if honest else "0" * 64,
+        "files": {},
+        "settings": Settings().plain(),
+        "ehsid_version": "0",
+    }
     (tmp_path / "seal.json").write_text(json.dumps(seal))
     assert score_folder(tmp_path).sealed is honest
 
@@ -208,7 +233,7 @@ def test_the_seal_is_compared(tmp_path: Path, honest: bool) -> None:
         ("answers.json", "[]", "expected an object"),
         ("answers.json", '{"a": {"kind": "one"}}', "the key 'grade' is missing"),
         ("diagnosis.json", "{}", "the key 'which' is missing"),
-        ("seal.json", "{}", "not a seal"),
+        ("seal.json", "{}", "seal"),
     ],
 )
 def test_files_that_cannot_be_read(tmp_path: Path, file: str, text: str, told: str) -> None:

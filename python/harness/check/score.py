@@ -5,11 +5,9 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ehsid.harness.check.baselines import Baseline, baselines
 from ehsid.harness.check.calibration import Reliability, claims_of, reliability
@@ -33,6 +31,7 @@ from ehsid.harness.check.score_splits import SplitTable, split_tables
 from ehsid.harness.check.score_table import FigureTable, figure_table
 from ehsid.harness.check.score_transfer import Promises, promises
 from ehsid.harness.check.score_wrong import WrongCase, wrong_cases
+from ehsid.harness.check.seal import ANSWERS, RESULTS, SEAL, Seal, read_seal
 from ehsid.harness.check.transfer import independent_samples, transfer_of
 from ehsid.harness.parallel import Progress, run_tasks
 
@@ -49,7 +48,7 @@ class Score:
     unfinished
         names of those without a result.
     seal
-        what the seal tells of how the check was made; empty without one.
+        how the check was made; None where it was not sealed.
     sealed
         the answers are those of the seal; None without one.
     tables
@@ -72,7 +71,7 @@ class Score:
 
     cases: tuple[Scored, ...]
     unfinished: tuple[str, ...]
-    seal: Mapping[str, Any]
+    seal: Seal | None
     sealed: bool | None
     tables: tuple[FigureTable, ...]
     trust: tuple[Figure, ...]
@@ -105,8 +104,8 @@ def score_folder(out: Path, progress: Progress | None = None) -> Score:
     ValueError
         answers or a result that cannot be read: which, and what is wrong with it.
     """
-    answers = read_answers(out / "answers.json")
-    found = {name: read_said(out / "results" / name) for name in answers}
+    answers = read_answers(out / ANSWERS)
+    found = {name: read_said(out / RESULTS / name) for name in answers}
     said = {name: one for name, one in found.items() if one is not None}
     tasks = [
         functools.partial(_scored, out, name, answers[name], one) for name, one in said.items()
@@ -133,7 +132,7 @@ def score_cases(
     cases: Sequence[Scored],
     samples: Mapping[str, float | None] | None = None,
     unfinished: Sequence[str] = (),
-    seal: Mapping[str, Any] | None = None,
+    seal: Seal | None = None,
     sealed: bool | None = None,
 ) -> Score:
     """The same of cases at hand; samples: as `baselines.lowest_bic` takes them."""
@@ -147,7 +146,7 @@ def score_cases(
     return Score(
         cases=tuple(cases),
         unfinished=tuple(unfinished),
-        seal=dict(seal or {}),
+        seal=seal,
         sealed=sealed,
         tables=tuple(tables),
         trust=tuple(
@@ -168,14 +167,9 @@ def score_cases(
     )
 
 
-def _seal(out: Path) -> tuple[dict[str, Any], bool | None]:
-    path = out / "seal.json"
-    if not path.is_file():
-        return {}, None
-    try:
-        seal = json.loads(path.read_text(encoding="utf-8"))
-        told = seal["answers_sha256"]
-    except (ValueError, KeyError, TypeError) as error:
-        raise ValueError(f"{path}: not a seal: {error}; restore it from the check") from None
-    found = hashlib.sha256((out / "answers.json").read_bytes()).hexdigest()
-    return seal, told == found
+def _seal(out: Path) -> tuple[Seal | None, bool | None]:
+    if not (out / SEAL).is_file():
+        return None, None
+    seal = read_seal(out)
+    found = hashlib.sha256((out / ANSWERS).read_bytes()).hexdigest()
+    return seal, seal.answers_sha256 == found

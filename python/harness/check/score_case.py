@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ehsid.harness.check.score_reading import Answer, Said
-from ehsid.harness.check.score_right import Judgement
+from ehsid.harness.check.score_right import Judgement, left_out
 from ehsid.harness.check.transfer import Transfer
 
 # Of the gap of the calibrated rig over its floor: below the first nothing can be demanded.
@@ -36,6 +36,11 @@ class Scored:
     def demanded(self) -> bool:
         """The gap is large enough to ask for a name; so is one that the diagnosis did not tell."""
         return self.said.gap is None or self.said.gap >= GAP_SIZES[0]
+
+    @property
+    def left_out(self) -> bool:
+        """The diagnosis had to do without a true effect."""
+        return left_out(self.answer, self.said)
 
     @property
     def friction(self) -> bool:

@@ -51,8 +51,11 @@ class Control:
 
 
 def controls(cases: Sequence[Scored]) -> tuple[Control, ...]:
-    """Of the whole answer, and of the first name; nothing without cases."""
-    if not cases:
+    """Of the whole answer, and of the first name.
+
+    Nothing without cases, nor where the true effect was left out: what is left out then tells it.
+    """
+    if not cases or any(case.left_out for case in cases):
         return ()
     return (
         control("verdict and effects right", cases, lambda a, s: judge(a, s).right),

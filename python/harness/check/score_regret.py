@@ -28,8 +28,12 @@ class Regret:
 
 
 def regret_of(cases: Sequence[Scored]) -> Regret:
-    """Of all cases but those with an effect outside of the catalogue, which cannot be fitted."""
-    could = [case for case in cases if case.answer.kind != "open" and case.said.tried]
+    """Of all cases but those whose truth cannot be fitted: it is not in the catalogue."""
+    could = [
+        case
+        for case in cases
+        if case.answer.kind != "open" and not case.left_out and case.said.tried
+    ]
     found = [behind_truth(case.said, case.answer.effects) for case in could]
     nats = [value for value in found if value is not None]
     return Regret(

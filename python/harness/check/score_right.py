@@ -18,10 +18,14 @@
 | | `effects` | wrong name |
 | | `ambiguous` | set without the truth |
 | | anything else | missed |
+| an effect that the diagnosis had to do without | `outside_catalogue`, `ambiguous` | right |
+| | `effects` | wrong name |
+| | anything else | missed |
 | anything | the diagnosis raised an error | failed |
 
 Both laws of friction count as one. A spring contains a constant force: named for a force it is
-right, a force named for a spring is not.
+right, a force named for a spring is not. So the other law of friction is right, too, where the true
+one was left out of the catalogue.
 """
 
 from __future__ import annotations
@@ -75,7 +79,7 @@ class Judgement:
     false_alarm
         structure was blamed, with or without a name, where there is none.
     recognised
-        an effect outside of the catalogue was told as such.
+        an effect outside of the catalogue, or left out of it, was told as such.
     rejected
         a known effect was told to be outside of the catalogue.
     abstained
@@ -124,6 +128,11 @@ def first_subsystem(said: Said) -> str | None:
     return max(said.subsystem, key=lambda name: said.subsystem[name], default=None)
 
 
+def left_out(answer: Answer, said: Said) -> bool:
+    """A true effect was excluded from the catalogue of the diagnosis."""
+    return bool(set(answer.effects) & set(said.settings.get("effects_excluded", ())))
+
+
 def judge(answer: Answer, said: Said) -> Judgement:
     """What was said against what is true."""
     named = [one.id for one in said.named]
@@ -140,6 +149,9 @@ def judge(answer: Answer, said: Said) -> Judgement:
         subsystem_first=first_subsystem(said) in answer.subsystems,
         wrong_name=said.verdict == "effects" and not first,
     )
+    if left_out(answer, said):
+        recognised = said.verdict == "outside_catalogue"
+        return _with(common, _of_left_out(said.verdict, first), recognised=recognised)
     if answer.kind not in KNOWN:
         recognised = said.verdict == "outside_catalogue"
         return _with(common, _of_open(said.verdict), recognised=recognised)
@@ -172,6 +184,12 @@ def _of_healthy(kind: str, verdict: str) -> Outcome:
     if verdict in STRUCTURAL:
         return "false alarm"
     return "right" if verdict == HEALTHY[kind] else "other verdict"
+
+
+def _of_left_out(verdict: str, first: bool) -> Outcome:
+    if verdict == "ambiguous" or (verdict == "effects" and first):
+        return "right"
+    return _of_open(verdict)
 
 
 def _of_open(verdict: str) -> Outcome:

@@ -83,7 +83,7 @@ def reasons(case: Scored) -> tuple[str, ...]:
     if limit is not None and case.answer.largest_command < limit:
         reached = case.answer.largest_command
         found.append(f"largest command {reached:.2g} of rated, below the limit of {limit:.2g}")
-    if case.answer.kind == "open" or not case.said.tried:
+    if case.answer.kind == "open" or case.left_out or not case.said.tried:
         return tuple(found)
     nats = behind_truth(case.said, case.answer.effects)
     if nats is None:

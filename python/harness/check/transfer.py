@@ -20,6 +20,7 @@ import polars as pl
 
 import ehsid
 from ehsid.harness.check.score_reading import Said
+from ehsid.harness.check.seal import CASES, RESULTS, TRANSFER
 from ehsid.harness.gap.comparison import compare
 from ehsid.harness.gap.findings import Estimate
 from ehsid.harness.gap.floor import floor_of
@@ -94,9 +95,9 @@ def without(found: Rig, told: Rig, effects: list[str]) -> Rig:
 
 def transfer_of(out: Path, name: str, said: Said) -> Transfer | None:
     """Of a case in the folder of a check; None where a file of it was not kept."""
-    record = out / "transfer" / f"{name}.csv"
-    found = out / "results" / name / "rig.augmented.toml"
-    told = out / "cases" / name / "rig.toml"
+    record = out / TRANSFER / f"{name}.csv"
+    found = out / RESULTS / name / "rig.augmented.toml"
+    told = out / CASES / name / "rig.toml"
     if not (record.is_file() and found.is_file() and told.is_file()):
         return None
     rig = read_rig(told)
@@ -110,7 +111,7 @@ def independent_samples(out: Path, name: str, said: Said) -> float | None:
 
     n = INDEPENDENT_HZ T by output, T the seconds of the record; None where it was not kept.
     """
-    path = out / "cases" / name / "train.csv"
+    path = out / CASES / name / "train.csv"
     if not path.is_file():
         return None
     time_s = pl.read_csv(path, columns=["time_s"])["time_s"].to_numpy()

@@ -260,7 +260,7 @@ def _baselines(score: Score) -> Section:
                 + "."
             ),
             baseline_table(score.baselines),
-            control_table(score.controls),
+            *([control_table(score.controls)] if score.controls else []),
         ],
     )
 
@@ -281,11 +281,10 @@ def _how(score: Score) -> Section:
             "holds the truth is right."
         )
     ]
-    if score.sealed is not None:
+    if score.seal is not None:
         state = "are those of the seal" if score.sealed else "are NOT those of the seal"
-        blocks.append(Words(f"The answers {state}: {score.seal.get('answers_sha256', '')}."))
-    settings = score.seal.get("settings")
-    if isinstance(settings, dict) and settings:
-        rows = [(str(name), str(value)) for name, value in settings.items()]
+        blocks.append(Words(f"The answers {state}, SHA-256 {score.seal.answers_sha256}."))
+        rows = [(name, str(value)) for name, value in score.seal.settings.plain().items()]
+        rows.append(("ehsid_version", score.seal.ehsid_version))
         blocks.append(Table("How the records were made.", ("setting", "value"), rows))
     return Section("How this was made", blocks)

@@ -80,6 +80,12 @@ def lead(score: Score) -> list[str]:
         f"({100.0 * right / len(score.cases):.0f} %) were answered exactly right: verdict, and "
         "effects or a set that holds them."
     ]
+    without = sum(case.left_out for case in score.cases)
+    if without:
+        said.append(
+            f"In {without} of them the diagnosis had to do without the true effect: there a set, "
+            "or that the cause is outside of the catalogue, is right."
+        )
     worth = {figure.words: figure for figure in score.trust}
     if "effects" in worth:
         said.append(
