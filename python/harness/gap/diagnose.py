@@ -17,6 +17,7 @@ from ehsid.harness.gap.findings import (
     CannotJudge,
     Diagnosis,
     Estimate,
+    FoundEffect,
     HeldOutRun,
     HowFar,
     NextExperiment,
@@ -26,15 +27,17 @@ from ehsid.harness.gap.findings import (
 from ehsid.harness.gap.gate import gate, longest_stretch
 from ehsid.harness.gap.judgeable import beyond_reach, cannot_judge
 from ehsid.harness.gap.next_experiment import next_experiment
+from ehsid.harness.gap.quantised import QUANTISATION, position_step
 from ehsid.harness.gap.regimes import Regimes, visited
 from ehsid.harness.gap.rivals import decisive
 from ehsid.harness.gap.search import Found, candidates, search
-from ehsid.harness.gap.thresholds import BLOCK_S, BOOTSTRAP_SEED, SKIP_S
+from ehsid.harness.gap.thresholds import BLOCK_S, BOOTSTRAP_SEED, SKIP_S, SURE
 from ehsid.harness.gap.verdict import Ruling, rule
 from ehsid.harness.gap.where import localise
 from ehsid.harness.parallel import Progress
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
+from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
 TOGETHER = (
     "The records that are held out excite what the others do not: fitted apart from them nothing "
@@ -102,11 +105,18 @@ def diagnose(
             remarks = (*remarks, Remark("", TOGETHER))
     case, found, choice, ruling = judged.case, judged.found, judged.choice, judged.ruling
     best, values = choice.best, judged.values
-    effects = figures.found_effects(case, found, choice, values, judged.far)
+    causes = figures.found_effects(case, found, choice, values, judged.far)
+    seen = _seen(judged.step, causes)
+    effects = (*causes, *seen)
+    augmented = {name: one.value for name, one in values.items()}
+    if judged.step is not None:
+        augmented[f"{EFFECT_PREFIX}{QUANTISATION}.step_m"] = judged.step.value
     structural = ruling.verdict in ("effects", "ambiguous", "outside_catalogue")
     where = Where()
-    if structural:
-        shares = {one.id: one.share_of_shrinkage for one in effects}
+    if ruling.verdict == "effects" and not causes:
+        where = Where(subsystem={"sensor": 1.0})
+    elif structural:
+        shares = {one.id: one.share_of_shrinkage for one in causes}
         where = localise(decisive(case), found.calibrated, best, shares=shares or None)
     experiment = _next(case, choice, progress)
     if progress is not None:
@@ -117,7 +127,7 @@ def diagnose(
         reasons=ruling.reasons,
         where=where,
         effects=effects,
-        ambiguity_set=tuple(one.effects for one in (best, *choice.equals)) if best.effects else (),
+        ambiguity_set=_sets(choice, seen),
         candidates=figures.listed(case, found, choice),
         cannot_judge=(*cannot_judge(regimes, asked, rig.plant), *judged.beyond),
         next_experiment=experiment,
@@ -126,13 +136,27 @@ def diagnose(
         remarks=tuple(remarks),
         runs=judged.runs,
         rig=rig,
-        augmented_rig=rig.with_values({name: one.value for name, one in values.items()}),
+        augmented_rig=rig.with_values(augmented),
         outputs=case.outputs,
         outputs_left_out=case.left_out,
         records=_roles(records, validate),
         settings=_settings(case, exclude),
         seconds=time.monotonic() - began,
     )
+
+
+def _seen(step: Estimate | None, causes: Sequence[FoundEffect]) -> tuple[FoundEffect, ...]:
+    """What the record itself shows; it shrinks nothing."""
+    if step is None:
+        return ()
+    share = 0.0 if causes else 1.0
+    return (FoundEffect(QUANTISATION, SURE, {"step_m": step}, share),)
+
+
+def _sets(choice: Choice, seen: Sequence[FoundEffect]) -> tuple[tuple[str, ...], ...]:
+    always = tuple(one.id for one in seen)
+    sets = (choice.best, *choice.equals)
+    return tuple((*one.effects, *always) for one in sets if one.effects or always)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +171,7 @@ class _Judged:
     values: Mapping[str, Estimate]
     calibration: Mapping[str, CalibratedValue]
     beyond: Sequence[CannotJudge]
+    step: Estimate | None
     ruling: Ruling
 
 
@@ -160,8 +185,9 @@ def _judge(
     values, moved = figures.estimates(case, best)
     calibration = figures.calibration_of(case, values, moved)
     beyond = beyond_reach(best.values, regimes, best.effects)
-    ruling = rule(case, found, choice, far, calibration, beyond)
-    return _Judged(case, found, choice, runs, far, values, calibration, beyond, ruling)
+    step = position_step(case, exclude)
+    ruling = rule(case, found, choice, far, calibration, beyond, step)
+    return _Judged(case, found, choice, runs, far, values, calibration, beyond, step, ruling)
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:

@@ -14,6 +14,7 @@ import ehsid
 from ehsid.harness.gap.advantage import above_floor, advantage
 from ehsid.harness.gap.case import Case
 from ehsid.harness.gap.parameters import effect_parameters
+from ehsid.harness.gap.quantised import QUANTISATION
 from ehsid.harness.gap.rivals import Rival, as_told, base, calibrate, polish, screen
 from ehsid.harness.gap.sizes import matters
 from ehsid.harness.gap.starts import effect_starts
@@ -32,8 +33,8 @@ from ehsid.harness.rigs.parameters import acts_on, effects
 
 FloatArray = npt.NDArray[np.float64]
 
-# A property of the sensor that shows in the record itself; it belongs to the floor.
-NOT_FITTED = ("sensor_quantisation",)
+# It shows in the record itself.
+NOT_FITTED = (QUANTISATION,)
 
 
 @dataclass(frozen=True, eq=False)

@@ -378,3 +378,14 @@ DOUBT = 0.7
 # What a simulator with other edges, seals and oil is wrong by in the size of an effect, where it
 # reaches the floor all the same (records of an independent generator).
 MODEL_ERROR = 0.004
+
+# --- Steps of the position sensor ----------------------------------------------------------------
+# Rounding makes most of the noise where it is half of its deviation: without an effect it was a
+# twentieth to a ninth on the development records, with one three quarters and more.
+STEP_OF_FLOOR = 0.5
+# More than twice what is told of the sensor is no longer that.
+STEP_OF_TOLD = 2.0
+# Fourteen bits over the stroke are usual.
+LEAST_STEP = 6e-5
+# Levels are written with four digits and more.
+STEP_SCATTER = 1e-3

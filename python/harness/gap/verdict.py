@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from ehsid.harness.gap.advantage import above_floor, advantage
 from ehsid.harness.gap.case import Case
 from ehsid.harness.gap.choice import Choice, decided, one_family
-from ehsid.harness.gap.findings import CalibratedValue, CannotJudge, HowFar, Verdict
+from ehsid.harness.gap.findings import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
 from ehsid.harness.gap.search import Found
 from ehsid.harness.gap.thresholds import LEFT_ABOVE, LEFT_NRMSE, LEFT_NRMSE_SWINGING, LEFT_SHARE
 
@@ -31,6 +31,7 @@ def rule(
     far: HowFar,
     calibration: Mapping[str, CalibratedValue],
     beyond: Sequence[CannotJudge],
+    step: Estimate | None = None,
 ) -> Ruling:
     """Decide.
 
@@ -44,6 +45,8 @@ def rule(
         values, with those that have moved.
     beyond
         chosen effects whose size no record reached.
+    step
+        of the position sensor where it is coarse, m.
     """
     best = choice.best
     above = above_floor(case, best)
@@ -64,11 +67,15 @@ def rule(
         )
     for one in beyond:
         reasons.append(f"{one.id}: {one.why}.")
+    coarse = ""
+    if step is not None:
+        coarse = f" The position comes in steps of {step.value:.3g} m."
+        reasons.append("Steps of a sensor belong to the floor: no simulator makes them smaller.")
     if unexplained and best.effects:
         return Ruling(
             "outside_catalogue",
             f"Part of the gap is due to {named(best.effects)}; the rest is nothing "
-            "that the catalogue knows.",
+            f"that the catalogue knows.{coarse}",
             tuple(reasons),
         )
     if unexplained:
@@ -85,14 +92,20 @@ def rule(
             reasons.append("The data cannot tell these apart; see the next experiment.")
             return Ruling(
                 "ambiguous",
-                f"The gap is due to {named(best.effects)}, or to {others}.",
+                f"The gap is due to {named(best.effects)}, or to {others}.{coarse}",
                 tuple(reasons),
             )
         share = far.of_explainable.value if far.of_explainable else 0.0
         return Ruling(
             "effects",
             f"The gap is due to {named(best.effects)}: with it {100.0 * share:.0f} % of what can "
-            "be explained is gone.",
+            f"be explained is gone.{coarse}",
+            tuple(reasons),
+        )
+    if step is not None:
+        return Ruling(
+            "effects",
+            f"The simulator does what the machine does, but for its sensor.{coarse}",
             tuple(reasons),
         )
     moved = [name for name, value in calibration.items() if value.moved]
