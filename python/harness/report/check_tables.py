@@ -32,7 +32,7 @@ def target_table(table: FigureTable) -> Table:
         cells = [pair[0].words]
         for one in pair:
             target = target_text(one.target, one.unit)
-            cells += [figure_text(one), f"{target}: {MARKS[one.met]}" if target else ""]
+            cells += [figure_text(one), ": ".join(filter(None, (target, MARKS[one.met])))]
         if any(one.met == "missed" for one in pair):
             missed.append(len(rows))
         rows.append(cells)

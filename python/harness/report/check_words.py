@@ -15,7 +15,7 @@ MARKS = {
     "missed, not surely": "missed?",
     "missed": "missed",
     "no target": "",
-    "no data": "no data",
+    "no data": "",
 }
 # Kinds of record that have no effect to be called by.
 KINDS = {
