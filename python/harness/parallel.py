@@ -3,13 +3,20 @@
 
 from __future__ import annotations
 
+import asyncio
+import concurrent.futures
 import importlib.metadata
+import itertools
+import logging
+import pickle
 import signal
 import socket
 import threading
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import partial
 from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
@@ -23,6 +30,7 @@ PACKAGE = "ehsid"
 CONNECT_S = 10.0
 
 _WORKERS: ContextVar[int] = ContextVar("_WORKERS", default=-1)
+_CLUSTER: ContextVar[Any] = ContextVar("_CLUSTER", default=None)  # a client of Dask
 
 
 def worker_count() -> int:
@@ -74,7 +82,7 @@ def on_cluster(address: str) -> Iterator[None]:
         dask.distributed is not installed, nothing answers there, or the workers cannot run the
         tasks; the message says what to do.
     ChildProcessError
-        a task took its workers down with it, again and again.
+        a task took its workers down with it, again and again, or the scheduler has gone.
     """
     try:
         from distributed import Client, KilledWorker
@@ -90,13 +98,32 @@ def on_cluster(address: str) -> Iterator[None]:
             f"no Dask scheduler answers at '{address}': {error}; start one with `dask scheduler`, "
             "which prints its address (tcp://HOST:PORT)"
         ) from None
-    with client:
+    with _quiet("distributed", "distributed.client"), client:
         _check_cluster(client, address)
+        token = _CLUSTER.set(client)
         try:
-            with joblib.parallel_config("dask", client=client):
-                yield
+            yield
         except KilledWorker as error:
             raise ChildProcessError(f"workers of the cluster were killed: {error}") from None
+        except (asyncio.CancelledError, concurrent.futures.CancelledError):
+            raise ChildProcessError(
+                f"the Dask scheduler at {address} has gone; start it and go on"
+            ) from None
+        finally:
+            _CLUSTER.reset(token)
+
+
+@contextmanager
+def _quiet(*loggers: str) -> Iterator[None]:
+    """Nothing but what is critical is logged: errors come as exceptions, and are told once."""
+    before = {name: logging.getLogger(name).level for name in loggers}
+    try:
+        for name in loggers:
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+        yield
+    finally:
+        for name, level in before.items():
+            logging.getLogger(name).setLevel(level)
 
 
 def _version() -> str:
@@ -128,8 +155,11 @@ def _check_cluster(client: Any, address: str) -> None:
             )
 
 
-def _running(tasks: Iterable[Callable[[], T]], return_as: str) -> Iterator[T]:
-    """Results as they come; tasks are taken from the iterable as workers become free.
+def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
+    """Each result as soon as it is there, in any order; each task must be picklable.
+
+    Tasks are taken from the iterable a few ahead of the workers, in any thread: one that is made of
+    much data need not exist before its turn. The iterable must not raise.
 
     Raises
     ------
@@ -137,12 +167,16 @@ def _running(tasks: Iterable[Callable[[], T]], return_as: str) -> Iterator[T]:
         a worker was killed.
     """
     if worker_count() == 1:
-        # Not by joblib: within a task on a cluster it would send the parts to the cluster.
+        # Also of a task that itself runs on a cluster: its parts stay where it is.
         yield from (task() for task in tasks)
+        return
+    client = _CLUSTER.get()
+    if client is not None:
+        yield from _on(client, tasks)
         return
     try:
         with _workers_deaf_to_ctrl_c():
-            running = joblib.Parallel(n_jobs=worker_count(), return_as=return_as)(
+            running = joblib.Parallel(n_jobs=worker_count(), return_as="generator_unordered")(
                 joblib.delayed(task)() for task in tasks
             )
         yield from running
@@ -153,23 +187,53 @@ def _running(tasks: Iterable[Callable[[], T]], return_as: str) -> Iterator[T]:
         ) from None
 
 
+def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
+    """The same on a cluster.
+
+    Not by joblib's own backend for Dask (as of 1.6): when the scheduler goes while results are
+    taken as they finish it waits for ever, and on a cluster of one core it runs all tasks here.
+    """
+    import cloudpickle
+    from distributed import as_completed
+
+    def unpacked(task: bytes) -> Any:
+        return pickle.loads(task)()
+
+    def sent(task: Callable[[], T]) -> Any:
+        with warnings.catch_warnings():
+            # Records of a task go with it, whatever their size: each is wanted once.
+            warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
+            # As bytes: the scheduler unpacks what it is sent, and need not have this package. A
+            # function within another one is sent by value.
+            return client.submit(unpacked, cloudpickle.dumps(task), pure=False)
+
+    waiting = iter(tasks)
+    ahead = 2 * sum(client.ncores().values())
+    first = [sent(task) for task in itertools.islice(waiting, ahead)]
+    running = as_completed(first, loop=client.loop)
+    for future in running:
+        yield future.result()
+        for task in itertools.islice(waiting, 1):
+            running.add(sent(task))
+
+
 def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:
     """Results in the order of the tasks; each must be picklable.
 
     progress is called with the share that is done, 0 to 1.
+
+    Raises
+    ------
+    ChildProcessError
+        a worker was killed.
     """
-    results: list[T] = []
-    for result in _running(tasks, "generator"):
-        results.append(result)
+    results: dict[int, T] = {}
+    for place, result in run_unordered([partial(_placed, i, task) for i, task in enumerate(tasks)]):
+        results[place] = result
         if progress is not None:
             progress(len(results) / len(tasks))
-    return results
+    return [results[i] for i in range(len(tasks))]
 
 
-def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
-    """Each result as soon as it is there, in any order; each task must be picklable.
-
-    Tasks are taken from the iterable a few ahead of the workers, in any thread: one that is made of
-    much data need not exist before its turn. The iterable must not raise.
-    """
-    return _running(tasks, "generator_unordered")
+def _placed(place: int, task: Callable[[], T]) -> tuple[int, T]:
+    return place, task()

@@ -2,11 +2,15 @@
 """The same tasks here, in processes, and on a Dask cluster."""
 
 import importlib.metadata
+import json
 import os
+import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -112,8 +116,12 @@ def test_parts_of_a_task_stay_on_its_worker(address: str) -> None:
 
 
 def test_errors_of_tasks_come_back(address: str) -> None:
-    with on_cluster(address), pytest.raises(ZeroDivisionError):
-        run_tasks([partial(divmod, 1, 0), partial(square, 2)])  # type: ignore[list-item]
+    tasks: list[Any] = [partial(divmod, 1, 0), partial(square, 2)]
+    with on_cluster(address):
+        with pytest.raises(ZeroDivisionError):
+            run_tasks(tasks)
+        with pytest.raises(ZeroDivisionError):
+            list(run_unordered(tasks))
 
 
 @pytest.mark.parametrize(
@@ -160,3 +168,40 @@ def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> Non
         on_cluster("tcp://127.0.0.1:1"),
     ):
         pytest.fail("nothing to run on")
+
+
+def run_and_lose(address: str, scheduler: subprocess.Popen[bytes]) -> None:
+    with on_cluster(address):
+        results = run_unordered(partial(square, i, 0.5) for i in range(20))
+        next(results)
+        scheduler.kill()
+        list(results)
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_goes_is_one_message(tmp_path: Path) -> None:
+    """In processes of their own, as on a cluster: the scheduler knows nothing of the tasks."""
+    file = tmp_path / "scheduler.json"
+    common = [f"--scheduler-file={file}", "--dashboard-address=:0"]
+    tests = {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])}
+    scheduler, worker = (
+        subprocess.Popen(
+            [sys.executable, "-m", f"distributed.cli.dask_{what}", option, *common],
+            stderr=subprocess.DEVNULL,
+            env=os.environ | more,
+        )
+        for what, option, more in (("scheduler", "--port=0", {}), ("worker", "--nthreads=1", tests))
+    )
+    try:
+        deadline = time.monotonic() + 60.0
+        while not file.exists() and time.monotonic() < deadline:
+            time.sleep(0.1)
+        address = json.loads(file.read_text(encoding="utf-8"))["address"]
+        with distributed.Client(address, set_as_default=False) as client:
+            client.wait_for_workers(1, timeout=60)
+        with pytest.raises(ChildProcessError, match="has gone"):
+            run_and_lose(address, scheduler)
+    finally:
+        for process in (scheduler, worker):
+            process.terminate()
+            process.wait(timeout=30)
