@@ -142,7 +142,8 @@ def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
             facecolor=colour if inside else "none",
             edgecolor=colour,
         )
-    axes.set_xscale("log")
+    if primary:  # an axis without data cannot be logarithmic
+        axes.set_xscale("log")
     axes.set_yticks(range(len(effects)), [plain_name(name) for name in effects])
     axes.invert_yaxis()
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
