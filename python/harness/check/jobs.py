@@ -93,9 +93,15 @@ def run_job(job: Job, diagnose: Diagnose, write: Write) -> Outcome:
 
 
 def failure(error: Exception) -> tuple[dict[str, bytes], str]:
-    """File and last line of an error."""
+    """File of an error, whose last line is its message, and that message."""
+    message = one_line(f"{type(error).__name__}: {error}")
     text = "".join(traceback.format_exception(error))
-    return {ERROR: text.encode()}, traceback.format_exception_only(error)[-1].strip()
+    return {ERROR: f"{text}\n{message}\n".encode()}, message
+
+
+def one_line(text: str) -> str:
+    """Without breaks, for a log or a cell of a table."""
+    return " ".join(text.split())
 
 
 def keep(outcome: Outcome, folder: Path) -> None:

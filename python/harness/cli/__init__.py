@@ -14,6 +14,7 @@ from ehsid.harness.cli.experiment import experiment_command
 from ehsid.harness.cli.export import export_command
 from ehsid.harness.cli.gap import ManyValues, gap_command
 from ehsid.harness.cli.gap_check import gap_check_command
+from ehsid.harness.cli.gap_fleet import gap_fleet_command
 from ehsid.harness.cli.identify import identify_command
 from ehsid.harness.cli.inject import inject_command
 from ehsid.harness.cli.simulate import simulate_command
@@ -47,6 +48,7 @@ app.command("identify")(identify_command)
 app.command("gap", cls=ManyValues)(gap_command)
 app.command("inject")(inject_command)
 app.command("gap-check")(gap_check_command)
+app.command("gap-fleet", cls=ManyValues)(gap_fleet_command)
 app.command("experiment")(experiment_command)
 app.command("export")(export_command)
 app.command("simulate")(simulate_command)

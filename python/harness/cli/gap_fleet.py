@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""`ehsid gap-fleet`: a folder of machines, ranked by their gaps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from ehsid.harness.cli.common import clear_errors, refuse
+from ehsid.harness.cli.gap import check_excluded, check_folder, read_for, told_apart
+from ehsid.harness.cli.gap_check import on
+from ehsid.harness.rigs import read_rig
+
+if TYPE_CHECKING:  # the diagnosis takes a second to import: only this verb pays for it
+    from ehsid.harness.check.fleet import Fleet
+    from ehsid.harness.check.jobs import Job
+
+MOST_LINES = 20
+
+
+def read_machine(folder: Path) -> Job:
+    """Rig and records of a machine; files go by their path below the fleet's folder.
+
+    Raises
+    ------
+    ValueError, OSError
+        something is missing or cannot be used.
+    """
+    from ehsid.harness.check.fleet_running import RIG, record_files
+    from ehsid.harness.check.jobs import Job
+
+    fitted, held_out = record_files(folder)
+    rig = read_rig(folder / RIG)
+    named = [
+        replace(one, source=one.source.relative_to(folder.parent)) if one.source else one
+        for one in told_apart(read_for(rig, [*fitted, *held_out]))
+    ]
+    count = len(fitted)
+    return Job(folder.name, rig, f"{folder.name}/{RIG}", tuple(named[:count]), tuple(named[count:]))
+
+
+def check_apart(folder: Path, out: Path) -> None:
+    """Results among the machines would be taken for one the next time."""
+    if out.resolve().is_relative_to(folder.resolve()):
+        raise ValueError(f"--out {out}: lies in {folder}; name a folder outside of it")
+
+
+def gap_fleet_command(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="one sub-folder a machine")],
+    out: Annotated[Path, typer.Option(help="folder of the results; the same again: goes on")],
+    exclude_effect: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ID...", help="effects of the catalogue to leave out"),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="processes; default: one for each core")
+    ] = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler: tcp://HOST:PORT")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="print fleet.json instead of the summary")
+    ] = False,
+) -> None:
+    """Diagnose a folder of machines: whose gap is largest, and which of them share one.
+
+    Each sub-folder of DIR is a machine: rig.toml and its records (CSV, CSV.gz, Parquet, MAT, NPZ);
+    records whose names start with "validate" are held out. A machine that has been diagnosed is
+    not diagnosed again until one of its files changes.
+
+    Writes fleet.html, fleet.json and, for each machine, a folder with what `ehsid gap` writes.
+    Exit code 2 where nothing could be diagnosed.
+
+    Example: ehsid gap-fleet machines --out results
+    """
+    from ehsid.harness.check.fleet import read_fleet
+    from ehsid.harness.check.fleet_running import (
+        check_results,
+        machine_folders,
+        run_fleet,
+        unfinished_machines,
+    )
+    from ehsid.harness.cli.case_progress import shown
+    from ehsid.harness.gap import diagnose
+    from ehsid.harness.report.fleet_page import write_fleet
+
+    with clear_errors():
+        check_folder(out)
+        excluded = tuple(dict.fromkeys(exclude_effect or ()))
+        check_excluded(excluded)
+        folders = machine_folders(folder)
+        check_apart(folder, out)
+        check_results(folders, out)
+        todo = unfinished_machines(folders, out, excluded)
+        if len(todo) < len(folders):
+            done = len(folders) - len(todo)
+            typer.echo(f"{done} of {len(folders)} machines are finished; going on", err=True)
+        if todo:
+            with on(dask, workers):
+                outcomes = run_fleet(todo, out, excluded, read_machine, diagnose)
+                for _ in shown(outcomes, len(todo), len(folders)):
+                    pass
+        fleet = read_fleet(out, [one.name for one in folders])
+        page = write_fleet(fleet, out)
+    if as_json:
+        typer.echo((out / "fleet.json").read_text(encoding="utf-8"), nl=False)
+    else:
+        _print(fleet, page, Console())
+    if not fleet.ranked and not fleet.not_judged:
+        refuse(f"{folder}: nothing could be diagnosed; see {page}")
+
+
+def _print(fleet: Fleet, page: Path, console: Console) -> None:
+    from ehsid.harness.report.fleet_page import fleet_lead, verdict_name
+    from ehsid.harness.report.gap_words import percent, plain_name
+
+    for sentence in fleet_lead(fleet):
+        console.print(sentence, highlight=False, markup=False)
+    table = Table("machine", "structural gap", "verdict", "effects")
+    for one in fleet.ranked[:MOST_LINES]:
+        effects = ", ".join(plain_name(effect.id) for effect in one.effects)
+        table.add_row(one.name, percent(one.structural), verdict_name(one.verdict), effects)
+    if fleet.ranked:
+        console.print(table)
+    if len(fleet.ranked) > MOST_LINES:
+        console.print(f"and {len(fleet.ranked) - MOST_LINES} more", highlight=False)
+    console.print(f"\nreport: {page}", soft_wrap=True, highlight=False)

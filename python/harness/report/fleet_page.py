@@ -1,0 +1,253 @@
+# SPDX-License-Identifier: MIT
+"""The page of a fleet: machines by their gap, and which of them share an effect."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+import ehsid
+from ehsid.harness.check.fleet import Fleet, Machine
+from ehsid.harness.identification.serialise import to_plain
+from ehsid.harness.report import page as pages
+from ehsid.harness.report.gap_words import VERDICTS, interval, percent, plain_name, unit_of
+from ehsid.harness.report.page import Page, Picture, Section, Table, Words
+from ehsid.harness.rigs.parameters import EFFECT_PREFIX
+
+SCHEMA_VERSION = 1
+MOST_DRAWN = 60  # machines, the largest gaps; the tables have all
+NAMED, RIVAL, LEFT = "#2f6f9f", "#b4690e", "#9aa6b1"
+
+
+def verdict_name(verdict: str) -> str:
+    """As the page of the machine calls it."""
+    known: dict[str, str] = {name: words[0] for name, words in VERDICTS.items()}
+    return known.get(verdict, verdict)
+
+
+def plain_fleet(fleet: Fleet) -> dict[str, Any]:
+    """All of it as plain data; numbers are finite or None."""
+    plain = to_plain(
+        {
+            "schema_version": SCHEMA_VERSION,
+            "ehsid_version": ehsid.__version__,
+            "ranked": fleet.ranked,
+            "not_judged": fleet.not_judged,
+            "failed": fleet.failed,
+            "shared": fleet.shared,
+        }
+    )
+    assert isinstance(plain, dict)
+    return plain
+
+
+def write_fleet(fleet: Fleet, out: Path) -> Path:
+    """Write fleet.json and fleet.html, each whole or not at all; returns the page."""
+    text = json.dumps(plain_fleet(fleet), indent=2, allow_nan=False, ensure_ascii=False)
+    out.mkdir(parents=True, exist_ok=True)
+    unfinished = out / ".fleet.json.part"
+    unfinished.write_text(text + "\n", encoding="utf-8")
+    unfinished.replace(out / "fleet.json")
+    pages.write_page(out / "fleet.html", fleet_page(fleet))
+    return out / "fleet.html"
+
+
+def fleet_lead(fleet: Fleet) -> list[str]:
+    """The result in a few sentences."""
+    count = len(fleet.ranked)
+    said = [f"{_machines(count)} judged, by the gap that values of the rig cannot close."]
+    if fleet.ranked:
+        first = fleet.ranked[0]
+        said.append(
+            f"The largest is that of {first.name}: {percent(first.structural)} of its motion above "
+            f"the noise. {first.sentence}"
+        )
+    common = [one for one in fleet.shared if len(one.named) > 1]
+    if common:
+        told = "; ".join(
+            f"{plain_name(one.id)} in {len(one.named)} of {count}" for one in common[:5]
+        )
+        said.append(f"Shared by several: {told}.")
+    elif count > 1:
+        said.append("No effect was named in more than one of them.")
+    if fleet.not_judged or fleet.failed:
+        said.append(
+            f"Not judged: {len(fleet.not_judged)} for want of data, {len(fleet.failed)} for an "
+            "error; the reasons stand below."
+        )
+    return said
+
+
+def _machines(count: int) -> str:
+    return f"{count} machine{'' if count == 1 else 's'}"
+
+
+def fleet_page(fleet: Fleet) -> Page:
+    """The whole page."""
+    sections = []
+    if fleet.ranked:
+        sections += [_ranking(fleet.ranked), _effects(fleet)]
+    sections += _left_out(fleet)
+    return Page("A fleet: where its simulators are wrong", fleet_lead(fleet), sections)
+
+
+def _ranking(machines: Sequence[Machine]) -> Section:
+    rows = [
+        [
+            one.name,
+            percent(one.structural),
+            percent(one.nominal),
+            percent(one.calibrated),
+            percent(one.augmented),
+            percent(one.noise_floor[1]),
+            verdict_name(one.verdict),
+            ", ".join(plain_name(effect.id) for effect in one.effects) or "–",
+        ]
+        for one in machines
+    ]
+    columns = ["machine", "structural gap", "rig as told", "values fitted", "with effects"]
+    return Section(
+        "Machines by their gap",
+        [
+            Words(
+                "Gaps are errors of the simulation on held-out data, as a share of the motion "
+                "(nrmse over the outputs). Structural is what stays above the highest noise floor "
+                "after the values of the rig were fitted. Each machine has a page of its own, "
+                "report.html in the folder of its name beside this page."
+            ),
+            Table("Largest first.", [*columns, "floor", "verdict", "effects"], rows),
+        ],
+    )
+
+
+def _effects(fleet: Fleet) -> Section:
+    blocks: list[Words | Table | Picture] = []
+    if not fleet.shared:
+        blocks.append(Words("No effect was named in any of them."))
+        return Section("Which gaps are shared", blocks)
+    drawn = fleet.ranked[:MOST_DRAWN]
+    which = "All machines" if len(drawn) == len(fleet.ranked) else f"The {len(drawn)} largest gaps"
+    blocks.append(
+        Picture(
+            fleet_figure(drawn, [one.id for one in fleet.shared]),
+            f"{which}. Left: structural gap, and in grey what the named effects leave of it. "
+            "Right: the larger the disc, the larger the effect's part of the motion; a ring: it "
+            "explains the records as well as what was named; a cross: the records cannot show it.",
+            "Structural gap of each machine, and a matrix of machines and effects",
+        )
+    )
+    blocks.append(
+        Table(
+            "Effects, the most common first.",
+            ["effect", "named in", "one of several in", "machines"],
+            [
+                [
+                    plain_name(one.id),
+                    str(len(one.named)),
+                    str(len(one.rival)),
+                    ", ".join(one.named) or "–",
+                ]
+                for one in fleet.shared
+            ],
+        )
+    )
+    ids = [one.id for one in fleet.shared]
+    blocks.append(
+        Table(
+            "Sizes with their intervals of 90 %. (or): a rival of what was named; (?): the records "
+            "cannot show it.",
+            ["machine", *(plain_name(effect) for effect in ids)],
+            [[one.name, *(_cell(one, effect) for effect in ids)] for one in fleet.ranked],
+        )
+    )
+    return Section("Which gaps are shared", blocks)
+
+
+def _cell(machine: Machine, effect: str) -> str:
+    for one in machine.effects:
+        if one.id == effect:
+            sizes = []
+            for name, size in one.parameters.items():
+                value, ends = interval(size, unit_of(f"{EFFECT_PREFIX}{effect}.{name}"))
+                sizes.append(f"{value} ({ends})")
+            return "; ".join(sizes) or "named"
+    if effect in machine.rivals:
+        return "(or)"
+    return "(?)" if effect in machine.cannot_judge else ""
+
+
+def _left_out(fleet: Fleet) -> list[Section]:
+    sections = []
+    unsure = [one for one in fleet.ranked if one.cannot_judge]
+    if fleet.not_judged:
+        rows = [[one.name, " ".join([one.sentence, *one.why])] for one in fleet.not_judged]
+        table = Table("Records that do not allow a judgement.", ["machine", "why"], rows)
+        sections.append(Section("Not judged", [table]))
+    if fleet.failed:
+        rows = [[name, message] for name, message in fleet.failed.items()]
+        table = Table("Folders that could not be diagnosed.", ["folder", "message"], rows)
+        sections.append(Section("Errors", [table]))
+    if unsure:
+        rows = [
+            [one.name, plain_name(effect), why]
+            for one in unsure
+            for effect, why in one.cannot_judge.items()
+        ]
+        table = Table(
+            "Effects that the records cannot show: there or not, nobody can tell.",
+            ["machine", "effect", "why"],
+            rows,
+        )
+        sections.append(Section("What could not be judged", [table]))
+    return sections
+
+
+def fleet_figure(machines: Sequence[Machine], effects: Sequence[str]) -> Figure:
+    """Bars of the structural gaps beside a matrix of machines and effects."""
+    height = 1.9 + 0.3 * len(machines)
+    figure = Figure(figsize=(9.0, height), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 1.0 + 0.22 * len(effects)])
+    rows = range(len(machines))
+    left.barh(rows, [100.0 * one.structural for one in machines], color=NAMED, height=0.6)
+    rests = [100.0 * min(one.structural, _rest(one)) for one in machines]
+    left.barh(rows, rests, color=LEFT, height=0.6)
+    left.set_yticks(rows, [one.name for one in machines])
+    left.set_ylim(len(machines) - 0.5, -0.5)
+    left.set_xlabel("structural gap, % of the motion")
+    left.grid(True, axis="x", alpha=0.3)
+    _matrix(right, machines, effects)
+    return figure
+
+
+def _rest(machine: Machine) -> float:
+    """What the named effects leave above the floor."""
+    left = machine.augmented - machine.noise_floor[1]
+    return max(0.0, left) if math.isfinite(left) else machine.structural
+
+
+def _matrix(axes: Axes, machines: Sequence[Machine], effects: Sequence[str]) -> None:
+    place = {effect: column for column, effect in enumerate(effects)}
+    largest = max((one.structural for one in machines), default=0.0) or 1.0
+    for row, one in enumerate(machines):
+        for effect in one.effects:
+            # Area for the part; the smallest disc still is seen.
+            size = 25.0 + 200.0 * effect.share_of_gap * one.structural / largest
+            axes.scatter(place[effect.id], row, s=size, color=NAMED, linewidths=0)
+        rivals = [place[effect] for effect in one.rivals]
+        axes.scatter(rivals, [row] * len(rivals), s=60, facecolors="none", edgecolors=RIVAL)
+        unseen = [place[effect] for effect in one.cannot_judge if effect in place]
+        axes.scatter(unseen, [row] * len(unseen), s=18, marker="x", color=LEFT, linewidths=1.0)
+    axes.set_xticks(range(len(effects)), [plain_name(one) for one in effects], rotation=40)
+    for label in axes.get_xticklabels():
+        label.set_horizontalalignment("left")
+    axes.xaxis.tick_top()
+    axes.set_xlim(-0.6, len(effects) - 0.4)
+    axes.grid(True, alpha=0.25)
+    axes.set_axisbelow(True)
+    axes.tick_params(left=False)

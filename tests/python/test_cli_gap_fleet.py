@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: MIT
+"""A folder of machines, with a stand-in for the diagnosis."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from check_runs import StandIn
+from made_diagnoses import bench, measured_record
+from typer.testing import CliRunner
+
+from ehsid.harness.cli import app
+from ehsid.harness.gap.findings import Diagnosis
+from ehsid.harness.records import write_record
+from ehsid.harness.rigs import write_rig
+
+OF_A_MACHINE = {
+    "diagnosis.json",
+    "inputs.json",
+    "report.html",
+    "rig.augmented.toml",
+    "simulation.csv",
+}
+# Folder, and the verdict that the stand-in gives for its rig.
+MACHINES = {"press1": "effects", "press2": "effects", "saw": "no_gap", "lift": "ambiguous"}
+
+
+@pytest.fixture(autouse=True)
+def stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", StandIn(), raising=False)
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Four machines with two records to fit and one held out."""
+    monkeypatch.chdir(tmp_path)
+    for seed, (name, verdict) in enumerate(MACHINES.items()):
+        add_machine(tmp_path / "fleet" / name, f"{verdict}-{name}", seed)
+    return tmp_path
+
+
+def add_machine(folder: Path, rig: str, seed: int) -> None:
+    folder.mkdir(parents=True)
+    write_rig(replace(bench(), name=rig), folder / "rig.toml")
+    for i, name in enumerate(("monday.csv", "tuesday.parquet", "Validate_wednesday.csv")):
+        write_record(
+            measured_record("record", 10 * seed + i, seconds=1.0, dt_s=5e-3), folder / name
+        )
+
+
+def run(*arguments: str, workers: str | None = "1") -> Any:
+    tail = () if workers is None else ("--workers", workers)
+    return CliRunner().invoke(app, ["gap-fleet", *arguments, *tail])
+
+
+def words(text: str) -> str:
+    return " ".join(text.split())
+
+
+def seen(out: Path, name: str) -> dict[str, Any]:
+    plain = json.loads((out / name / "diagnosis.json").read_text(encoding="utf-8"))
+    found: dict[str, Any] = plain["provenance"]
+    return found
+
+
+def test_all_machines_are_diagnosed_and_ranked(here: Path) -> None:
+    outcome = run("fleet", "--out", "out", workers="2")
+    assert outcome.exit_code == 0, outcome.output
+    out = here / "out"
+    for name, verdict in MACHINES.items():
+        more = {"next_experiment.csv"} if verdict == "ambiguous" else set()
+        assert {path.name for path in (out / name).iterdir()} == OF_A_MACHINE | more
+        settings = seen(out, name)["settings"]
+        assert settings["rig"] == f"{verdict}-{name}"
+        assert settings["fitted"] == ["monday", "tuesday"]
+        assert settings["held_out"] == ["Validate_wednesday"]
+        assert settings["workers"] == 1
+        assert [one["file"] for one in seen(out, name)["records"]] == [
+            f"{name}/monday.csv",
+            f"{name}/tuesday.parquet",
+            f"{name}/Validate_wednesday.csv",
+        ]
+        assert f"{name}: {verdict}" in outcome.stderr
+    fleet = json.loads((out / "fleet.json").read_text(encoding="utf-8"))
+    assert fleet["schema_version"] == 1
+    gaps = [one["structural"] for one in fleet["ranked"]]
+    assert gaps == sorted(gaps, reverse=True)
+    assert {one["name"] for one in fleet["ranked"]} == set(MACHINES)
+    coulomb = next(one for one in fleet["shared"] if one["id"] == "coulomb_friction")
+    assert sorted(coulomb["named"]) == ["lift", "press1", "press2"]
+    stribeck = next(one for one in fleet["shared"] if one["id"] == "stribeck_friction")
+    assert (stribeck["named"], stribeck["rival"]) == ([], ["lift"])
+    assert not fleet["failed"]
+    page = (out / "fleet.html").read_text(encoding="utf-8")
+    assert "http://" not in page.replace("http://www.w3.org", "")
+    assert "https://" not in page
+    assert "Coulomb friction in 3 of 4" in words(outcome.stdout)
+
+
+def test_what_is_done_is_not_done_again_until_a_file_changes(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert run("fleet", "--out", "out").exit_code == 0
+    before = {name: seen(here / "out", name)["seconds"] for name in MACHINES}
+    asked: list[str] = []
+
+    class Counts(StandIn):
+        def __call__(self, records: Any, rig: Any, **options: Any) -> Diagnosis:
+            asked.append(rig.name)
+            return super().__call__(records, rig, **options)
+
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", Counts(), raising=False)
+    outcome = run("fleet", "--out", "out", "--json")
+    assert outcome.exit_code == 0, outcome.output
+    assert asked == []
+    assert outcome.stdout == (here / "out" / "fleet.json").read_text(encoding="utf-8")
+
+    (here / "fleet" / "saw" / "monday.csv").unlink()
+    outcome = run("fleet", "--out", "out")
+    assert outcome.exit_code == 0, outcome.output
+    assert asked == ["no_gap-saw"]
+    assert "3 of 4 machines are finished; going on" in outcome.stderr
+    assert seen(here / "out", "saw")["settings"]["fitted"] == ["tuesday"]
+    assert {name: seen(here / "out", name)["seconds"] for name in MACHINES} == before
+
+    # Another catalogue is another question, for all of them.
+    outcome = run("fleet", "--out", "out", "--exclude-effect", "load_force", "load_spring")
+    assert outcome.exit_code == 0, outcome.output
+    assert sorted(asked[1:]) == sorted(f"{verdict}-{name}" for name, verdict in MACHINES.items())
+    assert seen(here / "out", "lift")["settings"]["exclude"] == ["load_force", "load_spring"]
+
+
+def test_a_folder_with_an_error_is_listed_and_the_others_go_on(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fleet = here / "fleet"
+    (fleet / "empty").mkdir()
+    shutil.copytree(fleet / "saw", fleet / "held")
+    for name in ("monday.csv", "tuesday.parquet"):
+        (fleet / "held" / name).unlink()
+    shutil.copytree(fleet / "saw", fleet / "twice")
+    shutil.copy(fleet / "saw" / "monday.csv", fleet / "twice" / "sunday.csv")
+    shutil.copytree(fleet / "saw", fleet / "typo")
+    (fleet / "typo" / "rig.toml").write_text('name = "typo"\nplant = "ehs"\n')
+    (fleet / ".git").mkdir()
+    add_machine(fleet / "poor", "insufficient_data-poor", 9)
+    fails = StandIn(fails=("effects-press1",))
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", fails, raising=False)
+    outcome = run("fleet", "--out", "out")
+    assert outcome.exit_code == 0, outcome.output
+    plain = json.loads((here / "out" / "fleet.json").read_text(encoding="utf-8"))
+    told = {
+        "empty": "has no rig.toml",
+        "held": "has no record",
+        "twice": "the same data as",
+        "typo": "cylinder.bore_m",
+        "press1": "ArithmeticError: no root for effects-press1",
+    }
+    assert sorted(plain["failed"]) == sorted(told)
+    page = (here / "out" / "fleet.html").read_text(encoding="utf-8")
+    for name, message in told.items():
+        assert message in plain["failed"][name]
+        assert (here / "out" / name / "error.txt").is_file()
+    assert "the same data as" in page
+    assert [one["name"] for one in plain["not_judged"]] == ["poor"]
+    assert "The records cannot be judged" in page
+    assert {one["name"] for one in plain["ranked"]} == {"press2", "saw", "lift"}
+
+    # Once mended it is diagnosed, and nothing else is.
+    shutil.copy(fleet / "saw" / "rig.toml", fleet / "typo" / "rig.toml")
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", StandIn(), raising=False)
+    outcome = run("fleet", "--out", "out")
+    assert outcome.exit_code == 0, outcome.output
+    plain = json.loads((here / "out" / "fleet.json").read_text(encoding="utf-8"))
+    assert sorted(plain["failed"]) == ["empty", "held", "twice"]
+
+
+def test_nothing_diagnosed_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "fleet" / "empty").mkdir(parents=True)
+    outcome = run(str(tmp_path / "fleet"), "--out", str(tmp_path / "out"))
+    assert outcome.exit_code == 2
+    assert "nothing could be diagnosed" in words(outcome.stderr)
+    assert "has no rig.toml" in words(outcome.stderr)
+    assert "has no rig.toml" in (tmp_path / "out" / "fleet.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["nowhere", "--out", "out"], "there is no such folder"),
+        (["fleet/saw", "--out", "out"], "has no sub-folders; expected one a machine"),
+        (["fleet", "--out", "fleet/out"], "lies in fleet; name a folder outside of it"),
+        (["fleet", "--out", "fleet"], "lies in fleet; name a folder outside of it"),
+        (["fleet", "--out", "mine"], "is there already and is no result"),
+        (["fleet", "--out", "out", "--exclude-effect", "load_forse"], "did you mean 'load_force'"),
+        (["fleet", "--out", "out", "--dask", "tcp://127.0.0.1:1"], "--workers is of this machine"),
+    ],
+)
+def test_bad_input_is_one_message_and_nothing_written(
+    arguments: list[str], told: str, here: Path
+) -> None:
+    (here / "mine" / "saw").mkdir(parents=True)
+    (here / "mine" / "saw" / "data.csv").write_text("all I have")
+    before = sorted(path for path in here.rglob("*"))
+    outcome = run(*arguments)
+    assert outcome.exit_code == 2, outcome.output
+    assert told in words(outcome.stderr)
+    assert "Traceback" not in outcome.output
+    assert sorted(path for path in here.rglob("*")) == before
+
+
+def test_a_cluster_gives_the_same_files(here: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=40
+    ) as cluster:
+        options = ["--dask", cluster.scheduler_address]
+        outcome = run("fleet", "--out", "out", *options, workers=None)
+    assert outcome.exit_code == 0, outcome.output
+    for name in MACHINES:
+        assert {path.name for path in (here / "out" / name).iterdir()} >= OF_A_MACHINE

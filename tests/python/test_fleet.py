@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: MIT
+"""Ranking of machines and the page of a fleet, from diagnosis files written by hand."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.collections import PathCollection
+
+from ehsid.harness.check.fleet import Fleet, read_fleet
+from ehsid.harness.report.fleet_page import fleet_figure, fleet_lead, fleet_page, write_fleet
+from ehsid.harness.report.page import Table, render_page
+
+
+def diagnosis(
+    calibrated: float | None,
+    floor: float = 0.02,
+    effects: dict[str, float] | None = None,
+    sets: list[list[str]] | None = None,
+    verdict: str = "effects",
+) -> dict[str, Any]:
+    named = [
+        {
+            "id": name,
+            "probability": 0.9,
+            "parameters": {"force_n": {"value": 410.0, "ci90": [400.0, 420.0]}},
+            "share_of_shrinkage": share,
+        }
+        for name, share in (effects or {}).items()
+    ]
+    return {
+        "verdict": verdict,
+        "sentence": "So it is.",
+        "reasons": ["It rests on this."],
+        "which": {
+            "effects": named,
+            "ambiguity_set": sets or [],
+            "cannot_judge": [{"id": "load_spring", "why": "it does not move far"}],
+        },
+        "how_far": {
+            "nominal": calibrated,
+            "calibrated": calibrated,
+            "augmented": None if calibrated is None else floor,
+            "noise_floor": [None, None] if calibrated is None else [0.5 * floor, floor],
+        },
+    }
+
+
+def written(out: Path, machines: dict[str, dict[str, Any]]) -> Fleet:
+    for name, plain in machines.items():
+        (out / name).mkdir(parents=True, exist_ok=True)
+        (out / name / "diagnosis.json").write_text(json.dumps(plain), encoding="utf-8")
+    return read_fleet(out, list(machines))
+
+
+FORCE = {"load_force": 1.0}
+
+
+@pytest.fixture
+def fleet(tmp_path: Path) -> Fleet:
+    (tmp_path / "gone").mkdir()
+    (tmp_path / "gone" / "error.txt").write_text("Traceback\nValueError: no <column>\n")
+    machines = {
+        "a": diagnosis(0.10, effects={"load_force": 0.6, "coulomb_friction": 0.4}),
+        "b": diagnosis(0.30, effects=FORCE, sets=[["load_force"], ["load_spring", "load_force"]]),
+        "c": diagnosis(0.01, verdict="no_gap"),
+        "d": diagnosis(None, verdict="insufficient_data"),
+    }
+    written(tmp_path, machines)
+    return read_fleet(tmp_path, [*machines, "gone", "never run"])
+
+
+def test_machines_are_ranked_by_what_calibration_leaves_above_the_floor(fleet: Fleet) -> None:
+    assert [one.name for one in fleet.ranked] == ["b", "a", "c"]
+    assert [one.structural for one in fleet.ranked] == pytest.approx([0.28, 0.08, 0.0])
+    assert [one.name for one in fleet.not_judged] == ["d"]
+    assert fleet.failed == {"gone": "ValueError: no <column>"}
+
+
+@given(gaps=st.lists(st.floats(0.0, 2.0), min_size=1, max_size=6))
+def test_ranking_is_a_permutation_in_order(
+    gaps: list[float], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    machines = {f"m{i}": diagnosis(gap) for i, gap in enumerate(gaps)}
+    ranked = written(tmp_path_factory.mktemp("fleet"), machines).ranked
+    assert sorted(one.name for one in ranked) == sorted(machines)
+    sizes = [one.structural for one in ranked]
+    assert sizes == sorted(sizes, reverse=True)
+    assert sizes == pytest.approx(sorted((max(0.0, gap - 0.02) for gap in gaps), reverse=True))
+
+
+def test_shared_effects_name_their_machines(fleet: Fleet) -> None:
+    shared = [(one.id, one.named, one.rival) for one in fleet.shared]
+    assert shared == [
+        ("load_force", ("b", "a"), ()),
+        ("coulomb_friction", ("a",), ()),
+        ("load_spring", (), ("b",)),
+    ]
+
+
+def test_a_result_that_is_none_is_told(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"m/diagnosis\.json: not a diagnosis.*remove its folder"):
+        written(tmp_path, {"m": {"verdict": "effects"}})
+
+
+def test_the_lead_says_what_is_shared(fleet: Fleet) -> None:
+    text = " ".join(fleet_lead(fleet))
+    assert "3 machines judged" in text
+    assert "that of b: 28\N{NO-BREAK SPACE}% of its motion" in text
+    assert "load force in 2 of 3" in text
+    assert "Coulomb friction in" not in text
+    assert "1 for want of data, 1 for an error" in text
+
+
+def test_the_page_has_every_size_and_every_reason(fleet: Fleet) -> None:
+    page = fleet_page(fleet)
+    tables = [
+        block for section in page.sections for block in section.blocks if isinstance(block, Table)
+    ]
+    sizes = next(one for one in tables if one.caption.startswith("Sizes"))
+    assert list(sizes.columns) == ["machine", "load force", "Coulomb friction", "load spring"]
+    text = "410\N{NO-BREAK SPACE}N (400 to 420)"
+    assert [list(row) for row in sizes.rows] == [
+        ["b", text, "", "(or)"],
+        ["a", text, text, "(?)"],
+        ["c", "", "", "(?)"],
+    ]
+    html = render_page(page)
+    assert "no &lt;column&gt;" in html
+    assert "It rests on this." in html
+    assert "it does not move far" in html
+
+
+def test_the_picture_marks_what_the_table_says(fleet: Fleet) -> None:
+    figure = fleet_figure(fleet.ranked, [one.id for one in fleet.shared])
+    left, right = figure.axes
+    assert [label.get_text() for label in left.get_yticklabels()] == ["b", "a", "c"]
+    widths = [bar.get_width() for bar in left.patches[:3]]
+    assert widths == pytest.approx([28.0, 8.0, 0.0])
+    marks = [one for one in right.collections if isinstance(one, PathCollection)]
+    points = [tuple(point) for one in marks for point in one.get_offsets().tolist()]
+    discs = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
+    rings, crosses = [(2.0, 0.0)], [(2.0, 0.0), (2.0, 1.0), (2.0, 2.0)]
+    assert sorted(points) == sorted(discs + rings + crosses)
+    areas = {
+        tuple(one.get_offsets().tolist()[0]): one.get_sizes()[0]
+        for one in marks
+        if len(one.get_offsets()) and tuple(one.get_offsets().tolist()[0]) in discs
+    }
+    assert areas[0.0, 0.0] > areas[0.0, 1.0] > areas[1.0, 1.0]
+
+
+def test_a_fleet_without_gaps_or_machines_has_a_page(tmp_path: Path) -> None:
+    page = write_fleet(written(tmp_path, {"c": diagnosis(0.01, verdict="no_gap")}), tmp_path)
+    assert "No effect was named" in page.read_text(encoding="utf-8")
+    page = write_fleet(read_fleet(tmp_path, []), tmp_path)
+    assert "0 machines judged" in page.read_text(encoding="utf-8")
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["c", "fleet.html", "fleet.json"]
