@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from matplotlib.collections import PathCollection
 
 from ehsid.harness.check.fleet import Fleet, read_fleet
-from ehsid.harness.report.fleet_page import fleet_figure, fleet_lead, fleet_page, write_fleet
+from ehsid.harness.report.fleet_figure import fleet_figure
+from ehsid.harness.report.fleet_page import fleet_lead, fleet_page, found, write_fleet
 from ehsid.harness.report.page import Table, render_page
 
 
@@ -113,6 +114,25 @@ def test_the_lead_says_what_is_shared(fleet: Fleet) -> None:
     assert "load force in 2 of 3" in text
     assert "Coulomb friction in" not in text
     assert "1 for want of data, 1 for an error" in text
+
+
+def test_what_was_found_is_told_in_a_line(tmp_path: Path) -> None:
+    both = {"load_force": 0.6, "coulomb_friction": 0.4}
+    machines = {
+        "a": diagnosis(0.5, effects=both),
+        "b": diagnosis(0.4, effects=FORCE, sets=[["load_force"], ["load_spring"]]),
+        "c": diagnosis(0.3, effects=FORCE, verdict="outside_catalogue"),
+        "d": diagnosis(0.2, verdict="outside_catalogue"),
+        "e": diagnosis(0.1, verdict="parameters"),
+    }
+    machines["b"]["verdict"] = "ambiguous"
+    assert [found(one) for one in written(tmp_path, machines).ranked] == [
+        "load force + Coulomb friction",
+        "load force or load spring",
+        "load force, and more outside the catalogue",
+        "outside the catalogue",
+        "values of the rig",
+    ]
 
 
 def test_the_page_has_every_size_and_every_reason(fleet: Fleet) -> None:

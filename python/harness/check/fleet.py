@@ -43,8 +43,8 @@ class Machine:
         calibrated gap above the highest floor, not below zero; NaN where not judged.
     effects
         that were named.
-    rivals
-        ids that explain the records as well as those.
+    ambiguity_set
+        sets of ids that explain the records equally well, the named one first.
     cannot_judge
         why, by id.
     why
@@ -60,7 +60,7 @@ class Machine:
     noise_floor: tuple[float, float]
     structural: float
     effects: tuple[FleetEffect, ...]
-    rivals: tuple[str, ...]
+    ambiguity_set: tuple[tuple[str, ...], ...]
     cannot_judge: Mapping[str, str]
     why: tuple[str, ...]
 
@@ -68,6 +68,13 @@ class Machine:
     def judged(self) -> bool:
         """There is a gap to rank it by."""
         return math.isfinite(self.structural)
+
+    @property
+    def rivals(self) -> tuple[str, ...]:
+        """Ids that were not named and explain the records as well."""
+        named = {one.id for one in self.effects}
+        others = [one for group in self.ambiguity_set for one in group if one not in named]
+        return tuple(dict.fromkeys(others))
 
 
 @dataclass(frozen=True)
@@ -142,9 +149,6 @@ def _machine(name: str, plain: Mapping[str, Any]) -> Machine:
     low, high = (_number(end) for end in far["noise_floor"])
     calibrated = _number(far["calibrated"])
     judged = plain["verdict"] != "insufficient_data"
-    effects = tuple(_effect(one) for one in which["effects"])
-    named = {one.id for one in effects}
-    rivals = [one for group in which["ambiguity_set"] for one in group if one not in named]
     return Machine(
         name=name,
         verdict=plain["verdict"],
@@ -154,8 +158,8 @@ def _machine(name: str, plain: Mapping[str, Any]) -> Machine:
         augmented=_number(far["augmented"]),
         noise_floor=(low, high),
         structural=max(0.0, calibrated - high) if judged else math.nan,
-        effects=effects,
-        rivals=tuple(dict.fromkeys(rivals)),
+        effects=tuple(_effect(one) for one in which["effects"]),
+        ambiguity_set=tuple(tuple(group) for group in which["ambiguity_set"]),
         cannot_judge={one["id"]: one["why"] for one in which["cannot_judge"]},
         why=tuple(plain["reasons"]),
     )

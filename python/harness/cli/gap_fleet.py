@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from ehsid.harness.cli.common import clear_errors, refuse
@@ -116,15 +117,14 @@ def gap_fleet_command(
 
 
 def _print(fleet: Fleet, page: Path, console: Console) -> None:
-    from ehsid.harness.report.fleet_page import fleet_lead, verdict_name
-    from ehsid.harness.report.gap_words import percent, plain_name
+    from ehsid.harness.report.fleet_page import fleet_lead, found
+    from ehsid.harness.report.gap_words import percent
 
     for sentence in fleet_lead(fleet):
         console.print(sentence, highlight=False, markup=False)
-    table = Table("machine", "structural gap", "verdict", "effects")
+    table = Table("machine", "structural gap", "found")
     for one in fleet.ranked[:MOST_LINES]:
-        effects = ", ".join(plain_name(effect.id) for effect in one.effects)
-        table.add_row(one.name, percent(one.structural), verdict_name(one.verdict), effects)
+        table.add_row(escape(one.name), percent(one.structural), found(one))
     if fleet.ranked:
         console.print(table)
     if len(fleet.ranked) > MOST_LINES:

@@ -4,31 +4,40 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 import ehsid
 from ehsid.harness.check.fleet import Fleet, Machine
 from ehsid.harness.identification.serialise import to_plain
 from ehsid.harness.report import page as pages
-from ehsid.harness.report.gap_words import VERDICTS, interval, percent, plain_name, unit_of
+from ehsid.harness.report.fleet_figure import fleet_figure
+from ehsid.harness.report.gap_words import (
+    VERDICTS,
+    effect_set,
+    interval,
+    percent,
+    plain_name,
+    unit_of,
+)
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
 SCHEMA_VERSION = 1
 MOST_DRAWN = 60  # machines, the largest gaps; the tables have all
-NAMED, RIVAL, LEFT = "#2f6f9f", "#b4690e", "#9aa6b1"
 
 
-def verdict_name(verdict: str) -> str:
-    """As the page of the machine calls it."""
-    known: dict[str, str] = {name: words[0] for name, words in VERDICTS.items()}
-    return known.get(verdict, verdict)
+def found(machine: Machine) -> str:
+    """What its diagnosis says: effects by name, else the verdict."""
+    titles: dict[str, str] = {name: words[0] for name, words in VERDICTS.items()}
+    title = titles.get(machine.verdict, machine.verdict).lower()
+    named = effect_set(tuple(one.id for one in machine.effects)) if machine.effects else title
+    if machine.verdict == "ambiguous" and machine.ambiguity_set:
+        return " or ".join(effect_set(one) for one in machine.ambiguity_set)
+    if machine.verdict == "outside_catalogue" and machine.effects:
+        return f"{named}, and more {title}"
+    return named
 
 
 def plain_fleet(fleet: Fleet) -> dict[str, Any]:
@@ -106,8 +115,7 @@ def _ranking(machines: Sequence[Machine]) -> Section:
             percent(one.calibrated),
             percent(one.augmented),
             percent(one.noise_floor[1]),
-            verdict_name(one.verdict),
-            ", ".join(plain_name(effect.id) for effect in one.effects) or "–",
+            found(one),
         ]
         for one in machines
     ]
@@ -121,7 +129,7 @@ def _ranking(machines: Sequence[Machine]) -> Section:
                 "after the values of the rig were fitted. Each machine has a page of its own, "
                 "report.html in the folder of its name beside this page."
             ),
-            Table("Largest first.", [*columns, "floor", "verdict", "effects"], rows),
+            Table("Largest first.", [*columns, "floor", "found"], rows),
         ],
     )
 
@@ -206,48 +214,3 @@ def _left_out(fleet: Fleet) -> list[Section]:
         )
         sections.append(Section("What could not be judged", [table]))
     return sections
-
-
-def fleet_figure(machines: Sequence[Machine], effects: Sequence[str]) -> Figure:
-    """Bars of the structural gaps beside a matrix of machines and effects."""
-    height = 1.9 + 0.3 * len(machines)
-    figure = Figure(figsize=(9.0, height), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 1.0 + 0.22 * len(effects)])
-    rows = range(len(machines))
-    left.barh(rows, [100.0 * one.structural for one in machines], color=NAMED, height=0.6)
-    rests = [100.0 * min(one.structural, _rest(one)) for one in machines]
-    left.barh(rows, rests, color=LEFT, height=0.6)
-    left.set_yticks(rows, [one.name for one in machines])
-    left.set_ylim(len(machines) - 0.5, -0.5)
-    left.set_xlabel("structural gap, % of the motion")
-    left.grid(True, axis="x", alpha=0.3)
-    _matrix(right, machines, effects)
-    return figure
-
-
-def _rest(machine: Machine) -> float:
-    """What the named effects leave above the floor."""
-    left = machine.augmented - machine.noise_floor[1]
-    return max(0.0, left) if math.isfinite(left) else machine.structural
-
-
-def _matrix(axes: Axes, machines: Sequence[Machine], effects: Sequence[str]) -> None:
-    place = {effect: column for column, effect in enumerate(effects)}
-    largest = max((one.structural for one in machines), default=0.0) or 1.0
-    for row, one in enumerate(machines):
-        for effect in one.effects:
-            # Area for the part; the smallest disc still is seen.
-            size = 25.0 + 200.0 * effect.share_of_gap * one.structural / largest
-            axes.scatter(place[effect.id], row, s=size, color=NAMED, linewidths=0)
-        rivals = [place[effect] for effect in one.rivals]
-        axes.scatter(rivals, [row] * len(rivals), s=60, facecolors="none", edgecolors=RIVAL)
-        unseen = [place[effect] for effect in one.cannot_judge if effect in place]
-        axes.scatter(unseen, [row] * len(unseen), s=18, marker="x", color=LEFT, linewidths=1.0)
-    axes.set_xticks(range(len(effects)), [plain_name(one) for one in effects], rotation=40)
-    for label in axes.get_xticklabels():
-        label.set_horizontalalignment("left")
-    axes.xaxis.tick_top()
-    axes.set_xlim(-0.6, len(effects) - 0.4)
-    axes.grid(True, alpha=0.25)
-    axes.set_axisbelow(True)
-    axes.tick_params(left=False)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""Picture of a fleet: gaps of the machines beside a matrix of machines and effects."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ehsid.harness.check.fleet import Machine
+from ehsid.harness.report.gap_words import plain_name
+
+NAMED, RIVAL, LEFT = "#2f6f9f", "#b4690e", "#9aa6b1"
+
+
+def fleet_figure(machines: Sequence[Machine], effects: Sequence[str]) -> Figure:
+    """Bars of the structural gaps beside a matrix of machines and effects."""
+    height = 1.9 + 0.3 * len(machines)
+    figure = Figure(figsize=(9.0, height), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 1.0 + 0.22 * len(effects)])
+    rows = range(len(machines))
+    left.barh(rows, [100.0 * one.structural for one in machines], color=NAMED, height=0.6)
+    rests = [100.0 * min(one.structural, _rest(one)) for one in machines]
+    left.barh(rows, rests, color=LEFT, height=0.6)
+    left.set_yticks(rows, [one.name for one in machines])
+    left.set_ylim(len(machines) - 0.5, -0.5)
+    left.set_xlabel("structural gap, % of the motion")
+    left.grid(True, axis="x", alpha=0.3)
+    _matrix(right, machines, effects)
+    return figure
+
+
+def _rest(machine: Machine) -> float:
+    """What the named effects leave above the floor."""
+    left = machine.augmented - machine.noise_floor[1]
+    return max(0.0, left) if math.isfinite(left) else machine.structural
+
+
+def _matrix(axes: Axes, machines: Sequence[Machine], effects: Sequence[str]) -> None:
+    place = {effect: column for column, effect in enumerate(effects)}
+    largest = max((one.structural for one in machines), default=0.0) or 1.0
+    for row, one in enumerate(machines):
+        for effect in one.effects:
+            # Area for the part; the smallest disc still is seen.
+            size = 25.0 + 200.0 * effect.share_of_gap * one.structural / largest
+            axes.scatter(place[effect.id], row, s=size, color=NAMED, linewidths=0)
+        rivals = [place[effect] for effect in one.rivals]
+        axes.scatter(rivals, [row] * len(rivals), s=60, facecolors="none", edgecolors=RIVAL)
+        unseen = [place[effect] for effect in one.cannot_judge if effect in place]
+        axes.scatter(unseen, [row] * len(unseen), s=18, marker="x", color=LEFT, linewidths=1.0)
+    axes.set_xticks(range(len(effects)), [plain_name(one) for one in effects], rotation=40)
+    for label in axes.get_xticklabels():
+        label.set_horizontalalignment("left")
+    axes.xaxis.tick_top()
+    axes.set_xlim(-0.6, len(effects) - 0.4)
+    axes.grid(True, alpha=0.25)
+    axes.set_axisbelow(True)
+    axes.tick_params(left=False)
