@@ -94,7 +94,7 @@ class Reference:
         return gain * area * drop * softened ** ((e - 1.0) / 2.0)
 
     def opening(self, x: float) -> float:
-        x = x + self.effect("valve_null_bias", "offset")
+        x = x + self.effect("valve_null_bias", "offset") + self.p["nuisance.null_bias"]
         limit = self.effect("valve_flow_saturation", "limit")
         return limit * np.tanh(x / limit) if limit > 0.0 else x
 
@@ -104,6 +104,10 @@ class Reference:
         rate = np.zeros(9)
         w, zeta = 2.0 * np.pi * self.spool[0], self.spool[1]
         rate[5], rate[6] = dx, w * w * (u - x) - 2.0 * zeta * w * dx
+        slew = p["nuisance.spool_slew_1_s"]
+        if self.hydraulic and abs(dx) >= slew:
+            rate[5] = np.copysign(slew, dx)
+            rate[6] = min(rate[6] * np.sign(dx), 0.0) * np.sign(dx)
         force = -self.load(y)
         if self.hydraulic:
             at_rest = self.opening(x if self.spool[0] > 0.0 else u)

@@ -35,6 +35,9 @@ class _Case:
     rig = RIG
     all_states = False
 
+    def variation(self) -> np.ndarray:
+        return np.array([1e-2])
+
 
 CASE = cast(Case, cast(Any, _Case()))
 SIZES = {
@@ -190,10 +193,41 @@ def test_verdicts(
 ) -> None:
     everything = found(rival(rms=1e-4), *rivals)
     choice = choose(CASE, everything)
-    ruling = rule(CASE, everything, choice, _far(*far), _moved(moved), ())
+    # With the values as told errors are three times those with them fitted.
+    untouched = rival(rms=3e-4) if moved else everything.calibrated
+    ruling = rule(CASE, everything, choice, _far(*far), _moved(moved), (), untouched)
     assert ruling.verdict == verdict
     assert ruling.sentence.endswith(".")
     assert ruling.reasons
+
+
+def test_values_that_do_as_well_as_told_are_no_parameter_gap() -> None:
+    """A value has moved, but what gains is what no data sheet tells."""
+    everything = found(rival(rms=1e-5))
+    for untouched, verdict in ((1.2e-5, "no_gap"), (3e-4, "parameters")):
+        ruling = rule(
+            CASE,
+            everything,
+            choose(CASE, everything),
+            _far(0.1, 0.001, 0.001),
+            _moved(True),
+            (),
+            rival(rms=untouched),
+        )
+        assert ruling.verdict == verdict
+
+
+def test_a_gain_that_nobody_sees_gets_no_name() -> None:
+    """From 4e-4 of the variation to the floor of 1e-4."""
+    tiny = found(rival(rms=4e-6), rival("coulomb_friction", rms=1e-6))
+    assert choose(CASE, tiny).best.effects == ()
+
+
+def test_a_set_that_leaves_most_of_the_gap_is_no_explanation() -> None:
+    little = found(rival(rms=1e-4), rival("coulomb_friction", rms=8e-5))
+    assert choose(CASE, little).best.effects == ()
+    more = found(rival(rms=1e-4), rival("coulomb_friction", rms=6e-5))
+    assert choose(CASE, more).best.effects == ("coulomb_friction",)
 
 
 def test_sets_in_words() -> None:

@@ -72,6 +72,7 @@ VARIED = [
     "fluid.bulk_modulus_pa",
     "nuisance.spool_bandwidth_hz",
     "nuisance.spool_damping",
+    "nuisance.null_bias",
     "nuisance.edge_rounding",
     "nuisance.edge_overlap_sides",
     "nuisance.edge_overlap_tank",

@@ -65,6 +65,34 @@ def test_spool_is_exact_at_any_step() -> None:
     np.testing.assert_allclose(runs.simulate(values, command, 2)["spool"], expected, atol=1e-7)
 
 
+@pytest.mark.parametrize("lag", ["hidden", "told"])
+def test_a_spool_that_is_limited_in_speed(lag: str) -> None:
+    values = typical() if lag == "hidden" else runs.with_effect(EFFECTS["valve_lag"])
+    values = values | {"nuisance.spool_slew_1_s": 40.0}
+    command = runs.steps(2, 60, 10, 6.0)
+    expected = runs.reference(values, command)
+    free = runs.reference(values | {"nuisance.spool_slew_1_s": 1e4}, command)
+    assert runs.worst_error(free, expected, ("spool",)) > 0.02
+    # The limit begins and ends within a step: of first order.
+    errors = [
+        runs.worst_error(runs.simulate(values, command, substeps), expected, ("spool",))
+        for substeps in (8, 32, 128)
+    ]
+    assert errors[2] < errors[1] < errors[0]
+    assert errors[2] < 2e-3
+    # A steady limit: from one level to another at this speed.
+    spool = runs.simulate(values, command, 32)["spool"]
+    assert np.abs(np.diff(spool)).max() <= 40.0 * runs.DT_S * (1.0 + 1e-9)
+
+
+def test_a_null_bias_as_delivered_is_one_of_the_catalogue() -> None:
+    command = runs.steps(2, 60, 10, 6.0)
+    hidden = runs.simulate(typical() | {"nuisance.null_bias": 0.003}, command, 4)
+    named = runs.simulate(typical() | {"effects.valve_null_bias.offset": 0.003}, command, 4)
+    for name in HYDRAULIC:
+        np.testing.assert_allclose(hidden[name], named[name], rtol=1e-9)
+
+
 @pytest.mark.parametrize("effect", [None, *MECHANICAL])
 def test_axis(effect: str | None) -> None:
     values = typical() if effect is None else runs.with_effect(EFFECTS[effect])

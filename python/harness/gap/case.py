@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy.signal import welch
 
 import ehsid
@@ -25,6 +26,8 @@ from ehsid.harness.gap.thresholds import (
 )
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
+
+FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +69,19 @@ class Case:
     def records(self) -> tuple[Record, ...]:
         """Each record once."""
         return self.training if self.blocks else (*self.training, *self.held_out)
+
+    def variation(self) -> FloatArray:
+        """Rms of the measured outputs about their means in windows, held out, shape (outputs,)."""
+        records = self.problem(held_out=True).records
+        return np.array(
+            [
+                np.sqrt(
+                    np.mean(np.concatenate([one.centred(one.outputs[n]) for one in records]) ** 2)
+                )
+                for n in self.outputs
+            ],
+            dtype=np.float64,
+        )
 
     def parameters(self, effects: Sequence[str] = ()) -> tuple[Parameter, ...]:
         """Calibration first, then the effects in order."""

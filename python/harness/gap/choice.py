@@ -18,8 +18,10 @@ from ehsid.harness.gap.sizes import matters
 from ehsid.harness.gap.thresholds import (
     DECIDED_NATS,
     DECIDED_OF_ALL,
+    DECIDED_OF_MOTION,
     DECIDED_RELATIVE,
     DECIDED_SHARE,
+    DECIDED_TOGETHER,
     NEAREST,
 )
 
@@ -52,12 +54,21 @@ def asked_for(case: Case, more: Rival, less: Rival, calibrated: Rival) -> bool:
     """The effects of `more` are worth their names."""
     gain = advantage(case, more, less)
     left = min(above_floor(case, less), NEAREST)
-    smaller = (rms(less) - rms(more)) / np.maximum(rms(calibrated), 1e-300)
+    smaller = rms(less) - rms(more)
     return (
         decided(gain)
         and gain.relative >= DECIDED_SHARE * left
-        and float(smaller.mean()) >= DECIDED_OF_ALL
+        and float(np.mean(smaller / np.maximum(rms(calibrated), 1e-300))) >= DECIDED_OF_ALL
+        and float(np.mean(smaller / case.variation())) >= DECIDED_OF_MOTION
     )
+
+
+def together(case: Case, best: Rival, calibrated: Rival) -> float:
+    """Share of the errors above the floor that a set takes, mean over the outputs."""
+    floors = np.array([case.floors[name].value for name in case.outputs])
+    before, after = (np.maximum(rms(one) - floors, 0.0) for one in (calibrated, best))
+    scale = case.variation()
+    return 1.0 - float(np.sum(after / scale) / max(np.sum(before / scale), 1e-300))
 
 
 def rms(rival: Rival) -> FloatArray:
@@ -80,8 +91,8 @@ def choose(case: Case, found: Found) -> Choice:
         if asked_for(case, wider, best, found.calibrated):
             best = wider
     best = _simplest(case, best, pool, found.calibrated)
-    if not best.effects:
-        return Choice(best, ())
+    if not best.effects or together(case, best, found.calibrated) < DECIDED_TOGETHER:
+        return Choice(found.calibrated, ())
     equals = [
         one
         for one in pool

@@ -29,7 +29,7 @@ from ehsid.harness.gap.judgeable import beyond_reach, cannot_judge
 from ehsid.harness.gap.next_experiment import next_experiment
 from ehsid.harness.gap.quantised import QUANTISATION, position_step
 from ehsid.harness.gap.regimes import Regimes, visited
-from ehsid.harness.gap.rivals import decisive
+from ehsid.harness.gap.rivals import decisive, values_as_told
 from ehsid.harness.gap.search import Found, candidates, search
 from ehsid.harness.gap.thresholds import BLOCK_S, BOOTSTRAP_SEED, SKIP_S, SURE
 from ehsid.harness.gap.verdict import Ruling, rule
@@ -186,7 +186,8 @@ def _judge(
     calibration = figures.calibration_of(case, values, moved)
     beyond = beyond_reach(best.values, regimes, best.effects)
     step = position_step(case, exclude)
-    ruling = rule(case, found, choice, far, calibration, beyond, step)
+    untouched = None if best.effects else values_as_told(case, found.calibrated)
+    ruling = rule(case, found, choice, far, calibration, beyond, untouched, step)
     return _Judged(case, found, choice, runs, far, values, calibration, beyond, step, ruling)
 
 

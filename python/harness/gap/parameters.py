@@ -24,6 +24,7 @@ from ehsid.harness.rigs.parameters import (
     plant_parameters,
 )
 
+OF_HIDDEN_SPOOL = ("nuisance.spool_bandwidth_hz", "nuisance.spool_damping")
 FRICTION_NUISANCES = ("nuisance.presliding_m", "nuisance.sliding_onset_m_s")
 
 # Smallest size of an effect that a fit may go to, as a share of its largest: below it is off.
@@ -87,7 +88,7 @@ def calibration_parameters(rig: Rig, *, pressures: bool = True) -> tuple[Paramet
         if value > 0.0:
             centre = math.log(value)
             reach = MOST_SIGMAS * sigma
-            high = min(centre + reach, math.log(info.maximum))
+            high = min(centre + reach, _log_within(info.maximum))
             low = (
                 max(centre - reach, math.log(info.minimum)) if info.minimum > 0 else centre - reach
             )
@@ -100,19 +101,27 @@ def calibration_parameters(rig: Rig, *, pressures: bool = True) -> tuple[Paramet
     return (*found, *(one for one in _nuisances(rig, pressures) if one.name not in unseen))
 
 
+def _log_within(maximum: float) -> float:
+    """Its logarithm, rounded so that the value that comes back is not above it."""
+    x = math.log(maximum)
+    while math.exp(x) > maximum:
+        x = math.nextafter(x, -math.inf)
+    return x
+
+
 def _nuisances(rig: Rig, pressures: bool) -> list[Parameter]:
     found = []
     told_lag = rig.values.get(f"{EFFECT_PREFIX}valve_lag.bandwidth_hz", 0.0) > 0.0
     for name, sigma in NUISANCE_SIGMA.items():
         if rig.plant != "ehs" and name not in FRICTION_NUISANCES:
             continue
-        if name.startswith("nuisance.spool_") and told_lag:
+        if name in OF_HIDDEN_SPOOL and told_lag:
             continue
         info = plant_parameters()[name]
         usual = info.typical if pressures else UNSEEN_CENTRE.get(name, info.typical)
         typical = rig.values.get(name, usual)
         if name in LOGARITHMIC_NUISANCES:
-            bounds = math.log(info.minimum), math.log(info.maximum)
+            bounds = -_log_within(1.0 / info.minimum), _log_within(info.maximum)
             found.append(Parameter(name, True, math.log(typical), sigma, *bounds))
         else:
             found.append(Parameter(name, False, typical, sigma, info.minimum, info.maximum))
@@ -151,7 +160,7 @@ def effect_parameters(
         else:
             low = max(parameter.minimum, SMALLEST_SHARE * parameter.maximum)
             made = Parameter(
-                name, True, math.log(low), math.inf, math.log(low), math.log(parameter.maximum)
+                name, True, math.log(low), math.inf, math.log(low), _log_within(parameter.maximum)
             )
         found.append((made, made.place(value)))
     return tuple(found)

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from ehsid.harness.gap.case import Case
 from ehsid.harness.gap.fit import Fit, fit
 from ehsid.harness.gap.parameters import effect_parameters
-from ehsid.harness.gap.problem import Linear
-from ehsid.harness.gap.starts import effect_starts
+from ehsid.harness.gap.problem import Linear, Problem
+from ehsid.harness.gap.starts import SIMPLER, effect_starts, grown_start
 from ehsid.harness.gap.thresholds import (
     COLD_WINDOWS_S,
     DECISION_SUBSTEPS,
@@ -21,9 +21,12 @@ from ehsid.harness.gap.thresholds import (
     ITERATIONS_COLD,
     ITERATIONS_FINE,
     ITERATIONS_SCREEN,
+    SLEWS_1_S,
 )
+from ehsid.harness.rigs.parameters import EFFECT_PREFIX, NUISANCE_PREFIX
 
 FloatArray = npt.NDArray[np.float64]
+SLEW = "nuisance.spool_slew_1_s"
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,10 +105,33 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> Rival:
     for window_s in COLD_WINDOWS_S:
         subject = case.problem(window_s=window_s, all_states=True)
         cold = fit(subject, cold, iterations=ITERATIONS_COLD).x
-    fits = [
-        fit(problem, start, iterations=ITERATIONS) for start in (cold, problem.centre(), *starts)
-    ]
-    return polish(case, (), _best(fits).x)
+    found = _from_all(problem, [cold, problem.centre(), *starts])
+    return polish(case, (), found.x)
+
+
+def _from_all(problem: Problem, starts: Sequence[FloatArray]) -> Fit:
+    """The best of all starts, and of a slower spool from there."""
+    best = _best([fit(problem, start, iterations=ITERATIONS) for start in starts])
+    slower = _slower_spool(problem, best)
+    return best if slower is None else _best([best, fit(problem, slower, iterations=ITERATIONS)])
+
+
+def _slower_spool(problem: Problem, best: Fit) -> FloatArray | None:
+    """The same values with the limit of the spool's speed that does best, if that is better.
+
+    A limit that nothing reaches has no slope.
+    """
+    names = [parameter.name for parameter in problem.parameters]
+    if SLEW not in names:
+        return None
+    place = names.index(SLEW)
+    trials = []
+    for slew in SLEWS_1_S:
+        x = best.x.copy()
+        x[place] = problem.parameters[place].place(slew)
+        trials.append((problem.cost(x), tuple(x)))
+    cost, found = min(trials)
+    return np.array(found) if cost < best.cost else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +147,21 @@ def base(case: Case, effects: tuple[str, ...], x: FloatArray) -> Base:
     return Base(x, case.problem(effects).linear(x))
 
 
+def values_as_told(case: Case, calibrated: Rival) -> Rival:
+    """Only what no data sheet tells is fitted; the rig's own values stay as told."""
+    fine = decisive(case)
+    coarse, exact = case.problem(), fine.problem()
+    told = [not one.name.startswith(NUISANCE_PREFIX) for one in coarse.parameters]
+    centre = coarse.centre()
+    for problem in (coarse, exact):
+        problem.low = np.where(told, centre, problem.low)
+        problem.high = np.where(told, centre, problem.high)
+    near = _from_all(coarse, [calibrated.x, centre])
+    # Held values make the valley narrow: twice the steps.
+    near = fit(coarse, near.x, iterations=ITERATIONS)
+    return _rival(fine, (), fit(exact, near.x, iterations=ITERATIONS_FINE))
+
+
 def screen(case: Case, effects: tuple[str, ...], bases: Sequence[Base]) -> Rival:
     """A short fit with the last effect from each of its active sizes; the best of them.
 
@@ -128,9 +169,10 @@ def screen(case: Case, effects: tuple[str, ...], bases: Sequence[Base]) -> Rival
     the effect may have gone far to hide it, so that the values as told are a base of their own.
     """
     problem = case.problem(effects)
+    effect = effects[-1]
     fits = []
-    for start in effect_starts(effects[-1], case.rig):
-        size = [x for _, x in effect_parameters(effects[-1], start, case.rig.plant)]
+    for start in effect_starts(effect, case.rig):
+        size = [x for _, x in effect_parameters(effect, start, case.rig.plant)]
         fits += [
             fit(
                 problem,
@@ -140,6 +182,14 @@ def screen(case: Case, effects: tuple[str, ...], bases: Sequence[Base]) -> Rival
             )
             for one in bases
         ]
+    simpler = SIMPLER.get(effect)
+    if simpler is not None and simpler not in effects:
+        # Its minimum is far narrower than that of the simpler law, and near it.
+        less = screen(case, (*effects[:-1], simpler), bases)
+        force_n = less.values[f"{EFFECT_PREFIX}{simpler}.force_n"]
+        grown = effect_parameters(effect, grown_start(effect, force_n, case.rig), case.rig.plant)
+        start_x = np.concatenate([less.x[:-1], [x for _, x in grown]])
+        fits.append(fit(problem, start_x, iterations=ITERATIONS_SCREEN))
     return _rival(case, effects, _best(fits))
 
 

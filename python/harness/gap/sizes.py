@@ -15,11 +15,14 @@ from ehsid.harness.gap.thresholds import (
     LEAST_LAG_S,
     LEAST_LEAKAGE,
     LEAST_OPENING,
+    LEAST_PLAY,
     LEAST_PLAY_M,
     LEAST_RISE,
     SLOWEST_HIDDEN_HZ,
 )
 from ehsid.harness.rigs import Rig
+
+STROKE = "cylinder.stroke_m"
 
 
 def matters(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
@@ -72,12 +75,14 @@ def matters(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
             least = LEAST_FORCE if rig.plant == "ehs" else LEAST_FRICTION
             return abs(size("force_n")) >= least * force
         case "load_spring":
-            reach = rig.values.get("cylinder.stroke_m", 1.0)
+            reach = rig.values.get(STROKE, 1.0)
             return size("stiffness_n_m") * reach >= LEAST_FORCE * force
         case "sensor_lag":
             return size("time_constant_s") >= LEAST_LAG_S
         case "sensor_backlash":
-            return size("half_width_m") >= LEAST_PLAY_M
+            return size("half_width_m") >= max(
+                LEAST_PLAY_M, LEAST_PLAY * rig.values.get(STROKE, 0.0)
+            )
     return True
 
 

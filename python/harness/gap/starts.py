@@ -90,3 +90,17 @@ def effect_starts(effect: str, rig: Rig) -> tuple[Start, ...]:
                 for size in (strong, 4.0 * strong)
             )
     raise KeyError(effect)
+
+
+# What a law becomes where one of its terms is taken away.
+SIMPLER: Mapping[str, str] = MappingProxyType(
+    {"stribeck_friction": "coulomb_friction", "load_spring": "load_force"}
+)
+
+
+def grown_start(effect: str, force_n: float, rig: Rig) -> Start:
+    """An active size of an effect that holds a simpler one, from the force that this one found."""
+    if effect == "stribeck_friction":
+        return {"coulomb_n": force_n, "static_n": 1.5 * force_n, "stribeck_velocity_m_s": 0.02}
+    reach = rig.values.get("cylinder.stroke_m", 0.3)
+    return {"stiffness_n_m": 0.3 * abs(force_n) / reach, "force_at_mid_stroke_n": force_n}

@@ -7,12 +7,21 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ehsid.harness.gap.advantage import above_floor, advantage
 from ehsid.harness.gap.case import Case
-from ehsid.harness.gap.choice import Choice, decided, one_family
+from ehsid.harness.gap.choice import Choice, decided, one_family, rms
 from ehsid.harness.gap.findings import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
+from ehsid.harness.gap.rivals import Rival
 from ehsid.harness.gap.search import Found
-from ehsid.harness.gap.thresholds import LEFT_ABOVE, LEFT_NRMSE, LEFT_NRMSE_SWINGING, LEFT_SHARE
+from ehsid.harness.gap.thresholds import (
+    LEFT_ABOVE,
+    LEFT_NRMSE,
+    LEFT_NRMSE_SWINGING,
+    LEFT_SHARE,
+    VALUES_SHARE,
+)
 
 
 @dataclass(frozen=True)
@@ -31,6 +40,7 @@ def rule(
     far: HowFar,
     calibration: Mapping[str, CalibratedValue],
     beyond: Sequence[CannotJudge],
+    untouched: Rival | None = None,
     step: Estimate | None = None,
 ) -> Ruling:
     """Decide.
@@ -45,6 +55,8 @@ def rule(
         values, with those that have moved.
     beyond
         chosen effects whose size no record reached.
+    untouched
+        the calibration with the rig's own values as told, where nothing else was found.
     step
         of the position sensor where it is coarse, m.
     """
@@ -110,7 +122,12 @@ def rule(
         )
     moved = [name for name, value in calibration.items() if value.moved]
     gain = advantage(case, found.calibrated, found.nominal)
-    if moved and decided(gain):
+    by_values = 0.0
+    if untouched is not None:
+        scale = case.variation()
+        less = float(np.sum((rms(untouched) - rms(found.calibrated)) / scale))
+        by_values = less / max(float(np.sum(rms(found.nominal) / scale)), 1e-300)
+    if moved and decided(gain) and by_values >= VALUES_SHARE:
         return Ruling(
             "parameters",
             "No effect is missing; values of the rig are other than told: "
@@ -122,7 +139,10 @@ def rule(
             tuple(reasons),
         )
     if decided(gain):
-        reasons.append("The calibration gains, but no value has moved by what matters.")
+        reasons.append(
+            "The calibration gains by what no data sheet tells (edges, seals, oil, spool); "
+            "the rig's own values do as well as told."
+        )
     return Ruling("no_gap", "The simulator does what the machine does.", tuple(reasons))
 
 

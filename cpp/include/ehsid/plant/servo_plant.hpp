@@ -98,7 +98,7 @@ class ServoPlant {
     return sum;
   }
   Scalar opening(const Scalar& spool) const {
-    Scalar x = spool;
+    Scalar x = spool + null_bias_;
     effects_.each([&](const auto& effect) { put(x, effect.opening(x)); });
     return x;
   }
@@ -144,6 +144,7 @@ class ServoPlant {
   LinearServo<Scalar> linear_;
   Seals<Scalar> seals_;
   Scalar motor_force_{};
+  Scalar null_bias_;
 
   std::size_t sample_ = 0;
   Scalar position_, velocity_, reading_;
@@ -168,6 +169,7 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       hydraulics_(values, effects_, load(value_at(values, Initial::position))),
       linear_(values, overlap(), load(value_at(values, Initial::position))),
       seals_(friction(Scalar(0.0)), value_at(values, Nuisance::presliding)),
+      null_bias_(kind == PlantKind::ehs ? value_at(values, Nuisance::null_bias) : Scalar(0.0)),
       position_(value_at(values, Initial::position)),
       velocity_(value_at(values, Initial::velocity)),
       reading_(position_) {
@@ -220,11 +222,13 @@ template <class Scalar>
 Spool<Scalar> ServoPlant<Scalar>::spool_of(PlantKind kind, const std::vector<Scalar>& values,
                                            const Effects<Scalar>& effects, double h) {
   SpoolLag<Scalar> lag{};
+  Scalar slew(0.0);
   if (kind == PlantKind::ehs) {
+    slew = value_at(values, Nuisance::spool_slew);
     lag = {value_at(values, Nuisance::spool_bandwidth), value_at(values, Nuisance::spool_damping)};
   }
   effects.each([&](const auto& effect) { put(lag, effect.spool_lag()); });
-  return Spool<Scalar>(lag, h);
+  return Spool<Scalar>(lag, slew, h);
 }
 
 template <class Scalar>
