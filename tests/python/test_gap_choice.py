@@ -34,6 +34,7 @@ class _Case:
     records = (_Record(),)
     rig = RIG
     all_states = False
+    pressures = True
 
     def variation(self) -> np.ndarray:
         return np.array([1e-2])

@@ -76,7 +76,7 @@ def test_an_interval_holds_its_value_and_stays_inside_the_bounds(logarithmic: bo
 
 def test_an_interval_without_scatter_is_what_the_model_is_wrong_by() -> None:
     parameter = Parameter("effects.a.b", True, 0.0, math.inf, -9.0, 9.0)
-    found = interval(parameter, 1.0, 0.0, 10**6)
+    found = interval(parameter, 1.0, 0.0, 10**6, MODEL_ERROR)
     # 1.645, the 95 % point of the normal distribution.
     assert math.log(found.high / found.value) == pytest.approx(1.6449 * MODEL_ERROR, rel=1e-3)
 

@@ -11,13 +11,22 @@ from ehsid.harness.gap import fit
 from ehsid.harness.gap.case import Case, make_case
 from ehsid.harness.gap.fit import GAIN
 from ehsid.harness.gap.parameters import effect_parameters
-from ehsid.harness.gap.rivals import as_told, calibrate, decisive, polish, screen
+from ehsid.harness.gap.rivals import (
+    SLEW,
+    as_told,
+    base,
+    calibrate,
+    decisive,
+    polish,
+    screen,
+    values_as_told,
+)
 from ehsid.harness.gap.starts import effect_starts
 from ehsid.harness.gap.thresholds import DECISION_SUBSTEPS, ITERATIONS_SCREEN
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.rigs.parameters import acts_on
-from ehsid.harness.simulation import PositionController, draw_noise, simulate_closed_loop
+from ehsid.harness.simulation import PositionController, draw_noise, simulate, simulate_closed_loop
 
 FRICTION = {**made.OFF, "effects.coulomb_friction.force_n": 400.0}
 
@@ -119,18 +128,19 @@ def test_any_other_start_can_only_help(case: Case) -> None:
 
 def test_a_first_look_takes_the_best_of_the_sizes(case: Case) -> None:
     # The calibration without the effect may have gone astray: the values as told are a base, too.
-    bases = [calibrate(case).x, case.problem().centre()]
+    bases = [base(case, (), x) for x in (calibrate(case).x, case.problem().centre())]
     found = screen(case, ("coulomb_friction",), bases)
     costs = []
     for start in effect_starts("coulomb_friction", case.rig):
         ((_, x),) = effect_parameters("coulomb_friction", start)
-        for base in bases:
-            one = fit(
+        for one in bases:
+            short = fit(
                 case.problem(("coulomb_friction",)),
-                np.append(base, x),
+                np.append(one.x, x),
                 iterations=ITERATIONS_SCREEN,
+                first=one.linear,
             )
-            costs.append(one.cost)
+            costs.append(short.cost)
     assert found.cost == min(costs)
     assert found.effects == ("coulomb_friction",)
     assert found.values["effects.coulomb_friction.force_n"] == pytest.approx(400.0, rel=0.05)
@@ -139,15 +149,56 @@ def test_a_first_look_takes_the_best_of_the_sizes(case: Case) -> None:
 @pytest.mark.parametrize("offset", [-0.015, 0.02])
 def test_a_first_look_finds_either_sign(offset: float) -> None:
     case = made.case_of({"effects.valve_null_bias.offset": offset})
-    found = screen(case, ("valve_null_bias",), [case.problem().centre()])
+    found = screen(case, ("valve_null_bias",), [base(case, (), case.problem().centre())])
     assert found.values["effects.valve_null_bias.offset"] == pytest.approx(offset, rel=0.05)
+
+
+def test_a_law_starts_from_the_simpler_one_that_it_holds() -> None:
+    """From sizes alone Stribeck's curve can end with a static friction many times too high."""
+    true = {
+        "effects.stribeck_friction.coulomb_n": 400.0,
+        "effects.stribeck_friction.static_n": 700.0,
+        "effects.stribeck_friction.stribeck_velocity_m_s": 0.02,
+    }
+    case = made.case_of(true)
+    bases = [base(case, (), case.problem().centre())]
+    simpler = screen(case, ("coulomb_friction",), bases)
+    found = screen(case, ("stribeck_friction",), bases)
+    assert found.cost < simpler.cost
+    long = polish(case, found.effects, found.x)
+    for name, value in true.items():
+        assert long.values[name] == pytest.approx(value, rel=0.1), name
+
+
+def test_a_slow_spool_is_found_though_its_limit_has_no_slope() -> None:
+    rng = np.random.default_rng(8)
+    levels = np.repeat(rng.uniform(-8.0, 8.0, 60), 100)
+    run = simulate(made.RIG, levels, dt_s=1e-3, values={SLEW: 120.0}, substeps=8).record
+    columns = {name: run.column(name) for name in ("command_v", *made.PRESSURES)}
+    noise = {"position_m": 5e-6, "pressure_a_pa": 1e4, "pressure_b_pa": 1e4}
+    for name, deviation in noise.items():
+        columns[name] = columns[name] + deviation * rng.standard_normal(levels.size)
+    case = make_case(made.RIG, [make_record({"time_s": run.time_s, **columns})])
+    # A step of 8 V at 120 a second takes 7 ms; the limit is known to some per cent.
+    assert calibrate(case).values[SLEW] == pytest.approx(120.0, rel=0.1)
+
+
+def test_values_as_told_stay_and_nuisances_move() -> None:
+    case = made.case_of({"fluid.bulk_modulus_pa": 0.6e9, "nuisance.flow_exponent": 0.53})
+    calibrated = calibrate(case)
+    untouched = values_as_told(case, calibrated)
+    for name, value in untouched.values.items():
+        if not name.startswith("nuisance."):
+            assert value == pytest.approx(made.RIG.values[name], rel=1e-9), name
+    assert untouched.values["nuisance.flow_exponent"] != pytest.approx(0.5, abs=1e-3)
+    assert calibrated.cost < untouched.cost < as_told(case).cost
 
 
 def test_a_second_effect_starts_where_the_first_was_found() -> None:
     true = {**FRICTION, "effects.valve_dead_band.overlap": 0.03}
     case = made.case_of(true)
-    one = screen(case, ("coulomb_friction",), [calibrate(case).x])
-    both = screen(case, ("coulomb_friction", "valve_dead_band"), [one.x])
+    one = screen(case, ("coulomb_friction",), [base(case, (), calibrate(case).x)])
+    both = screen(case, (*one.effects, "valve_dead_band"), [base(case, one.effects, one.x)])
     assert both.effects == ("coulomb_friction", "valve_dead_band")
     long = polish(case, both.effects, both.x)
     assert long.cost <= both.cost + GAIN

@@ -9,7 +9,7 @@ import ehsid
 from ehsid.harness.gap.advantage import above_floor, advantage
 from ehsid.harness.gap.case import Case
 from ehsid.harness.gap.fit import GAIN
-from ehsid.harness.gap.rivals import Rival, calibrate, polish, screen
+from ehsid.harness.gap.rivals import Rival, base, calibrate, polish, screen
 from ehsid.harness.gap.search import candidates, restrict, search
 from ehsid.harness.gap.thresholds import AT_FLOOR, DECIDED_NATS, DECIDED_RELATIVE
 from ehsid.harness.parallel import workers
@@ -81,7 +81,7 @@ def test_it_is_best_of_the_whole_catalogue() -> None:
     found = search(case)
     assert found.rivals[0].effects == ("valve_dead_band",)
     assert len(found.screened) == len(candidates(made.RIG))
-    rest = [one for one in found.rivals if "valve_dead_band" not in one.effects]
+    rest = [one for one in found.screened if "valve_dead_band" not in one.effects]
     assert rest
     for one in rest:
         assert advantage(case, found.rivals[0], one).low > 0.0, one.effects
@@ -175,9 +175,9 @@ def test_taking_effects_away_leaves_the_others_as_they_are(calm: Case, data: st.
 def test_a_set_is_reached_from_what_is_left_of_a_larger_one() -> None:
     """The backward step from three effects comes to where the forward one came with two."""
     case = made.case_of(PAIR)
-    one = screen(case, ("coulomb_friction",), [calibrate(case).x])
-    two = screen(case, ("coulomb_friction", "valve_dead_band"), [one.x])
-    three = screen(case, (*two.effects, "transport_delay"), [two.x])
+    one = screen(case, ("coulomb_friction",), [base(case, (), calibrate(case).x)])
+    two = screen(case, (*one.effects, "valve_dead_band"), [base(case, one.effects, one.x)])
+    three = screen(case, (*two.effects, "transport_delay"), [base(case, two.effects, two.x)])
     forward = polish(case, two.effects, two.x)
     backward = polish(case, two.effects, restrict(case, three, two.effects))
     # Fits end where a step gains less than GAIN.

@@ -13,7 +13,12 @@ from scipy.signal import welch
 import ehsid
 from ehsid.harness.gap.comparison import Blocks, compare, varying_outputs
 from ehsid.harness.gap.floor import NoiseFloor, floor_of
-from ehsid.harness.gap.parameters import Parameter, calibration_parameters, effect_parameters
+from ehsid.harness.gap.parameters import (
+    STANDS_FOR,
+    Parameter,
+    calibration_parameters,
+    effect_parameters,
+)
 from ehsid.harness.gap.problem import Problem
 from ehsid.harness.gap.starts import effect_starts
 from ehsid.harness.gap.thresholds import (
@@ -70,6 +75,11 @@ class Case:
         """Each record once."""
         return self.training if self.blocks else (*self.training, *self.held_out)
 
+    @property
+    def pressures(self) -> bool:
+        """Whether the pressure of a chamber is compared."""
+        return any(name.startswith("pressure_") for name in self.outputs)
+
     def variation(self) -> FloatArray:
         """Rms of the measured outputs about their means in windows, held out, shape (outputs,)."""
         records = self.problem(held_out=True).records
@@ -83,11 +93,15 @@ class Case:
             dtype=np.float64,
         )
 
-    def parameters(self, effects: Sequence[str] = ()) -> tuple[Parameter, ...]:
-        """Calibration first, then the effects in order."""
-        pressures = any(name.startswith("pressure_") for name in self.outputs)
-        found = list(calibration_parameters(self.rig, pressures=pressures))
+    def parameters(
+        self, effects: Sequence[str] = (), *, unseen: bool = False
+    ) -> tuple[Parameter, ...]:
+        """Calibration first, then the effects in order; unseen: as `calibration_parameters`."""
+        found = list(calibration_parameters(self.rig, pressures=self.pressures, unseen=unseen))
         for effect in effects:
+            if effect in STANDS_FOR:
+                # One of the two is enough; the place of the other stays.
+                found = [one.held() if one.name == STANDS_FOR[effect] else one for one in found]
             start = effect_starts(effect, self.rig)[0]
             found += [p for p, _ in effect_parameters(effect, start, self.rig.plant)]
         return tuple(found)
@@ -99,6 +113,7 @@ class Case:
         window_s: float | None = None,
         held_out: bool = False,
         all_states: bool | None = None,
+        unseen: bool = False,
     ) -> Problem:
         """The cost of calibration and effects together; windows of the case if not told."""
         window_s = self.window_s if window_s is None else window_s
@@ -111,7 +126,7 @@ class Case:
                 compare(record, window_s=window_s, all_states=all_states, blocks=part)
                 for record in records
             ],
-            self.parameters(effects),
+            self.parameters(effects, unseen=unseen),
             outputs=self.outputs,
             floors={name: floor.value for name, floor in self.floors.items()},
             substeps=self.substeps,

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ehsid.harness.gap.advantage import Advantage, above_floor, advantage
 from ehsid.harness.gap.case import Case
+from ehsid.harness.gap.intervals import scatter_of
 from ehsid.harness.gap.rivals import Rival
 from ehsid.harness.gap.search import Found
 from ehsid.harness.gap.separation import contains
@@ -22,10 +23,13 @@ from ehsid.harness.gap.thresholds import (
     DECIDED_RELATIVE,
     DECIDED_SHARE,
     DECIDED_TOGETHER,
+    FORCE_DEVIATIONS,
     NEAREST,
 )
+from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
 FloatArray = npt.NDArray[np.float64]
+FORCE = "load_force"
 FRICTION = frozenset(("coulomb_friction", "stribeck_friction"))
 
 
@@ -43,6 +47,16 @@ class Choice:
 
     best: Rival
     equals: tuple[Rival, ...]
+
+
+def _edges_do_as_well(case: Case, rival: Rival) -> bool:
+    """A load force that unequal edges could stand for, where no pressure tells them apart."""
+    if case.pressures or FORCE not in rival.effects or case.rig.plant != "ehs":
+        return False
+    names = [one.name for one in case.parameters(rival.effects)]
+    place = names.index(f"{EFFECT_PREFIX}{FORCE}.force_n")
+    scatter, _ = scatter_of(case, rival)
+    return abs(float(rival.x[place])) < FORCE_DEVIATIONS * float(scatter[place])
 
 
 def decided(gain: Advantage) -> bool:
@@ -82,6 +96,7 @@ def choose(case: Case, found: Found) -> Choice:
         one
         for one in found.rivals
         if all(matters(effect, one.values, case.rig) for effect in one.effects)
+        and not _edges_do_as_well(case, one)
     ]
     best = found.calibrated
     for count in sorted({len(one.effects) for one in pool}):

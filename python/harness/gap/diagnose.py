@@ -31,7 +31,14 @@ from ehsid.harness.gap.quantised import QUANTISATION, position_step
 from ehsid.harness.gap.regimes import Regimes, visited
 from ehsid.harness.gap.rivals import decisive, values_as_told
 from ehsid.harness.gap.search import Found, candidates, search
-from ehsid.harness.gap.thresholds import BLOCK_S, BOOTSTRAP_SEED, SKIP_S, SURE
+from ehsid.harness.gap.thresholds import (
+    BLOCK_S,
+    BOOTSTRAP_SEED,
+    LEFT_AGAIN,
+    LEFT_NRMSE,
+    SKIP_S,
+    SURE,
+)
 from ehsid.harness.gap.verdict import Ruling, rule
 from ehsid.harness.gap.where import localise
 from ehsid.harness.parallel import Progress
@@ -96,11 +103,11 @@ def diagnose(
     asked = candidates(rig, exclude)
     regimes = [visited(record, rig) for record in case.records]
     judged = _judge(case, regimes, exclude, _part(progress, 0.0, 0.6 if validate else 0.9))
-    if validate and judged.ruling.verdict == "outside_catalogue":
+    if validate and _much_is_left(judged):
         # What only the held-out records excite cannot be fitted to the others: all together, then.
         together = make_case(rig, [*fitted, *held_out])
         again = _judge(together, regimes, exclude, _part(progress, 0.6, 0.9))
-        if again.ruling.verdict != "outside_catalogue":
+        if again.ruling.verdict != "outside_catalogue" and not _much_is_left(again):
             judged = again
             remarks = (*remarks, Remark("", TOGETHER))
     case, found, choice, ruling = judged.case, judged.found, judged.choice, judged.ruling
@@ -173,6 +180,15 @@ class _Judged:
     beyond: Sequence[CannotJudge]
     step: Estimate | None
     ruling: Ruling
+
+
+def _much_is_left(judged: _Judged) -> bool:
+    far = judged.far
+    left = far.augmented - far.noise_floor[1]
+    share = left / max(far.calibrated - far.noise_floor[1], 1e-300)
+    return judged.ruling.verdict == "outside_catalogue" or (
+        far.augmented > LEFT_NRMSE and share > LEFT_AGAIN
+    )
 
 
 def _judge(

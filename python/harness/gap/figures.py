@@ -23,12 +23,14 @@ from ehsid.harness.gap.findings import (
     HowFar,
 )
 from ehsid.harness.gap.how_far import how_far, window_sums
-from ehsid.harness.gap.intervals import deviations, in_deviations, interval
+from ehsid.harness.gap.intervals import in_deviations, interval, scatter_of
 from ehsid.harness.gap.rivals import Rival, decisive
 from ehsid.harness.gap.search import Found
 from ehsid.harness.gap.thresholds import (
     BOOTSTRAP_SEED,
     DOUBT,
+    MODEL_ERROR,
+    MODEL_ERROR_POSITION,
     MOVED_FIT,
     MOVED_TOLD,
     SURE,
@@ -106,12 +108,14 @@ def _by_command(case: Case, runs: Sequence[HeldOutRun]) -> tuple[float, float] |
 
 def estimates(case: Case, rival: Rival) -> tuple[dict[str, Estimate], dict[str, bool]]:
     """Of all fitted values by full name; and whether each has moved from what was told."""
-    problem = decisive(case).problem(rival.effects)
-    scatter = deviations(problem, rival.x)
-    windows = sum(int(np.unique(one.window[one.used]).size) for one in problem.records)
+    scatter, windows = scatter_of(case, rival)
+    model_error = MODEL_ERROR if case.pressures else MODEL_ERROR_POSITION
     found, moved = {}, {}
-    for parameter, x, deviation in zip(problem.parameters, rival.x, scatter, strict=True):
-        found[parameter.name] = interval(parameter, float(x), float(deviation), windows)
+    parameters = case.parameters(rival.effects)
+    for parameter, x, deviation in zip(parameters, rival.x, scatter, strict=True):
+        found[parameter.name] = interval(
+            parameter, float(x), float(deviation), windows, model_error
+        )
         told, fitted = in_deviations(parameter, float(x), float(deviation))
         moved[parameter.name] = told >= MOVED_TOLD and fitted >= MOVED_FIT
     return found, moved

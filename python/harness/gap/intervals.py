@@ -14,10 +14,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import t as student
 
+from ehsid.harness.gap.case import Case
 from ehsid.harness.gap.findings import Estimate
 from ehsid.harness.gap.parameters import Parameter
 from ehsid.harness.gap.problem import Problem
-from ehsid.harness.gap.thresholds import MODEL_ERROR
+from ehsid.harness.gap.rivals import Rival, decisive
 
 FloatArray = npt.NDArray[np.float64]
 LEVEL = 0.9
@@ -42,9 +43,29 @@ def deviations(problem: Problem, x: FloatArray) -> FloatArray:
     return found
 
 
-def interval(parameter: Parameter, x: float, deviation: float, windows: int) -> Estimate:
-    """Value and interval of 90 % with Student's t of the windows, inside the bounds."""
-    model = MODEL_ERROR * (1.0 if parameter.logarithmic else abs(x))
+def scatter_of(case: Case, rival: Rival) -> tuple[FloatArray, int]:
+    """Deviation of each x of a rival, and the number of windows it rests on.
+
+    Nuisances that were left out, for nothing of the record tells them from an effect, are as
+    uncertain as their priors are: so is what stands for them.
+    """
+    problem = decisive(case).problem(rival.effects, unseen=True)
+    names = {one.name for one in case.parameters(rival.effects)}
+    places = [i for i, one in enumerate(problem.parameters) if one.name in names]
+    full = problem.centre()
+    full[places] = rival.x
+    windows = sum(int(np.unique(one.window[one.used]).size) for one in problem.records)
+    return deviations(problem, full)[places], windows
+
+
+def interval(
+    parameter: Parameter, x: float, deviation: float, windows: int, model_error: float = 0.0
+) -> Estimate:
+    """Value and interval of 90 % with Student's t of the windows, inside the bounds.
+
+    model_error: deviation of the value, relative, by which the simulator is no machine.
+    """
+    model = model_error * (1.0 if parameter.logarithmic else abs(x))
     spread = math.hypot(deviation, model)
     reach = float(student.ppf(0.5 + 0.5 * LEVEL, max(windows - 1, 1))) * spread
     low, high = max(x - reach, parameter.low), min(x + reach, parameter.high)

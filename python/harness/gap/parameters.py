@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 from ehsid.harness.gap.thresholds import (
     HELD,
     LOGARITHMIC_NUISANCES,
     MOST_SIGMAS,
+    NUISANCE_ENDS,
     NUISANCE_SIGMA,
     SEEN_BY_PRESSURES,
     UNSEEN_CENTRE,
@@ -25,6 +27,8 @@ from ehsid.harness.rigs.parameters import (
 )
 
 OF_HIDDEN_SPOOL = ("nuisance.spool_bandwidth_hz", "nuisance.spool_damping")
+# Effects whose size a nuisance has within the tolerance of any servo.
+STANDS_FOR = MappingProxyType({"valve_null_bias": "nuisance.null_bias"})
 FRICTION_NUISANCES = ("nuisance.presliding_m", "nuisance.sliding_onset_m_s")
 
 # Smallest size of an effect that a fit may go to, as a share of its largest: below it is off.
@@ -62,6 +66,10 @@ class Parameter:
         """Derivative of the value by x."""
         return math.exp(x) if self.logarithmic else 1.0
 
+    def held(self) -> Parameter:
+        """The same where it does not move."""
+        return replace(self, low=self.centre, high=self.centre)
+
     def place(self, value: float) -> float:
         """The x of a value, inside the bounds."""
         if self.logarithmic:
@@ -69,12 +77,14 @@ class Parameter:
         return min(max(value, self.low), self.high)
 
 
-def calibration_parameters(rig: Rig, *, pressures: bool = True) -> tuple[Parameter, ...]:
+def calibration_parameters(
+    rig: Rig, *, pressures: bool = True, unseen: bool = False
+) -> tuple[Parameter, ...]:
     """Values of the rig inside their uncertainty, and nuisances inside their bounds.
 
     Effects that the rig tells are calibrated like any other value. What defines other values or is
     measured with a ruler stays, and so do nuisances that do not act on the plant, or, where no
-    pressures are measured, cannot be told from an effect.
+    pressures are measured, cannot be told from an effect; but for `unseen`, which takes them in.
     """
     found = []
     for name, value in rig.values.items():
@@ -97,8 +107,8 @@ def calibration_parameters(rig: Rig, *, pressures: bool = True) -> tuple[Paramet
             width = sigma * abs(value)
             low = max(value - MOST_SIGMAS * width, info.minimum)
             found.append(Parameter(name, False, value, width, low, value + MOST_SIGMAS * width))
-    unseen = () if pressures else SEEN_BY_PRESSURES
-    return (*found, *(one for one in _nuisances(rig, pressures) if one.name not in unseen))
+    out = () if pressures or unseen else SEEN_BY_PRESSURES
+    return (*found, *(one for one in _nuisances(rig, pressures) if one.name not in out))
 
 
 def _log_within(maximum: float) -> float:
@@ -120,11 +130,12 @@ def _nuisances(rig: Rig, pressures: bool) -> list[Parameter]:
         info = plant_parameters()[name]
         usual = info.typical if pressures else UNSEEN_CENTRE.get(name, info.typical)
         typical = rig.values.get(name, usual)
+        low, high = NUISANCE_ENDS.get(name, (info.minimum, info.maximum))
         if name in LOGARITHMIC_NUISANCES:
-            bounds = -_log_within(1.0 / info.minimum), _log_within(info.maximum)
+            bounds = -_log_within(1.0 / low), _log_within(high)
             found.append(Parameter(name, True, math.log(typical), sigma, *bounds))
         else:
-            found.append(Parameter(name, False, typical, sigma, info.minimum, info.maximum))
+            found.append(Parameter(name, False, typical, sigma, low, high))
     return found
 
 

@@ -18,6 +18,7 @@ from ehsid.harness.gap.thresholds import (
     LEAST_PLAY,
     LEAST_PLAY_M,
     LEAST_RISE,
+    MOST_RISE,
     SLOWEST_HIDDEN_HZ,
 )
 from ehsid.harness.rigs import Rig
@@ -68,8 +69,8 @@ def matters(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
             return size("force_n") >= LEAST_FRICTION * force
         case "stribeck_friction":
             # Without a rise towards rest it is Coulomb friction under another name.
-            rises = size("static_n") >= LEAST_RISE * size("coulomb_n")
-            return rises and size("static_n") >= LEAST_FRICTION * force
+            least, most = (rise * size("coulomb_n") for rise in (LEAST_RISE, MOST_RISE))
+            return least <= size("static_n") <= most and size("static_n") >= LEAST_FRICTION * force
         case "load_force":
             # An axis has neither pressure sensors nor the atmosphere on a rod.
             least = LEAST_FORCE if rig.plant == "ehs" else LEAST_FRICTION
