@@ -111,6 +111,14 @@ def test_sensitivities_of_a_point_nearby_do_to_begin_with() -> None:
     assert told.cost == pytest.approx(exact.cost, abs=1e-2 * 30)
 
 
+def test_a_move_along_what_nothing_depends_on_says_nothing() -> None:
+    slopes = np.array([[1.0, 0.0], [2.0, 0.0]])
+    before = Linear({"y": np.zeros(2)}, {"y": slopes.copy()})
+    after = before.moved(np.array([0.0, 3.0]), {"y": np.ones(2)}, np.array([5.0, 0.0]))
+    np.testing.assert_array_equal(after.slopes["y"], slopes)
+    np.testing.assert_array_equal(after.errors["y"], np.ones(2))
+
+
 @given(seed=st.integers(0, 100))
 def test_a_secant_fits_the_last_move_in_any_units(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -48,9 +48,13 @@ class Linear:
         """After a move, the slopes changed as little as its errors allow.
 
         J + (e - e_0 - J dx) dx' D / (dx' D dx)   (C. G. Broyden, Math. Comput. 19, 1965), with
-        D = diag(scale) so that units do not count. Changes the slopes in place.
+        D = diag(scale) so that units do not count. Changes the slopes in place; a move along values
+        that nothing depends on says nothing of them.
         """
-        along = scale * move / float(move @ (scale * move))
+        length = float(move @ (scale * move))
+        if length <= 0.0:
+            return Linear(errors, self.slopes)
+        along = scale * move / length
         for name, slopes in self.slopes.items():
             slopes += np.outer(errors[name] - self.errors[name] - slopes @ move, along)
         return Linear(errors, self.slopes)
