@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import gzip
+import pickle
 from pathlib import Path
 from typing import NamedTuple
 
@@ -307,3 +308,10 @@ def test_a_damaged_file_never_fails_otherwise(
     except RecordError:
         return
     assert np.isfinite(record.column("command_v")).all()
+
+
+def test_an_error_comes_back_whole_from_another_process() -> None:
+    error = RecordError("a.csv", "it is empty", row=3, column="y", expected="a number", mend="x")
+    again = pickle.loads(pickle.dumps(error))
+    assert str(again) == str(error)
+    assert vars(again) == vars(error)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import copy
+import pickle
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -244,3 +245,10 @@ def test_a_damaged_file_never_fails_otherwise(data: st.DataObject) -> None:
     except RigError:
         return
     assert isinstance(parse_rig(rig_text(rig)), Rig)
+
+
+def test_an_error_comes_back_whole_from_another_process() -> None:
+    error = RigError("a.toml", ["one", "two"])
+    again = pickle.loads(pickle.dumps(error))
+    assert str(again) == str(error)
+    assert again.problems == error.problems

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 
 MAX_NAMES_LISTED = 12
@@ -47,6 +48,17 @@ class RecordError(ValueError):
         self.expected = expected
         self.mend = mend
         super().__init__(self._message())
+
+    def __reduce__(self) -> tuple[Callable[..., RecordError], tuple[str, str]]:
+        """From another process it comes back whole: exceptions are made again from `args` else."""
+        made = partial(
+            RecordError,
+            row=self.row,
+            column=self.column,
+            expected=self.expected,
+            mend=self.mend,
+        )
+        return made, (self.file, self.problem)
 
     def _message(self) -> str:
         place = self.file

@@ -28,3 +28,7 @@ class RigError(ValueError):
             if len(self.problems) == 1
             else f"{self.source}: {len(self.problems)} problems{lines}"
         )
+
+    def __reduce__(self) -> tuple[type[RigError], tuple[str, tuple[str, ...]]]:
+        """From another process it comes back whole: exceptions are made again from `args` else."""
+        return RigError, (self.source, self.problems)
