@@ -17,7 +17,7 @@ from ehsid.harness.gap.parameters import effect_parameters
 from ehsid.harness.gap.quantised import QUANTISATION
 from ehsid.harness.gap.rivals import Rival, as_told, base, calibrate, polish, screen
 from ehsid.harness.gap.sizes import matters
-from ehsid.harness.gap.starts import effect_starts
+from ehsid.harness.gap.starts import SIMPLER, effect_starts, shrunk_force
 from ehsid.harness.gap.thresholds import (
     AT_FLOOR,
     BEAM,
@@ -80,7 +80,7 @@ def search(case: Case, exclude: Sequence[str] = (), progress: Progress | None = 
     size = calibrated.x.size
     again = [one.x[:size] for one in alone[:2]]
     calibrated = min([calibrated, *(polish(case, (), x) for x in again)], key=lambda one: one.cost)
-    rivals = list(alone)
+    rivals = [*alone, *run_tasks(_simpler(case, alone[:1], alone))]
     level = alone
     for count in range(2, MOST_EFFECTS + 1):
         if above_floor(case, min([calibrated, *rivals], key=_held_out)) < AT_FLOOR:
@@ -91,7 +91,9 @@ def search(case: Case, exclude: Sequence[str] = (), progress: Progress | None = 
         wider = _widen(case, parents, asked, told.part(0.5 + 0.2 * count - 0.25))
         before = min(_both(one) for one in level)
         grown = _lengthen(case, wider, before, told.part(0.5 + 0.2 * count - 0.2))
-        shrunk = run_tasks(_without_one(case, grown[:1], rivals)) if grown else []
+        shrunk = run_tasks(
+            [*_without_one(case, grown[:1], rivals), *_simpler(case, grown[:1], [*grown, *rivals])]
+        )
         rivals += [*grown, *shrunk]
         less = min((one for one in rivals if len(one.effects) < count), key=_held_out)
         level = [one for one in grown if _pays(case, one, less)]
@@ -164,6 +166,23 @@ def _without_one(case: Case, best: Sequence[Rival], there: Sequence[Rival]) -> l
             kept = tuple(effect for effect in rival.effects if effect != left_out)
             if frozenset(kept) not in known:
                 tasks.append(partial(polish, case, kept, restrict(case, rival, kept)))
+    return tasks
+
+
+def _simpler(case: Case, best: Sequence[Rival], there: Sequence[Rival]) -> list[partial[Rival]]:
+    """A set with the simpler law in place of one that holds it, where that was not fitted yet."""
+    known = {frozenset(one.effects) for one in there}
+    tasks = []
+    for rival in best:
+        for effect in rival.effects:
+            simpler = SIMPLER.get(effect)
+            others = tuple(one for one in rival.effects if one != effect)
+            if simpler is None or simpler in others or frozenset((*others, simpler)) in known:
+                continue
+            start = {"force_n": shrunk_force(effect, rival.values)}
+            sizes = [x for _, x in effect_parameters(simpler, start, case.rig.plant)]
+            x = np.concatenate([restrict(case, rival, others), sizes])
+            tasks.append(partial(polish, case, (*others, simpler), x))
     return tasks
 
 

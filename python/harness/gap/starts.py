@@ -98,6 +98,14 @@ SIMPLER: Mapping[str, str] = MappingProxyType(
 )
 
 
+def shrunk_force(effect: str, values: Mapping[str, float]) -> float:
+    """The force of the simpler law, N, from the sizes of one that holds it, by full name."""
+    if effect == "stribeck_friction":
+        ends = (values[f"effects.{effect}.{name}"] for name in ("coulomb_n", "static_n"))
+        return 0.5 * sum(ends)
+    return values[f"effects.{effect}.force_at_mid_stroke_n"]
+
+
 def grown_start(effect: str, force_n: float, rig: Rig) -> Start:
     """An active size of an effect that holds a simpler one, from the force that this one found."""
     if effect == "stribeck_friction":

@@ -352,8 +352,8 @@ LEAST_FRICTION = 0.003
 LEAST_FORCE = 0.01
 # Static friction of a tenth more than sliding friction is its scatter.
 LEAST_RISE = 1.1
-# Seals and guides stick with up to two or three times what they slide with.
-MOST_RISE = 5.0
+# Seals and guides stick with up to twice, seldom three times what they slide with.
+MOST_RISE = 3.0
 # Any sensor's electronics have half a millisecond and some micrometres.
 LEAST_LAG_S = 5e-4
 LEAST_PLAY_M = 5e-6
