@@ -275,3 +275,12 @@ def test_sampling_period_is_free() -> None:
     assert math.isclose(float(slow["time_s"][-1]), 3.98)
     assert np.ptp(fast["position_m"]) > 0.0
     assert "numba" in sys.modules
+
+
+def test_a_machine_too_stiff_for_its_steps_gets_smaller_ones() -> None:
+    """With the steps of the others this one went to infinity."""
+    case = make_case(
+        200162, "plain", "two", ["coulomb_friction", "sensor_lag"], "pressures", seconds=4.0
+    )
+    for record in (case.train, case.validate, case.transfer):
+        assert all(np.isfinite(column).all() for column in record.values())
