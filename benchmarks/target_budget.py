@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: MIT
+"""What an update costs on a Cortex-M4F: nice python benchmarks/target_budget.py
+
+Builds every form of benchmarks/target/forms.cpp, runs each on the emulator and writes
+docs/budgets.md. Needs arm-none-eabi-g++, qemu-system-arm and Eigen; takes some minutes. `--json`
+prints the figures too.
+
+Instructions: QEMU with -icount shift=5 gives each instruction 32 ns, SysTick counts 40 ns, so a
+tick is 1.25 instructions. A form of 1000 known instructions checks this before anything is written.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import re
+import subprocess
+import sys
+import tempfile
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from target_tables import document
+
+ROOT = Path(__file__).parents[1]
+PROGRAM = ROOT / "benchmarks" / "target"
+PORT = ROOT / "examples" / "firmware" / "port" / "mps2"
+COUNTS = range(2, 11)
+LEVELS = ("2", "s")
+FORMS = (
+    "as_printed",
+    "grouped",
+    "constant",
+    "exponential",
+    "error_driven",
+    "f_ratio",
+    "directional",
+    "random_walk",
+)
+WHOLE = tuple(f"whole_{form}" for form in FORMS[2:])
+INSTRUCTIONS_PER_TICK = 40.0 / 32.0
+FLAGS = [
+    *("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-std=c++17"),
+    *("-DNDEBUG", "-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics", "-fno-math-errno"),
+    *("-ffp-contract=off", "-ffunction-sections", "-fdata-sections"),
+]
+
+
+@dataclass
+class Figures:
+    """One form: instructions and bytes."""
+
+    form: str
+    parameters: int
+    level: str
+    instructions: float  # mean of an update
+    instructions_most: float
+    flash: int
+    ram: int
+    stack: int  # painted
+    stack_static: int  # -fstack-usage along the deepest calls
+
+
+def run(command: list[str | Path]) -> str:
+    """Standard output of a command that must not fail."""
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    if done.returncode != 0:
+        sys.exit(f"target_budget: failed ({done.returncode}): {command[0]}\n{done.stderr}")
+    return done.stdout
+
+
+def eigen() -> Path:
+    """Folder of Eigen's headers: the system's or the wheel's, as in cmake/LocateEigen.cmake."""
+    system = Path("/usr/include/eigen3")
+    if system.exists():
+        return system
+    for file in importlib.metadata.files("cmeel-eigen") or []:
+        if file.name == "Eigen3Config.cmake":
+            return Path(str(file.locate())).resolve().parents[3] / "include" / "eigen3"
+    sys.exit("target_budget: Eigen was not found; install libeigen3-dev or pip install cmeel-eigen")
+
+
+def compile_source(source: Path, to: Path, parameters: int, level: str) -> Path:
+    """An object, and its call graph with stack beside it (.ci)."""
+    includes = [ROOT / "cpp" / "include", ROOT / "examples" / "firmware", ROOT / "tests/firmware"]
+    arguments = [f"-I{folder}" for folder in includes]
+    build: list[str | Path] = [
+        "-fcallgraph-info=su",
+        f"-O{level}",
+        f"-DEHSID_N={parameters}",
+        "-c",
+        source,
+        "-o",
+        to,
+    ]
+    run(["arm-none-eabi-g++", *FLAGS, *arguments, "-isystem", eigen(), *build])
+    return to
+
+
+def link(objects: list[Path], form: str, to: Path) -> Path:
+    """The image that holds this form and no other."""
+    names = [f"--defsym=measured_{x}={x}_{form}" for x in ("start", "update", "bytes")]
+    options: list[str | Path] = [
+        "-nostartfiles",
+        "-nodefaultlibs",
+        "-T",
+        PORT / "mps2.ld",
+        "-Wl,--gc-sections",
+    ]
+    libraries: list[str | Path] = [f"-Wl,{','.join(names)}", "-lc", "-lgcc", "-lm", "-o", to]
+    run(["arm-none-eabi-g++", *FLAGS, *objects, *options, *libraries])
+    return to
+
+
+def emulate(image: Path) -> dict[str, int]:
+    """What the program prints."""
+    machine = ["-machine", "mps2-an386", "-icount", "shift=5", "-display", "none"]
+    line: list[str | Path] = ["-monitor", "none", "-serial", "stdio", "-kernel", image]
+    text = run(
+        ["qemu-system-arm", *machine, "-semihosting-config", "enable=on,target=native", *line]
+    )
+    return {name: int(value) for name, value in re.findall(r"(\w+) (\d+)", text)}
+
+
+def sizes(image: Path) -> tuple[int, int]:
+    """Flash and static RAM of an image, bytes."""
+    text, data, bss = run(["arm-none-eabi-size", image]).splitlines()[1].split()[:3]
+    return int(text) + int(data), int(data) + int(bss)
+
+
+def deepest_stack(graph: Path, start: str) -> int:
+    """Bytes along the deepest chain of calls; library functions count nothing."""
+    text = graph.read_text()
+    own = {
+        title: int(size)
+        for title, size in re.findall(r'node: \{ title: "([^"]+)" .*?(\d+) bytes \(static\)', text)
+    }
+    if " bytes (dynamic" in text:
+        sys.exit("target_budget: a stack of variable size")
+    calls: dict[str, set[str]] = {}
+    for source, target in re.findall(r'sourcename: "([^"]+)" targetname: "([^"]+)"', text):
+        calls.setdefault(source, set()).add(target)
+
+    def depth(name: str) -> int:
+        return own.get(name, 0) + max((depth(called) for called in calls.get(name, ())), default=0)
+
+    return depth(start)
+
+
+def measure(folder: Path, parameters: int, level: str) -> list[Figures]:
+    """All forms at one size and level."""
+    sources = [PROGRAM / "forms.cpp", PROGRAM / "main.cpp", PORT / "start_up.cpp"]
+    sources.append(PORT / "board.cpp")
+    objects = [
+        compile_source(source, folder / f"{source.stem}.o", parameters, level) for source in sources
+    ]
+    empty_image = link(objects, "nothing", folder / "nothing.elf")
+    empty = emulate(empty_image)
+    known = emulate(link(objects, "ruler", folder / "ruler.elf"))
+    counted = INSTRUCTIONS_PER_TICK * (known["ticks"] - empty["ticks"]) / known["updates"]
+    if abs(counted - 1000.0) > 2.0:
+        sys.exit(f"target_budget: 1000 instructions were counted as {counted:.1f}")
+    flash, ram = sizes(empty_image)
+    all_figures = []
+    for form in FORMS + (WHOLE if parameters == 6 else ()):
+        image = link(objects, form, folder / f"{form}.elf")
+        check: list[str | Path] = ["-D", f"IMAGE={image}", "-D", "NM=arm-none-eabi-nm"]
+        run(["cmake", *check, "-P", ROOT / "tests" / "firmware" / "check_image.cmake"])
+        made = emulate(image)
+        own_flash, own_ram = sizes(image)
+        call = empty["ticks"] / empty["updates"]
+        all_figures.append(
+            Figures(
+                form,
+                parameters,
+                level,
+                INSTRUCTIONS_PER_TICK * (made["ticks"] / made["updates"] - call),
+                INSTRUCTIONS_PER_TICK * (made["most"] - call),
+                own_flash - flash,
+                own_ram - ram + made["bytes"],
+                made["stack"],
+                deepest_stack(folder / "forms.ci", f"update_{form}"),
+            )
+        )
+    return all_figures
+
+
+def main() -> None:
+    """Measure and write."""
+    figures: list[Figures] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for parameters in COUNTS:
+            for level in LEVELS:
+                print(f"n = {parameters}, -O{level}", file=sys.stderr, flush=True)
+                figures += measure(Path(folder), parameters, level)
+    rows = [asdict(one) for one in figures]
+    compiler = run(["arm-none-eabi-g++", "--version"]).splitlines()[0]
+    emulator = run(["qemu-system-arm", "--version"]).splitlines()[0]
+    (ROOT / "docs" / "budgets.md").write_text(document(rows, f"{compiler}; {emulator}"))
+    if "--json" in sys.argv[1:]:
+        print(json.dumps(rows, indent=1))
+
+
+if __name__ == "__main__":
+    main()

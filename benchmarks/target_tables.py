@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: MIT
+"""docs/budgets.md out of the figures of target_budget.py."""
+
+from __future__ import annotations
+
+from typing import Any
+
+Row = dict[str, Any]
+NAMES = {
+    "as_printed": "textbook, `P -= K*phi'*P`",
+    "grouped": "textbook, `P -= K*(phi'*P)`",
+    "constant": "`Constant`",
+    "exponential": "`Exponential`",
+    "error_driven": "`ErrorDriven`",
+    "f_ratio": "`FRatio`",
+    "directional": "`Directional`",
+    "random_walk": "`RandomWalk`",
+}
+POLICIES = tuple(NAMES)[2:]
+TEXTBOOK = tuple(NAMES)[:2]
+
+HEAD = """# What an update costs on the target
+
+Written by `nice python benchmarks/target_budget.py`, which needs arm-none-eabi-g++, qemu-system-arm
+and Eigen. Made with {tools}.
+
+Cortex-M4F, QEMU's mps2-an386, float32, `-ffp-contract=off`, no exceptions, no RTTI, `NDEBUG`; every
+form is compiled with the same flags. Instructions are counted (`-icount`, SysTick, interrupts
+masked, barriers round the call), not cycles: flash wait states and the pipeline of a real part come
+on top. A stretch of 1000 known instructions is counted first and must come out as 1000.
+
+**n** is the number of parameters of `Rls<float, n, Policy>::update(phi, y)`, all its guards on,
+over 400 samples that carry information. The **textbook** is Eqs. (12)-(14) with a dense Eigen
+matrix of static size and no check at all. C++ evaluates `K*phi'*P` from left to right, a product
+of two matrices; with the brackets it is n^2.
+"""
+
+
+def find(rows: list[Row], form: str, parameters: int, level: str) -> Row:
+    """The one row."""
+    return next(
+        r for r in rows if (r["form"], r["parameters"], r["level"]) == (form, parameters, level)
+    )
+
+
+def table(head: list[str], body: list[list[str]]) -> str:
+    """Markdown, first column left, others right."""
+    lines = [head, ["---"] + ["---:"] * (len(head) - 1), *body]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+def goals(rows: list[Row]) -> str:
+    """Goals at n = 6, each against what was measured."""
+
+    def count(form: str, level: str) -> float:
+        return float(find(rows, form, 6, level)["instructions"])
+
+    body = []
+    for form in POLICIES:
+        line = [NAMES[form]]
+        for level, share in (("2", 1.0), ("s", 0.5)):
+            for textbook in TEXTBOOK:
+                ratio = count(form, level) / count(textbook, level)
+                met = ratio <= share if level == "2" else ratio < share
+                line.append(f"{ratio:.2f} {'met' if met else '**not met**'}")
+        stack = max(int(find(rows, form, 6, level)["stack"]) for level in ("2", "s"))
+        line.append(f"{stack} {'met' if stack < 256 else '**not met**'}")
+        body.append(line)
+    head = ["n = 6", "-O2, left to right", "-O2, bracketed", "-Os, left to right"]
+    head += ["-Os, bracketed", "stack, bytes"]
+    return (
+        "## Goals\n\nInstructions as a multiple of the textbook's: at most 1 at -O2, below 0.5 at "
+        "-Os; stack below 256 bytes (the larger of both levels).\n\n"
+        + table(head, body)
+        + "\nNo image holds a heap, exceptions, the unwinder, static constructors or software "
+        "double arithmetic: `tests/firmware/check_image.cmake`, run here on each of them.\n"
+    )
+
+
+def instructions(rows: list[Row], level: str) -> str:
+    """Mean by form and n."""
+    counts = sorted({int(r["parameters"]) for r in rows})
+    body = [
+        [NAMES[form], *(f"{find(rows, form, n, level)['instructions']:.0f}" for n in counts)]
+        for form in NAMES
+    ]
+    return f"## Instructions an update, -O{level}\n\n" + table(
+        ["n", *(str(n) for n in counts)], body
+    )
+
+
+def memory(rows: list[Row], level: str) -> str:
+    """Flash, RAM and stack by form and n."""
+    counts = sorted({int(r["parameters"]) for r in rows})
+
+    def cell(form: str, n: int) -> str:
+        r = find(rows, form, n, level)
+        return f"{r['flash']} / {r['ram']} / {r['stack']} ({r['stack_static']})"
+
+    return f"## Flash / RAM / stack, bytes, -O{level}\n\n" + table(
+        ["n", *(str(n) for n in counts)],
+        [[NAMES[form], *(cell(form, n) for n in counts)] for form in NAMES],
+    )
+
+
+def whole(rows: list[Row]) -> str:
+    """The estimator as a controller calls it."""
+    body = []
+    for form in POLICIES:
+        for level in ("2", "s"):
+            r = find(rows, f"whole_{form}", 6, level)
+            body.append(
+                [
+                    f"{NAMES[form]} -O{level}",
+                    f"{r['instructions']:.0f}",
+                    f"{r['instructions_most']:.0f}",
+                    *(str(r[key]) for key in ("flash", "ram", "stack", "stack_static")),
+                ]
+            )
+    return (
+        "## The whole estimator\n\n`ServoEstimator<float, 3, 3, 1, Policy>::step(command, "
+        "position)`: scaling, regressor, recursion, reset, convergence. The most of 400 samples "
+        "is where `FRatio` sums up a window.\n\n"
+        + table(["n = 6", "instructions", "most", "flash", "RAM", "stack", "(static)"], body)
+    )
+
+
+def document(rows: list[Row], tools: str) -> str:
+    """The page."""
+    note = (
+        "Flash: the image less an empty one, with the call that sets the form up. RAM: its\n"
+        "storage and static data. Stack: painted, and in brackets that of `-fstack-usage` added\n"
+        "along the deepest chain of calls, for any input, library functions left out.\n"
+    )
+    return "\n".join(
+        [
+            HEAD.format(tools=tools),
+            goals(rows),
+            instructions(rows, "2"),
+            instructions(rows, "s"),
+            memory(rows, "2"),
+            note,
+            memory(rows, "s"),
+            whole(rows),
+        ]
+    )
