@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "any_arx.hpp"
 #include "bindings.hpp"
+
+#include <ehsid/any_arx.hpp>
 
 namespace ehsid::bindings {
 namespace {

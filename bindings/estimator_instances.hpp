@@ -2,8 +2,9 @@
 // The bodies behind any_estimator.hpp: conversion of settings and loops over arrays; no maths of their own.
 #pragma once
 
-#include "any_arx.hpp"
 #include "any_estimator.hpp"
+
+#include <ehsid/any_arx.hpp>
 
 #include <array>
 #include <cstring>

@@ -25,5 +25,7 @@ template class RmseReset<float>;
 template class RmseReset<double>;
 template class ConvergenceMonitor<float>;
 template class ConvergenceMonitor<double>;
+template class FitMonitor<float>;
+template class FitMonitor<double>;
 
 }  // namespace ehsid

@@ -2,10 +2,11 @@
 """Exported headers, one a forgetting policy, and what Python makes of the whole record with each.
 
 tests/cpp/test_exported_header.cpp configures the C++ estimator from the headers and must make the
-bits of trajectories.csv from examples/data/hydraulic_crane.csv; tests/compile/firmware compiles
-them as a controller would; tests/python/test_export.py checks that this script still makes these
-files. A row: header, sample, then in hexadecimal the status and the bits of innovation and theta.
-Bits that part do not meet again, so every 16th sample is enough.
+bits of trajectories.csv from examples/data/hydraulic_crane.csv; tests/c must make those of the C++
+headers from the C headers; tests/compile/firmware compiles them as a controller would;
+tests/python/test_export.py checks that this script still makes these files. A row: header, sample,
+then in hexadecimal the status and the bits of innovation and theta. Bits that part do not meet
+again, so every 16th sample is enough.
 `python tests/export/make_headers.py` writes all anew.
 """
 
@@ -25,6 +26,7 @@ from ehsid.harness.export import (
     Seed,
     configure_from_record,
     liveliest,
+    render_c_header,
     render_header,
 )
 from ehsid.harness.identification import ArxOrders, IoData
@@ -87,12 +89,22 @@ def configuration(name: str) -> EstimatorConfiguration:
     )
 
 
+def provenance() -> list[str]:
+    """Where the numbers come from."""
+    digest = hashlib.sha256(RECORD.read_bytes()).hexdigest()
+    return [f"Record {RECORD.name}, sha256", digest, "Made by tests/export/make_headers.py"]
+
+
 def header(name: str) -> str:
     """The text of NAME.hpp."""
-    made, digest = configuration(name), hashlib.sha256(RECORD.read_bytes()).hexdigest()
+    made = configuration(name)
     trace = GoldenTrace.of(made, *liveliest(data()))
-    where = [f"Record {RECORD.name}, sha256", digest, "Made by tests/export/make_headers.py"]
-    return render_header(made, trace, name=name, dt_s=0.05, provenance=where)
+    return render_header(made, trace, name=name, dt_s=0.05, provenance=provenance())
+
+
+def c_header(name: str) -> str:
+    """The text of NAME.h, of the same configuration."""
+    return render_c_header(configuration(name), name=name, dt_s=0.05, provenance=provenance())
 
 
 def trajectory(name: str) -> list[str]:
@@ -113,6 +125,7 @@ def files() -> dict[str, str]:
     rows = [row for name in CASES for row in trajectory(name)]
     return {
         **{f"{name}.hpp": header(name) for name in CASES},
+        **{f"{name}.h": c_header(name) for name in CASES},
         TRAJECTORIES: "\n".join(rows) + "\n",
     }
 

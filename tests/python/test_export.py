@@ -25,6 +25,7 @@ from ehsid.harness.export import (
     configure_from_record,
     float32_literal,
     liveliest,
+    render_c_header,
     render_header,
 )
 from ehsid.harness.identification import ArxOrders, IdentificationError, IoData, fit_arx, identify
@@ -217,6 +218,36 @@ def test_without_a_seed_the_header_has_none() -> None:
     assert "return estimator.configure(options);" in text
 
 
+LITERAL = r"-?0x[0-9a-f.]+p[+-]\d+F"
+
+
+@settings(max_examples=60, deadline=None)
+@given(configuration=configurations())
+def test_the_c_header_holds_the_numbers_of_the_other(configuration: EstimatorConfiguration) -> None:
+    trace = GoldenTrace.of(configuration, [1.0], [0.0])
+    settings_in_cpp = render_header(configuration, trace, name="servo").split("struct TraceSample")
+    text = render_c_header(configuration, name="servo")
+    assert max(len(line) for line in text.splitlines()) <= 120
+    wanted = re.findall(LITERAL, settings_in_cpp[0])
+    found = re.findall(LITERAL, text)
+    if configuration.reset is None:  # in C its members stand there all the same
+        assert ".reset_enabled = false" in text
+        for name in ("short_window", "long_window", "trigger_ratio", "release_ratio", "floor"):
+            found.remove(float32_literal(getattr(ehsid.RmseResetOptions(), name)))
+    assert sorted(found) == sorted(wanted)
+    orders = configuration.orders
+    assert f", {orders.n_parameters})," in text
+    for name in ("na", "nb", "nk"):
+        assert f".{name} = {getattr(orders, name)}," in text
+
+
+def test_comments_of_the_c_header_cannot_end_either() -> None:
+    configuration = EstimatorConfiguration(ArxOrders(1, 1, 1))
+    text = render_c_header(configuration, name="servo", provenance=["a */ b", "c\n#error no"])
+    assert " * a *_ b\n * c_#error no\n" in text
+    assert ".seed = NULL," in text
+
+
 def test_comments_cannot_end_their_line() -> None:
     configuration = EstimatorConfiguration(ArxOrders(1, 1, 1))
     trace = GoldenTrace.of(configuration, [1.0], [0.0])
@@ -240,7 +271,9 @@ def test_other_names_are_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [f"{case}.hpp" for case in make_headers.CASES] + [make_headers.TRAJECTORIES]
+    "name",
+    [f"{case}.{kind}" for case in make_headers.CASES for kind in ("hpp", "h")]
+    + [make_headers.TRAJECTORIES],
 )
 def test_committed_files_are_those_of_the_script(name: str) -> None:
     assert (EXPORT / name).read_text(encoding="utf-8") == make_headers.files()[name], (
@@ -395,6 +428,17 @@ def test_command_writes_the_header_whole(tmp_path: Path) -> None:
     assert str(CRANE.parent) not in text
     expected = configure_from_record(crane(), ArxOrders(2, 3, 1), forgetting=ehsid.FRatio())
     assert read_back(text).estimator().save() == expected.configuration.estimator().save()
+
+
+def test_command_writes_c(tmp_path: Path) -> None:
+    out = tmp_path / "crane.h"
+    code, printed, _ = run(str(CRANE), *COLUMNS, "--c", "--name", "crane", "--out", str(out))
+    assert code == 0
+    assert "no self-test" in printed
+    text = out.read_text(encoding="utf-8")
+    assert ".kernel = EHSID_KERNEL(f_ratio, 6)," in text
+    assert "static const ehsid_configuration crane_configuration = {" in text
+    assert hashlib.sha256(CRANE.read_bytes()).hexdigest() in text
 
 
 def test_command_lets_identification_choose(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ehsid/arx.hpp>
+#include <ehsid/fit.hpp>
 #include <ehsid/forgetting.hpp>
 #include <ehsid/monitor.hpp>
 #include <ehsid/reset.hpp>

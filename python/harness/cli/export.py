@@ -20,6 +20,7 @@ from ehsid.harness.export import (
     check_name,
     configure_from_record,
     liveliest,
+    render_c_header,
     render_header,
     write_header,
 )
@@ -100,10 +101,18 @@ def export_command(
             show_default=False,
         ),
     ] = None,
-    name: Annotated[str, typer.Option(help="namespace in C++")] = "servo",
-    out: Annotated[Path, typer.Option(help="header to write")] = Path("servo_configuration.hpp"),
+    name: Annotated[str, typer.Option(help="namespace in C++, prefix in C")] = "servo",
+    c: Annotated[
+        bool, typer.Option("--c", help="C99, for ehsid/c_api.h, without the self-test")
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="header to write; default servo_configuration.hpp, .h in C", show_default=False
+        ),
+    ] = None,
 ) -> None:
-    """Write a C++ header that starts the firmware's estimator from an offline model of a record.
+    """Write a C++ or C header that starts the firmware's estimator from a model of a record.
 
     Example: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
     """
@@ -115,18 +124,23 @@ def export_command(
         export = configure_from_record(
             data, orders, forgetting=policy, inflation=inflation, reset=reset
         )
-        trace = GoldenTrace.of(export.configuration, *liveliest(data))
-        text = render_header(
-            export.configuration,
-            trace,
-            name=name,
-            dt_s=data.dt_s,
-            provenance=_provenance(record, data, export),
-        )
-        write_header(out, text)
+        provenance = _provenance(record, data, export)
+        path = out or Path(f"servo_configuration.{'h' if c else 'hpp'}")
+        if c:
+            text = render_c_header(
+                export.configuration, name=name, dt_s=data.dt_s, provenance=provenance
+            )
+            tested = "no self-test"
+        else:
+            trace = GoldenTrace.of(export.configuration, *liveliest(data))
+            text = render_header(
+                export.configuration, trace, name=name, dt_s=data.dt_s, provenance=provenance
+            )
+            tested = f"self-test over {trace.command.size} samples"
+        write_header(path, text)
     Console().print(
-        f"{out}: {orders}, {policy!r}; started from {export.model.n_rows} equations that count "
-        f"for {export.counts_for:.0f} samples; self-test over {trace.command.size} samples",
+        f"{path}: {orders}, {policy!r}; started from {export.model.n_rows} equations that count "
+        f"for {export.counts_for:.0f} samples; {tested}",
         highlight=False,
         soft_wrap=True,
     )

@@ -6,6 +6,7 @@
 >>> write_header(path, render_header(export.configuration, trace, name="servo"))
 """
 
+from ehsid.harness.export.c_header import render_c_header
 from ehsid.harness.export.configuration import EstimatorConfiguration, Seed
 from ehsid.harness.export.header import check_name, float32_literal, render_header, write_header
 from ehsid.harness.export.seeding import Export, configure_from_record
@@ -20,6 +21,7 @@ __all__ = [
     "configure_from_record",
     "float32_literal",
     "liveliest",
+    "render_c_header",
     "render_header",
     "write_header",
 ]

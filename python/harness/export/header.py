@@ -124,14 +124,28 @@ def _settings(configuration: EstimatorConfiguration) -> list[str]:
     return lines
 
 
-def _upper(seed: Seed) -> list[float]:
+def upper_triangle(seed: Seed) -> list[float]:
     """The entries above the diagonal of u, column by column, as ehsid::UdFactors keeps them."""
     return [float(seed.u[i, j]) for j in range(seed.d.size) for i in range(j)]
 
 
-def _comment(text: str) -> str:
+def comment(text: str) -> str:
     """Nothing that would end a line comment, or carry it on."""
     return "".join(c if c.isprintable() and c != "\\" else "_" for c in text)
+
+
+def template(name: str) -> jinja2.Template:
+    """A template of this room, with the filter `float32`."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("ehsid.harness.export"),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,  # C and C++, not HTML
+    )
+    environment.filters["float32"] = float32_literal
+    return environment.get_template(name)
 
 
 def render_header(
@@ -163,25 +177,16 @@ def render_header(
         a name that C++ does not take, or a number that is not finite in float32.
     """
     orders = configuration.orders
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("ehsid.harness.export"),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=False,  # C++, not HTML
-    )
-    environment.filters["float32"] = float32_literal
     seed = configuration.seed
-    return environment.get_template("estimator.hpp.j2").render(
+    return template("estimator.hpp.j2").render(
         name=check_name(name),
         version=ehsid.__version__,
-        provenance=[_comment(line) for line in provenance],
+        provenance=[comment(line) for line in provenance],
         orders=orders,
         policy=_policy(configuration.forgetting, orders.n_parameters)[0],
         settings=_settings(configuration),
         seed=seed,
-        upper=[] if seed is None else _upper(seed),
+        upper=[] if seed is None else upper_triangle(seed),
         dt_s=dt_s,
         trace=trace,
         samples=list(zip(trace.command, trace.position, trace.innovation, strict=True)),

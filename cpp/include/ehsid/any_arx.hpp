@@ -3,12 +3,12 @@
 
 #include <ehsid/types.hpp>
 
-namespace ehsid::bindings {
+namespace ehsid {
 
-inline constexpr int kMaxOrder = 6;
-inline constexpr int kMaxDelay = 20;
+inline constexpr int kMaxOrder = 6;   // na and nb from 1 on
+inline constexpr int kMaxDelay = 20;  // nk from 0 on
 
-/// Past samples for the largest orders that Python may ask for.
+/// Past samples for the largest orders and the longest delay.
 template <class Scalar>
 struct AnyArxState {
   Array<Scalar, kMaxOrder> outputs;
@@ -18,7 +18,8 @@ struct AnyArxState {
 
 /// The regressor of ehsid::Arx with orders chosen at run time, for the same OnlineEstimator. Only moves
 /// numbers, so results are bit for bit those of Arx<Scalar, na, nb, nk, offset>; a test compares them.
-/// Why: na, nb, nk as template arguments would need 756 estimators for each precision and policy, kN needs 12.
+/// For Python and C, where na, nb, nk as template arguments would need 756 estimators for each precision and
+/// policy; kN needs 12.
 template <class Scalar_, int kN_>
 class AnyArx {
  public:
@@ -89,4 +90,4 @@ class AnyArx {
   State state_{};
 };
 
-}  // namespace ehsid::bindings
+}  // namespace ehsid

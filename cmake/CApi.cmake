@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: MIT
+# ehsid::c, the estimator for C: a static library without the C++ run-time library. Sections of their own, so that
+# a linker with --gc-sections keeps only the policies and sizes that a program names.
+add_library(
+  ehsid_c STATIC
+  cpp/src/c_api.cpp
+  cpp/src/c_kernels/constant.cpp
+  cpp/src/c_kernels/directional.cpp
+  cpp/src/c_kernels/error_driven.cpp
+  cpp/src/c_kernels/exponential.cpp
+  cpp/src/c_kernels/f_ratio.cpp
+  cpp/src/c_kernels/random_walk.cpp)
+add_library(ehsid::c ALIAS ehsid_c)
+set_target_properties(ehsid_c PROPERTIES EXPORT_NAME c)
+if(NOT CMAKE_CROSSCOMPILING) # for shared libraries of hosts; firmware stays where it is
+  set_target_properties(ehsid_c PROPERTIES POSITION_INDEPENDENT_CODE ON)
+endif()
+target_include_directories(ehsid_c PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/cpp/include>)
+include(cmake/Warnings.cmake)
+target_link_libraries(ehsid_c PRIVATE $<BUILD_INTERFACE:ehsid::reproducible> $<BUILD_INTERFACE:ehsid_warnings>)
+target_compile_options(
+  ehsid_c
+  PRIVATE "$<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-fno-exceptions;-fno-rtti;-fno-threadsafe-statics>"
+          "$<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-fno-math-errno;-ffunction-sections;-fdata-sections>")
+# Eigen's assertions print and abort; every argument is checked before it gets there.
+target_compile_definitions(ehsid_c PRIVATE EIGEN_NO_DEBUG)

@@ -1,0 +1,192 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The online estimator for C99: ehsid::ServoEstimator<float, ...> with orders chosen at run time, bit for bit.
+ *
+ *   static uint64_t storage[EHSID_STORAGE_WORDS(6)];
+ *   static ehsid_estimator* servo;
+ *
+ *   ehsid_status power_on(void) { return ehsid_init(&servo, storage, sizeof storage, &servo_configuration); }
+ *   ehsid_status every_sample(float command, float position) { return ehsid_step(servo, command, position); }
+ *
+ * The storage is the caller's and all there is: no heap, nothing kept between calls elsewhere. Every function
+ * may be called for different estimators at the same time, and for one estimator from one place at a time.
+ * Any call that returns an error (ehsid_is_error) has changed nothing, but for two answers of ehsid_step:
+ * after EHSID_INVALID_INPUT and EHSID_OUT_OF_RANGE the history fills anew. See docs/linking.md. */
+#ifndef EHSID_C_API_H
+#define EHSID_C_API_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define EHSID_MAX_ORDER 6       /* na and nb from 1 on */
+#define EHSID_MAX_DELAY 20      /* nk from 0 on */
+#define EHSID_MAX_PARAMETERS 13 /* na + nb, and the constant term */
+#define EHSID_MAX_UPPER 78      /* numbers above the diagonal of U at 13 parameters */
+
+/* Storage of an estimator of n parameters with whatever policy, in words of 8 bytes; an array of uint64_t also
+ * has the alignment. ehsid_storage_bytes() tells what a policy really takes. */
+#define EHSID_STORAGE_WORDS(n) (((n) * (n) + 6 * (n) + 197) / 2)
+#define EHSID_STORAGE_BYTES(n) (8 * EHSID_STORAGE_WORDS(n))
+
+/* Bytes that ehsid_save() writes, at most. ehsid_snapshot_bytes() tells how many they are. */
+#define EHSID_SNAPSHOT_BYTES(n) (2 * (n) * (n) + 14 * (n) + 680)
+
+/* Outcome of a call; numbers and meaning of ehsid::Status, and two more. */
+typedef enum ehsid_status {
+  EHSID_OK = 0,
+  EHSID_FILLING = 1,          /* not enough past samples yet; nothing estimated */
+  EHSID_NO_INFORMATION = 2,   /* sample carries no information: estimate kept on purpose */
+  EHSID_DISABLED = 3,         /* estimation is switched off; only the history moves on */
+  EHSID_RESET = 4,            /* step taken; a change of the plant was detected */
+  EHSID_INVALID_INPUT = 5,    /* NaN or Inf: rejected */
+  EHSID_OUT_OF_RANGE = 6,     /* beyond input_limit after scaling: rejected */
+  EHSID_NUMERICAL_LIMIT = 7,  /* result not finite or a factor not positive: rejected */
+  EHSID_INVALID_ARGUMENT = 8, /* NULL, or a setting, start value or snapshot refused */
+  EHSID_STORAGE_TOO_SMALL =
+      9, /* fewer bytes or numbers than the answer needs, or storage not aligned */
+  EHSID_NOT_INITIALISED = 10 /* no ehsid_init() has been here */
+} ehsid_status;
+
+/* "ok", "filling", ...; "unknown" for any other number. Never NULL. */
+const char* ehsid_status_name(ehsid_status status);
+/* True from EHSID_INVALID_INPUT on: the call was refused. */
+bool ehsid_is_error(ehsid_status status);
+
+/* Code of one forgetting policy for one number of parameters. The linker takes only those that are named, with
+ * -ffunction-sections (the library has it) and --gc-sections: EHSID_KERNEL(f_ratio, 6).
+ * Policies: constant, exponential, error_driven, f_ratio, directional, random_walk; n = 2 to 13. */
+typedef struct ehsid_kernel ehsid_kernel;
+#define EHSID_KERNEL(policy, n) EHSID_KERNEL_(policy, n) /* a macro for n is expanded first */
+#define EHSID_KERNEL_(policy, n) (&ehsid_kernel_##policy##_##n)
+
+#define EHSID_DECLARE_KERNELS(policy)                                                     \
+  extern const ehsid_kernel ehsid_kernel_##policy##_2, ehsid_kernel_##policy##_3,         \
+      ehsid_kernel_##policy##_4, ehsid_kernel_##policy##_5, ehsid_kernel_##policy##_6,    \
+      ehsid_kernel_##policy##_7, ehsid_kernel_##policy##_8, ehsid_kernel_##policy##_9,    \
+      ehsid_kernel_##policy##_10, ehsid_kernel_##policy##_11, ehsid_kernel_##policy##_12, \
+      ehsid_kernel_##policy##_13
+
+EHSID_DECLARE_KERNELS(constant);
+EHSID_DECLARE_KERNELS(exponential);
+EHSID_DECLARE_KERNELS(error_driven);
+EHSID_DECLARE_KERNELS(f_ratio);
+EHSID_DECLARE_KERNELS(directional);
+EHSID_DECLARE_KERNELS(random_walk);
+
+/* Settings of the policy: only the members of the kernel's policy are read. Ranges and sources stand in
+ * ehsid/forgetting/, one file a policy. */
+typedef struct ehsid_forgetting {
+  float lambda;                  /* constant, directional: (0, 1] */
+  float lambda0, lambda_initial; /* exponential: (0, 1] */
+  float memory;                  /* error_driven: samples, >= 1 */
+  float lambda_min;              /* error_driven: (0, 1] */
+  float noise_variance; /* error_driven: of the scaled position, >= 0; 0: its own estimate */
+  float eta;            /* f_ratio: >= 0 */
+  float critical_ratio; /* f_ratio: >= 1 */
+  float epsilon;        /* directional: > 0 */
+  float drift[EHSID_MAX_PARAMETERS]; /* random_walk: each >= 0, the first n are read */
+} ehsid_forgetting;
+
+/* An estimate made elsewhere, of n parameters. u: columns of U above its diagonal, one after the other. */
+typedef struct ehsid_estimate {
+  float theta[EHSID_MAX_PARAMETERS]; /* a1 .. a_na, b1 .. b_nb [, c], in the units of the signals */
+  float d[EHSID_MAX_PARAMETERS];     /* P = U D U', scaled signals, in units of sigma^2; each > 0 */
+  float u[EHSID_MAX_UPPER];
+  float noise_variance; /* sigma^2 in squared units of the position, >= 0; 0: unknown */
+} ehsid_estimate;
+
+/* All settings. `ehsid export --c` writes one; ehsid_default_configuration() fills one in. */
+typedef struct ehsid_configuration {
+  const ehsid_kernel* kernel; /* its n is na + nb, one more with a constant term */
+  int32_t na, nb, nk;
+  bool offset;           /* a constant term c */
+  float command_scale;   /* units of the command, > 0 */
+  float position_scale;  /* units of the position, > 0 */
+  float command_offset;  /* units of the command */
+  float position_offset; /* units of the position */
+  ehsid_forgetting forgetting;
+  float information_margin; /* guards, see ehsid::RlsOptions; negative: sqrt(n) */
+  float covariance_ceiling; /* > 0 */
+  bool reset_enabled;       /* a change of the plant, see ehsid::RmseResetOptions */
+  float reset_short_window; /* samples, >= 1 */
+  float reset_long_window;  /* samples, > short */
+  float reset_trigger_ratio;
+  float reset_release_ratio;
+  int32_t reset_cool_down; /* samples */
+  float reset_floor;
+  float convergence_tolerance; /* see ehsid::ConvergenceOptions */
+  float convergence_magnitude;
+  int32_t convergence_hold;   /* samples, >= 1 */
+  float variance0;            /* P_ii at the start and after a reset, scaled signals, > 0 */
+  float input_limit;          /* largest plausible |scaled signal|, > 0 */
+  const ehsid_estimate* seed; /* where to start; NULL: from zero and variance0 */
+} ehsid_configuration;
+
+/* The defaults of the C++ estimator with this kernel and these orders. EHSID_INVALID_ARGUMENT where they do
+ * not belong together: na, nb in 1 .. 6, nk in 0 .. 20, n = na + nb (+ 1 with offset). */
+ehsid_status ehsid_default_configuration(ehsid_configuration* configuration,
+                                         const ehsid_kernel* kernel, int32_t na, int32_t nb,
+                                         int32_t nk, bool offset);
+
+/* Bytes that an estimator of this kernel takes and that its snapshot has; 0 for NULL. */
+size_t ehsid_storage_bytes(const ehsid_kernel* kernel);
+size_t ehsid_snapshot_bytes(const ehsid_kernel* kernel);
+
+typedef struct ehsid_estimator ehsid_estimator; /* lives at the start of the storage */
+
+/* Makes an estimator in `storage`, aligned to 8 bytes, and points *estimator to it. Configuration and seed are
+ * copied, the kernel is referred to. Takes about as much stack as storage for the time of the call. */
+ehsid_status ehsid_init(ehsid_estimator** estimator, void* storage, size_t bytes,
+                        const ehsid_configuration* configuration);
+
+/* One sample: the command sent at t_k and the position measured at t_k, in their units. */
+ehsid_status ehsid_step(ehsid_estimator* estimator, float command, float position);
+
+/* lambda and P back to their start, theta kept. */
+ehsid_status ehsid_reset(ehsid_estimator* estimator);
+/* Starts anew from an estimate made elsewhere. */
+ehsid_status ehsid_seed(ehsid_estimator* estimator, const ehsid_estimate* estimate);
+/* Bumpless: while switched off only the history moves on. */
+ehsid_status ehsid_enable(ehsid_estimator* estimator, bool on);
+
+/* Number of parameters n; 0 where there is no estimator. */
+size_t ehsid_parameters(const ehsid_estimator* estimator);
+/* n numbers each, in the units of the signals; `count` is how many there is room for. */
+ehsid_status ehsid_theta(const ehsid_estimator* estimator, float* theta, size_t count);
+ehsid_status ehsid_standard_deviation(const ehsid_estimator* estimator, float* deviation,
+                                      size_t count);
+/* sigma^2 P_ii. */
+ehsid_status ehsid_covariance_diagonal(const ehsid_estimator* estimator, float* variance,
+                                       size_t count);
+
+typedef struct ehsid_report {
+  float innovation;        /* epsilon(k), units of the position */
+  float forgetting_factor; /* lambda(k) of the last step that was kept */
+  float residual_variance; /* sigma^2, squared units of the position */
+  float
+      fit_percent; /* one step ahead, over about the last 1000 estimated samples, see ehsid/fit.hpp */
+  float excitation; /* share of recent samples that carried information, 0 to 1 */
+  int32_t resets;   /* changes of the plant seen since the start */
+  bool converged;
+  bool enabled;
+} ehsid_report;
+
+ehsid_status ehsid_read(const ehsid_estimator* estimator, ehsid_report* report);
+
+/* The state, without the settings: the bytes of ehsid.ServoEstimator.save() in Python. *written may be NULL.
+ * The fit is not part of it and starts anew after ehsid_restore(). */
+ehsid_status ehsid_save(const ehsid_estimator* estimator, void* bytes, size_t capacity,
+                        size_t* written);
+/* Into an estimator with the same orders and policy. Any alignment; `count` must be exact. */
+ehsid_status ehsid_restore(ehsid_estimator* estimator, const void* bytes, size_t count);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+// Checks of arguments in front of the kernels.
+#include "c_kernel.hpp"
+
+namespace {
+
+using ehsid::Status;
+
+static_assert(EHSID_MAX_ORDER == ehsid::kMaxOrder, "c_api.h and any_arx.hpp disagree");
+static_assert(EHSID_MAX_DELAY == ehsid::kMaxDelay, "c_api.h and any_arx.hpp disagree");
+static_assert(EHSID_MAX_PARAMETERS == 2 * ehsid::kMaxOrder + 1, "one more for the constant term");
+static_assert(EHSID_MAX_UPPER == ehsid::UdFactors<float, EHSID_MAX_PARAMETERS>::kUpper,
+              "c_api.h and ud.hpp disagree");
+
+constexpr ehsid_status to_c(Status status) { return static_cast<ehsid_status>(status); }
+
+static_assert(to_c(Status::ok) == EHSID_OK && to_c(Status::filling) == EHSID_FILLING &&
+                  to_c(Status::no_information) == EHSID_NO_INFORMATION &&
+                  to_c(Status::disabled) == EHSID_DISABLED && to_c(Status::reset) == EHSID_RESET &&
+                  to_c(Status::invalid_input) == EHSID_INVALID_INPUT &&
+                  to_c(Status::out_of_range) == EHSID_OUT_OF_RANGE &&
+                  to_c(Status::numerical_limit) == EHSID_NUMERICAL_LIMIT &&
+                  to_c(Status::invalid_argument) == EHSID_INVALID_ARGUMENT,
+              "c_api.h and types.hpp number the status differently");
+
+/// EHSID_OK where there is an estimator.
+ehsid_status check(const ehsid_estimator* estimator) {
+  if (estimator == nullptr) {
+    return EHSID_INVALID_ARGUMENT;
+  }
+  return estimator->magic == ehsid::c::kMagic ? EHSID_OK : EHSID_NOT_INITIALISED;
+}
+
+/// The same, and whether there is room for `needed` things behind `pointer`.
+ehsid_status check(const ehsid_estimator* estimator, const void* pointer, std::size_t room,
+                   std::size_t needed) {
+  const ehsid_status status = check(estimator);
+  if (status != EHSID_OK) {
+    return status;
+  }
+  if (pointer == nullptr) {
+    return EHSID_INVALID_ARGUMENT;
+  }
+  return room >= needed ? EHSID_OK : EHSID_STORAGE_TOO_SMALL;
+}
+
+bool orders_fit(const ehsid_kernel& kernel, std::int32_t na, std::int32_t nb, std::int32_t nk,
+                bool offset) {
+  return na >= 1 && na <= EHSID_MAX_ORDER && nb >= 1 && nb <= EHSID_MAX_ORDER && nk >= 0 &&
+         nk <= EHSID_MAX_DELAY && na + nb + (offset ? 1 : 0) == kernel.parameters;
+}
+
+}  // namespace
+
+const char* ehsid_status_name(ehsid_status status) {
+  switch (status) {
+    case EHSID_OK:
+      return "ok";
+    case EHSID_FILLING:
+      return "filling";
+    case EHSID_NO_INFORMATION:
+      return "no_information";
+    case EHSID_DISABLED:
+      return "disabled";
+    case EHSID_RESET:
+      return "reset";
+    case EHSID_INVALID_INPUT:
+      return "invalid_input";
+    case EHSID_OUT_OF_RANGE:
+      return "out_of_range";
+    case EHSID_NUMERICAL_LIMIT:
+      return "numerical_limit";
+    case EHSID_INVALID_ARGUMENT:
+      return "invalid_argument";
+    case EHSID_STORAGE_TOO_SMALL:
+      return "storage_too_small";
+    case EHSID_NOT_INITIALISED:
+      return "not_initialised";
+  }
+  return "unknown";
+}
+
+bool ehsid_is_error(ehsid_status status) { return status >= EHSID_INVALID_INPUT; }
+
+ehsid_status ehsid_default_configuration(ehsid_configuration* configuration,
+                                         const ehsid_kernel* kernel, int32_t na, int32_t nb,
+                                         int32_t nk, bool offset) {
+  if (configuration == nullptr || kernel == nullptr || !orders_fit(*kernel, na, nb, nk, offset)) {
+    return EHSID_INVALID_ARGUMENT;
+  }
+  *configuration = ehsid_configuration{};
+  kernel->defaults(*configuration);
+  configuration->kernel = kernel;
+  configuration->na = na;
+  configuration->nb = nb;
+  configuration->nk = nk;
+  configuration->offset = offset;
+  return EHSID_OK;
+}
+
+size_t ehsid_storage_bytes(const ehsid_kernel* kernel) {
+  return kernel == nullptr ? 0 : kernel->storage_bytes;
+}
+
+size_t ehsid_snapshot_bytes(const ehsid_kernel* kernel) {
+  return kernel == nullptr ? 0 : kernel->snapshot_bytes;
+}
+
+ehsid_status ehsid_init(ehsid_estimator** estimator, void* storage, size_t bytes,
+                        const ehsid_configuration* configuration) {
+  if (estimator == nullptr || storage == nullptr || configuration == nullptr ||
+      configuration->kernel == nullptr) {
+    return EHSID_INVALID_ARGUMENT;
+  }
+  const ehsid_configuration& c = *configuration;
+  if (!orders_fit(*c.kernel, c.na, c.nb, c.nk, c.offset)) {
+    return EHSID_INVALID_ARGUMENT;
+  }
+  const bool aligned = reinterpret_cast<std::uintptr_t>(storage) % alignof(std::uint64_t) == 0;
+  if (!aligned || bytes < c.kernel->storage_bytes) {
+    return EHSID_STORAGE_TOO_SMALL;
+  }
+  const ehsid_status status = to_c(c.kernel->init(storage, c));
+  if (status == EHSID_OK) {
+    *estimator = static_cast<ehsid_estimator*>(storage);
+  }
+  return status;
+}
+
+ehsid_status ehsid_step(ehsid_estimator* estimator, float command, float position) {
+  const ehsid_status status = check(estimator);
+  return status != EHSID_OK ? status : to_c(estimator->kernel->step(*estimator, command, position));
+}
+
+ehsid_status ehsid_reset(ehsid_estimator* estimator) {
+  const ehsid_status status = check(estimator);
+  if (status == EHSID_OK) {
+    estimator->kernel->reset(*estimator);
+  }
+  return status;
+}
+
+ehsid_status ehsid_seed(ehsid_estimator* estimator, const ehsid_estimate* estimate) {
+  const ehsid_status status = check(estimator, estimate, 0, 0);
+  return status != EHSID_OK ? status : to_c(estimator->kernel->seed(*estimator, *estimate));
+}
+
+ehsid_status ehsid_enable(ehsid_estimator* estimator, bool on) {
+  const ehsid_status status = check(estimator);
+  if (status == EHSID_OK) {
+    estimator->kernel->enable(*estimator, on);
+  }
+  return status;
+}
+
+size_t ehsid_parameters(const ehsid_estimator* estimator) {
+  return check(estimator) == EHSID_OK ? static_cast<std::size_t>(estimator->kernel->parameters) : 0;
+}
+
+ehsid_status ehsid_theta(const ehsid_estimator* estimator, float* theta, size_t count) {
+  const ehsid_status status = check(estimator, theta, count, ehsid_parameters(estimator));
+  if (status == EHSID_OK) {
+    estimator->kernel->theta(*estimator, theta);
+  }
+  return status;
+}
+
+ehsid_status ehsid_standard_deviation(const ehsid_estimator* estimator, float* deviation,
+                                      size_t count) {
+  const ehsid_status status = check(estimator, deviation, count, ehsid_parameters(estimator));
+  if (status == EHSID_OK) {
+    estimator->kernel->standard_deviation(*estimator, deviation);
+  }
+  return status;
+}
+
+ehsid_status ehsid_covariance_diagonal(const ehsid_estimator* estimator, float* variance,
+                                       size_t count) {
+  const ehsid_status status = check(estimator, variance, count, ehsid_parameters(estimator));
+  if (status == EHSID_OK) {
+    estimator->kernel->covariance_diagonal(*estimator, variance);
+  }
+  return status;
+}
+
+ehsid_status ehsid_read(const ehsid_estimator* estimator, ehsid_report* report) {
+  const ehsid_status status = check(estimator, report, 0, 0);
+  if (status == EHSID_OK) {
+    estimator->kernel->read(*estimator, *report);
+  }
+  return status;
+}
+
+ehsid_status ehsid_save(const ehsid_estimator* estimator, void* bytes, size_t capacity,
+                        size_t* written) {
+  if (check(estimator) != EHSID_OK) {
+    return check(estimator);
+  }
+  const std::size_t size = estimator->kernel->snapshot_bytes;
+  const ehsid_status status = check(estimator, bytes, capacity, size);
+  if (status == EHSID_OK) {
+    estimator->kernel->save(*estimator, bytes);
+    if (written != nullptr) {
+      *written = size;
+    }
+  }
+  return status;
+}
+
+ehsid_status ehsid_restore(ehsid_estimator* estimator, const void* bytes, size_t count) {
+  const ehsid_status status = check(estimator, bytes, 0, 0);
+  if (status != EHSID_OK) {
+    return status;
+  }
+  if (count != estimator->kernel->snapshot_bytes) {
+    return EHSID_INVALID_ARGUMENT;
+  }
+  return to_c(estimator->kernel->restore(*estimator, bytes));
+}

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: MIT
+// What stands behind an ehsid_kernel: one compiled estimator as a table of functions. No algorithms.
+#pragma once
+
+#include <ehsid/c_api.h>
+#include <ehsid/any_arx.hpp>
+#include <ehsid/fit.hpp>
+#include <ehsid/forgetting.hpp>
+#include <ehsid/servo_estimator.hpp>
+
+#include <cstring>
+#include <new>
+#include <type_traits>
+
+/// The head of every storage.
+struct ehsid_estimator {
+  std::uint32_t magic;
+  const ehsid_kernel* kernel;
+};
+
+struct ehsid_kernel {
+  std::int32_t parameters;
+  std::size_t storage_bytes;
+  std::size_t snapshot_bytes;
+  void (*defaults)(ehsid_configuration&);
+  ehsid::Status (*init)(void*, const ehsid_configuration&);
+  ehsid::Status (*step)(ehsid_estimator&, float, float);
+  void (*reset)(ehsid_estimator&);
+  ehsid::Status (*seed)(ehsid_estimator&, const ehsid_estimate&);
+  void (*enable)(ehsid_estimator&, bool);
+  void (*theta)(const ehsid_estimator&, float*);
+  void (*standard_deviation)(const ehsid_estimator&, float*);
+  void (*covariance_diagonal)(const ehsid_estimator&, float*);
+  void (*read)(const ehsid_estimator&, ehsid_report&);
+  void (*save)(const ehsid_estimator&, void*);
+  ehsid::Status (*restore)(ehsid_estimator&, const void*);
+};
+
+namespace ehsid::c {
+
+inline constexpr std::uint32_t kMagic = 0x45485343U;  // "EHSC"
+
+/// Visits each setting of a policy with its counterpart in C; `C` is ehsid_forgetting, const or not.
+template <class C, class Copy>
+void settings(Constant<float>& policy, C& c, Copy copy) {
+  copy(policy.lambda, c.lambda);
+}
+template <class C, class Copy>
+void settings(Exponential<float>& policy, C& c, Copy copy) {
+  copy(policy.lambda0, c.lambda0);
+  copy(policy.lambda_initial, c.lambda_initial);
+}
+template <class C, class Copy>
+void settings(ErrorDriven<float>& policy, C& c, Copy copy) {
+  copy(policy.memory, c.memory);
+  copy(policy.lambda_min, c.lambda_min);
+  copy(policy.noise_variance, c.noise_variance);
+}
+template <class C, class Copy>
+void settings(FRatio<float>& policy, C& c, Copy copy) {
+  copy(policy.eta, c.eta);
+  copy(policy.critical_ratio, c.critical_ratio);
+}
+template <class C, class Copy>
+void settings(Directional<float>& policy, C& c, Copy copy) {
+  copy(policy.lambda, c.lambda);
+  copy(policy.epsilon, c.epsilon);
+}
+template <int kN, class C, class Copy>
+void settings(RandomWalk<float, kN>& policy, C& c, Copy copy) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(kN); ++i) {
+    copy(policy.drift[i], c.drift[i]);
+  }
+}
+
+/// Visits every setting but orders and start.
+template <class Options, class C, class Copy>
+void settings(Options& options, C& c, Copy copy) {
+  copy(options.scaling.command_scale, c.command_scale);
+  copy(options.scaling.position_scale, c.position_scale);
+  copy(options.scaling.command_offset, c.command_offset);
+  copy(options.scaling.position_offset, c.position_offset);
+  settings(options.forgetting, c.forgetting, copy);
+  copy(options.rls.information_margin, c.information_margin);
+  copy(options.rls.covariance_ceiling, c.covariance_ceiling);
+  copy(options.reset_enabled, c.reset_enabled);
+  copy(options.reset.short_window, c.reset_short_window);
+  copy(options.reset.long_window, c.reset_long_window);
+  copy(options.reset.trigger_ratio, c.reset_trigger_ratio);
+  copy(options.reset.release_ratio, c.reset_release_ratio);
+  copy(options.reset.cool_down, c.reset_cool_down);
+  copy(options.reset.floor, c.reset_floor);
+  copy(options.convergence.tolerance, c.convergence_tolerance);
+  copy(options.convergence.magnitude, c.convergence_magnitude);
+  copy(options.convergence.hold, c.convergence_hold);
+  copy(options.input_limit, c.input_limit);
+}
+
+/// The estimator of one policy and size in the caller's storage.
+template <class Policy, int kN>
+struct Instance : ehsid_estimator {
+  using Estimator = OnlineEstimator<AnyArx<float, kN>, Policy>;
+  using Options = typename Estimator::Options;
+  using Snapshot = typename Estimator::Snapshot;
+
+  Estimator estimator;
+  FitMonitor<float> fit{};
+
+  Instance(const ehsid_configuration& c)
+      : ehsid_estimator{kMagic, c.kernel},
+        estimator(AnyArx<float, kN>(static_cast<int>(c.na), static_cast<int>(c.nb),
+                                    static_cast<int>(c.nk))) {}
+
+  static Instance& of(ehsid_estimator& head) { return static_cast<Instance&>(head); }
+  static const Instance& of(const ehsid_estimator& head) {
+    return static_cast<const Instance&>(head);
+  }
+
+  static void defaults(ehsid_configuration& c) {
+    Options options;
+    settings(options, c, [](const auto& from, auto& to) { to = from; });
+    c.variance0 = options.variance0[0];
+    c.seed = nullptr;
+  }
+
+  /// Made beside the storage and copied when all was accepted: what was there stays otherwise.
+  static Status init(void* storage, const ehsid_configuration& c) {
+    Instance made(c);
+    Options options;
+    settings(options, c, [](auto& to, const auto& from) { to = from; });
+    options.variance0.setConstant(c.variance0);
+    Status status = made.estimator.configure(options);
+    if (status == Status::ok && c.seed != nullptr) {
+      status = seed(made, *c.seed);
+    }
+    if (status == Status::ok) {
+      static_cast<void>(::new (storage) Instance(made));
+    }
+    return status;
+  }
+
+  static Status step(ehsid_estimator& head, float command, float position) {
+    Instance& self = of(head);
+    const Status status = self.estimator.step(command, position);
+    // After a detected change the innovation is no longer there: P and lambda have restarted.
+    if (status == Status::ok || status == Status::no_information) {
+      self.fit.update(position, self.estimator.innovation());
+    }
+    return status;
+  }
+
+  static void reset(ehsid_estimator& head) { of(head).estimator.reset(); }
+
+  static Status seed(ehsid_estimator& head, const ehsid_estimate& estimate) {
+    typename Estimator::Parameters theta;
+    UdFactors<float, kN> factors;
+    for (int i = 0; i < kN; ++i) {
+      theta[i] = estimate.theta[i];
+    }
+    std::memcpy(factors.d.data(), estimate.d, sizeof factors.d);
+    std::memcpy(factors.u.data(), estimate.u, sizeof factors.u);
+    const Status status = of(head).estimator.seed(theta, factors, estimate.noise_variance);
+    if (status == Status::ok) {
+      of(head).fit.restart();
+    }
+    return status;
+  }
+
+  static void enable(ehsid_estimator& head, bool on) { of(head).estimator.enable(on); }
+
+  static void theta(const ehsid_estimator& head, float* to) {
+    copy(of(head).estimator.theta_hat(), to);
+  }
+  static void standard_deviation(const ehsid_estimator& head, float* to) {
+    copy(of(head).estimator.standard_deviation(), to);
+  }
+  static void covariance_diagonal(const ehsid_estimator& head, float* to) {
+    const typename Estimator::Covariance covariance = of(head).estimator.covariance();
+    for (int i = 0; i < kN; ++i) {
+      to[i] = covariance(i, i);
+    }
+  }
+
+  static void read(const ehsid_estimator& head, ehsid_report& report) {
+    const Estimator& estimator = of(head).estimator;
+    report.innovation = estimator.innovation();
+    report.forgetting_factor = estimator.forgetting_factor();
+    report.residual_variance = estimator.residual_variance();
+    report.fit_percent = of(head).fit.percent();
+    report.excitation = estimator.monitor().excitation();
+    report.resets = estimator.change_detector().alarms();
+    report.converged = estimator.converged();
+    report.enabled = estimator.enabled();
+  }
+
+  static void save(const ehsid_estimator& head, void* bytes) {
+    const Snapshot snapshot = of(head).estimator.save();
+    std::memcpy(bytes, &snapshot, sizeof snapshot);
+  }
+
+  static Status restore(ehsid_estimator& head, const void* bytes) {
+    Snapshot snapshot;
+    std::memcpy(&snapshot, bytes, sizeof snapshot);
+    const Status status = of(head).estimator.restore(snapshot);
+    if (status == Status::ok) {
+      of(head).fit.restart();
+    }
+    return status;
+  }
+
+ private:
+  static void copy(const Vector<float, kN>& from, float* to) {
+    for (int i = 0; i < kN; ++i) {
+      to[i] = from[i];
+    }
+  }
+};
+
+template <class Policy, int kN>
+constexpr ehsid_kernel kernel() {
+  using Made = Instance<Policy, kN>;
+  static_assert(sizeof(Made) <= EHSID_STORAGE_BYTES(kN), "c_api.h gives too little storage");
+  static_assert(alignof(Made) <= alignof(std::uint64_t), "c_api.h aligns storage too little");
+  static_assert(sizeof(typename Made::Snapshot) <= EHSID_SNAPSHOT_BYTES(kN),
+                "c_api.h gives too few bytes for a snapshot");
+  static_assert(UdFactors<float, kN>::kUpper <= EHSID_MAX_UPPER, "c_api.h gives U too little");
+  static_assert(std::is_trivially_destructible<Made>::value,
+                "nobody destroys what lives in storage");
+  return {kN,
+          sizeof(Made),
+          sizeof(typename Made::Snapshot),
+          Made::defaults,
+          Made::init,
+          Made::step,
+          Made::reset,
+          Made::seed,
+          Made::enable,
+          Made::theta,
+          Made::standard_deviation,
+          Made::covariance_diagonal,
+          Made::read,
+          Made::save,
+          Made::restore};
+}
+
+}  // namespace ehsid::c
+
+/// Defines ehsid_kernel_NAME_2 .. _13. POLICY(n) is the type of the policy for n parameters.
+#define EHSID_DEFINE_KERNEL(NAME, POLICY, n) \
+  extern "C" constexpr ehsid_kernel ehsid_kernel_##NAME##_##n = ehsid::c::kernel<POLICY(n), n>();
+#define EHSID_DEFINE_KERNELS(NAME, POLICY) \
+  EHSID_DEFINE_KERNEL(NAME, POLICY, 2)     \
+  EHSID_DEFINE_KERNEL(NAME, POLICY, 3)     \
+  EHSID_DEFINE_KERNEL(NAME, POLICY, 4)     \
+  EHSID_DEFINE_KERNEL(NAME, POLICY, 5)     \
+  EHSID_DEFINE_KERNEL(NAME, POLICY, 6)     \
+  EHSID_DEFINE_KERNEL(NAME, POLICY, 7)     \
+  EHSID_DEFINE_KERNEL(NAME, POLICY, 8)     \
+  EHSID_DEFINE_KERNEL(NAME, POLICY, 9)     \
+  EHSID_DEFINE_KERNEL(NAME, POLICY, 10)    \
+  EHSID_DEFINE_KERNEL(NAME, POLICY, 11)    \
+  EHSID_DEFINE_KERNEL(NAME, POLICY, 12)    \
+  EHSID_DEFINE_KERNEL(NAME, POLICY, 13)
