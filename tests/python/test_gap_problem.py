@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: MIT
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from ehsid.harness.gap import (
     noise_floor,
 )
 from ehsid.harness.gap.comparison import Compared, compare, varying_outputs
+from ehsid.harness.gap.problem import Linear
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.simulation import draw_noise, simulate, simulate_windows
@@ -219,3 +221,15 @@ def test_records_with_gaps_are_refused() -> None:
     columns = {"time_s": time, "command_v": np.zeros(2000), "position_m": np.full(2000, 0.1)}
     with pytest.raises(ValueError, match="cut the record at its gaps"):
         compare(make_record(columns))
+
+
+def test_sensitivities_that_overflow_give_no_warning() -> None:
+    subject = problem(made(TRUE))
+    x = subject.centre()
+    errors = subject.errors(x)
+    huge = {name: np.full((error.size, x.size), 1e200) for name, error in errors.items()}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        step = subject.form(x, Linear(errors, huge))
+    assert not np.isfinite(step.hessian).any()
+    assert np.isfinite(step.cost)

@@ -202,8 +202,10 @@ class Problem:
             e, j = linear.errors[name], linear.slopes[name]
             # d/dx (n / 2) ln(mse + floor^2) = n / (N (mse + floor^2)) J' e
             share = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
-            gradient = gradient + share * (j.T @ e)
-            hessian = hessian + share * (j.T @ j)
+            # Sensitivities of a simulation on its way to infinity overflow; no step is taken then.
+            with np.errstate(over="ignore", invalid="ignore"):
+                gradient = gradient + share * (j.T @ e)
+                hessian = hessian + share * (j.T @ j)
         return Step(self.fit_cost(linear.errors) + self.prior_cost(x), gradient, hessian)
 
     def step(self, x: FloatArray) -> Step:
