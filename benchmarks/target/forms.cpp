@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Every form that is measured, for EHSID_N parameters: the recursion with each policy, the textbook's with dense
 // matrices, and for six parameters the whole estimator as a controller calls it.
+// From n = 8 on Eigen would take its blocked matrix product, which asks for a heap at -Os; not here.
+#define EIGEN_CACHEFRIENDLY_PRODUCT_THRESHOLD 16
 #include <ehsid/ehsid.hpp>
 
 #include <new>
