@@ -18,7 +18,7 @@ from ehsid.harness.gap.thresholds import (
     UNSEEN_CENTRE,
 )
 from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.rigs.parameters import plant_parameters
+from ehsid.harness.rigs.parameters import effects, plant_parameters
 
 RIGS = Path(__file__).parents[2] / "examples" / "rigs"
 
@@ -119,3 +119,16 @@ def test_forces_have_either_sign() -> None:
     assert force.value(x) == -300.0
     assert force.low < 0.0 < force.high
     assert np.isfinite([force.low, force.high]).all()
+
+
+@pytest.mark.parametrize("effect", [info.id for info in ehsid.effects()])
+def test_ends_of_a_logarithm_are_inside_the_range_of_the_plant(effect: str) -> None:
+    """A fit that stops at a bound gives a rig that can be written and run."""
+    rig = read_rig(RIGS / "bench.toml")
+    ranges = {info.name: info for info in ehsid.plant_parameters()}
+    start = {one.name: one.typical for one in effects()[effect].parameters}
+    found = [one for one, _ in effect_parameters(effect, start)]
+    for one in (*found, *calibration_parameters(rig)):
+        info = ranges[one.name]
+        assert info.minimum <= one.value(one.low), one.name
+        assert one.value(one.high) <= info.maximum, one.name

@@ -100,7 +100,9 @@ def calibration_parameters(
             reach = MOST_SIGMAS * sigma
             high = min(centre + reach, _log_within(info.maximum))
             low = (
-                max(centre - reach, math.log(info.minimum)) if info.minimum > 0 else centre - reach
+                max(centre - reach, _log_above(info.minimum))
+                if info.minimum > 0
+                else centre - reach
             )
             found.append(Parameter(name, True, centre, sigma, low, high))
         else:
@@ -119,6 +121,14 @@ def _log_within(maximum: float) -> float:
     return x
 
 
+def _log_above(minimum: float) -> float:
+    """The same of a minimum: what comes back is not below it."""
+    x = math.log(minimum)
+    while math.exp(x) < minimum:
+        x = math.nextafter(x, math.inf)
+    return x
+
+
 def _nuisances(rig: Rig, pressures: bool) -> list[Parameter]:
     found = []
     told_lag = rig.values.get(f"{EFFECT_PREFIX}valve_lag.bandwidth_hz", 0.0) > 0.0
@@ -132,7 +142,7 @@ def _nuisances(rig: Rig, pressures: bool) -> list[Parameter]:
         typical = rig.values.get(name, usual)
         low, high = NUISANCE_ENDS.get(name, (info.minimum, info.maximum))
         if name in LOGARITHMIC_NUISANCES:
-            bounds = -_log_within(1.0 / low), _log_within(high)
+            bounds = _log_above(low), _log_within(high)
             found.append(Parameter(name, True, math.log(typical), sigma, *bounds))
         else:
             found.append(Parameter(name, False, typical, sigma, low, high))
@@ -171,7 +181,12 @@ def effect_parameters(
         else:
             low = max(parameter.minimum, SMALLEST_SHARE * parameter.maximum)
             made = Parameter(
-                name, True, math.log(low), math.inf, math.log(low), _log_within(parameter.maximum)
+                name,
+                True,
+                _log_above(low),
+                math.inf,
+                _log_above(low),
+                _log_within(parameter.maximum),
             )
         found.append((made, made.place(value)))
     return tuple(found)
