@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT
+"""Could the missed effects be told from nothing? python benchmarks/gap_distinguishable.py FOLDER
+
+FOLDER is that of a finished `ehsid gap-check`. Every effect of the catalogue in a case that was not
+answered right is fitted from its true size, beside the values of the rig and all nuisances, those
+among them that the record cannot tell from an effect. Its size over the deviation of the fit
+(sandwich of exact sensitivities, `ehsid.harness.gap.intervals`) says how far it stands out: below 3
+no diagnosis could be sure of it on this record.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ehsid.harness.gap.case import make_case
+from ehsid.harness.gap.intervals import scatter_of
+from ehsid.harness.gap.parameters import effect_parameters
+from ehsid.harness.gap.rivals import calibrate, polish
+from ehsid.harness.gap.search import NOT_FITTED
+from ehsid.harness.parallel import run_tasks
+from ehsid.harness.records import read_record
+from ehsid.harness.rigs import read_rig
+
+HEAD = ("case", "grade, sensors", "effect", "true size", "deviations from nothing", "reading")
+SURE = 3.0
+
+
+def rows(folder: Path, name: str, answer: dict[str, Any]) -> list[tuple[str, ...]]:
+    """A line for each effect of a case."""
+    rig = read_rig(folder / "cases" / name / "rig.toml")
+    train, validate = (
+        read_record(folder / "cases" / name / f"{part}.csv") for part in ("train", "validate")
+    )
+    case = make_case(rig, [train], [validate])
+    told = {one: sizes for one, sizes in answer["effects"].items() if one not in NOT_FITTED}
+    sizes = [x for one in told for _, x in effect_parameters(one, told[one], rig.plant)]
+    found = polish(case, tuple(told), np.concatenate([calibrate(case).x, sizes]))
+    scatter, _ = scatter_of(case, found)
+    parameters = case.parameters(found.effects)
+    lines = []
+    for effect, parts in told.items():
+        first = next(iter(parts))
+        place = [one.name for one in parameters].index(f"effects.{effect}.{first}")
+        deviation = float(scatter[place])
+        # A logarithm's deviation is relative: nothing is one such size away.
+        size = 1.0 if parameters[place].logarithmic else abs(float(found.x[place]))
+        away = size / deviation if deviation > 0.0 else float("nan")
+        reading = "at a bound: not seen" if deviation == 0.0 else "stands out"
+        if away < SURE:
+            reading = "cannot be told from nothing"
+        where = f"{answer['grade']}, {answer['sensors']}"
+        size_text = f"{first} {parts[first]:.3g}"
+        lines.append((name, where, effect, size_text, f"{away:.2g}", reading))
+    return lines
+
+
+def main() -> None:
+    """Print and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    default = Path(__file__).parents[1] / "docs" / "check" / "distinguishable.md"
+    parser.add_argument("--out", type=Path, default=default)
+    told = parser.parse_args()
+    answers = json.loads((told.folder / "answers.json").read_text())
+    wrong = json.loads((told.folder / "score.json").read_text())["wrong"]
+    names = [one["name"] for one in wrong if answers[one["name"]]["kind"] in ("one", "two")]
+    tasks = [partial(rows, told.folder, name, answers[name]) for name in names]
+    found = run_tasks(tasks, lambda share: print(f"{100.0 * share:.0f} %", flush=True))
+    lines = ["| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD)]
+    lines += ["| " + " | ".join(line) + " |" for case in found for line in case]
+    text = "\n".join(
+        [
+            "# Could the missed effects be told from nothing?",
+            "",
+            "Written by `benchmarks/gap_distinguishable.py`: effects of the cases that were not "
+            "answered right, fitted from their true sizes beside the rig and all nuisances. "
+            f"Below {SURE:g} deviations no diagnosis could be sure of one on this record.",
+            "",
+            *lines,
+            "",
+        ]
+    )
+    partial_file = told.out.with_suffix(".part")
+    partial_file.write_text(text)
+    partial_file.replace(told.out)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
