@@ -20,6 +20,7 @@ std::vector<Sample> samples(int count) {
   std::mt19937 random{11};
   std::normal_distribution<double> normal;
   std::vector<Sample> made;
+  made.reserve(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k) {
     made.push_back({5.0 + std::sin(0.01 * k) + 0.3 * normal(random), 0.2 * normal(random)});
   }

@@ -71,12 +71,15 @@ typedef struct ehsid_kernel ehsid_kernel;
       ehsid_kernel_##policy##_10, ehsid_kernel_##policy##_11, ehsid_kernel_##policy##_12, \
       ehsid_kernel_##policy##_13
 
+/* Tables of functions, initialised by constants in cpp/src/c_kernels. */
+/* NOLINTBEGIN(bugprone-dynamic-static-initializers) */
 EHSID_DECLARE_KERNELS(constant);
 EHSID_DECLARE_KERNELS(exponential);
 EHSID_DECLARE_KERNELS(error_driven);
 EHSID_DECLARE_KERNELS(f_ratio);
 EHSID_DECLARE_KERNELS(directional);
 EHSID_DECLARE_KERNELS(random_walk);
+/* NOLINTEND(bugprone-dynamic-static-initializers) */
 
 /* Settings of the policy: only the members of the kernel's policy are read. Ranges and sources stand in
  * ehsid/forgetting/, one file a policy. */
