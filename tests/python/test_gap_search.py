@@ -184,3 +184,11 @@ def test_a_set_is_reached_from_what_is_left_of_a_larger_one() -> None:
     assert backward.cost == pytest.approx(forward.cost, abs=20.0 * GAIN)
     for name, value in PAIR.items():
         assert backward.values[name] == pytest.approx(value, rel=0.05)
+
+
+def test_what_is_excluded_is_not_found_behind_the_law_that_holds_it() -> None:
+    case = made.case_of({**made.OFF, "effects.coulomb_friction.force_n": 400.0})
+    with workers(1):
+        found = search(case, made.all_but("stribeck_friction", "valve_dead_band"))
+    assert any("stribeck_friction" in one.effects for one in found.rivals)
+    assert all("coulomb_friction" not in one.effects for one in found.rivals)

@@ -80,7 +80,7 @@ def search(case: Case, exclude: Sequence[str] = (), progress: Progress | None = 
     size = calibrated.x.size
     again = [one.x[:size] for one in alone[:2]]
     calibrated = min([calibrated, *(polish(case, (), x) for x in again)], key=lambda one: one.cost)
-    rivals = [*alone, *run_tasks(_simpler(case, alone[:1], alone))]
+    rivals = [*alone, *run_tasks(_simpler(case, asked, alone[:1], alone))]
     level = alone
     for count in range(2, MOST_EFFECTS + 1):
         if above_floor(case, min([calibrated, *rivals], key=_held_out)) < AT_FLOOR:
@@ -92,7 +92,10 @@ def search(case: Case, exclude: Sequence[str] = (), progress: Progress | None = 
         before = min(_both(one) for one in level)
         grown = _lengthen(case, wider, before, told.part(0.5 + 0.2 * count - 0.2))
         shrunk = run_tasks(
-            [*_without_one(case, grown[:1], rivals), *_simpler(case, grown[:1], [*grown, *rivals])]
+            [
+                *_without_one(case, grown[:1], rivals),
+                *_simpler(case, asked, grown[:1], [*grown, *rivals]),
+            ]
         )
         rivals += [*grown, *shrunk]
         less = min((one for one in rivals if len(one.effects) < count), key=_held_out)
@@ -169,7 +172,9 @@ def _without_one(case: Case, best: Sequence[Rival], there: Sequence[Rival]) -> l
     return tasks
 
 
-def _simpler(case: Case, best: Sequence[Rival], there: Sequence[Rival]) -> list[partial[Rival]]:
+def _simpler(
+    case: Case, asked: Sequence[str], best: Sequence[Rival], there: Sequence[Rival]
+) -> list[partial[Rival]]:
     """A set with the simpler law in place of one that holds it, where that was not fitted yet."""
     known = {frozenset(one.effects) for one in there}
     tasks = []
@@ -177,7 +182,9 @@ def _simpler(case: Case, best: Sequence[Rival], there: Sequence[Rival]) -> list[
         for effect in rival.effects:
             simpler = SIMPLER.get(effect)
             others = tuple(one for one in rival.effects if one != effect)
-            if simpler is None or simpler in others or frozenset((*others, simpler)) in known:
+            if simpler is None or simpler not in asked or simpler in others:
+                continue
+            if frozenset((*others, simpler)) in known:
                 continue
             start = {"force_n": shrunk_force(effect, rival.values)}
             sizes = [x for _, x in effect_parameters(simpler, start, case.rig.plant)]
