@@ -219,6 +219,11 @@ def test_the_truth_in_any_order_is_right(truth: set[str], random: object) -> Non
     assert is_exactly(order, sorted(truth))
 
 
+def test_a_spring_that_stands_for_a_force_covers_no_other_name() -> None:
+    truth = {"coulomb_friction", "load_spring", "load_force"}
+    assert not is_exactly({"entrained_air", "coulomb_friction", "load_spring"}, truth)
+
+
 @given(st.sets(IDS, min_size=1, max_size=3), st.sets(IDS, min_size=1, max_size=3))
 def test_what_is_exact_has_no_wrong_name_in_it(named: set[str], truth: set[str]) -> None:
     exact = is_exactly(named, truth)

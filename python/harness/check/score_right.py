@@ -112,8 +112,10 @@ def is_true(named: str, effects: Collection[str]) -> bool:
 
 def is_exactly(named: Collection[str], effects: Collection[str]) -> bool:
     """The names stand for the true effects, all of them and nothing else."""
-    return len(named) == len(effects) and all(
-        any(_stands_for(name, one) for name in named) for one in effects
+    return (
+        len(named) == len(effects)
+        and all(any(_stands_for(name, one) for name in named) for one in effects)
+        and all(is_true(name, effects) for name in named)
     )
 
 
