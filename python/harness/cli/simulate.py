@@ -4,8 +4,6 @@
 from __future__ import annotations
 
 import json
-import math
-from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,23 +14,21 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from ehsid.harness.cli.asked_signal import AskedSignal, as_command, as_reference
 from ehsid.harness.cli.common import clear_errors, write_figure
 from ehsid.harness.cli.progress import progress_of
-from ehsid.harness.cli.signals import SignalName, make_signal
-from ehsid.harness.excitation import fit_to_travel
+from ehsid.harness.cli.signals import SignalName
 from ehsid.harness.records import Layout, read_record, write_record
 from ehsid.harness.report import record_figure
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.simulation import (
-    ClosedLoopRun,
+    PositionController,
     SimulationRun,
-    command_limit,
     draw_noise,
     parse_settings,
     simulate,
     simulate_closed_loop,
     suggested_controller,
-    velocity_gain,
     with_integral,
 )
 
@@ -45,38 +41,6 @@ class LoopName(StrEnum):
     pi = "pi"
 
 
-@dataclass(frozen=True)
-class AskedSignal:
-    """A test signal as it was asked for."""
-
-    signal: SignalName
-    duration: float
-    dt: float
-    amplitude: float | None
-    seed: int
-    loop: LoopName
-    bandwidth: float | None
-
-    @property
-    def samples(self) -> int:
-        """How many there will be."""
-        if not (self.dt > 0.0 and 2.0 * self.dt <= self.duration < math.inf):
-            raise ValueError(
-                f"--duration {self.duration:g}, --dt {self.dt:g}: expected 0 < 2 dt <= duration"
-            )
-        return round(self.duration / self.dt)
-
-    def make(self, *, default: float, top_hz: float) -> npt.NDArray[np.float64]:
-        """The signal, shape (samples,), with `default` as its peak unless told otherwise."""
-        peak = default if self.amplitude is None else self.amplitude
-        if not 0.0 < peak < math.inf:
-            raise ValueError(f"--amplitude {peak:g}: expected a finite number > 0")
-        top_hz = min(top_hz, 0.2 / self.dt)
-        return make_signal(
-            self.signal, self.samples, self.dt, peak=peak, top_hz=top_hz, seed=self.seed
-        )
-
-
 def _logged_command(path: Path, layout: Layout) -> tuple[npt.NDArray[np.float64], float]:
     record = read_record(
         path, columns=["command_v"], required=["time_s", "command_v"], layout=layout
@@ -86,42 +50,9 @@ def _logged_command(path: Path, layout: Layout) -> tuple[npt.NDArray[np.float64]
     return record.column("command_v"), record.dt_s
 
 
-def _middle(rig: Rig, position0: float | None) -> float:
-    return 0.5 * rig.values.get("cylinder.stroke_m", 0.0) if position0 is None else position0
-
-
-def _open_loop(rig: Rig, asked: AskedSignal, position0: float | None) -> npt.NDArray[np.float64]:
-    """The test signal as a command within the limits of the machine, V."""
-    limit = command_limit(rig)
-    command = asked.make(default=0.1 * limit if math.isfinite(limit) else 1.0, top_hz=20.0)
-    stroke = rig.values.get("cylinder.stroke_m")
-    if stroke is not None and np.abs(command).max() <= limit:
-        command = fit_to_travel(
-            command,
-            asked.dt,
-            gain_m_s_v=velocity_gain(rig),
-            start_m=_middle(rig, position0),
-            stroke_m=stroke,
-        )
-    peak = float(np.abs(command).max())
-    if peak > limit:
-        raise ValueError(f"--amplitude {peak:g}: expected at most the rated command, {limit:g} V")
-    return command
-
-
-def _closed_loop(
-    rig: Rig, asked: AskedSignal, position0: float | None, **more: Any
-) -> ClosedLoopRun:
-    """The test signal as a reference around the start, m."""
-    controller = suggested_controller(rig, asked.bandwidth)
-    if asked.loop is LoopName.pi:
-        controller = with_integral(controller)
-    bandwidth_hz = controller.gain_v_m * velocity_gain(rig) / (2.0 * math.pi)
-    default = 0.03 * rig.values.get("cylinder.stroke_m", 0.3)
-    signal = asked.make(default=default, top_hz=max(2.0, 2.0 * bandwidth_hz))
-    return simulate_closed_loop(
-        rig, _middle(rig, position0) + signal, controller, dt_s=asked.dt, **more
-    )
+def _controller(rig: Rig, loop: LoopName, bandwidth: float | None) -> PositionController:
+    controller = suggested_controller(rig, bandwidth)
+    return with_integral(controller) if loop is LoopName.pi else controller
 
 
 def _table(run: SimulationRun) -> Table:
@@ -193,7 +124,7 @@ def simulate_command(
             samples = volts.size
         else:
             assert excitation is not None
-            asked = AskedSignal(excitation, duration, dt, amplitude, seed, loop, bandwidth)
+            asked = AskedSignal(excitation, duration, dt, amplitude, seed)
             samples = asked.samples
         with progress_of(f"simulating {rig.name}") as progress:
             more: dict[str, Any] = {"values": values, "progress": progress}
@@ -205,11 +136,13 @@ def simulate_command(
                 # Another stream than that of the signal.
                 more["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
             if asked is not None and loop is not LoopName.open:
-                closed = _closed_loop(rig, asked, position0, **more)
+                controller = _controller(rig, loop, bandwidth)
+                reference = as_reference(rig, asked, controller, position0)
+                closed = simulate_closed_loop(rig, reference, controller, dt_s=dt, **more)
                 run, limited = closed.run, float(np.mean(closed.limited))
             else:
                 if asked is not None:
-                    volts = _open_loop(rig, asked, position0)
+                    volts = as_command(rig, asked, position0)
                     more["keep_inside"] = True
                 assert volts is not None
                 run = simulate(rig, volts, dt_s=dt, position0_m=position0, **more)

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: MIT
+"""A test signal as it was asked for: as a command, or as the reference of a closed loop."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.cli.signals import SignalName, make_signal
+from ehsid.harness.excitation import fit_to_travel
+from ehsid.harness.rigs import Rig
+from ehsid.harness.simulation import PositionController, command_limit, velocity_gain
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AskedSignal:
+    """A test signal by its options."""
+
+    signal: SignalName
+    duration: float
+    dt: float
+    amplitude: float | None
+    seed: int
+
+    @property
+    def samples(self) -> int:
+        """How many there will be."""
+        if not (self.dt > 0.0 and 2.0 * self.dt <= self.duration < math.inf):
+            raise ValueError(
+                f"--duration {self.duration:g}, --dt {self.dt:g}: expected 0 < 2 dt <= duration"
+            )
+        return round(self.duration / self.dt)
+
+    def make(self, *, default: float, top_hz: float) -> FloatArray:
+        """The signal, shape (samples,), with `default` as its peak unless told otherwise."""
+        peak = default if self.amplitude is None else self.amplitude
+        if not 0.0 < peak < math.inf:
+            raise ValueError(f"--amplitude {peak:g}: expected a finite number > 0")
+        top_hz = min(top_hz, 0.2 / self.dt)
+        return make_signal(
+            self.signal, self.samples, self.dt, peak=peak, top_hz=top_hz, seed=self.seed
+        )
+
+
+def start_position(rig: Rig, position0: float | None) -> float:
+    """Where a run starts, m: mid-stroke unless told otherwise."""
+    return 0.5 * rig.values.get("cylinder.stroke_m", 0.0) if position0 is None else position0
+
+
+def as_command(rig: Rig, asked: AskedSignal, position0: float | None = None) -> FloatArray:
+    """The test signal as a command within the limits of the machine, V."""
+    limit = command_limit(rig)
+    command = asked.make(default=0.1 * limit if math.isfinite(limit) else 1.0, top_hz=20.0)
+    stroke = rig.values.get("cylinder.stroke_m")
+    if stroke is not None and np.abs(command).max() <= limit:
+        command = fit_to_travel(
+            command,
+            asked.dt,
+            gain_m_s_v=velocity_gain(rig),
+            start_m=start_position(rig, position0),
+            stroke_m=stroke,
+        )
+    peak = float(np.abs(command).max())
+    if peak > limit:
+        raise ValueError(f"--amplitude {peak:g}: expected at most the rated command, {limit:g} V")
+    return command
+
+
+def as_reference(
+    rig: Rig, asked: AskedSignal, controller: PositionController, position0: float | None = None
+) -> FloatArray:
+    """The test signal as a reference around the start, m, up to twice the loop's bandwidth."""
+    bandwidth_hz = controller.gain_v_m * velocity_gain(rig) / (2.0 * math.pi)
+    default = 0.03 * rig.values.get("cylinder.stroke_m", 0.3)
+    signal = asked.make(default=default, top_hz=max(2.0, 2.0 * bandwidth_hz))
+    return start_position(rig, position0) + signal
