@@ -11,10 +11,13 @@ namespace port {
 /// Ticks of milliseconds() a second.
 constexpr std::uint32_t kTicksPerSecond = 1000;
 
+/// Name of the board, up to 12 characters of ASCII.
+const char* board_name();
+
 /// Serial line and loop timer on. Once, before anything else here; the floating-point unit is on already.
 void start();
 
-/// The next byte received, if there is one. Never waits.
+/// The next byte received, if there is one. Never waits. Bytes that come meanwhile are kept, at least 256 of them.
 bool read(std::uint8_t& byte);
 
 /// Sends `count` bytes; waits while the line is busy.
@@ -26,7 +29,7 @@ std::uint32_t milliseconds();
 /// Processor clock since start(). Wraps at 2^32. Right with interrupts masked too, for up to one tick.
 std::uint32_t cycles();
 
-/// Sleeps until the next interrupt, at the latest until the next tick.
+/// Sleeps until a byte is received, at the latest until the next tick. Returns at once while one can be read.
 void wait_for_interrupt();
 
 /// Ends the program: 0 for success. An emulator exits with `code`; a board stays where it is.

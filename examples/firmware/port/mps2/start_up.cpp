@@ -17,6 +17,7 @@ extern std::uint32_t port_bss_end;
 int port_application() __asm__("main");
 
 void port_tick();
+void port_received();
 
 [[noreturn]] void port_reset() {
   // CPACR: full access to coprocessors 10 and 11. Before any function that may use a float register.
@@ -44,10 +45,10 @@ namespace {
 
 using Handler = void (*)();
 
-/// ARMv7-M B1.5.3. Interrupts of the board are not used, so the table ends with SysTick.
+/// ARMv7-M B1.5.3. The table ends with the one interrupt of the board that is used.
 struct VectorTable {
   const void* stack;
-  Handler handlers[15];
+  Handler handlers[16];
 };
 
 [[gnu::section(".vectors"), gnu::used]] const VectorTable kVectors = {
@@ -66,8 +67,9 @@ struct VectorTable {
         port_fault,  // 11 SVCall
         port_fault,  // 12 DebugMonitor
         nullptr,
-        port_fault,  // 14 PendSV
-        port_tick,   // 15 SysTick
+        port_fault,     // 14 PendSV
+        port_tick,      // 15 SysTick
+        port_received,  // 16 interrupt 0 of the board: UART0
     }};
 
 }  // namespace

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+// The order of everything here is that of the table in docs/hil_protocol.md.
+#include "configuration.hpp"
+
+#include "kernels.hpp"
+
+namespace servo {
+
+namespace {
+
+struct Head {
+  std::uint8_t policy, na, nb, nk, flags;
+
+  bool has(std::uint8_t flag) const { return (flags & flag) != 0; }
+  std::uint32_t parameters() const { return std::uint32_t{na} + nb + (has(kOffset) ? 1U : 0U); }
+};
+
+Head read_head(Reader& in) {
+  Head head{};
+  for (std::uint8_t* byte : {&head.policy, &head.na, &head.nb, &head.nk, &head.flags}) {
+    *byte = in.u8();
+  }
+  return head;
+}
+
+std::size_t upper(std::size_t n) { return n * (n - 1) / 2; }
+
+void read_forgetting(Reader& in, ehsid_forgetting& f) {
+  for (float* value : {&f.lambda, &f.lambda0, &f.lambda_initial, &f.memory, &f.lambda_min,
+                       &f.noise_variance, &f.eta, &f.critical_ratio, &f.epsilon}) {
+    *value = in.f32();
+  }
+  const float drift = in.f32();
+  for (float& value : f.drift) {
+    value = drift;
+  }
+}
+
+void read_estimator(Reader& in, const Head& head, ehsid_configuration& c) {
+  c.na = head.na;
+  c.nb = head.nb;
+  c.nk = head.nk;
+  c.offset = head.has(kOffset);
+  c.reset_enabled = head.has(kReset);
+  for (float* value :
+       {&c.command_scale, &c.position_scale, &c.command_offset, &c.position_offset}) {
+    *value = in.f32();
+  }
+  read_forgetting(in, c.forgetting);
+  for (float* value : {&c.information_margin, &c.covariance_ceiling, &c.reset_short_window,
+                       &c.reset_long_window, &c.reset_trigger_ratio, &c.reset_release_ratio}) {
+    *value = in.f32();
+  }
+  c.reset_cool_down = in.i32();
+  c.reset_floor = in.f32();
+  c.convergence_tolerance = in.f32();
+  c.convergence_magnitude = in.f32();
+  c.convergence_hold = in.i32();
+  c.variance0 = in.f32();
+  c.input_limit = in.f32();
+  c.seed = nullptr;  // set where the seed stays, in ControlLoop::configure
+}
+
+void read_controller(Reader& in, const Head& head, ControllerSettings& s) {
+  for (float* value :
+       {&s.sample_time_s, &s.fixed_gain_v_m, &s.feed_forward_v_s_m, &s.command_limit_v,
+        &s.bandwidth_rad_s, &s.gain_min_v_m, &s.gain_max_v_m, &s.gain_step}) {
+    *value = in.f32();
+  }
+  s.position_control = head.has(kPositionControl);
+  s.follow_estimate = head.has(kFollowEstimate);
+}
+
+void read_seed(Reader& in, std::size_t n, ehsid_estimate& seed) {
+  for (std::size_t i = 0; i < n; ++i) {
+    seed.theta[i] = in.f32();
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    seed.d[i] = in.f32();
+  }
+  for (std::size_t i = 0; i < upper(n); ++i) {
+    seed.u[i] = in.f32();
+  }
+  seed.noise_variance = in.f32();
+}
+
+}  // namespace
+
+bool configure_length_right(Bytes body) {
+  Reader in(body);
+  const Head head = read_head(in);
+  const std::size_t n = head.parameters();
+  const bool seeded = head.has(kSeed) && n > 0;
+  return in.good() && body.count == kConfigureBytes + (seeded ? 4 * (2 * n + upper(n) + 1) : 0);
+}
+
+Reason read_configuration(Bytes body, Configuration& configuration) {
+  Reader in(body);
+  const Head head = read_head(in);
+  if ((head.flags & ~kKnownFlags) != 0) {
+    return Reason::configuration;
+  }
+  configuration.estimator.kernel = find_kernel(head.policy, head.parameters());
+  if (configuration.estimator.kernel == nullptr) {
+    return Reason::not_in_firmware;  // before the seed, whose arrays have room for what it holds
+  }
+  read_estimator(in, head, configuration.estimator);
+  read_controller(in, head, configuration.controller);
+  configuration.watchdog_ms = in.u32();
+  configuration.has_seed = head.has(kSeed);
+  if (configuration.has_seed) {
+    read_seed(in, head.parameters(), configuration.seed);
+  }
+  const bool in_range = configuration.watchdog_ms >= 1 &&
+                        configuration.watchdog_ms <= kMaxWatchdogMs &&
+                        configuration.controller.valid();
+  return in_range ? Reason::none : Reason::configuration;
+}
+
+}  // namespace servo
