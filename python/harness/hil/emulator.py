@@ -90,7 +90,7 @@ class Emulator:
     def _start(self, image: Path, machine: str, listening: int) -> subprocess.Popen[bytes]:
         # Where this process is killed and cannot end QEMU, the kernel does.
         with_us = ["setpriv", "--pdeathsig", "KILL"] if shutil.which("setpriv") else []
-        line = f"socket,id=line,server=on,wait=on,fd={listening}"
+        line = f"socket,id=line,server=on,wait=on,nodelay=on,fd={listening}"
         return subprocess.Popen(
             [
                 *with_us,

@@ -238,13 +238,16 @@ class Session:
                 return None
             try:
                 packet = decode(frame)
+                if packet.sequence not in (UNASKED, self._sequence):
+                    self.counters.late += 1
+                    continue
                 answer = parse_answer(packet)
             except BadFrame:
                 self.counters.bad_frames += 1
                 continue
             if packet.sequence == UNASKED:
                 self._unasked(answer, asked)
-            elif packet.sequence == self._sequence and isinstance(answer, (wanted, Refused)):
+            elif isinstance(answer, (wanted, Refused)):
                 return answer
             else:
                 self.counters.late += 1

@@ -6,6 +6,7 @@ from __future__ import annotations
 import errno
 import io
 import select
+import socket
 import time
 from types import TracebackType
 from typing import Self
@@ -36,6 +37,10 @@ class Line:
         self._port = port
         self._frame = bytearray()  # begun, its end is not there yet
         self._received = bytearray()
+        self._socket: socket.socket | None = getattr(port, "_socket", None)
+        if self._socket is not None:
+            # Else a frame that follows one without an answer waits for up to 40 ms.
+            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         # pyserial reads from sockets byte by byte unless told to take what there is, which wants
         # the waiting done here. Not every port has something to wait for.
         try:
@@ -93,10 +98,9 @@ class Line:
     def close(self) -> None:
         """Closes the port; more than once is allowed."""
         # pyserial forgets the socket unclosed where the other end went first.
-        left_open = getattr(self._port, "_socket", None)
         self._port.close()
-        if left_open is not None:
-            left_open.close()
+        if self._socket is not None:
+            self._socket.close()
 
     def __enter__(self) -> Self:
         return self
