@@ -17,7 +17,7 @@ NEVER_MS = 60_000
 
 
 def configuration(watchdog_ms: int = NEVER_MS) -> Configuration:
-    estimator = EstimatorConfiguration(ArxOrders(2, 2), forgetting=ehsid.FRatio())
+    estimator = EstimatorConfiguration(ArxOrders(3, 3), forgetting=ehsid.FRatio())
     return Configuration(estimator, CONTROLLER, watchdog_ms)
 
 
