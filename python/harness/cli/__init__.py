@@ -15,6 +15,7 @@ from ehsid.harness.cli.export import export_command
 from ehsid.harness.cli.gap import ManyValues, gap_command
 from ehsid.harness.cli.gap_check import gap_check_command
 from ehsid.harness.cli.gap_fleet import gap_fleet_command
+from ehsid.harness.cli.hil import hil_command
 from ehsid.harness.cli.identify import identify_command
 from ehsid.harness.cli.inject import inject_command
 from ehsid.harness.cli.simulate import simulate_command
@@ -51,6 +52,7 @@ app.command("gap-check")(gap_check_command)
 app.command("gap-fleet", cls=ManyValues)(gap_fleet_command)
 app.command("experiment")(experiment_command)
 app.command("export")(export_command)
+app.command("hil")(hil_command)
 app.command("simulate")(simulate_command)
 app.command("effects")(effects_command)
 

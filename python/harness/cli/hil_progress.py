@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: MIT
+"""A run on the line, live: a bar on a terminal, plain lines in a log."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeRemainingColumn,
+)
+
+import ehsid
+from ehsid.harness.hil.messages import Result
+from ehsid.harness.hil.session import Counters
+
+LINE_EVERY_S = 10.0
+BAR_EVERY_S = 0.1
+
+
+def state_text(rate: float, result: Result, counters: Counters) -> str:
+    """Rate, fit, lambda, status, and what went wrong on the line so far."""
+    text = (
+        f"{rate:.0f}/s, fit {result.fit_percent:.1f} %, lambda {result.forgetting_factor:.4f}, "
+        f"{ehsid.Status(result.status).name}"
+    )
+    troubles = {
+        "sent again": counters.asked_again,
+        "damaged": counters.bad_frames,
+        "late": counters.late,
+        "watchdog": counters.resumed,
+    }
+    return text + "".join(f", {name} {count}" for name, count in troubles.items() if count)
+
+
+@contextmanager
+def live(
+    console: Console,
+) -> Iterator[Callable[[str, int], Callable[[int, Result, Counters], None]]]:
+    """Gives a function that opens a stage of so many samples; that one is told each sample."""
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[state]}"),
+        TimeRemainingColumn(compact=True),
+        console=console,
+        transient=True,
+    )
+
+    def stage(name: str, samples: int) -> Callable[[int, Result, Counters], None]:
+        began = time.monotonic()
+        last = began
+        task = bar.add_task(name, total=samples, state="") if console.is_terminal else None
+
+        def update(done: int, result: Result, counters: Counters) -> None:
+            nonlocal last
+            now = time.monotonic()
+            if now - last < (LINE_EVERY_S if task is None else BAR_EVERY_S) and done < samples:
+                return
+            last = now
+            rate = done / max(now - began, 1e-9)
+            state = state_text(rate, result, counters)
+            if task is not None:
+                bar.update(task, completed=done, state=state)
+            else:
+                left = (samples - done) / rate
+                console.print(
+                    f"{name}: {done} of {samples}, {left:.0f} s left, {state}",
+                    highlight=False,
+                    soft_wrap=True,
+                )
+
+        return update
+
+    if console.is_terminal:
+        with bar:
+            yield stage
+    else:
+        yield stage

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""Pictures of a run with the hardware in the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ehsid.harness.hil.comparison import Agreement
+from ehsid.harness.hil.run import RunResult
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def _time(run: RunResult) -> FloatArray:
+    return np.arange(len(run.results), dtype=np.float64) * run.plan.dt_s
+
+
+def _limits(curves: npt.NDArray[np.floating[Any]]) -> tuple[float, float]:
+    """Of an axis: the first samples, from a vague start, swing far out of what matters."""
+    settled = curves[len(curves) // 5 :]
+    low, high = float(settled.min()), float(settled.max())
+    margin = 0.15 * (high - low) + 1e-12
+    return low - margin, high + margin
+
+
+def _restarts(axes: Axes, run: RunResult) -> None:
+    for sample in run.restarts:
+        axes.axvline(sample * run.plan.dt_s, color="tab:red", linewidth=1.0, linestyle=":")
+
+
+def estimates_figure(runs: Sequence[tuple[str, RunResult, Agreement]]) -> Figure:
+    """Parameters and forgetting factor over time, a column a run: target in colour, host dashed."""
+    figure = Figure(figsize=(max(8.0, 3.1 * len(runs)), 7.5), layout="constrained")
+    grid = figure.subplots(
+        3, len(runs), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 3, 1.2]
+    )
+    orders = runs[0][1].plan.configuration.estimator.orders
+    groups = (
+        (range(orders.na), 1.0, "a"),
+        (range(orders.na, orders.na + orders.nb), 1e3, "b in mm/V"),
+    )
+    for row, (members, scale, label) in enumerate(groups):
+        where = list(members)
+        limits = [_limits(scale * agreement.replay.theta[:, where]) for *_, agreement in runs]
+        for column, (name, run, agreement) in enumerate(runs):
+            axes, time = grid[row, column], _time(run)
+            for i in where:
+                axes.plot(time, scale * agreement.theta[:, i], linewidth=2.0, label=orders.names[i])
+                axes.plot(time, scale * agreement.replay.theta[:, i], "k--", linewidth=0.6)
+            _restarts(axes, run)
+            axes.grid(True, alpha=0.3)
+            axes.margins(x=0.0)
+            if row == 0:
+                axes.set_title(name, fontsize="medium")
+        grid[row, 0].set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+        grid[row, 0].set_ylabel(label)
+        grid[row, -1].legend(fontsize="small", loc="upper right")
+    for column, (_, run, _) in enumerate(runs):
+        axes = grid[2, column]
+        axes.plot(_time(run), [r.forgetting_factor for r in run.results], color="tab:green")
+        axes.grid(True, alpha=0.3)
+        axes.set_xlabel("time in s")
+    grid[2, 0].set_ylabel("lambda")
+    return figure
+
+
+def control_figure(run: RunResult) -> Figure:
+    """Reference and position, their difference, the command, and the gain that the target used."""
+    figure = Figure(figsize=(9, 8), layout="constrained")
+    path, error, command, gain = figure.subplots(4, 1, sharex=True, height_ratios=[2, 1, 1, 1.5])
+    time, told = _time(run), run.plan.configuration.controller
+    reference = run.plan.reference_m[: time.size]
+    path.plot(time, 1e3 * reference, "k--", linewidth=1.0, label="reference")
+    path.plot(time, 1e3 * run.position_m[: time.size], linewidth=1.2, label="position")
+    path.set_ylabel("mm")
+    path.legend(fontsize="small", ncols=2)
+    error.plot(time, 1e3 * (reference - run.position_m[: time.size]), linewidth=0.8)
+    error.set_ylabel("error in mm")
+    command.plot(time, run.command_v, linewidth=0.8)
+    command.set_ylabel("command in V")
+    used = np.array([result.gain_v_m for result in run.results])
+    retuned = np.array([result.gain_estimated for result in run.results])
+    gain.plot(time, used, linewidth=1.2, label="gain used")
+    gain.axhline(told.fixed_gain_v_m, color="0.4", linestyle="--", linewidth=1.0, label="fixed")
+    gain.axhspan(
+        told.gain_min_v_m, told.gain_max_v_m, color="tab:orange", alpha=0.12, label="bounds"
+    )
+    gain.fill_between(
+        time,
+        0.0,
+        0.06,
+        where=retuned.tolist(),
+        transform=gain.get_xaxis_transform(),
+        color="tab:green",
+        alpha=0.6,
+        linewidth=0.0,
+        label="from the estimate",
+    )
+    gain.set_ylabel("gain in V/m")
+    gain.legend(fontsize="small", ncols=4)
+    gain.set_xlabel("time in s")
+    for axes in (path, error, command, gain):
+        _restarts(axes, run)
+        axes.grid(True, alpha=0.3)
+        axes.margins(x=0.0)
+    return figure

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: MIT
+"""Runs with the hardware in the loop as one page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ehsid.harness.experiment.published import RECURSIVE, SOURCE
+from ehsid.harness.hil.comparison import Agreement, rmse
+from ehsid.harness.hil.messages import Identity
+from ehsid.harness.hil.run import RunResult
+from ehsid.harness.report.hil_figures import control_figure, estimates_figure
+from ehsid.harness.report.page import Page, Picture, Section, Table, Words
+from ehsid.harness.report.recursive_sections import THETA_NAMES
+
+# Share of samples beyond which a servo does not follow any more.
+MUCH_LIMITED = 0.1
+
+Runs = Sequence[tuple[str, RunResult, Agreement]]
+
+
+def _version(identity: Identity) -> str:
+    return ".".join(map(str, identity.firmware))
+
+
+def lead(identity: Identity, runs: Runs) -> list[str]:
+    """The result in sentences."""
+    unequal = [name for name, _, agreement in runs if not agreement.equal]
+    samples = sum(len(run.results) for _, run, _ in runs)
+    seconds = sum(run.seconds for _, run, _ in runs)
+    sentences = [
+        f"The estimator of ehsid {_version(identity)} on {identity.board} was led through "
+        f"{samples} samples in lock step, {samples / max(seconds, 1e-9):.0f} a second."
+    ]
+    if not unequal:
+        sentences.append(
+            "Its estimates are bit for bit those of the host's estimator on the same data: every "
+            "parameter, innovation, forgetting factor, residual variance and status."
+        )
+    for name, _, agreement in runs:
+        if not agreement.equal:
+            sentences.append(f"{name}: {agreement.sentence}.")
+    for name, run, _ in runs:
+        limited = np.mean([result.limited for result in run.results])
+        if limited > MUCH_LIMITED:
+            sentences.append(
+                f"{name}: the command is at its limit for {100.0 * limited:.0f} % of the time: the "
+                "loop swings, or the reference is too fast; a lower --bandwidth may help."
+            )
+        if run.restarts:
+            where = ", ".join(str(sample) for sample in run.restarts)
+            sentences.append(f"{name}: the target was reset before sample {where} and went on.")
+    return sentences
+
+
+def parameter_table(runs: Runs) -> Table:
+    """Parameters and RMSE at the end."""
+    orders = runs[0][1].plan.configuration.estimator.orders
+    rows = []
+    for i, name in enumerate(orders.names):
+        values = [float(agreement.theta[-1, i]) for *_, agreement in runs]
+        deviations = [float(agreement.replay.deviation[-1, i]) for *_, agreement in runs]
+        ours = [f"{v:.5g} ± {d:.2g}" for v, d in zip(values, deviations, strict=True)]
+        rows.append((name, *ours))
+    rows.append(("RMSE", *(f"{1e3 * rmse(run):.4g} mm" for _, run, _ in runs)))
+    return Table(
+        "Parameters at the end ± their standard deviation, and RMSE of the innovation.",
+        ("", *(name for name, *_ in runs)),
+        rows,
+    )
+
+
+def published_table() -> Table:
+    """The paper's, as the paper's."""
+    columns = RECURSIVE.values()
+    rows = [
+        (name, *(f"{column.theta[i]:.4f}" for column in columns))
+        for i, name in enumerate(THETA_NAMES)
+    ]
+    rows.append(("RMSE", *(f"{column.rmse:.4f}" for column in columns)))
+    return Table(
+        "The paper's Table 3, of its own rig, whose data were not published, in units that it does "
+        "not tell: no target.",
+        ("", *RECURSIVE),
+        rows,
+    )
+
+
+def line_table(runs: Runs) -> Table:
+    """What happened on the line."""
+    rows = []
+    for name, run, agreement in runs:
+        last, counters = run.results[-1], run.counters
+        cycles = np.median([result.step_cycles for result in run.results])
+        rows.append(
+            (
+                name,
+                str(len(run.results)),
+                f"{len(run.results) / max(run.seconds, 1e-9):.0f}",
+                str(counters.asked_again),
+                str(counters.late),
+                f"{counters.bad_frames} / {last.bad_frames}",
+                str(counters.resumed),
+                str(len(run.restarts)),
+                f"{cycles:.0f}",
+                "same" if agreement.equal else f"{agreement.different.size} other",
+            )
+        )
+    return Table(
+        "The line: samples, samples a second, requests sent again, answers that came late, frames "
+        "with errors (host / target, the target's since power-up), stops of the watchdog, resets "
+        "of the target, processor cycles of a step (median; an emulator's are no measure of time), "
+        "and whether the estimates are the host's.",
+        (
+            "run",
+            "samples",
+            "1/s",
+            "sent again",
+            "late",
+            "errors",
+            "watchdog",
+            "resets",
+            "cycles",
+            "bits",
+        ),
+        rows,
+    )
+
+
+def hil_page(identity: Identity, runs: Runs, *, published: bool) -> Page:
+    """Everything on one page; published: with the paper's figures beside ours."""
+    blocks: list[Words | Table | Picture] = [
+        Picture(
+            estimates_figure(runs),
+            "Estimates of the target (colour) and of the host on the same data (dashed), and the "
+            "forgetting factor. The axes follow the last four fifths: from a vague start the first "
+            "samples swing far outside.",
+            "Curves of parameters and forgetting factor over time, target and host on each other",
+        ),
+        parameter_table(runs),
+    ]
+    if published:
+        blocks.append(published_table())
+    sections = [Section("Estimates on the target", blocks)]
+    for name, run, _ in runs:
+        if run.plan.configuration.controller.position_control:
+            sections.append(
+                Section(
+                    f"Control: {name}",
+                    [
+                        Picture(
+                            control_figure(run),
+                            "Position control on the target. The gain follows the estimate where "
+                            "the bar below is green; elsewhere it is the fixed one.",
+                            "Reference, position, error, command and gain over time",
+                        )
+                    ],
+                )
+            )
+    sections.append(Section("The line", [line_table(runs), Words(_told(identity, runs))]))
+    return Page(
+        title="Hardware in the loop",
+        lead=lead(identity, runs),
+        sections=sections,
+        sources=[SOURCE] if published else [],
+    )
+
+
+def _told(identity: Identity, runs: Runs) -> str:
+    plan = runs[0][1].plan
+    told = plan.configuration.controller
+    return (
+        f"Target: board {identity.board}, firmware {_version(identity)}. Rig: {plan.rig.name}, "
+        f"sampled every {1e3 * plan.dt_s:g} ms. Controller: fixed gain {told.fixed_gain_v_m:.4g} "
+        f"V/m, bounds {told.gain_min_v_m:.4g} to {told.gain_max_v_m:.4g} V/m, limit "
+        f"{told.command_limit_v:.4g} V. Estimator: {plan.configuration.estimator.orders}."
+    )
