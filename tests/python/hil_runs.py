@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Runs over a relay, and what must be the same however the line was disturbed."""
 
+import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import ehsid
@@ -39,3 +41,11 @@ def run(session: Session, samples: int, watchdog_ms: int = NEVER_MS) -> list[Res
 def estimates(results: list[Result]) -> list[Result]:
     """Without what counts the line's faults and the time."""
     return [replace(r, step_cycles=0, bad_frames=0, repeated=0, trips=0) for r in results]
+
+
+def wait_until(true: Callable[[], bool]) -> None:
+    """For what another thread is about to do; fails where it does not."""
+    deadline = time.monotonic() + 10.0
+    while not true():
+        assert time.monotonic() < deadline
+        time.sleep(0.001)

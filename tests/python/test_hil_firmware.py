@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hil_firmware import EmulatedDevice, HostDevice
 from hil_line import TO_TARGET, Device, Passing, Relay, Seeded, relayed, undisturbed
-from hil_runs import NEVER_MS, PATIENT, TIMEOUT_S, configuration, estimates, run, sample
+from hil_runs import NEVER_MS, PATIENT, TIMEOUT_S, configuration, estimates, run, sample, wait_until
 
 from ehsid.harness.export import Seed
 from ehsid.harness.hil import (
@@ -18,6 +18,7 @@ from ehsid.harness.hil import (
     HilError,
     Line,
     Result,
+    Safe,
     Sample,
     Session,
     TargetReset,
@@ -145,6 +146,32 @@ def test_a_line_that_stands_still_trips_the_watchdog_and_the_run_goes_on(
     assert session.counters.resumed >= 1
     assert results[-1].trips >= 1
     assert estimates(results) == sound
+
+
+def test_a_host_that_falls_silent_leaves_a_closed_valve(bench: tuple[Relay, Line]) -> None:
+    relay, _ = bench
+    session = session_on(bench)
+    session.hello()
+    session.configure(configuration(watchdog_ms=200))
+    session.start(first=1)
+    notices: list[Safe] = []
+
+    def listen(way: str, number: int, frame: bytes) -> Passing:
+        packet = decode(frame)
+        if packet.kind == 0x86:
+            notices.append(Safe.parse(packet.body))
+        return undisturbed(way, number, frame)
+
+    relay.disturb(listen)
+    result = session.exchange(sample(1))
+    notices.clear()  # of a machine so loaded that it was late before
+    assert result.command_v != 0.0
+    wait_until(lambda: len(notices) >= 2)  # said again every second
+    for notice in notices:
+        assert notice.valve_command_v == 0.0
+        assert notice.expected == 2
+    assert session.exchange(sample(2)).trips == notices[-1].trips
+    session.stop()
 
 
 def test_a_reset_in_mid_run(bench: tuple[Relay, Line], sound: list[Result]) -> None:

@@ -4,14 +4,13 @@
 import math
 import os
 import struct
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import hil_line
 import pytest
 from hil_line import FAULTS, TO_HOST, TO_TARGET, Passing, Relay, Seeded, relayed, undisturbed
-from hil_runs import PATIENT, TIMEOUT_S, configuration, estimates, run, sample
+from hil_runs import PATIENT, TIMEOUT_S, configuration, estimates, run, sample, wait_until
 from hil_target import FakeDevice, Target
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -30,14 +29,6 @@ from ehsid.harness.hil import session as session_module
 from ehsid.harness.identification import ArxOrders
 
 SAMPLES = 8
-
-
-def wait_until(true: Callable[[], bool]) -> None:
-    """For what another thread is about to do; fails where it does not."""
-    deadline = time.monotonic() + 10.0
-    while not true():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
 
 
 class Bench:
@@ -400,6 +391,35 @@ def test_settings_that_the_target_refuses(bench: Bench, monkeypatch: pytest.Monk
     monkeypatch.setattr(session_module.Configuration, "body", lambda self: bytes(body))
     with pytest.raises(HilError, match=r"invalid argument in the settings.*\(it is idle\)"):
         session.configure(configuration())
+
+
+def test_a_host_that_comes_new_finds_the_valve_closed(bench: Bench) -> None:
+    one = bench.session()
+    one.hello()
+    one.configure(configuration())
+    one.start()
+    one.exchange(sample(0))  # and is never heard of again
+    assert bench.target.state == 2
+    other = Session(bench.line, timeout_s=TIMEOUT_S, attempts=PATIENT)
+    other.hello()
+    assert bench.target.state == 0
+
+
+def test_the_result_of_another_sample_ends_the_run(bench: Bench) -> None:
+    session = bench.session()
+    session.hello()
+    session.configure(configuration())
+    session.start()
+
+    def renumber(way: str, number: int, frame: bytes) -> Passing:
+        packet = session_module.decode(frame)
+        if packet.kind == 0x84:
+            frame = encode(0x84, packet.sequence, b"\7" + packet.body[1:])[1:-1]
+        return undisturbed(way, number, frame)
+
+    bench.relay.disturb(renumber)
+    with pytest.raises(HilError, match="sample 0 was answered with the result of 7"):
+        session.exchange(sample(0))
 
 
 def test_a_line_that_is_cut(bench: Bench) -> None:

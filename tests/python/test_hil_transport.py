@@ -4,6 +4,7 @@
 import errno
 import os
 import pty
+import select
 import socket
 import threading
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ from contextlib import contextmanager
 
 import pytest
 import serial
+import serial.rfc2217
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -165,6 +167,34 @@ def test_loop() -> None:
         assert line.receive(5.0) == FRAME[1:-1]
         assert line.receive(5.0) == FRAME[1:-1]
         assert line.receive(0.02) is None
+
+
+def serve_rfc2217(listening: socket.socket) -> None:
+    """A server of serial ports for one client; its port sends back what it gets."""
+    end, _ = listening.accept()
+    port = serial.serial_for_url("loop://", timeout=0)
+    with end, end.makefile("wb", buffering=0) as out, port:
+        manager = serial.rfc2217.PortManager(port, out)
+        while True:
+            ready, _, _ = select.select([end], [], [], 0.001)
+            data = end.recv(4096) if ready else b""
+            if ready and not data:
+                return
+            port.write(b"".join(manager.filter(data)))
+            end.sendall(b"".join(manager.escape(port.read(port.in_waiting))))
+
+
+@pytest.mark.filterwarnings("ignore:set(Daemon|Name):DeprecationWarning")  # pyserial 3.5
+def test_a_server_of_serial_ports() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        server = threading.Thread(target=serve_rfc2217, args=(listening,))
+        server.start()
+        with open_line(f"rfc2217://127.0.0.1:{listening.getsockname()[1]}") as line:
+            every = encode(4, 255, bytes(range(256)))  # 255 has a meaning of its own there
+            for _ in range(3):
+                line.send(every)
+                assert line.receive(10.0) == every[1:-1]
+        server.join()
 
 
 # Ports that cannot be opened

@@ -156,9 +156,11 @@ def open_line(port: str, baud: int = BAUD) -> Line:
     HilError
         there is no such port, it is in use, or may not be opened; says how to mend it.
     """
+    # pyserial knows no time limit for writing there.
+    write_timeout_s = None if port.lower().startswith("rfc2217:") else WRITE_TIMEOUT_S
     try:
         opened = serial.serial_for_url(
-            port, baud, timeout=0.0, write_timeout=WRITE_TIMEOUT_S, exclusive=True
+            port, baud, timeout=0.0, write_timeout=write_timeout_s, exclusive=True
         )
     except (serial.SerialException, OSError, ValueError) as error:
         raise HilError(f"{port}: {_why(port, error)}") from error
