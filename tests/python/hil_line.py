@@ -153,7 +153,7 @@ class Relay:
             end.close()
 
     def _serve(self) -> None:
-        """Waits for hosts; frames of a device that nobody listens to are lost."""
+        """Waits for hosts; frames of a device that nobody listens to pass the hook and are lost."""
         while True:
             ready, _, _ = select.select([self._ended, self._listening, self.device], [], [])
             if self._ended in ready and not self._ended.recv(1):
@@ -165,7 +165,10 @@ class Relay:
                     if not self._serve_host(host):
                         return
             elif self.device in ready:
-                self.device.read()
+                back = self._directions[1]
+                with self._lock:
+                    back.take(self.device.read(), self._hook)
+                back.due()
 
     def _serve_host(self, host: socket.socket) -> bool:
         """Until the host goes; False where the relay is to end."""

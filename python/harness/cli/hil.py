@@ -48,6 +48,8 @@ from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.simulation import draw_noise, parse_settings, suggested_controller
 from ehsid.harness.simulation.outputs import OUTPUTS_OF
 
+REPORTS = ("hil.html", "hil.json")
+
 
 class HilLoop(StrEnum):
     """What runs."""
@@ -71,7 +73,7 @@ class Asked:
     watchdog_ms: int
 
     def plans(self, rig: Rig, actual: Rig) -> dict[str, Plan]:
-        """By folder below --out; "" is --out itself. What is told is of `rig`, what runs `actual`."""
+        """By folder below --out, "" for itself; settings come from `rig`, `actual` is what runs."""
         if actual.plant != rig.plant:
             raise ValueError(
                 f'--actual: a plant "{actual.plant}", the rig is "{rig.plant}": expected the same'
@@ -134,7 +136,7 @@ def _run_all(
 
 def _write(out: Path, identity: Identity, runs: Runs, provenance: Mapping[str, Any]) -> str:
     """hil.html and hil.json, each under a temporary name first; the text of the latter."""
-    write_page(out / "hil.html", hil_page(identity, runs, published=len(runs) > 1))
+    write_page(out / REPORTS[0], hil_page(identity, runs, published=len(runs) > 1))
     findings = {
         "schema_version": 1,
         "target": plain_identity(identity),
@@ -143,9 +145,9 @@ def _write(out: Path, identity: Identity, runs: Runs, provenance: Mapping[str, A
         "provenance": dict(provenance),
     }
     text = json.dumps(to_plain(findings), indent=2, allow_nan=False) + "\n"
-    unfinished = out / ".hil.json.part"
+    unfinished = out / f".{REPORTS[1]}.part"
     unfinished.write_text(text, encoding="utf-8")
-    unfinished.replace(out / "hil.json")
+    unfinished.replace(out / REPORTS[1])
     return text
 
 
@@ -160,7 +162,7 @@ def _show(identity: Identity, runs: Runs, out: Path) -> None:
     for row in rows:
         table.add_row(*row.values())
     console.print(table)
-    console.print(f"report: {out / 'hil.html'}", soft_wrap=True)
+    console.print(f"report: {out / REPORTS[0]}", soft_wrap=True)
 
 
 def hil_command(
@@ -250,6 +252,8 @@ def hil_command(
     with clear_errors():
         if not dt > 0.0:
             raise ValueError(f"--dt {dt:g}: expected > 0")
+        if out.exists() and not out.is_dir():
+            raise ValueError(f"--out {out}: this is a file; give the name of a folder")
         rig = published_rig() if rig_file is None else read_rig(rig_file)
         asked = Asked(
             loop,
@@ -267,6 +271,8 @@ def hil_command(
             with _port(port, qemu, machine) as address, open_line(address, baud) as line:
                 session = Session(line, on_event=lambda text: console.print(text, highlight=False))
                 identity = session.hello()
+                for name in REPORTS:  # of an earlier run: they would not be those of these records
+                    (out / name).unlink(missing_ok=True)
                 runs = _run_all(plans, session, out, console, real_time)
         except KeyboardInterrupt:
             typer.echo(f"ehsid: interrupted; {out} holds the samples so far", err=True)

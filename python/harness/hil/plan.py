@@ -106,7 +106,9 @@ def _scaled_by(
         command_offset=setting.command_offset,
         position_offset=setting.position_offset,
     )
-    return EstimatorConfiguration(orders, scaling=scaling, forgetting=forgetting)
+    made = EstimatorConfiguration(orders, scaling=scaling, forgetting=forgetting)
+    made.estimator()  # refuses what is out of its range before anything is sent
+    return made
 
 
 def _limit(limit_v: float) -> float:

@@ -70,8 +70,6 @@ class Recording:
     """
 
     def __init__(self, folder: Path, outputs: Sequence[str], orders: ArxOrders) -> None:
-        if folder.exists() and not folder.is_dir():
-            raise ValueError(f"--out {folder}: this is a file; give the name of a folder")
         folder.mkdir(parents=True, exist_ok=True)
         self._outputs = tuple(outputs)
         self._record = Table(folder / RECORD, ("time_s", "command_v", *self._outputs))

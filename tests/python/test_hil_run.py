@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: MIT
+"""Whole runs with the firmware of this host: what is recorded, and whose estimates they are."""
+
+import csv
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import hil_firmware
+import numpy as np
+import pytest
+from hil_firmware import HostDevice
+from hil_line import TO_TARGET, Passing, Relay, Seeded, relayed, undisturbed
+from hil_runs import PATIENT, TIMEOUT_S
+
+from ehsid.harness.experiment.published import published_rig
+from ehsid.harness.experiment.rig_records import rig_record
+from ehsid.harness.hil import HilError, Line, Session, decode, open_line
+from ehsid.harness.hil.comparison import compare, rmse
+from ehsid.harness.hil.plan import Plan, experiment_plans, position_plan
+from ehsid.harness.hil.recording import ESTIMATES, RECORD, Recording
+from ehsid.harness.hil.run import MOST_RESTARTS, RunResult, run_plan
+from ehsid.harness.records import read_record
+from ehsid.harness.simulation import draw_noise, simulate_closed_loop, suggested_controller
+from ehsid.harness.simulation.outputs import OUTPUTS_OF
+
+SAMPLES = 120
+RIG = published_rig()
+NEVER_MS = 60_000
+
+
+@pytest.fixture(scope="module")
+def bench() -> Iterator[tuple[Relay, Line]]:
+    if not hil_firmware.ON_HOST.exists():
+        pytest.skip(
+            "no firmware for this host; build it: cmake --preset dev && cmake --build --preset dev"
+        )
+    with relayed(HostDevice()) as relay, open_line(relay.port) as line:
+        yield relay, line
+
+
+@pytest.fixture(scope="module")
+def plan() -> Plan:
+    """The first seconds of the published experiment, with the varying forgetting factor."""
+    plans = experiment_plans(RIG, suggested_controller(RIG, 0.5), seed=3, watchdog_ms=NEVER_MS)
+    return shortened(next(iter(plans.values())))
+
+
+def shortened(plan: Plan, samples: int = SAMPLES) -> Plan:
+    return replace(
+        plan,
+        direct_v=plan.direct_v[:samples],
+        reference_m=plan.reference_m[:samples],
+        noise=plan.noise[:samples],
+    )
+
+
+def run(bench: tuple[Relay, Line], plan: Plan, folder: Path) -> RunResult:
+    session = Session(bench[1], timeout_s=TIMEOUT_S, attempts=PATIENT)
+    orders = plan.configuration.estimator.orders
+    with Recording(folder, OUTPUTS_OF[plan.rig.plant], orders) as recording:
+        return run_plan(plan, session, recording)
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_plans_of_the_experiment_are_its_records() -> None:
+    plans = experiment_plans(RIG, suggested_controller(RIG), seed=3)
+    record = rig_record(RIG, 3).record
+    for plan in plans.values():
+        np.testing.assert_array_equal(plan.direct_v, record.column("command_v"))
+    assert len({repr(plan.configuration.estimator.forgetting) for plan in plans.values()}) == 4
+
+
+def test_a_run_is_recorded_as_the_target_had_it(
+    bench: tuple[Relay, Line], plan: Plan, tmp_path: Path
+) -> None:
+    bench[0].disturb(undisturbed)
+    result = run(bench, plan, tmp_path)
+    record = read_record(tmp_path / RECORD)
+    np.testing.assert_array_equal(record.column("command_v"), result.command_v)
+    np.testing.assert_array_equal(record.column("position_m"), result.position_m)
+    np.testing.assert_array_equal(result.command_v, np.float32(plan.direct_v))
+    # The simulated run on the command in double: the rounding of a float32 command, 6e-8 of it,
+    # is an offset in speed of that share; over the run the rod moves less than its stroke. The
+    # position itself is rounded to float32.
+    before = rig_record(RIG, 3).record.column("position_m")[:SAMPLES]
+    stroke = RIG.values["cylinder.stroke_m"]
+    np.testing.assert_allclose(result.position_m, before, atol=4 * 6e-8 * stroke, rtol=0)
+    estimates = rows(tmp_path / ESTIMATES)
+    assert len(estimates) == SAMPLES
+    for row, answer in zip(estimates, result.results, strict=True):
+        assert float(row["a1"]) == answer.theta[0]
+        assert float(row["innovation_m"]) == answer.innovation_m
+        assert int(row["status"]) == answer.status
+
+
+def test_estimates_are_the_hosts(bench: tuple[Relay, Line], plan: Plan, tmp_path: Path) -> None:
+    bench[0].disturb(undisturbed)
+    result = run(bench, plan, tmp_path)
+    agreement = compare(result)
+    assert agreement.equal
+    assert "bit for bit" in agreement.sentence
+    errors = [r.innovation_m for r in result.results if r.status in (0, 2, 4)]
+    assert rmse(result) == pytest.approx(np.sqrt(np.mean(np.square(errors))))
+
+
+@pytest.mark.parametrize("what", ["theta", "innovation_m", "status"])
+def test_one_bit_is_seen(bench: tuple[Relay, Line], plan: Plan, tmp_path: Path, what: str) -> None:
+    bench[0].disturb(undisturbed)
+    result = run(bench, shortened(plan, 40), tmp_path)
+    answers, at = list(result.results), 25
+    match what:
+        case "theta":
+            last = float(np.nextafter(np.float32(answers[at].theta[6]), np.float32(1.0)))
+            changed = replace(answers[at], theta=(*answers[at].theta[:6], last))
+        case "innovation_m":
+            changed = replace(answers[at], innovation_m=-answers[at].innovation_m)
+        case _:
+            changed = replace(answers[at], status=4)
+    answers[at] = changed
+    agreement = compare(replace(result, results=tuple(answers)))
+    assert agreement.different.tolist() == [at]
+    assert f"first at sample {at}" in agreement.sentence
+
+
+def test_faults_change_no_byte_of_the_record(
+    bench: tuple[Relay, Line], plan: Plan, tmp_path: Path
+) -> None:
+    bench[0].disturb(undisturbed)
+    run(bench, plan, tmp_path / "sound")
+    faults = Seeded(11, probability=0.1, hold_s=1.5 * TIMEOUT_S)
+    bench[0].disturb(faults)
+    result = run(bench, plan, tmp_path / "disturbed")
+    assert faults.made
+    assert result.counters.asked_again > 0
+    sound, disturbed = (tmp_path / name / RECORD for name in ("sound", "disturbed"))
+    assert sound.read_bytes() == disturbed.read_bytes()
+    assert compare(result).equal
+
+
+def test_a_reset_in_mid_run_is_got_over(
+    bench: tuple[Relay, Line], plan: Plan, tmp_path: Path
+) -> None:
+    relay, seen = bench[0], list[int]()
+
+    def reset(way: str, number: int, frame: bytes) -> Passing:
+        if way == TO_TARGET and decode(frame).kind == 0x04:
+            seen.append(number)
+            if len(seen) == 50:
+                relay.device.reset()
+        return undisturbed(way, number, frame)
+
+    relay.disturb(reset)
+    result = run(bench, plan, tmp_path)
+    assert len(result.restarts) == 1
+    assert 48 <= result.restarts[0] <= 51
+    assert len(result.results) == SAMPLES
+    # The simulated machine stood still meanwhile, so the record is that of an undisturbed run.
+    np.testing.assert_array_equal(result.command_v, np.float32(plan.direct_v))
+    assert compare(result).equal
+    assert not compare(replace(result, restarts=())).equal
+    assert rows(tmp_path / ESTIMATES)[-1]["restarts"] == "1"
+
+
+def test_a_target_that_is_reset_again_and_again_ends_the_run(
+    bench: tuple[Relay, Line], plan: Plan, tmp_path: Path
+) -> None:
+    relay, seen = bench[0], list[int]()
+
+    def reset(way: str, number: int, frame: bytes) -> Passing:
+        if way == TO_TARGET and decode(frame).kind == 0x04:
+            seen.append(number)
+            if len(seen) % 20 == 0:
+                relay.device.reset()
+        return undisturbed(way, number, frame)
+
+    relay.disturb(reset)
+    with pytest.raises(HilError, match=f"was reset {MOST_RESTARTS + 1} times"):
+        run(bench, plan, tmp_path)
+    assert 0 < len(rows(tmp_path / RECORD)) < SAMPLES
+    relay.disturb(undisturbed)
+    assert compare(run(bench, plan, tmp_path)).equal  # the next one runs
+
+
+def test_position_control_with_the_fixed_gain_is_that_of_the_simulator(
+    bench: tuple[Relay, Line], tmp_path: Path
+) -> None:
+    bench[0].disturb(undisturbed)
+    controller, dt_s = suggested_controller(RIG, 0.3), 0.02
+    time = np.arange(200) * dt_s
+    reference = 0.15 + 0.01 * np.sin(2 * np.pi * 0.5 * time)
+    noise = draw_noise(RIG, reference.size, np.random.default_rng(5))
+    plan = position_plan(
+        RIG, reference, controller, dt_s=dt_s, noise=noise, retune=False, watchdog_ms=NEVER_MS
+    )
+    result = run(bench, plan, tmp_path)
+    here = simulate_closed_loop(RIG, reference, controller, dt_s=dt_s, noise=noise).run.record
+    assert compare(result).equal
+    assert not any(answer.gain_estimated for answer in result.results)
+    # Rounding of reference and position to float32, half a unit in the last place of 0.16 m each
+    # (7.5e-9 m), times the gain, and as much again for the product and the sum; the loop is stable
+    # and keeps the errors from adding up beyond its own time constant of 0.5 s, 26 samples.
+    bound = 26 * 4 * 7.5e-9 * controller.gain_v_m
+    np.testing.assert_allclose(result.command_v, here.column("command_v"), rtol=0, atol=bound)
+    assert bound < 1e-3 * np.ptp(result.command_v)
