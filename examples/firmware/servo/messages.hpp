@@ -9,6 +9,7 @@ namespace servo {
 constexpr std::uint16_t kProtocolVersion = 1;
 
 enum class Request : std::uint8_t {
+  none = 0x00,  // never sent: there was no request yet
   hello = 0x01,
   configure = 0x02,
   start = 0x03,

@@ -19,6 +19,8 @@ bool known(Request request, Bytes body) {
     case Request::resume:
     case Request::stop:
       return body.count == 0;
+    case Request::none:
+      break;
   }
   return false;
 }
@@ -114,8 +116,9 @@ Servo::Refusal Servo::carry_out(Request request, Bytes body) {
       }
       close_valve(State::ready);
       return carried_out;
-    case Request::hello:
-      break;  // answered before
+    case Request::hello:  // answered before
+    case Request::none:
+      break;
   }
   return {Reason::unknown, EHSID_OK};
 }

@@ -56,7 +56,7 @@ class Servo {
   FrameWriter answer_;  // the last one, for who asks again
   FrameWriter notice_;  // what goes out unasked
   bool answered_ = false;
-  Request last_request_{};
+  Request last_request_ = Request::none;
   std::uint16_t last_sequence_ = 0;
 
   Watchdog watchdog_;
