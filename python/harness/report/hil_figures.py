@@ -79,7 +79,7 @@ def control_figure(run: RunResult) -> Figure:
     path.plot(time, 1e3 * reference, "k--", linewidth=1.0, label="reference")
     path.plot(time, 1e3 * run.position_m[: time.size], linewidth=1.2, label="position")
     path.set_ylabel("mm")
-    path.legend(fontsize="small", ncols=2)
+    path.legend(fontsize="small", ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     error.plot(time, 1e3 * (reference - run.position_m[: time.size]), linewidth=0.8)
     error.set_ylabel("error in mm")
     command.plot(time, run.command_v, linewidth=0.8)
@@ -103,7 +103,7 @@ def control_figure(run: RunResult) -> Figure:
         label="from the estimate",
     )
     gain.set_ylabel("gain in V/m")
-    gain.legend(fontsize="small", ncols=4)
+    gain.legend(fontsize="small", ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     gain.set_xlabel("time in s")
     for axes in (path, error, command, gain):
         _restarts(axes, run)
