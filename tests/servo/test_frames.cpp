@@ -178,6 +178,18 @@ TEST(FrameReader, LengthsAtTheLimits) {
   }
 }
 
+TEST(FrameReader, TooLongAlsoWhereItBeginsLikeAWholePacket) {
+  Packet packet(servo::kMaxPacket - 2, 0x55);
+  const std::uint16_t crc = servo::crc16(view(packet));
+  packet.push_back(static_cast<std::uint8_t>(crc));
+  packet.push_back(static_cast<std::uint8_t>(crc >> 8U));
+  EXPECT_EQ(read(joined({encoded(packet), {0}})).packets.size(), 1U);
+  packet.push_back(1);
+  const Found found = read(joined({encoded(packet), {0}}));
+  EXPECT_TRUE(found.packets.empty());
+  EXPECT_EQ(found.bad, 1);
+}
+
 TEST(FrameReader, ACutFrameCostsNoOther) {
   const Packet frame = test::framed({4, 1, 0, 0, 0, 7, 8, 9});
   const Packet good{6, 2, 0};
