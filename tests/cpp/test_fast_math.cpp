@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Compiled with -ffast-math, which lets a compiler take every number for finite: the guard must hold.
-#include <ehsid/types.hpp>
+#include <ehsid/forgetting.hpp>
+#include <ehsid/rls.hpp>
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <limits>
 
 #ifndef __FAST_MATH__
@@ -33,5 +35,30 @@ void expect_judged_right() {
 
 TEST(FastMath, GuardOfFloat) { expect_judged_right<float>(); }
 TEST(FastMath, GuardOfDouble) { expect_judged_right<double>(); }
+
+template <class Scalar>
+void expect_refused() {
+  using Limits = std::numeric_limits<Scalar>;
+  volatile Scalar zero = 0;
+  ehsid::Rls<Scalar, 3, ehsid::Constant<Scalar>> rls;
+  const ehsid::Vector<Scalar, 3> good(Scalar(1), Scalar(-2), Scalar(0.5));
+  ASSERT_EQ(rls.update(good, Scalar(1)), ehsid::Status::ok);
+  const auto before = rls.state();
+  const Scalar one = Scalar(1) + zero;
+  for (const Scalar bad : {one / zero, -one / zero, zero / zero}) {
+    EXPECT_EQ(rls.update(good, bad), ehsid::Status::invalid_input);
+    for (int i = 0; i < 3; ++i) {
+      ehsid::Vector<Scalar, 3> phi = good;
+      phi[i] = bad;
+      EXPECT_EQ(rls.update(phi, Scalar(1)), ehsid::Status::invalid_input);
+    }
+  }
+  EXPECT_EQ(rls.update(good, Limits::max()), ehsid::Status::numerical_limit);
+  EXPECT_EQ(rls.update(Limits::max() / Scalar(4) * good, one), ehsid::Status::numerical_limit);
+  EXPECT_EQ(std::memcmp(&before, &rls.state(), sizeof before), 0);
+}
+
+TEST(FastMath, UpdateOfFloat) { expect_refused<float>(); }
+TEST(FastMath, UpdateOfDouble) { expect_refused<double>(); }
 
 }  // namespace

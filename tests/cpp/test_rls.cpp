@@ -180,6 +180,42 @@ TEST(Rls, ZeroRegressorIsSkipped) {
   EXPECT_EQ(rls.update(ehsid::Vector<float, 6>::Zero(), 1.0F), Status::no_information);
 }
 
+TEST(Rls, AStepWhoseVarianceOrFactorLeavesTheNumbersIsRefused) {
+  using Limits = std::numeric_limits<float>;
+  using Factors = ehsid::UdFactors<float, 2>;
+  struct Case {
+    Factors before;
+    Eigen::Vector2f phi;
+  };
+  const Case cases[] = {
+      {{{1.0F, 1e38F}, {10.0F}}, {1e-20F, 0.0F}},        // P_11 = 1 + 10^2 1e38 overflows
+      {{{Limits::min(), 1.0F}, {0.0F}}, {1e19F, 0.0F}},  // D_11 falls below the normal numbers
+      {{{1e-20F, 1e10F}, {1e30F}}, {1e-12F, -1e18F}},    // U_12 overflows in its square
+  };
+  // The inverse of 2 3e38 is nought: there the ceiling weighs nothing.
+  for (const float variance : {1e6F, 3e38F}) {
+    for (const Case& one : cases) {
+      ehsid::Rls<float, 2, ehsid::Constant<float>> rls;
+      ASSERT_EQ(rls.start(Eigen::Vector2f::Zero(), Eigen::Vector2f::Constant(variance)),
+                Status::ok);
+      ASSERT_EQ(rls.seed(Eigen::Vector2f::Zero(), one.before, 0.0F), Status::ok);
+      const auto state = rls.state();
+      EXPECT_EQ(rls.update(one.phi, 0.0F), Status::numerical_limit);
+      EXPECT_EQ(std::memcmp(&state, &rls.state(), sizeof state), 0);
+    }
+  }
+}
+
+TEST(Rls, OfOneParameterStaysAFiniteState) {
+  // One parameter has no factor, but a number in its place is saved and restored.
+  ehsid::Rls<float, 1, ehsid::Constant<float>> rls;
+  for (int k = 1; k < 100; ++k) {
+    ASSERT_EQ(rls.update(ehsid::Vector<float, 1>(1.0F), 2.0F), Status::ok);
+    ASSERT_EQ(rls.state().factors.u[0], 0.0F);
+  }
+  EXPECT_TRUE(decltype(rls)::usable(rls.state()));
+}
+
 TEST(Rls, RefusesACovarianceThatIsNotPositiveDefinite) {
   ehsid::Rls<double, 2, ehsid::Constant<double>> rls;
   Eigen::Matrix2d indefinite;

@@ -41,10 +41,25 @@ TYPED_TEST(Finite, AnyBitsAreJudgedAsTheLibraryJudgesThem) {
       TypeParam value{};
       std::memcpy(&value, &bits, sizeof value);
       ASSERT_EQ(ehsid::is_finite(value), std::isfinite(value)) << std::hex << bits;
+      ASSERT_EQ(ehsid::is_normal_positive(value), std::isnormal(value) && value > TypeParam(0))
+          << std::hex << bits;
       infinite += std::isfinite(value) ? 0 : 1;
     }
   }
   EXPECT_EQ(infinite, 64);  // the last exponent only
+}
+
+TYPED_TEST(Finite, NormalAndPositiveEndsAtTheSmallestNormalNumber) {
+  EXPECT_TRUE(ehsid::is_normal_positive(TestFixture::Limits::min()));
+  EXPECT_TRUE(ehsid::is_normal_positive(TestFixture::Limits::max()));
+  EXPECT_FALSE(ehsid::is_normal_positive(std::nextafter(TestFixture::Limits::min(), TypeParam(0))));
+  for (const TypeParam bad :
+       {TypeParam(0), TestFixture::Limits::denorm_min(), TestFixture::Limits::infinity()}) {
+    EXPECT_FALSE(ehsid::is_normal_positive(bad)) << bad;
+    EXPECT_FALSE(ehsid::is_normal_positive(-bad)) << -bad;
+  }
+  EXPECT_FALSE(ehsid::is_normal_positive(-TestFixture::Limits::min()));
+  EXPECT_FALSE(ehsid::is_normal_positive(TestFixture::Limits::quiet_NaN()));
 }
 
 TYPED_TEST(Finite, OneBadEntryAnywhereIsFound) {

@@ -15,6 +15,7 @@ constexpr int kN = 5;
 using Factors = ehsid::UdFactors<double, kN>;
 using Matrix = Eigen::Matrix<double, kN, kN>;
 using Vector = Eigen::Matrix<double, kN, 1>;
+using Array = ehsid::Array<double, kN>;
 
 // Condition numbers go up to kCondition; a factorisation loses about that many times epsilon, and
 // each of the kN^2 operations on an entry adds a rounding.
@@ -60,8 +61,8 @@ TEST_P(Ud, FactorsMultiplyBackToTheMatrix) {
 }
 
 TEST_P(Ud, ProjectionIsTheQuadraticForm) {
-  const auto projection = factors_.project(phi_);
-  EXPECT_NEAR(projection.s, phi_.dot(p_ * phi_), kTolerance * phi_.squaredNorm());
+  Array f;
+  EXPECT_NEAR(factors_.project(phi_, f), phi_.dot(p_ * phi_), kTolerance * phi_.squaredNorm());
 }
 
 TEST_P(Ud, InformationIsTheQuadraticFormOfTheInverse) {
@@ -73,15 +74,37 @@ TEST_P(Ud, MeasurementIsEquation13) {
   // Equal in (13); they differ where a policy forgets behind the measurement.
   const double r = 0.95;
   const double shrink = 0.8;
-  ehsid::Array<double, kN> gain{};
-  factors_.measure(factors_.project(phi_), r, shrink, gain);
+  Array numerator;
+  factors_.project(phi_, numerator);
+  const double alpha = factors_.measure(factors_, numerator, r, shrink);
   const Vector column = p_ * phi_;
-  const double alpha = r + phi_.dot(column);
+  EXPECT_NEAR(alpha, r + phi_.dot(column), kTolerance * alpha);
   expect_near(factors_.matrix(), (p_ - column * column.transpose() / alpha) / shrink);
-  const Vector expected = column / alpha;
   for (int i = 0; i < kN; ++i) {
-    EXPECT_NEAR(gain[static_cast<std::size_t>(i)], expected[i], kTolerance * expected.norm());
+    EXPECT_NEAR(numerator[static_cast<std::size_t>(i)], column[i], kTolerance * column.norm());
   }
+}
+
+TEST_P(Ud, MeasurementIntoOthersIsThatInPlace) {
+  Array numerator;
+  factors_.project(phi_, numerator);
+  Array in_place = numerator;
+  Factors other;
+  const double alpha = other.measure(factors_, numerator, 0.95, 0.8);
+  EXPECT_EQ(factors_.measure(factors_, in_place, 0.95, 0.8), alpha);
+  EXPECT_EQ(other.d, factors_.d);
+  EXPECT_EQ(other.u, factors_.u);
+  EXPECT_EQ(numerator, in_place);
+}
+
+TEST_P(Ud, TraceIsThatOfTheMatrix) {
+  Array weights;
+  double expected = 0.0;
+  for (int i = 0; i < kN; ++i) {
+    weights[static_cast<std::size_t>(i)] = 1.0 + i;
+    expected += (1.0 + i) * p_(i, i);
+  }
+  EXPECT_NEAR(factors_.weighted_trace(weights), expected, kTolerance * expected);
 }
 
 TEST_P(Ud, RankOneIsAdded) {
@@ -91,6 +114,21 @@ TEST_P(Ud, RankOneIsAdded) {
   }
   factors_.add_rank_one(0.3, a);
   expect_near(factors_.matrix(), p_ + 0.3 * phi_ * phi_.transpose());
+}
+
+TEST_P(Ud, OneVarianceMoreIsTheRankOneUpdateWithAUnitVector) {
+  for (int i = 0; i < kN; ++i) {
+    Factors rank_one = factors_;
+    Array unit{};
+    unit[static_cast<std::size_t>(i)] = 1.0;
+    rank_one.add_rank_one(0.3, unit);
+    Factors more = factors_;
+    more.add_variance(i, 0.3);
+    EXPECT_EQ(more.d, rank_one.d);
+    EXPECT_EQ(more.u, rank_one.u);
+    expect_near(more.matrix(), p_ + 0.3 * Matrix(Vector::Unit(i).asDiagonal()));
+    EXPECT_EQ(factors_.information_about(i), factors_.information_along(Vector::Unit(i)));
+  }
 }
 
 TEST_P(Ud, ScalingScales) {
@@ -153,6 +191,28 @@ TEST(UdFactors, UsableMeansFiniteWithPositiveNormalDiagonal) {
   EXPECT_TRUE(factors.usable());
 }
 
+TEST(UdFactors, NoFactorThatIsNotFiniteHidesFromTheTrace) {
+  // What Rls relies on. Weights of zero: from a start variance whose inverse is too small for a number.
+  using Limits = std::numeric_limits<double>;
+  for (const double weight : {1.0, Limits::denorm_min(), 0.0}) {
+    Array weights;
+    weights.fill(weight);
+    for (const double d : {1.0, Limits::min()}) {
+      Factors factors;
+      ASSERT_TRUE(factors.set_diagonal(Vector::Constant(d)));
+      factors.u.fill(-0.5);
+      EXPECT_TRUE(ehsid::is_finite(factors.weighted_trace(weights)));
+      for (const double bad : {Limits::infinity(), -Limits::infinity(), Limits::quiet_NaN()}) {
+        for (double& value : factors.u) {
+          value = bad;
+          EXPECT_FALSE(ehsid::is_finite(factors.weighted_trace(weights)));
+          value = -0.5;
+        }
+      }
+    }
+  }
+}
+
 TEST(UdFactors, FactorsStayPositiveInFloatWhereTheMatrixDoesNot) {
   // Two regressors that hardly differ, many times: the textbook update (13) in float goes indefinite.
   ehsid::UdFactors<float, 3> factors;
@@ -161,8 +221,9 @@ TEST(UdFactors, FactorsStayPositiveInFloatWhereTheMatrixDoesNot) {
   bool textbook_failed = false;
   for (int k = 0; k < 2000; ++k) {
     const Eigen::Vector3f phi(1.0F, 1.0F + 1e-3F * static_cast<float>(k % 2), 1.0F);
-    ehsid::Array<float, 3> gain{};
-    factors.measure(factors.project(phi), 1.0F, 1.0F, gain);
+    ehsid::Array<float, 3> f;
+    factors.project(phi, f);
+    factors.measure(factors, f, 1.0F, 1.0F);
     ASSERT_TRUE(factors.usable()) << "at " << k;
     const Eigen::Vector3f column = textbook * phi;
     textbook -= column * column.transpose() / (1.0F + phi.dot(column));

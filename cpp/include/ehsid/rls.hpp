@@ -130,48 +130,52 @@ class Rls {
   /// ok, no_information (kept on purpose, see RlsOptions), invalid_input or numerical_limit; on the
   /// last two nothing at all has changed.
   Status update(const Regressor& phi, Scalar y) {
-    if (!is_finite(y) || !all_finite<kN>(phi)) {
-      return Status::invalid_input;
-    }
     // (12)
     const Scalar predicted = dot<kN>(phi, state_.theta);
     const Scalar innovation = y - predicted;
-    Projection<Scalar, kN> projection = state_.factors.project(phi);
-    const Evidence<Scalar> evidence{innovation, projection.s, known_residual_variance()};
+    Array<Scalar, kN> gain;  // K(k) = P(k) phi(k) in the end; here U' phi, then P phi
+    Scalar s = state_.factors.project(phi, gain);
+    const Evidence<Scalar> evidence{innovation, s, known_residual_variance()};
     const ForgettingFactors<Scalar> lambda = state_.forgetting.peek(evidence);
-    Scalar square = normalise(innovation, lambda.before, projection.s);
-    if (!is_finite(square) || !is_finite(projection.s)) {
-      return Status::numerical_limit;
+    Scalar square = normalise(innovation, lambda.before, s);
+    if (!is_finite(square) || !is_finite(s)) {
+      // NaN or Inf at the input ends up here, too: in phi it makes s so, in y the square
+      return is_finite(y) && all_finite<kN>(phi) ? Status::numerical_limit : Status::invalid_input;
     }
     const Scalar recent = state_.recent_square + kRecentRate * (square - state_.recent_square);
-    if (uninformative(phi, projection.s, surprising(recent, y, predicted))) {
+    if (uninformative(phi, s, surprising(recent, y, predicted))) {
       state_.innovation = innovation;
       state_.recent_square = recent;
       return Status::no_information;
     }
 
-    UdFactors<Scalar, kN> factors = state_.factors;
+    UdFactors<Scalar, kN> factors;
     if constexpr (Forgetting::kSpreads) {
+      factors = state_.factors;
       state_.forgetting.spread(factors, phi);
-      projection = factors.project(phi);
-      square = normalise(innovation, lambda.before, projection.s);
+      s = factors.project(phi, gain);
+      square = normalise(innovation, lambda.before, s);
     }
-    // (13), and K(k) = P(k) phi(k)
-    Array<Scalar, kN> gain;
-    factors.measure(projection, lambda.before, lambda.before * lambda.after, gain);
-    limit(factors);
+    // (13)
+    const UdFactors<Scalar, kN>& prior = Forgetting::kSpreads ? factors : state_.factors;
+    const Scalar alpha = factors.measure(prior, gain, lambda.before, lambda.before * lambda.after);
+    bool good = limit(factors);
     // (14), as a compensated sum: at large k the steps fall below the last digit of a float32 theta, and
     // with a held regressor their rounding has a direction, so theta would drift without end.
     Array<Scalar, kN> theta;
     Array<Scalar, kN> remainder;
+    EHSID_UNROLL
     for (int i = 0; i < kN; ++i) {
       const auto at = static_cast<std::size_t>(i);
+      gain[at] /= alpha;
       const Scalar increment = gain[at] * innovation + state_.remainder[at];
       theta[at] = state_.theta[at] + increment;
       const Scalar added = theta[at] - state_.theta[at];
       remainder[at] = (state_.theta[at] - (theta[at] - added)) + (increment - added);
+      good = is_finite(theta[at]) && is_finite(remainder[at]) &&
+             is_normal_positive(factors.d[at]) && good;
     }
-    if (!factors.usable() || !all_finite<kN>(theta) || !all_finite<kN>(remainder)) {
+    if (!good) {
       return Status::numerical_limit;
     }
 
@@ -302,14 +306,14 @@ class Rls {
   }
 
   /// residual_variance() once there are enough samples for it to mean something, else 0.
-  Scalar known_residual_variance() const {
+  [[gnu::always_inline]] Scalar known_residual_variance() const {
     return state_.weight > Scalar(kN + 1) ? residual_variance() : Scalar(0);
   }
 
   bool surprising(Scalar recent, Scalar y, Scalar predicted) const {
     const Scalar rounding = kRounding * kRounding * (y * y + predicted * predicted);
-    const Scalar variance = known_residual_variance();
-    return state_.weight <= Scalar(kN + 1) || recent > kSurprise * variance + rounding;
+    return state_.weight <= Scalar(kN + 1) ||
+           recent > kSurprise * known_residual_variance() + rounding;
   }
 
   bool uninformative(const Regressor& phi, Scalar s, bool surprised) const {
@@ -331,16 +335,14 @@ class Rls {
     return kN > 1 ? std::sqrt(Scalar(kN)) : Scalar(0);
   }
 
-  /// Backstop: scales P down to the ceiling. P(k) stays above what the measurement alone leaves, since
-  /// without forgetting P cannot have grown past the ceiling.
-  void limit(UdFactors<Scalar, kN>& factors) const {
-    Scalar mean(0);
-    for (int i = 0; i < kN; ++i) {
-      mean += ceiling_weight_[static_cast<std::size_t>(i)] * factors.variance(i);
-    }
+  /// Backstop: scales P down to the ceiling. P(k) stays above what the measurement alone leaves: without forgetting P
+  /// cannot have passed the ceiling. False where P_ii or, every d > 0, a factor is not finite: the mean then is not.
+  bool limit(UdFactors<Scalar, kN>& factors) const {
+    const Scalar mean = factors.weighted_trace(ceiling_weight_);
     if (mean > options_.covariance_ceiling) {
       factors.scale(options_.covariance_ceiling / mean);
     }
+    return is_finite(mean);
   }
 
   /// Recursion of the weighted residual sum of squares, as a mean so that it cannot overflow.

@@ -31,8 +31,11 @@ struct SlidingSum {
     head += value;
     ++next;
     if (next == kWindow) {
-      for (int i = kWindow - 2; i >= 0; --i) {
-        slots[static_cast<std::size_t>(i)] += slots[static_cast<std::size_t>(i + 1)];
+      Scalar sum(0);
+      for (int i = kWindow - 1; i >= 0; --i) {
+        Scalar& slot = slots[static_cast<std::size_t>(i)];
+        sum += slot;
+        slot = sum;
       }
       head = Scalar(0);
       next = 0;

@@ -8,6 +8,14 @@
 #include <cstdint>
 #include <cstring>
 
+// Unrolls the loop that follows, up to 16 times: the loops of the recursion are short and nested, and half of what
+// they execute would be the loops' own. Not with -Os, where flash goes before speed.
+#if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
+#define EHSID_UNROLL _Pragma("GCC unroll 16")
+#else
+#define EHSID_UNROLL
+#endif
+
 namespace ehsid {
 
 /// Plain array of kN numbers: what the state structs are made of, so that they can be copied as
@@ -39,19 +47,43 @@ enum class Status : std::uint8_t {
 /// True where the call was refused. The codes below invalid_input are normal operation.
 constexpr bool is_error(Status status) { return status >= Status::invalid_input; }
 
-/// Finite? Decided on the exponent bits, so that -ffast-math cannot optimise the guard away.
-inline bool is_finite(float value) {
-  constexpr std::uint32_t kExponent = 0x7f800000U;
-  std::uint32_t bits = 0;
+/// Numbers as bits. Guards are decided on them, so that -ffast-math cannot optimise one away.
+template <class Scalar>
+struct Bits;
+
+template <>
+struct Bits<float> {
+  using Word = std::uint32_t;
+  static constexpr Word kExponent = 0x7f800000U;
+  static constexpr Word kLeastNormal = 0x00800000U;
+};
+
+template <>
+struct Bits<double> {
+  using Word = std::uint64_t;
+  static constexpr Word kExponent = 0x7ff0000000000000ULL;
+  static constexpr Word kLeastNormal = 0x0010000000000000ULL;
+};
+
+template <class Scalar>
+typename Bits<Scalar>::Word bits_of(Scalar value) {
+  typename Bits<Scalar>::Word bits = 0;
+  static_assert(sizeof bits == sizeof value, "a number and its bits");
   std::memcpy(&bits, &value, sizeof bits);
-  return (bits & kExponent) != kExponent;
+  return bits;
 }
 
-inline bool is_finite(double value) {
-  constexpr std::uint64_t kExponent = 0x7ff0000000000000ULL;
-  std::uint64_t bits = 0;
-  std::memcpy(&bits, &value, sizeof bits);
-  return (bits & kExponent) != kExponent;
+/// Neither NaN nor Inf?
+template <class Scalar>
+bool is_finite(Scalar value) {
+  return (bits_of(value) & Bits<Scalar>::kExponent) != Bits<Scalar>::kExponent;
+}
+
+/// Finite, above zero and not denormal? One comparison: what is smaller wraps round, and a sign is the highest bit.
+template <class Scalar>
+bool is_normal_positive(Scalar value) {
+  constexpr auto kLeast = Bits<Scalar>::kLeastNormal;
+  return bits_of(value) - kLeast < Bits<Scalar>::kExponent - kLeast;
 }
 
 /// Entry i of a plain array or of an Eigen vector.
@@ -87,6 +119,7 @@ Eigen::Map<const Vector<Scalar, static_cast<int>(kN)>> as_vector(
 template <int kN, class Left, class Right>
 auto dot(const Left& left, const Right& right) {
   auto sum = entry(left, 0) * entry(right, 0);
+  EHSID_UNROLL
   for (int i = 1; i < kN; ++i) {
     sum += entry(left, i) * entry(right, i);
   }

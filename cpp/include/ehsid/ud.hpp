@@ -5,20 +5,14 @@
 // 1977, ch. V (measurement update), and the Agee-Turner rank-one update, ch. III.
 // Why: the factors keep P symmetric and positive definite by construction in float32, where the
 // textbook matrix of Eq. (13) loses both. No square roots.
+//
+// What an update calls is inlined always: its scratch then shares the stack of the caller's (docs/budgets.md).
 #pragma once
 
 #include <ehsid/types.hpp>
 #include <limits>
 
 namespace ehsid {
-
-/// phi seen through the factors: f = U' phi, v = D f and s = phi' P phi = f' v.
-template <class Scalar, int kN>
-struct Projection {
-  Array<Scalar, kN> f;
-  Array<Scalar, kN> v;
-  Scalar s;
-};
 
 /// Factors of a covariance. U is stored by columns without its unit diagonal, kN (kN - 1) / 2 numbers.
 template <class Scalar, int kN>
@@ -95,86 +89,125 @@ struct UdFactors {
   /// P_ii of one parameter.
   Scalar variance(int i) const {
     Scalar sum = d[static_cast<std::size_t>(i)];
+    const Scalar* factor = &u[0] + i * (i + 1) / 2 + i;
+    EHSID_UNROLL
     for (int k = i + 1; k < kN; ++k) {
-      const Scalar factor = u[at(i, k)];
-      sum += factor * factor * d[static_cast<std::size_t>(k)];
+      sum += *factor * *factor * d[static_cast<std::size_t>(k)];
+      factor += k;
     }
     return sum;
   }
 
-  Projection<Scalar, kN> project(const Vector<Scalar, kN>& phi) const {
-    Projection<Scalar, kN> p;
-    p.s = Scalar(0);
-    for (int j = 0; j < kN; ++j) {
+  /// f = U' phi; returns phi' P phi = f' D f.
+  [[gnu::always_inline]] Scalar project(const Vector<Scalar, kN>& phi, Array<Scalar, kN>& f) const {
+    f[0] = phi[0];
+    Scalar s = f[0] * (d[0] * f[0]);
+    const Scalar* column = u.data();
+    EHSID_UNROLL
+    for (int j = 1; j < kN; ++j) {
       const auto jj = static_cast<std::size_t>(j);
       Scalar sum = phi[j];
+      EHSID_UNROLL
       for (int i = 0; i < j; ++i) {
-        sum += u[at(i, j)] * phi[i];
+        sum += column[i] * phi[i];
       }
-      p.f[jj] = sum;
-      p.v[jj] = d[jj] * sum;
-      p.s += sum * p.v[jj];
+      f[jj] = sum;
+      s += sum * (d[jj] * sum);
+      column += j;
     }
-    return p;
+    return s;
   }
 
-  /// Bierman's measurement update with measurement variance r, then P divided by `shrink`:
-  ///   P <- (P - P phi phi' P / (r + phi' P phi)) / shrink,   gain = P phi / (r + phi' P phi).
-  /// With r = shrink = lambda this is Eq. (13) and the P(k) phi(k) of Eq. (14).
-  void measure(const Projection<Scalar, kN>& p, Scalar r, Scalar shrink, Array<Scalar, kN>& gain) {
+  /// Bierman's measurement update of `prior`, itself or another, with measurement variance r, then divided by `shrink`:
+  ///   P <- (P - P phi phi' P / alpha) / shrink,   alpha = r + phi' P phi.
+  /// With r = shrink = lambda this is Eq. (13). `f` is U' phi of `prior`, and becomes its P phi: divided by alpha,
+  /// which is returned, it is the gain P(k) phi(k) of Eq. (14).
+  [[gnu::always_inline]] Scalar measure(const UdFactors& prior, Array<Scalar, kN>& f, Scalar r,
+                                        Scalar shrink) {
+    if constexpr (kN == 1) {
+      u = prior.u;  // no factor, but a number that is saved
+    }
     Scalar alpha = r;
+    const Scalar* from = prior.u.data();
+    Scalar* to = u.data();
+    EHSID_UNROLL
     for (int j = 0; j < kN; ++j) {
       const auto jj = static_cast<std::size_t>(j);
       const Scalar before = alpha;
-      alpha += p.f[jj] * p.v[jj];
-      const Scalar slope = -p.f[jj] / before;
-      d[jj] = d[jj] * before / (alpha * shrink);
+      const Scalar v = prior.d[jj] * f[jj];
+      alpha += f[jj] * v;
+      const Scalar slope = f[jj] / before;
+      d[jj] = prior.d[jj] * before / (alpha * shrink);
+      EHSID_UNROLL
       for (int i = 0; i < j; ++i) {
         const auto ii = static_cast<std::size_t>(i);
-        const Scalar old = u[at(i, j)];
-        u[at(i, j)] = old + gain[ii] * slope;
-        gain[ii] += p.v[jj] * old;
+        const Scalar old = from[i];
+        to[i] = old - f[ii] * slope;
+        f[ii] += v * old;
       }
-      gain[jj] = p.v[jj];
+      f[jj] = v;
+      from += j;
+      to += j;
     }
-    for (int j = 0; j < kN; ++j) {
-      gain[static_cast<std::size_t>(j)] /= alpha;
-    }
+    return alpha;
   }
 
-  /// Agee-Turner: P <- P + c a a', c >= 0. Overwrites a with U^-1 a (U before the update).
-  void add_rank_one(Scalar c, Array<Scalar, kN>& a) {
-    for (int j = kN - 1; j >= 0; --j) {
-      const auto jj = static_cast<std::size_t>(j);
-      const Scalar grown = d[jj] + c * a[jj] * a[jj];
-      const Scalar slope = c * a[jj] / grown;
-      for (int i = 0; i < j; ++i) {
-        const auto ii = static_cast<std::size_t>(i);
-        a[ii] -= a[jj] * u[at(i, j)];
-        u[at(i, j)] += slope * a[ii];
+  /// sum_i weights_i P_ii, weights >= 0.
+  [[gnu::always_inline]] Scalar weighted_trace(const Array<Scalar, kN>& weights) const {
+    Scalar total(0);
+    const Scalar* row = u.data();  // the first factor of row i
+    EHSID_UNROLL
+    for (int i = 0; i < kN - 1; ++i) {
+      const auto ii = static_cast<std::size_t>(i);
+      Scalar sum = d[ii];
+      const Scalar* factor = row;
+      const Scalar* variance = &d[ii];
+      EHSID_UNROLL
+      for (int k = i + 1; k < kN; ++k) {
+        sum += *factor * *factor * *++variance;
+        factor += k;
       }
-      c *= d[jj] / grown;
-      d[jj] = grown;
+      total += weights[ii] * sum;
+      row += i + 2;
     }
+    return total + weights[kN - 1] * d[kN - 1];
+  }
+
+  /// Agee-Turner: P <- P + c a a', c >= 0. Overwrites a.
+  [[gnu::always_inline]] void add_rank_one(Scalar c, Array<Scalar, kN>& a) {
+    add_leading(c, a, kN);
+  }
+
+  /// P_ii <- P_ii + c, c >= 0: the same with the unit vector e_i, which leaves the columns behind i alone.
+  [[gnu::always_inline]] void add_variance(int i, Scalar c) {
+    const auto ii = static_cast<std::size_t>(i);
+    Array<Scalar, kN> a;
+    const Scalar grown = d[ii] + c;
+    const Scalar slope = c / grown;
+    Scalar* column = u.data() + at(0, i);
+    EHSID_UNROLL
+    for (int k = 0; k < i; ++k) {
+      a[static_cast<std::size_t>(k)] = -column[k];
+      column[k] -= slope * column[k];
+    }
+    c *= d[ii] / grown;
+    d[ii] = grown;
+    add_leading(c, a, i);
   }
 
   /// phi' P^-1 phi: the information already held along phi.
-  Scalar information_along(const Vector<Scalar, kN>& phi) const {
-    Array<Scalar, kN> z;
-    Scalar sum(0);
-    for (int i = kN - 1; i >= 0; --i) {
-      const auto ii = static_cast<std::size_t>(i);
-      z[ii] = phi[i];  // back substitution, U z = phi
-      for (int j = i + 1; j < kN; ++j) {
-        z[ii] -= u[at(i, j)] * z[static_cast<std::size_t>(j)];
-      }
-      sum += z[ii] * z[ii] / d[ii];
-    }
-    return sum;
+  [[gnu::always_inline]] Scalar information_along(const Vector<Scalar, kN>& phi) const {
+    return inverse_form(kN, [&phi](int i) { return phi[i]; });
+  }
+
+  /// (P^-1)_ii: the same along the unit vector e_i.
+  [[gnu::always_inline]] Scalar information_about(int i) const {
+    return inverse_form(i + 1, [i](int k) { return k == i ? Scalar(1) : Scalar(0); });
   }
 
   /// P <- factor P.
   void scale(Scalar factor) {
+    EHSID_UNROLL
     for (Scalar& value : d) {
       value *= factor;
     }
@@ -182,14 +215,55 @@ struct UdFactors {
 
   /// Every number finite and every d a normal positive one.
   bool usable() const {
-    bool good = all_finite<kN>(d) && all_finite<kUpper>(u);
+    bool good = all_finite<kUpper>(u);
     for (const Scalar value : d) {
-      good = value >= std::numeric_limits<Scalar>::min() && good;
+      good = is_normal_positive(value) && good;
     }
     return good;
   }
 
  private:
+  /// Agee-Turner where all but the first `size` entries of a are zero. Overwrites a with U^-1 a (U before the update).
+  [[gnu::always_inline]] void add_leading(Scalar c, Array<Scalar, kN>& a, int size) {
+    Scalar* column = u.data() + at(0, size);
+    EHSID_UNROLL
+    for (int j = size - 1; j >= 0; --j) {
+      const auto jj = static_cast<std::size_t>(j);
+      column -= j;
+      const Scalar grown = d[jj] + c * a[jj] * a[jj];
+      const Scalar slope = c * a[jj] / grown;
+      EHSID_UNROLL
+      for (int i = 0; i < j; ++i) {
+        const auto ii = static_cast<std::size_t>(i);
+        a[ii] -= a[jj] * column[i];
+        column[i] += slope * a[ii];
+      }
+      c *= d[jj] / grown;
+      d[jj] = grown;
+    }
+  }
+
+  /// a' P^-1 a, of whose entries a(i) all but the first `size` are zero.
+  template <class Entries>
+  [[gnu::always_inline]] Scalar inverse_form(int size, const Entries& a) const {
+    Array<Scalar, kN> z;
+    Scalar sum(0);
+    EHSID_UNROLL
+    for (int i = size - 1; i >= 0; --i) {
+      const auto ii = static_cast<std::size_t>(i);
+      Scalar rest = a(i);  // back substitution, U z = a
+      const Scalar* factor = u.data() + at(i, i + 1);
+      EHSID_UNROLL
+      for (int j = i + 1; j < size; ++j) {
+        rest -= *factor * z[static_cast<std::size_t>(j)];
+        factor += j;
+      }
+      z[ii] = rest;
+      sum += rest * rest / d[ii];
+    }
+    return sum;
+  }
+
   Scalar unit_upper(int row, int column) const {
     return row == column ? Scalar(1) : u[at(row, column)];
   }

@@ -48,9 +48,11 @@ struct Directional {
   }
 
   template <int kN>
-  void spread(UdFactors<Scalar, kN>& factors, const Vector<Scalar, kN>& phi) const {
+  [[gnu::always_inline]] void spread(UdFactors<Scalar, kN>& factors,
+                                     const Vector<Scalar, kN>& phi) const {
     const Scalar held = factors.information_along(phi);
     Array<Scalar, kN> direction;
+    EHSID_UNROLL
     for (int i = 0; i < kN; ++i) {
       direction[static_cast<std::size_t>(i)] = phi[i];
     }

@@ -44,20 +44,20 @@ struct RandomWalk {
   void accept(const Evidence<Scalar>& /*evidence*/) {}
 
   /// tr(P^-1 Q) / n: the growth of log det P by Q, shared among the directions.
-  Scalar loss(const UdFactors<Scalar, kN>& factors) const {
+  [[gnu::always_inline]] Scalar loss(const UdFactors<Scalar, kN>& factors) const {
     Scalar sum(0);
+    EHSID_UNROLL
     for (int i = 0; i < kN; ++i) {
-      sum += drift[static_cast<std::size_t>(i)] *
-             factors.information_along(Vector<Scalar, kN>::Unit(i));
+      sum += drift[static_cast<std::size_t>(i)] * factors.information_about(i);
     }
     return sum / Scalar(kN);
   }
 
-  void spread(UdFactors<Scalar, kN>& factors, const Vector<Scalar, kN>& /*phi*/) const {
+  [[gnu::always_inline]] void spread(UdFactors<Scalar, kN>& factors,
+                                     const Vector<Scalar, kN>& /*phi*/) const {
+    EHSID_UNROLL
     for (int i = 0; i < kN; ++i) {
-      Array<Scalar, kN> unit{};
-      unit[static_cast<std::size_t>(i)] = Scalar(1);
-      factors.add_rank_one(drift[static_cast<std::size_t>(i)], unit);
+      factors.add_variance(i, drift[static_cast<std::size_t>(i)]);
     }
   }
 };
