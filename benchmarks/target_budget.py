@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""What an update costs on a Cortex-M4F: nice python benchmarks/target_budget.py
+"""What an update costs on a Cortex-M: nice python benchmarks/target_budget.py
 
 Builds every form of benchmarks/target/forms.cpp, runs each on the emulator and writes
-docs/budgets.md. Needs arm-none-eabi-g++, qemu-system-arm and Eigen; takes some minutes. `--json`
-prints the figures too.
+docs/budgets.md: Cortex-M4F for 2 to 10 parameters, Cortex-M7 for 6. Needs arm-none-eabi-g++,
+qemu-system-arm and Eigen; takes some minutes. `--json` prints the figures, too.
 
 Instructions: QEMU with -icount shift=5 gives each instruction 32 ns, SysTick counts 40 ns, so a
 tick is 1.25 instructions. A form of 1000 known instructions checks this before anything is written.
@@ -40,16 +40,30 @@ FORMS = (
 WHOLE = tuple(f"whole_{form}" for form in FORMS[2:])
 INSTRUCTIONS_PER_TICK = 40.0 / 32.0
 FLAGS = [
-    *("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-std=c++17"),
+    *("-mthumb", "-mfloat-abi=hard", "-std=c++17"),
     *("-DNDEBUG", "-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics", "-fno-math-errno"),
     *("-ffp-contract=off", "-ffunction-sections", "-fdata-sections"),
 ]
+
+
+@dataclass(frozen=True)
+class Target:
+    """A processor, and the machine of the emulator that has it."""
+
+    name: str
+    machine: str
+    flags: tuple[str, ...]
+
+
+M4F = Target("Cortex-M4F", "mps2-an386", ("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16"))
+M7 = Target("Cortex-M7", "mps2-an500", ("-mcpu=cortex-m7", "-mfpu=fpv5-sp-d16"))
 
 
 @dataclass
 class Figures:
     """One form: instructions and bytes."""
 
+    target: str
     form: str
     parameters: int
     level: str
@@ -80,14 +94,17 @@ def eigen() -> Path:
     sys.exit("target_budget: Eigen was not found; install libeigen3-dev or pip install cmeel-eigen")
 
 
-def compile_source(source: Path, to: Path, parameters: int, level: str) -> Path:
+def compile_source(
+    source: Path, to: Path, parameters: int, level: str, form: str, target: Target
+) -> Path:
     """An object, and its call graph with stack beside it (.ci)."""
     includes = [ROOT / "cpp" / "include", ROOT / "examples" / "firmware", ROOT / "tests/firmware"]
-    arguments = [f"-I{folder}" for folder in includes]
+    arguments = [*target.flags, *(f"-I{folder}" for folder in includes)]
     build: list[str | Path] = [
         "-fcallgraph-info=su",
         f"-O{level}",
         f"-DEHSID_N={parameters}",
+        f"-DEHSID_FORM={form}",
         "-c",
         source,
         "-o",
@@ -97,9 +114,8 @@ def compile_source(source: Path, to: Path, parameters: int, level: str) -> Path:
     return to
 
 
-def link(objects: list[Path], form: str, to: Path) -> Path:
-    """The image that holds this form and no other."""
-    names = [f"--defsym=measured_{x}={x}_{form}" for x in ("start", "update", "bytes")]
+def link(objects: list[Path], to: Path, target: Target) -> Path:
+    """The image."""
     options: list[str | Path] = [
         "-nostartfiles",
         "-nodefaultlibs",
@@ -107,14 +123,14 @@ def link(objects: list[Path], form: str, to: Path) -> Path:
         PORT / "mps2.ld",
         "-Wl,--gc-sections",
     ]
-    libraries: list[str | Path] = [f"-Wl,{','.join(names)}", "-lc", "-lgcc", "-lm", "-o", to]
-    run(["arm-none-eabi-g++", *FLAGS, *objects, *options, *libraries])
+    libraries: list[str | Path] = ["-lc", "-lgcc", "-lm", "-o", to]
+    run(["arm-none-eabi-g++", *FLAGS, *target.flags, *objects, *options, *libraries])
     return to
 
 
-def emulate(image: Path) -> dict[str, int]:
+def emulate(image: Path, target: Target) -> dict[str, int]:
     """What the program prints."""
-    machine = ["-machine", "mps2-an386", "-icount", "shift=5", "-display", "none"]
+    machine = ["-machine", target.machine, "-icount", "shift=5", "-display", "none"]
     line: list[str | Path] = ["-monitor", "none", "-serial", "stdio", "-kernel", image]
     text = run(
         ["qemu-system-arm", *machine, "-semihosting-config", "enable=on,target=native", *line]
@@ -147,30 +163,38 @@ def deepest_stack(graph: Path, start: str) -> int:
     return depth(start)
 
 
-def measure(folder: Path, parameters: int, level: str) -> list[Figures]:
+def measure(folder: Path, parameters: int, level: str, target: Target) -> list[Figures]:
     """All forms at one size and level."""
-    sources = [PROGRAM / "forms.cpp", PROGRAM / "main.cpp", PORT / "start_up.cpp"]
-    sources.append(PORT / "board.cpp")
-    objects = [
-        compile_source(source, folder / f"{source.stem}.o", parameters, level) for source in sources
-    ]
-    empty_image = link(objects, "nothing", folder / "nothing.elf")
-    empty = emulate(empty_image)
-    known = emulate(link(objects, "ruler", folder / "ruler.elf"))
+
+    def compiled(source: Path, form: str) -> Path:
+        to = folder / f"{source.stem}_{form}.o"
+        return compile_source(source, to, parameters, level, form, target)
+
+    parts = (PROGRAM / "main.cpp", PORT / "start_up.cpp", PORT / "board.cpp")
+    common = [compiled(source, "nothing") for source in parts]
+
+    def image(form: str) -> Path:
+        own = compiled(PROGRAM / "forms.cpp", form)
+        return link([own, *common], folder / f"{form}.elf", target)
+
+    empty_image = image("nothing")
+    empty = emulate(empty_image, target)
+    known = emulate(image("ruler"), target)
     counted = INSTRUCTIONS_PER_TICK * (known["ticks"] - empty["ticks"]) / known["updates"]
     if abs(counted - 1000.0) > 2.0:
         sys.exit(f"target_budget: 1000 instructions were counted as {counted:.1f}")
     flash, ram = sizes(empty_image)
+    call = empty["ticks"] / empty["updates"]
     all_figures = []
     for form in FORMS + (WHOLE if parameters == 6 else ()):
-        image = link(objects, form, folder / f"{form}.elf")
-        check: list[str | Path] = ["-D", f"IMAGE={image}", "-D", "NM=arm-none-eabi-nm"]
+        linked = image(form)
+        check: list[str | Path] = ["-D", f"IMAGE={linked}", "-D", "NM=arm-none-eabi-nm"]
         run(["cmake", *check, "-P", ROOT / "tests" / "firmware" / "check_image.cmake"])
-        made = emulate(image)
-        own_flash, own_ram = sizes(image)
-        call = empty["ticks"] / empty["updates"]
+        made = emulate(linked, target)
+        own_flash, own_ram = sizes(linked)
         all_figures.append(
             Figures(
+                target.name,
                 form,
                 parameters,
                 level,
@@ -179,7 +203,7 @@ def measure(folder: Path, parameters: int, level: str) -> list[Figures]:
                 own_flash - flash,
                 own_ram - ram + made["bytes"],
                 made["stack"],
-                deepest_stack(folder / "forms.ci", f"update_{form}"),
+                deepest_stack(folder / f"forms_{form}.ci", "measured_update"),
             )
         )
     return all_figures
@@ -189,10 +213,13 @@ def main() -> None:
     """Measure and write."""
     figures: list[Figures] = []
     with tempfile.TemporaryDirectory() as folder:
-        for parameters in COUNTS:
-            for level in LEVELS:
-                print(f"n = {parameters}, -O{level}", file=sys.stderr, flush=True)
-                figures += measure(Path(folder), parameters, level)
+        for target, counts in ((M4F, COUNTS), (M7, (6,))):
+            for parameters in counts:
+                for level in LEVELS:
+                    print(
+                        f"{target.name}, n = {parameters}, -O{level}", file=sys.stderr, flush=True
+                    )
+                    figures += measure(Path(folder), parameters, level, target)
     rows = [asdict(one) for one in figures]
     compiler = run(["arm-none-eabi-g++", "--version"]).splitlines()[0]
     emulator = run(["qemu-system-arm", "--version"]).splitlines()[0]

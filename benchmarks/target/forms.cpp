@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Every form that is measured, for EHSID_N parameters: the recursion with each policy, the textbook's with dense
-// matrices, and for six parameters the whole estimator as a controller calls it.
+// The form that is measured, EHSID_FORM, for EHSID_N parameters: the recursion with a policy, the textbook's with
+// dense matrices, or for six parameters the whole estimator as a controller calls it. One in a translation unit, as in
+// a controller: beside others a compiler shares functions that it would inline.
 // From n = 8 on Eigen would take its blocked matrix product, which asks for a heap at -Os; not here.
 #define EIGEN_CACHEFRIENDLY_PRODUCT_THRESHOLD 16
 #include <ehsid/ehsid.hpp>
@@ -73,35 +74,33 @@ struct Ruler {
   }
 };
 
+namespace forms {
+using nothing = Nothing;
+using ruler = Ruler;
+using as_printed = AsPrinted;
+using grouped = Grouped;
+using constant = Recursion<ehsid::Constant<float>>;
+using exponential = Recursion<ehsid::Exponential<float>>;
+using error_driven = Recursion<ehsid::ErrorDriven<float>>;
+using f_ratio = Recursion<ehsid::FRatio<float>>;
+using directional = Recursion<ehsid::Directional<float>>;
+using random_walk = Recursion<ehsid::RandomWalk<float, kN>>;
+using whole_constant = Whole<ehsid::Constant<float>>;
+using whole_exponential = Whole<ehsid::Exponential<float>>;
+using whole_error_driven = Whole<ehsid::ErrorDriven<float>>;
+using whole_f_ratio = Whole<ehsid::FRatio<float>>;
+using whole_directional = Whole<ehsid::Directional<float>>;
+using whole_random_walk = Whole<ehsid::RandomWalk<float, 6>>;
+}  // namespace forms
+
+using Measured = forms::EHSID_FORM;
+
 }  // namespace
 
-#define EHSID_FORM(name, ...)                                           \
-  extern "C" void start_##name(void* storage) {                         \
-    static_cast<void>(::new (storage) __VA_ARGS__());                   \
-  }                                                                     \
-  extern "C" int update_##name(void* storage, const Input& input) {     \
-    return static_cast<__VA_ARGS__*>(storage)->update_with(input);      \
-  }                                                                     \
-  extern "C" {                                                          \
-  extern const std::uint32_t bytes_##name;                              \
-  [[gnu::used]] const std::uint32_t bytes_##name = sizeof(__VA_ARGS__); \
-  }
-
-EHSID_FORM(nothing, Nothing)
-EHSID_FORM(ruler, Ruler)
-EHSID_FORM(as_printed, AsPrinted)
-EHSID_FORM(grouped, Grouped)
-EHSID_FORM(constant, Recursion<ehsid::Constant<float>>)
-EHSID_FORM(exponential, Recursion<ehsid::Exponential<float>>)
-EHSID_FORM(error_driven, Recursion<ehsid::ErrorDriven<float>>)
-EHSID_FORM(f_ratio, Recursion<ehsid::FRatio<float>>)
-EHSID_FORM(directional, Recursion<ehsid::Directional<float>>)
-EHSID_FORM(random_walk, Recursion<ehsid::RandomWalk<float, kN>>)
-#if EHSID_N == 6
-EHSID_FORM(whole_constant, Whole<ehsid::Constant<float>>)
-EHSID_FORM(whole_exponential, Whole<ehsid::Exponential<float>>)
-EHSID_FORM(whole_error_driven, Whole<ehsid::ErrorDriven<float>>)
-EHSID_FORM(whole_f_ratio, Whole<ehsid::FRatio<float>>)
-EHSID_FORM(whole_directional, Whole<ehsid::Directional<float>>)
-EHSID_FORM(whole_random_walk, Whole<ehsid::RandomWalk<float, 6>>)
-#endif
+extern "C" {
+void measured_start(void* storage) { static_cast<void>(::new (storage) Measured()); }
+int measured_update(void* storage, const Input& input) {
+  return static_cast<Measured*>(storage)->update_with(input);
+}
+const std::uint32_t measured_bytes = sizeof(Measured);
+}

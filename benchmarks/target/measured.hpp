@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is measured: one form of the estimator. The linker gives these three names to one of those in forms.cpp, so
-// that all but it is left out of the image.
+// What is measured: one form of the estimator, see forms.cpp.
 #pragma once
 
 #include <ehsid/types.hpp>
