@@ -29,7 +29,8 @@ from ehsid.harness.hil import (
     State,
     status_name,
 )
-from ehsid.harness.hil.messages import Hello, Resume, Start, Stop, parse_answer
+from ehsid.harness.hil.answers import parse_answer
+from ehsid.harness.hil.requests import Hello, Resume, Start, Stop
 from ehsid.harness.identification import ArxOrders
 
 LARGEST = float(np.finfo(np.float32).max)

@@ -24,9 +24,9 @@ from ehsid.harness.cli.estimate import ForgettingName, make_policy
 from ehsid.harness.cli.hil_progress import live
 from ehsid.harness.cli.signals import SignalName
 from ehsid.harness.experiment.published import published_rig
+from ehsid.harness.hil.answers import Identity
 from ehsid.harness.hil.comparison import compare
 from ehsid.harness.hil.emulator import emulated
-from ehsid.harness.hil.messages import Identity
 from ehsid.harness.hil.plan import (
     EXPERIMENT_FOLDERS,
     WATCHDOG_MS,

@@ -17,7 +17,7 @@ from rich.progress import (
 )
 
 import ehsid
-from ehsid.harness.hil.messages import Result
+from ehsid.harness.hil.answers import Result
 from ehsid.harness.hil.session import Counters
 
 LINE_EVERY_S = 10.0

@@ -8,23 +8,13 @@ The line between them is described in docs/hil_protocol.md.
 ...     session.hello()
 """
 
+from ehsid.harness.hil.answers import Done, Identity, Refused, Result, Safe
 from ehsid.harness.hil.configuration import POLICIES, Configuration, ControllerSettings
 from ehsid.harness.hil.emulator import Emulator, emulated
 from ehsid.harness.hil.errors import BadFrame, HilError, TargetReset
 from ehsid.harness.hil.frames import Packet, decode, encode
-from ehsid.harness.hil.messages import (
-    VERSION,
-    Done,
-    Identity,
-    Kind,
-    Reason,
-    Refused,
-    Result,
-    Safe,
-    Sample,
-    State,
-    status_name,
-)
+from ehsid.harness.hil.messages import VERSION, Kind, Reason, State, status_name
+from ehsid.harness.hil.requests import Sample
 from ehsid.harness.hil.session import Counters, Session
 from ehsid.harness.hil.transport import Line, open_line
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
 
-from ehsid.harness.hil.messages import Result
+from ehsid.harness.hil.answers import Result
 from ehsid.harness.hil.session import Counters
 from ehsid.harness.identification import ArxOrders
 

@@ -16,10 +16,11 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.hil.answers import Result
 from ehsid.harness.hil.errors import HilError, TargetReset
-from ehsid.harness.hil.messages import Result, Sample
 from ehsid.harness.hil.plan import Plan
 from ehsid.harness.hil.recording import Recording
+from ehsid.harness.hil.requests import Sample
 from ehsid.harness.hil.session import Counters, Session
 from ehsid.harness.simulation.outputs import OUTPUTS, OUTPUTS_OF, as_measured
 from ehsid.harness.simulation.run import prepare

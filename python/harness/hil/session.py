@@ -9,25 +9,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NoReturn, TypeVar
 
+from ehsid.harness.hil.answers import Answer, Done, Identity, Refused, Result, parse_answer
 from ehsid.harness.hil.configuration import POLICIES, Configuration
 from ehsid.harness.hil.errors import BadFrame, HilError, TargetReset
 from ehsid.harness.hil.frames import decode, encode
-from ehsid.harness.hil.messages import (
-    Answer,
-    Done,
-    Hello,
-    Identity,
-    Reason,
-    Refused,
-    Result,
-    Resume,
-    Sample,
-    Start,
-    State,
-    Stop,
-    parse_answer,
-    status_name,
-)
+from ehsid.harness.hil.messages import Reason, State, status_name
+from ehsid.harness.hil.requests import Hello, Resume, Sample, Start, Stop
 from ehsid.harness.hil.transport import Line
 
 MOST_TRIPS = 10

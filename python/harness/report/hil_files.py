@@ -6,9 +6,9 @@ from __future__ import annotations
 from typing import Any
 
 import ehsid
+from ehsid.harness.hil.answers import Identity
 from ehsid.harness.hil.comparison import Agreement, rmse
 from ehsid.harness.hil.configuration import POLICIES
-from ehsid.harness.hil.messages import Identity
 from ehsid.harness.hil.run import RunResult
 
 

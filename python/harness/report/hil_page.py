@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ehsid.harness.experiment.published import RECURSIVE, SOURCE
+from ehsid.harness.hil.answers import Identity
 from ehsid.harness.hil.comparison import Agreement, rmse
-from ehsid.harness.hil.messages import Identity
 from ehsid.harness.hil.run import RunResult
 from ehsid.harness.report.hil_figures import control_figure, estimates_figure
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words
