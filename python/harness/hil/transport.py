@@ -8,7 +8,6 @@ import io
 import select
 import socket
 import time
-from types import TracebackType
 from typing import Self
 
 import serial
@@ -105,12 +104,7 @@ class Line:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _next_frame(self) -> bytes | None:
