@@ -204,7 +204,18 @@ def test_a_line_that_is_closed_in_mid_run(relay: Relay, tmp_path: Path) -> None:
     assert code == 2
     assert "the line was closed" in errors.replace("\n", " ")
     with (tmp_path / "record.csv").open(newline="") as file:
-        assert 20 < len(list(csv.DictReader(file))) < 31
+        samples = len(list(csv.DictReader(file)))
+    assert 20 < samples < 31
+    assert f"holds the {samples} samples before" in errors.replace("\n", " ")
+
+
+def test_a_firmware_that_does_not_hold_the_estimator(relay: Relay, tmp_path: Path) -> None:
+    arguments = ("--port", relay.port, *SHORT, "--na", "6", "--nb", "6")
+    code, _, errors = ended(*arguments, "--out", str(tmp_path))
+    assert code == 2
+    assert "no estimator of 13 parameters" in errors.replace("\n", " ")
+    assert "holds the" not in errors
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from hil_runs import PATIENT, TIMEOUT_S
 
 from ehsid.harness.experiment.published import published_rig
 from ehsid.harness.experiment.rig_records import rig_record
-from ehsid.harness.hil import HilError, Line, Session, decode, open_line
+from ehsid.harness.hil import HilError, Kind, Line, Session, decode, open_line
 from ehsid.harness.hil.comparison import compare, rmse
 from ehsid.harness.hil.plan import Plan, experiment_plans, position_plan
 from ehsid.harness.hil.recording import ESTIMATES, RECORD, Recording
@@ -148,7 +148,7 @@ def test_a_reset_in_mid_run_is_got_over(
     relay, seen = bench[0], list[int]()
 
     def reset(way: str, number: int, frame: bytes) -> Passing:
-        if way == TO_TARGET and decode(frame).kind == 0x04:
+        if way == TO_TARGET and decode(frame).kind == Kind.SAMPLE:
             seen.append(number)
             if len(seen) == 50:
                 relay.device.reset()
@@ -172,7 +172,7 @@ def test_a_target_that_is_reset_again_and_again_ends_the_run(
     relay, seen = bench[0], list[int]()
 
     def reset(way: str, number: int, frame: bytes) -> Passing:
-        if way == TO_TARGET and decode(frame).kind == 0x04:
+        if way == TO_TARGET and decode(frame).kind == Kind.SAMPLE:
             seen.append(number)
             if len(seen) % 20 == 0:
                 relay.device.reset()
@@ -207,3 +207,21 @@ def test_position_control_with_the_fixed_gain_is_that_of_the_simulator(
     bound = 26 * 4 * 7.5e-9 * controller.gain_v_m
     np.testing.assert_allclose(result.command_v, here.column("command_v"), rtol=0, atol=bound)
     assert bound < 1e-3 * np.ptp(result.command_v)
+
+
+def test_a_reset_at_the_very_end_loses_nothing(
+    bench: tuple[Relay, Line], plan: Plan, tmp_path: Path
+) -> None:
+    relay, stops = bench[0], list[int]()
+
+    def reset(way: str, number: int, frame: bytes) -> Passing:
+        if way == TO_TARGET and decode(frame).kind == Kind.STOP:
+            stops.append(number)
+            relay.device.reset()
+        return undisturbed(way, number, frame)
+
+    relay.disturb(reset)
+    result = run(bench, shortened(plan, 30), tmp_path)
+    assert stops
+    assert len(result.results) == 30
+    assert compare(result).equal

@@ -27,6 +27,7 @@ from ehsid.harness.experiment.published import published_rig
 from ehsid.harness.hil.answers import Identity
 from ehsid.harness.hil.comparison import compare
 from ehsid.harness.hil.emulator import emulated
+from ehsid.harness.hil.errors import HilError
 from ehsid.harness.hil.plan import (
     EXPERIMENT_FOLDERS,
     WATCHDOG_MS,
@@ -123,13 +124,20 @@ def _run_all(
         for folder, plan in plans.items():
             told = plan.configuration.estimator
             with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], told.orders) as recording:
-                run = run_plan(
-                    plan,
-                    session,
-                    recording,
-                    real_time=real_time,
-                    progress=stage(plan.name, plan.samples),
-                )
+                try:
+                    run = run_plan(
+                        plan,
+                        session,
+                        recording,
+                        real_time=real_time,
+                        progress=stage(plan.name, plan.samples),
+                    )
+                except HilError as error:
+                    if recording.samples == 0:
+                        raise
+                    raise HilError(
+                        f"{error}; {out / folder} holds the {recording.samples} samples before"
+                    ) from error
             runs.append((folder or type(told.forgetting).__name__, run, compare(run)))
     return runs
 

@@ -65,11 +65,18 @@ class Recording:
     """The two files of a run, record.csv and estimates.csv, from its first sample on.
 
     The record holds what the target was sent and what it answered, as float32 numbers: a replay
-    gives the bits of the target.
+    gives the bits of the target. A run without a sample leaves no files.
+
+    Attributes
+    ----------
+    samples
+        written so far.
     """
 
     def __init__(self, folder: Path, outputs: Sequence[str], orders: ArxOrders) -> None:
         folder.mkdir(parents=True, exist_ok=True)
+        self.samples = 0
+        self._folder = folder
         self._outputs = tuple(outputs)
         self._record = Table(folder / RECORD, ("time_s", "command_v", *self._outputs))
         try:
@@ -84,6 +91,9 @@ class Recording:
     def __exit__(self, *_: object) -> None:
         self._record.close()
         self._estimates.close()
+        if self.samples == 0:
+            for name in (RECORD, ESTIMATES):
+                (self._folder / name).unlink()
 
     def add(
         self,
@@ -122,3 +132,4 @@ class Recording:
                 *result.theta,
             )
         )
+        self.samples += 1

@@ -146,7 +146,8 @@ def run_plan(
         with suppress(HilError):
             session.stop()
         raise
-    session.stop()
+    with suppress(HilError):  # all samples are there; if it does not hear, its watchdog does it
+        session.stop()
     return RunResult(
         plan,
         np.array([result.command_v for result in results]),
