@@ -18,7 +18,7 @@ from ehsid.harness.excitation import random_steps
 from ehsid.harness.experiment.published import DT_S, published_rig
 from ehsid.harness.hil import Session, emulated, open_line
 from ehsid.harness.hil.comparison import Agreement, compare
-from ehsid.harness.hil.plan import EXPERIMENT_FOLDERS, Plan, experiment_plans, position_plan
+from ehsid.harness.hil.plan import FACTORS, Plan, experiment_plans, position_plan
 from ehsid.harness.hil.recording import Recording
 from ehsid.harness.hil.run import RunResult, run_plan
 from ehsid.harness.report.hil_figures import control_figure, estimates_figure
@@ -64,10 +64,11 @@ def main() -> None:
     with emulated(Path(sys.argv[1])) as port, open_line(port) as line:
         session, rig = Session(line), published_rig()
         plans = experiment_plans(rig, suggested_controller(rig), seed=0)
-        runs = [(EXPERIMENT_FOLDERS[name], *run(session, plan)) for name, plan in plans.items()]
+        runs = [(name, *run(session, plan)) for name, plan in plans.items()]
         for name, _, agreement in runs:
             print(f"{name}: {agreement.sentence}")
-        estimates_figure(runs).savefig(HERE / "experiment.png", dpi=90)
+        estimates_figure(runs[: len(FACTORS)]).savefig(HERE / "experiment.png", dpi=90)
+        estimates_figure(runs[len(FACTORS) :]).savefig(HERE / "changed.png", dpi=90)
         for retune in (False, True):
             result, agreement = run(session, weak_supply(retune))
             error = result.plan.reference_m - result.position_m

@@ -66,9 +66,16 @@ def test_the_experiment_has_a_folder_for_each_factor(relay: Relay, tmp_path: Pat
     for name in ("varying", "lambda_0.99", "lambda_1", "f_ratio"):
         assert name in said
         assert (tmp_path / name / "estimates.csv").exists()
-    records = [tmp_path / name / "record.csv" for name in ("varying", "lambda_0.99", "lambda_1")]
-    first = records[0].read_bytes()
-    assert all(record.read_bytes() == first for record in records)  # an open loop: same data
+    names = ("varying", "lambda_0.99", "lambda_1", "f_ratio", "changed", "changed_reset")
+    records = [tmp_path / name / "record.csv" for name in names]
+    lines = [record.read_bytes().splitlines() for record in records]
+    # An open loop: the same data, in the last two up to the sample at which the load changes.
+    assert all(record == lines[0] for record in lines[:4])
+    assert lines[4] == lines[5]
+    assert lines[4][:1002] == lines[0][:1002]
+    assert lines[4][1002:] != lines[0][1002:]
+    runs = {run["name"]: run for run in json.loads((tmp_path / "hil.json").read_text())["runs"]}
+    assert runs["changed_reset"]["resets"] >= 1 > runs["changed"]["resets"]
     assert read_record(records[0]).dt_s == pytest.approx(DT_S)
 
 
@@ -235,7 +242,7 @@ def test_the_experiment_on_the_emulated_cortex_m(machine: str, tmp_path: Path) -
     assert code == 0, errors
     findings = json.loads(said)
     assert findings["target"]["board"] == f"mps2-{machine}"
-    assert [run["samples"] for run in findings["runs"]] == [2000] * 4
+    assert [run["samples"] for run in findings["runs"]] == [2000] * 6
     assert all(run["equal_to_host"] for run in findings["runs"])
     assert findings["runs"][0]["line"]["asked_again"] == 0
 

@@ -14,7 +14,7 @@ from hil_line import TO_TARGET, Passing, Relay, Seeded, relayed, undisturbed
 from hil_runs import PATIENT, TIMEOUT_S
 
 from ehsid.harness.experiment.published import published_rig
-from ehsid.harness.experiment.rig_records import rig_record
+from ehsid.harness.experiment.rig_records import changed_record, rig_record
 from ehsid.harness.hil import HilError, Kind, Line, Session, decode, open_line
 from ehsid.harness.hil.comparison import compare, rmse
 from ehsid.harness.hil.plan import Plan, experiment_plans, position_plan
@@ -73,6 +73,9 @@ def test_the_plans_of_the_experiment_are_its_records() -> None:
     for plan in plans.values():
         np.testing.assert_array_equal(plan.direct_v, record.column("command_v"))
     assert len({repr(plan.configuration.estimator.forgetting) for plan in plans.values()}) == 4
+    assert [bool(plan.change) for plan in plans.values()] == [False] * 4 + [True] * 2
+    resets = [plan.configuration.estimator.reset is not None for plan in plans.values()]
+    assert resets == [False] * 5 + [True]
 
 
 def test_a_run_is_recorded_as_the_target_had_it(
@@ -225,3 +228,26 @@ def test_a_reset_at_the_very_end_loses_nothing(
     assert stops
     assert len(result.results) == 30
     assert compare(result).equal
+
+
+def test_a_change_of_the_plant_is_that_of_the_experiment(
+    bench: tuple[Relay, Line], tmp_path: Path
+) -> None:
+    bench[0].disturb(undisturbed)
+    plans = experiment_plans(RIG, suggested_controller(RIG), seed=3, watchdog_ms=NEVER_MS)
+    plan = plans["changed_reset"]
+    result = run(bench, replace(plan, noise=np.zeros_like(plan.noise)), tmp_path)
+    mass = 2.0 * RIG.values["load.mass_kg"]
+    expected = changed_record(RIG, {"load.mass_kg": mass}, 3).record
+    speed = np.abs(expected.column("velocity_m_s")).max()
+    # The spool that begins at null lacks, until it has followed, 2 damping / omega of the way; the
+    # other record has the noise of the sensor, of which 2000 samples stay below five deviations.
+    lag = 2.0 * 0.85 / (2.0 * np.pi * 70.0) * speed
+    noise = 5.0 * RIG.sensors["position_noise_m"]
+    difference = np.abs(result.position_m - expected.column("position_m"))
+    assert difference[:1000].max() < noise
+    assert difference.max() < lag + noise
+    unchanged = rig_record(RIG, 3).record.column("position_m")
+    assert np.abs(result.position_m - unchanged).max() > 10.0 * (lag + noise)
+    assert compare(result).equal
+    assert result.results[-1].resets >= 1

@@ -29,7 +29,6 @@ from ehsid.harness.hil.comparison import compare
 from ehsid.harness.hil.emulator import emulated
 from ehsid.harness.hil.errors import HilError
 from ehsid.harness.hil.plan import (
-    EXPERIMENT_FOLDERS,
     WATCHDOG_MS,
     Plan,
     experiment_plans,
@@ -85,8 +84,7 @@ class Asked:
         controller = suggested_controller(rig, self.bandwidth)
         more: dict[str, Any] = {"values": self.values, "watchdog_ms": self.watchdog_ms}
         if self.loop is HilLoop.experiment:
-            found = experiment_plans(rig, controller, self.signal.seed, **more)
-            return {EXPERIMENT_FOLDERS[name]: plan for name, plan in found.items()}
+            return experiment_plans(rig, controller, self.signal.seed, **more)
         # Another stream than that of the signal, as `ehsid simulate --noise` has it.
         rng = np.random.default_rng([self.signal.seed, 1])
         more |= {

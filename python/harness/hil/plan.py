@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.experiment.comparison import Contender
 from ehsid.harness.experiment.published import DT_S
 from ehsid.harness.experiment.recursive import CONTENDERS, setting_of
 from ehsid.harness.experiment.rig_records import SAMPLES, excitation_of, trim
@@ -38,10 +39,12 @@ GAIN_STEP = 0.01
 # Converged enough for that gain: each parameter to a tenth, not to a twentieth as by default.
 CERTAIN_ENOUGH = ehsid.ConvergenceOptions(tolerance=0.1)
 WATCHDOG_MS = 500
-# The order of the columns in the paper's table, and what it does not have.
-EXPERIMENT_FOLDERS = dict(
-    zip(CONTENDERS, ("varying", "lambda_0.99", "lambda_1", "f_ratio"), strict=True)
-)
+MASS = "load.mass_kg"
+# The factors of the experiment by the folder of their run.
+FACTORS = dict(zip(("varying", "lambda_0.99", "lambda_1", "f_ratio"), CONTENDERS, strict=True))
+# A rig takes up a second load as heavy as its own; so often with and without the reset of Fig. 4.
+CHANGED_LOAD = 2.0
+CHANGED = {"changed": False, "changed_reset": True}
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +72,9 @@ class Plan:
     values
         of the simulated machine in place of those of the rig, by full name: what the controller
         does not know.
+    change
+        multiples of the rig's values, by full name, from the middle of the run on: the plant
+        changes, and nobody tells the target.
     """
 
     name: str
@@ -80,11 +86,17 @@ class Plan:
     configuration: Configuration
     position0_m: float | None = None
     values: Mapping[str, float] = field(default_factory=dict)
+    change: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def samples(self) -> int:
         """N."""
         return self.direct_v.size
+
+    @property
+    def change_at(self) -> int | None:
+        """The sample from which on `change` holds."""
+        return self.samples // 2 if self.change else None
 
     @property
     def reference_speed_m_s(self) -> FloatArray:
@@ -230,10 +242,12 @@ def experiment_plans(
     values: Mapping[str, float] | None = None,
     watchdog_ms: int = WATCHDOG_MS,
 ) -> dict[str, Plan]:
-    """The recursive half of the published experiment, by name of the forgetting factor.
+    """The recursive half of the published experiment, by folder.
 
     2000 samples of 50 ms of a random-phase multisine, the record of
-    `ehsid.harness.experiment.rig_records.rig_record` with this seed; the same for each factor.
+    `ehsid.harness.experiment.rig_records.rig_record` with this seed: once for each forgetting
+    factor, and for the varying one twice more with a load that doubles at half time, without and
+    with the reset of Fig. 4 (a rig without `load.mass_kg`: not).
     """
     # In this order, so that it is the record of that seed.
     rng = np.random.default_rng(seed)
@@ -248,20 +262,30 @@ def experiment_plans(
         values=values,
         watchdog_ms=watchdog_ms,
     )
-    told = plan.configuration
-    return {
-        name: replace(
-            plan,
-            name=f"{rig.name}, lambda: {name}",
-            configuration=replace(
-                told,
-                estimator=replace(
-                    told.estimator,
-                    forgetting=contender.forgetting,
-                    rls=contender.options,
-                    reset=ehsid.RmseResetOptions() if contender.reset else None,
-                ),
-            ),
-        )
-        for name, contender in CONTENDERS.items()
+    plans = {
+        folder: _with_factor(plan, factor, CONTENDERS[factor]) for folder, factor in FACTORS.items()
     }
+    if MASS not in rig.values:
+        return plans
+    varying = FACTORS["varying"]
+    for folder, reset in CHANGED.items():
+        contender = replace(CONTENDERS[varying], reset=reset)
+        words = f"{varying}, load doubled, {'with' if reset else 'no'} reset"
+        changed = _with_factor(plan, words, contender)
+        plans[folder] = replace(changed, change={MASS: CHANGED_LOAD})
+    return plans
+
+
+def _with_factor(plan: Plan, words: str, contender: Contender) -> Plan:
+    told = plan.configuration
+    estimator = replace(
+        told.estimator,
+        forgetting=contender.forgetting,
+        rls=contender.options,
+        reset=ehsid.RmseResetOptions() if contender.reset else None,
+    )
+    return replace(
+        plan,
+        name=f"{plan.rig.name}, lambda: {words}",
+        configuration=replace(told, estimator=estimator),
+    )

@@ -16,12 +16,14 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+import ehsid
 from ehsid.harness.hil.answers import Result
 from ehsid.harness.hil.errors import HilError, TargetReset
 from ehsid.harness.hil.plan import Plan
 from ehsid.harness.hil.recording import Recording
 from ehsid.harness.hil.requests import Sample
 from ehsid.harness.hil.session import Counters, Session
+from ehsid.harness.rigs.parameters import INITIAL_PREFIX
 from ehsid.harness.simulation.outputs import OUTPUTS, OUTPUTS_OF, as_measured
 from ehsid.harness.simulation.run import prepare
 
@@ -110,6 +112,8 @@ def run_plan(
     try:
         for k in range(plan.samples):
             shown = as_measured(plant.read(), plan.noise[k], start.told)
+            if k == plan.change_at:
+                plant = _changed(plan, plant)
             if not np.isfinite(shown[POSITION]):
                 raise HilError(
                     f"{plan.name}: the simulated position is not finite from sample {k} on: the "
@@ -162,6 +166,23 @@ def run_plan(
 def _since(now: Counters, before: Counters) -> Counters:
     counts = asdict(before)
     return Counters(**{name: count - counts[name] for name, count in asdict(now).items()})
+
+
+def _changed(plan: Plan, plant: ehsid.Plant) -> ehsid.Plant:
+    """The changed machine in the state of the one before, its spool at null.
+
+    A spool settles within milliseconds; at the sampling time of the experiment that is a tenth of a
+    sample.
+    """
+    state = dict(zip(OUTPUTS, plant.read(), strict=True))
+    changed = {name: factor * plan.rig.values[name] for name, factor in plan.change.items()}
+    values = {**plan.values, **changed}
+    # The initial values that there are; those of an axis are fewer.
+    for parameter in ehsid.plant_parameters():
+        if parameter.name.startswith(INITIAL_PREFIX):
+            output = parameter.name.removeprefix(INITIAL_PREFIX)
+            values[parameter.name] = float(state[output])
+    return prepare(plan.rig, dt_s=plan.dt_s, values=values).plant(quantised=False)
 
 
 def _begin(session: Session, plan: Plan, first: int) -> None:

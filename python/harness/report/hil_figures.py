@@ -29,7 +29,10 @@ def _limits(curves: npt.NDArray[np.floating[Any]]) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def _restarts(axes: Axes, run: RunResult) -> None:
+def _events(axes: Axes, run: RunResult) -> None:
+    """Restarts of the target, and a change of the plant."""
+    if run.plan.change_at is not None:
+        axes.axvline(run.plan.change_at * run.plan.dt_s, color="0.5", linewidth=1.0)
     for sample in run.restarts:
         axes.axvline(sample * run.plan.dt_s, color="tab:red", linewidth=1.0, linestyle=":")
 
@@ -53,7 +56,7 @@ def estimates_figure(runs: Sequence[tuple[str, RunResult, Agreement]]) -> Figure
             for i in where:
                 axes.plot(time, scale * agreement.theta[:, i], linewidth=2.0, label=orders.names[i])
                 axes.plot(time, scale * agreement.replay.theta[:, i], "k--", linewidth=0.6)
-            _restarts(axes, run)
+            _events(axes, run)
             axes.grid(True, alpha=0.3)
             axes.margins(x=0.0)
             if row == 0:
@@ -106,7 +109,7 @@ def control_figure(run: RunResult) -> Figure:
     gain.legend(fontsize="small", ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     gain.set_xlabel("time in s")
     for axes in (path, error, command, gain):
-        _restarts(axes, run)
+        _events(axes, run)
         axes.grid(True, alpha=0.3)
         axes.margins(x=0.0)
     return figure

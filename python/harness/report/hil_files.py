@@ -33,6 +33,8 @@ def plain_run(name: str, run: RunResult, agreement: Agreement) -> dict[str, Any]
         "dt_s": run.plan.dt_s,
         "samples": len(run.results),
         "seconds": round(run.seconds, 3),
+        "change": dict(run.plan.change),
+        "change_at_sample": run.plan.change_at,
         "forgetting": repr(told.estimator.forgetting),
         "orders": str(told.estimator.orders),
         "parameters": {

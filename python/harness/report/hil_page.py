@@ -129,9 +129,8 @@ def line_table(runs: Runs) -> Table:
     )
 
 
-def hil_page(identity: Identity, runs: Runs, *, published: bool) -> Page:
-    """Everything on one page; published: with the paper's figures beside ours."""
-    blocks: list[Words | Table | Picture] = [
+def _estimates(runs: Runs) -> list[Words | Table | Picture]:
+    return [
         Picture(
             estimates_figure(runs),
             "Estimates of the target (colour) and of the host on the same data (dashed), and the "
@@ -141,9 +140,20 @@ def hil_page(identity: Identity, runs: Runs, *, published: bool) -> Page:
         ),
         parameter_table(runs),
     ]
+
+
+def hil_page(identity: Identity, runs: Runs, *, published: bool) -> Page:
+    """Everything on one page; published: with the paper's figures beside ours."""
+    steady = [run for run in runs if not run[1].plan.change]
+    changed = [run for run in runs if run[1].plan.change]
+    blocks = _estimates(steady)
     if published:
         blocks.append(published_table())
     sections = [Section("Estimates on the target", blocks)]
+    if changed:
+        what = " and ".join(f"{n} times {x:g}" for n, x in changed[0][1].plan.change.items())
+        words = Words(f"The same, but the plant changes at half time (grey line): {what}.")
+        sections.append(Section("A change of the plant", [words, *_estimates(changed)]))
     for name, run, _ in runs:
         if run.plan.configuration.controller.position_control:
             sections.append(
