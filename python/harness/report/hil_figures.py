@@ -22,10 +22,9 @@ def _time(run: RunResult) -> FloatArray:
 
 
 def _limits(curves: npt.NDArray[np.floating[Any]]) -> tuple[float, float]:
-    """Of an axis: the first samples, from a vague start, swing far out of what matters."""
-    settled = curves[len(curves) // 5 :]
-    low, high = float(settled.min()), float(settled.max())
-    margin = 0.15 * (high - low) + 1e-12
+    """Of an axis: after a vague start or a reset a few samples swing far out of what matters."""
+    low, high = (float(x) for x in np.quantile(curves[len(curves) // 5 :], [0.01, 0.99]))
+    margin = 0.2 * (high - low) + 1e-12
     return low - margin, high + margin
 
 

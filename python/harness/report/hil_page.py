@@ -134,8 +134,8 @@ def _estimates(runs: Runs) -> list[Words | Table | Picture]:
         Picture(
             estimates_figure(runs),
             "Estimates of the target (colour) and of the host on the same data (dashed), and the "
-            "forgetting factor. The axes follow the last four fifths: from a vague start the first "
-            "samples swing far outside.",
+            "forgetting factor. After a vague start and a reset the first samples swing out of the "
+            "picture.",
             "Curves of parameters and forgetting factor over time, target and host on each other",
         ),
         parameter_table(runs),
