@@ -6,7 +6,7 @@ from typing import cast
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.optimize import least_squares, lsq_linear
 
@@ -73,6 +73,7 @@ def test_iterations_are_kept() -> None:
 
 
 @given(seed=st.integers(0, 500))
+@example(seed=298)  # six tries do not shorten its steps enough
 def test_bent_errors_end_where_scipy_ends_with_fewer_sensitivities(seed: int) -> None:
     rng = np.random.default_rng(seed)
     # x + x^3 / 2 is monotone and the columns are independent: there is one minimum.

@@ -19,7 +19,8 @@ FloatArray = npt.NDArray[np.float64]
 
 DAMPING = 1e-2
 LESS, MORE = 1.0 / 6.0, 8.0
-TRIES = 6
+# Damping falls to 1e-9 where steps gain; from there a short step is as many tries away.
+TRIES = 10
 TRIES_STALE = 2
 # A gain in cost below this is none: costs are log-likelihoods, where one is a standard error.
 GAIN = 1e-2
