@@ -2,7 +2,7 @@
 """Whole runs with the firmware of this host: what is recorded, and whose estimates they are."""
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from hil_firmware import HostDevice
 from hil_line import TO_TARGET, Passing, Relay, Seeded, relayed, undisturbed
 from hil_runs import PATIENT, TIMEOUT_S
 
+from ehsid.harness.excitation import random_steps
 from ehsid.harness.experiment.published import published_rig
 from ehsid.harness.experiment.rig_records import changed_record, rig_record
 from ehsid.harness.hil import HilError, Kind, Line, Session, decode, open_line
@@ -60,6 +61,30 @@ def run(bench: tuple[Relay, Line], plan: Plan, folder: Path) -> RunResult:
     orders = plan.configuration.estimator.orders
     with Recording(folder, OUTPUTS_OF[plan.rig.plant], orders) as recording:
         return run_plan(plan, session, recording)
+
+
+class Resetting:
+    """Resets the target before a request of this kind is passed on: at these samples, or always."""
+
+    def __init__(self, relay: Relay, kind: Kind, samples: Sequence[int] = ()) -> None:
+        self.done = 0
+        self._relay, self._kind, self._left = relay, kind, list(samples)
+
+    def __call__(self, way: str, number: int, frame: bytes) -> Passing:
+        packet = decode(frame)
+        if way == TO_TARGET and packet.kind == self._kind and self._now(packet.body):
+            self.done += 1
+            self._relay.device.reset()
+        return undisturbed(way, number, frame)
+
+    def _now(self, body: bytes) -> bool:
+        """By the number in the sample, not of the frame: a loaded machine asks again."""
+        if self._kind is not Kind.SAMPLE:
+            return self.done == 0
+        if self._left and int.from_bytes(body[:4], "little") == self._left[0]:
+            self._left.pop(0)
+            return True
+        return False
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -148,19 +173,9 @@ def test_faults_change_no_byte_of_the_record(
 def test_a_reset_in_mid_run_is_got_over(
     bench: tuple[Relay, Line], plan: Plan, tmp_path: Path
 ) -> None:
-    relay, seen = bench[0], list[int]()
-
-    def reset(way: str, number: int, frame: bytes) -> Passing:
-        if way == TO_TARGET and decode(frame).kind == Kind.SAMPLE:
-            seen.append(number)
-            if len(seen) == 50:
-                relay.device.reset()
-        return undisturbed(way, number, frame)
-
-    relay.disturb(reset)
+    bench[0].disturb(Resetting(bench[0], Kind.SAMPLE, [49]))
     result = run(bench, plan, tmp_path)
-    assert len(result.restarts) == 1
-    assert 48 <= result.restarts[0] <= 51
+    assert result.restarts == (49,)
     assert len(result.results) == SAMPLES
     # The simulated machine stood still meanwhile, so the record is that of an undisturbed run.
     np.testing.assert_array_equal(result.command_v, np.float32(plan.direct_v))
@@ -172,19 +187,11 @@ def test_a_reset_in_mid_run_is_got_over(
 def test_a_target_that_is_reset_again_and_again_ends_the_run(
     bench: tuple[Relay, Line], plan: Plan, tmp_path: Path
 ) -> None:
-    relay, seen = bench[0], list[int]()
-
-    def reset(way: str, number: int, frame: bytes) -> Passing:
-        if way == TO_TARGET and decode(frame).kind == Kind.SAMPLE:
-            seen.append(number)
-            if len(seen) % 20 == 0:
-                relay.device.reset()
-        return undisturbed(way, number, frame)
-
-    relay.disturb(reset)
+    relay = bench[0]
+    relay.disturb(Resetting(relay, Kind.SAMPLE, [20, 40, 60, 80]))
     with pytest.raises(HilError, match=f"was reset {MOST_RESTARTS + 1} times"):
         run(bench, plan, tmp_path)
-    assert 0 < len(rows(tmp_path / RECORD)) < SAMPLES
+    assert len(rows(tmp_path / RECORD)) == 80
     relay.disturb(undisturbed)
     assert compare(run(bench, plan, tmp_path)).equal  # the next one runs
 
@@ -215,17 +222,10 @@ def test_position_control_with_the_fixed_gain_is_that_of_the_simulator(
 def test_a_reset_at_the_very_end_loses_nothing(
     bench: tuple[Relay, Line], plan: Plan, tmp_path: Path
 ) -> None:
-    relay, stops = bench[0], list[int]()
-
-    def reset(way: str, number: int, frame: bytes) -> Passing:
-        if way == TO_TARGET and decode(frame).kind == Kind.STOP:
-            stops.append(number)
-            relay.device.reset()
-        return undisturbed(way, number, frame)
-
-    relay.disturb(reset)
+    resetting = Resetting(bench[0], Kind.STOP)
+    bench[0].disturb(resetting)
     result = run(bench, shortened(plan, 30), tmp_path)
-    assert stops
+    assert resetting.done == 1
     assert len(result.results) == 30
     assert compare(result).equal
 
@@ -251,3 +251,36 @@ def test_a_change_of_the_plant_is_that_of_the_experiment(
     assert np.abs(result.position_m - unchanged).max() > 10.0 * (lag + noise)
     assert compare(result).equal
     assert result.results[-1].resets >= 1
+
+
+def test_the_gain_follows_the_estimate_within_its_bounds(
+    bench: tuple[Relay, Line], tmp_path: Path
+) -> None:
+    """A machine with a third of the pressure that the controller was tuned for."""
+    bench[0].disturb(undisturbed)
+    rng = np.random.default_rng(1)
+    reference = 0.15 + random_steps(600, amplitude=0.03, hold=(10, 60), rng=rng)
+    plan = position_plan(
+        RIG,
+        reference,
+        suggested_controller(RIG, 0.3),
+        dt_s=0.05,
+        noise=draw_noise(RIG, reference.size, rng),
+        watchdog_ms=NEVER_MS,
+    )
+    weak = replace(plan, rig=RIG.with_values({"supply.pressure_pa": 4e6}))
+    result = run(bench, weak, tmp_path)
+    told = plan.configuration.controller
+    gains = np.array([answer.gain_v_m for answer in result.results])
+    followed = np.array([answer.gain_estimated for answer in result.results])
+    assert followed.any()
+    assert np.all(gains[~followed] == np.float32(told.fixed_gain_v_m))
+    # Rounding of float32 on both sides.
+    assert gains.max() <= told.gain_max_v_m * (1.0 + 1e-6)
+    assert gains.min() >= told.gain_min_v_m * (1.0 - 1e-6)
+    both = followed[1:] & followed[:-1]
+    steps = np.abs(np.diff(gains))[both]
+    assert steps.max() <= told.gain_step * told.fixed_gain_v_m * (1.0 + 1e-4)
+    # The machine is slower than told, so the gain has to grow.
+    assert gains[followed].max() > 1.2 * told.fixed_gain_v_m
+    assert compare(result).equal
