@@ -166,6 +166,8 @@ def test_a_host_that_is_killed(relay: Relay, tmp_path: Path) -> None:
     """The target closes the valve, the record ends with a whole line, the next host can run."""
     watched = Watched()
     relay.disturb(watched)
+    for name in ("hil.html", "hil.json"):
+        (tmp_path / name).write_text("of an earlier run")
     process = _start(relay, tmp_path)
     assert watched.under_way.wait(60.0)
     process.kill()
@@ -178,6 +180,7 @@ def test_a_host_that_is_killed(relay: Relay, tmp_path: Path) -> None:
     assert all(line.count(b",") == columns for line in lines[:-1])
     assert len(lines) - 2 >= 20  # sample 20 was on its way: those before had been written
     assert not (tmp_path / "hil.json").exists()
+    assert not (tmp_path / "hil.html").exists()
     relay.disturb(undisturbed)
     code, _, errors = ended("--port", relay.port, *SHORT, "--out", str(tmp_path))
     assert code == 0, errors

@@ -16,12 +16,13 @@ from hil_runs import PATIENT, TIMEOUT_S
 from ehsid.harness.excitation import random_steps
 from ehsid.harness.experiment.published import published_rig
 from ehsid.harness.experiment.rig_records import changed_record, rig_record
-from ehsid.harness.hil import HilError, Kind, Line, Session, decode, open_line
+from ehsid.harness.hil import HilError, Identity, Kind, Line, Session, decode, open_line
 from ehsid.harness.hil.comparison import compare, rmse
 from ehsid.harness.hil.plan import Plan, experiment_plans, position_plan
 from ehsid.harness.hil.recording import ESTIMATES, RECORD, Recording
 from ehsid.harness.hil.run import MOST_RESTARTS, RunResult, run_plan
 from ehsid.harness.records import read_record
+from ehsid.harness.report.hil_page import lead
 from ehsid.harness.simulation import draw_noise, simulate_closed_loop, suggested_controller
 from ehsid.harness.simulation.outputs import OUTPUTS_OF
 
@@ -111,6 +112,7 @@ def test_a_run_is_recorded_as_the_target_had_it(
     record = read_record(tmp_path / RECORD)
     np.testing.assert_array_equal(record.column("command_v"), result.command_v)
     np.testing.assert_array_equal(record.column("position_m"), result.position_m)
+    np.testing.assert_array_equal(result.position_m, np.float32(result.position_m))
     np.testing.assert_array_equal(result.command_v, np.float32(plan.direct_v))
     # The simulated run on the command in double: the rounding of a float32 command, 6e-8 of it,
     # is an offset in speed of that share; over the run the rod moves less than its stroke. The
@@ -153,6 +155,18 @@ def test_one_bit_is_seen(bench: tuple[Relay, Line], plan: Plan, tmp_path: Path, 
     agreement = compare(replace(result, results=tuple(answers)))
     assert agreement.different.tolist() == [at]
     assert f"first at sample {at}" in agreement.sentence
+
+
+def test_a_command_at_its_limit_is_said(
+    bench: tuple[Relay, Line], plan: Plan, tmp_path: Path
+) -> None:
+    bench[0].disturb(undisturbed)
+    result = run(bench, shortened(plan, 40), tmp_path)
+    limited = replace(result, results=tuple(replace(r, limited=True) for r in result.results))
+    identity = Identity(1, (0, 1, 0), frozenset(), frozenset(), "host")
+    said = [lead(identity, [("run", one, compare(one))]) for one in (result, limited)]
+    assert not any("at its limit" in sentence for sentence in said[0])
+    assert any("at its limit for 100 %" in sentence for sentence in said[1])
 
 
 def test_faults_change_no_byte_of_the_record(
@@ -202,7 +216,7 @@ def test_position_control_with_the_fixed_gain_is_that_of_the_simulator(
     bench[0].disturb(undisturbed)
     controller, dt_s = suggested_controller(RIG, 0.3), 0.02
     time = np.arange(200) * dt_s
-    reference = 0.15 + 0.01 * np.sin(2 * np.pi * 0.5 * time)
+    reference = 0.12 + 0.01 * np.sin(2 * np.pi * 0.5 * time)
     noise = draw_noise(RIG, reference.size, np.random.default_rng(5))
     plan = position_plan(
         RIG, reference, controller, dt_s=dt_s, noise=noise, retune=False, watchdog_ms=NEVER_MS
