@@ -7,8 +7,7 @@ import binascii
 import struct
 from dataclasses import dataclass
 
-from cobs import cobs
-
+from ehsid.harness.hil import cobs
 from ehsid.harness.hil.errors import BadFrame
 
 MAX_PACKET = 512
@@ -53,7 +52,7 @@ def encode(kind: int, sequence: int, body: bytes) -> bytes:
     if len(body) > MAX_BODY:
         raise ValueError(f"a body of {len(body)} bytes; a packet takes at most {MAX_BODY}")
     packet = _HEAD.pack(kind, sequence) + body
-    return b"\0" + bytes(cobs.encode(packet + _CRC.pack(check_sum(packet)))) + b"\0"
+    return b"\0" + cobs.encode(packet + _CRC.pack(check_sum(packet))) + b"\0"
 
 
 def decode(frame: bytes) -> Packet:
@@ -66,10 +65,7 @@ def decode(frame: bytes) -> Packet:
     """
     if len(frame) > MAX_FRAME:
         raise BadFrame(f"longer than {MAX_FRAME} bytes")
-    try:
-        data = bytes(cobs.decode(frame))
-    except cobs.DecodeError as error:
-        raise BadFrame(f"not COBS: {error}") from error
+    data = cobs.decode(frame)
     if len(data) > MAX_PACKET:  # a frame of the largest size whose codes stand for zeros
         raise BadFrame(f"a packet of {len(data)} bytes; at most {MAX_PACKET}")
     if len(data) < _HEAD.size + _CRC.size:
