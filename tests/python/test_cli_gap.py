@@ -2,7 +2,6 @@
 import json
 import os
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Sequence
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from interrupts import interruptible
 from made_diagnoses import VERDICTS, bench, made_diagnosis, measured_record
 from typer.testing import CliRunner
 
@@ -253,30 +253,24 @@ def alive(group: int) -> bool:
 
 @pytest.mark.skipif(os.name != "posix", reason="signals to a group of processes")
 def test_ctrl_c_ends_all_and_leaves_nothing(here: Path) -> None:
-    work = subprocess.Popen(
-        [sys.executable, "-c", LONG_WORK],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    assert work.stderr is not None
-    while "started" not in (line := work.stderr.readline()):
-        assert line, "the command ended before it began"
-    time.sleep(1.0)  # its workers are running now
-    # A terminal sends it to the whole group.
-    os.killpg(work.pid, signal.SIGINT)
-    out, err = work.communicate(timeout=30)
-    assert work.returncode == 130
-    assert "Traceback" not in out + err
-    assert sorted(path.name for path in here.iterdir()) == [
-        "one.csv",
-        "rig.toml",
-        "three.csv",
-        "two.csv",
-    ]
-    # No worker is left behind; they end a moment later than what started them.
-    deadline = time.monotonic() + 20.0
-    while alive(work.pid) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert not alive(work.pid)
+    with interruptible([sys.executable, "-c", LONG_WORK]) as work:
+        assert work.stderr is not None
+        while "started" not in (line := work.stderr.readline()):
+            assert line, "the command ended before it began"
+        time.sleep(1.0)  # its workers are running now
+        # A terminal sends it to the whole group.
+        os.killpg(work.pid, signal.SIGINT)
+        out, err = work.communicate(timeout=60)
+        assert work.returncode == 130
+        assert "Traceback" not in out + err
+        assert sorted(path.name for path in here.iterdir()) == [
+            "one.csv",
+            "rig.toml",
+            "three.csv",
+            "two.csv",
+        ]
+        # No worker is left behind; they end a moment later than what started them.
+        deadline = time.monotonic() + 60.0
+        while alive(work.pid) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert not alive(work.pid)

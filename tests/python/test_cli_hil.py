@@ -10,12 +10,14 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import hil_firmware
 import pytest
 from hil_firmware import HostDevice
 from hil_line import TO_HOST, TO_TARGET, Passing, Relay, relayed, undisturbed
+from interrupts import interruptible
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
@@ -129,16 +131,11 @@ def test_estimates_that_are_not_the_hosts_end_with_code_1(relay: Relay, tmp_path
     assert "-ffp-contract=off" in said.replace("\n", " ")
 
 
-def _start(relay: Relay, out: Path) -> subprocess.Popen[str]:
+def _long_run(relay: Relay, out: Path) -> AbstractContextManager[subprocess.Popen[str]]:
     """The command as a process of its own, which takes 100 s: a sample every 50 ms."""
     command = [sys.executable, "-c", "from ehsid.harness.cli import main; main()", "hil"]
     command += ["--port", relay.port, "--loop", "open", "--duration", "100", "--dt", "0.05"]
-    return subprocess.Popen(
-        [*command, "--real-time", "--out", str(out)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    return interruptible([*command, "--real-time", "--out", str(out)])
 
 
 class Watched:
@@ -168,10 +165,10 @@ def test_a_host_that_is_killed(relay: Relay, tmp_path: Path) -> None:
     relay.disturb(watched)
     for name in ("hil.html", "hil.json"):
         (tmp_path / name).write_text("of an earlier run")
-    process = _start(relay, tmp_path)
-    assert watched.under_way.wait(60.0)
-    process.kill()
-    process.communicate()
+    with _long_run(relay, tmp_path) as process:
+        assert watched.under_way.wait(60.0)
+        process.kill()
+        process.communicate()
     assert watched.safe.wait(10.0)
     assert watched.valve_v == 0.0
     lines = (tmp_path / "record.csv").read_bytes().split(b"\n")
@@ -189,10 +186,10 @@ def test_a_host_that_is_killed(relay: Relay, tmp_path: Path) -> None:
 def test_ctrl_c(relay: Relay, tmp_path: Path) -> None:
     watched = Watched()
     relay.disturb(watched)
-    process = _start(relay, tmp_path)
-    assert watched.under_way.wait(60.0)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=30.0)
+    with _long_run(relay, tmp_path) as process:
+        assert watched.under_way.wait(60.0)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60.0)
     assert process.returncode == 130
     assert "interrupted" in errors
     assert "Traceback" not in errors

@@ -87,7 +87,7 @@ def test_noise_alone_has_no_map() -> None:
     assert maps([COMPARED], errors, FLOORS, RIG).regimes == ()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     scale=st.floats(1e-6, 1e6),
     seed=st.integers(0, 1000),

@@ -74,7 +74,7 @@ def test_the_regressor_is_that_of_equation_8(orders: ArxOrders, skip: int, seed:
     assert sum(run.stop - run.start for run in rows.runs) == rows.y.size
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(orders=STRUCTURES, seed=st.integers(0, 2**32 - 1), scale=st.floats(1e-6, 1e6))
 def test_the_estimate_is_that_of_lstsq(orders: ArxOrders, seed: int, scale: float) -> None:
     rng = np.random.default_rng(seed)
@@ -178,7 +178,7 @@ def test_removing_means_is_a_fit_of_the_centred_signals() -> None:
     assert removed.y_mean == y.mean()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
     u_scale=st.floats(1e-6, 1e6),

@@ -20,7 +20,7 @@ def clean(y: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, Outliers]:
     return replace_outliers(data, data.split(0.5)[0])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     seed=st.integers(0, 2**32 - 1),
     # Apart by more than the reach of a spike, in both halves, at the last sample too.

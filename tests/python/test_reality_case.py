@@ -127,7 +127,7 @@ def test_true_values_lie_where_the_kind_says(seed: int, plant: str) -> None:
 
 
 @given(seed=st.integers(0, 10**6), grade=st.sampled_from(GRADES), kind=st.sampled_from(KINDS))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_any_case_stays_inside_the_machine(seed: int, grade: Any, kind: Any) -> None:
     case = make_case(seed, grade, kind, sensors="pressures+supply+spool", seconds=2.0)
     rig = parse_rig(case.rig_toml)

@@ -53,7 +53,7 @@ def test_a_record_survives_each_format(tmp_path: Path, ending: str) -> None:
         np.testing.assert_array_equal(read.column(name), values)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     values=arrays(
         np.float64,

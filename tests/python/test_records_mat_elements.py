@@ -91,7 +91,7 @@ def test_arrays_within_arrays_have_an_end() -> None:
         check_elements(buffer.getvalue())
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     position=st.integers(0, len(PLAIN) - 1),
     put=st.binary(min_size=1, max_size=8) | st.sampled_from([bytes([code]) for code in range(20)]),

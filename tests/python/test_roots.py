@@ -146,7 +146,7 @@ def test_p_values_of_a_true_common_root_are_at_least_uniform() -> None:
     assert rejected <= scipy.stats.binom.isf(1e-3, 100, 0.05)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     place=st.complex_numbers(min_magnitude=0.2, max_magnitude=0.95),
     gap=st.floats(0.0, 1.0),

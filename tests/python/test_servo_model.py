@@ -136,7 +136,7 @@ def test_discretisation_agrees_with_scipy_and_python_control(x: float, xi: float
     np.testing.assert_allclose(theta[3:], discrete.num[0][0][-3:], atol=1e-12)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(x=phases, xi=dampings)
 def test_discretisation_is_exact_to_rounding(x: float, xi: float) -> None:
     theta, exact = unit_theta(x, xi), exact_theta(x, xi)
