@@ -11,15 +11,21 @@ fail() {
 # Runs apt as root, through sudo where it asks for no password; says what it does. False where neither works.
 apt_install() {
   command -v apt-get >/dev/null 2>&1 || return 1
-  local as_root=()
+  local as_root=() log
   if [ "$(id -u)" -ne 0 ]; then
     sudo -n true 2>/dev/null || return 1
     as_root=(sudo -n)
   fi
   say "installing with apt: $*"
-  "${as_root[@]}" apt-get update -qq >/dev/null 2>&1 || true
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" \
-    >/dev/null 2>&1
+  log=$(mktemp)
+  "${as_root[@]}" apt-get update -qq >"$log" 2>&1 || true # an old list may do
+  if ! "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -y -qq --no-install-recommends "$@" >>"$log" 2>&1; then
+    cat "$log" >&2
+    rm -f "$log"
+    return 1
+  fi
+  rm -f "$log"
 }
 
 # need COMMAND_OR_FILE PACKAGE...: installs the packages unless the command or file is there.
@@ -45,17 +51,40 @@ find_python() {
   return 1
 }
 
-# set_up EXTRA: .venv with the project and its dependencies; EXTRA is '' or e.g. '[test,lint]'.
+# requirements GROUP...: what pyproject.toml asks for, one a line. GROUP is `build`, `run` or the name of an extra.
+requirements() {
+  .venv/bin/python - "$@" <<'PY'
+import sys
+import tomllib
+
+with open("pyproject.toml", "rb") as file:
+    project = tomllib.load(file)
+groups = project["project"]["optional-dependencies"] | {
+    # With --no-build-isolation nobody but us installs CMake and Ninja.
+    "build": project["build-system"]["requires"] + ["cmake", "ninja"],
+    "run": project["project"]["dependencies"],
+}
+print(*sorted({line for name in sys.argv[1:] for line in groups[name]}), sep="\n")
+PY
+}
+
+# Checksum of all that the installed package is made of.
+sources_stamp() {
+  find pyproject.toml CMakeLists.txt README.md cpp bindings cmake python -type f ! -path '*__pycache__*' -print0 |
+    sort -z | xargs -0 cksum | cksum
+}
+
+# set_up EXTRA...: .venv with the project, its dependencies and those of the extras named, e.g. `test lint`.
 set_up() {
-  local python
+  local python wanted known=.venv/ehsid-requirements stamp
   need c++ g++
   python=$(find_python) || {
     apt_install python3 python3-venv python3-dev || true
     python=$(find_python) || fail "Python >= 3.11 is needed and was not found"
   }
-  if [ ! -x .venv/bin/python ]; then
+  if ! .venv/bin/python -m pip --version >/dev/null 2>&1; then
     say "making .venv"
-    "$python" -m venv .venv >/dev/null 2>&1 || {
+    "$python" -m venv --clear .venv >/dev/null 2>&1 || {
       apt_install python3-venv python3-dev || fail "python3-venv is missing; install it by hand"
       "$python" -m venv --clear .venv
     }
@@ -63,21 +92,55 @@ set_up() {
   .venv/bin/python -c 'import sysconfig, os, sys
 sys.exit(not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h")))' ||
     apt_install python3-dev || fail "Python's headers are missing; install python3-dev by hand"
-  local stamp
-  stamp="$1 $(cat pyproject.toml CMakeLists.txt | cksum) $(find cpp bindings cmake python -type f \
-    ! -path '*__pycache__*' -print0 | sort -z | xargs -0 cat | cksum)"
+
+  # First what others wrote, each package built by pip in an environment of its own where it has no wheel.
+  wanted=$(requirements build run "$@")
+  if [ -n "$(comm -23 <(sort <<<"$wanted") <(sort "$known" 2>/dev/null))" ]; then
+    say "installing what ehsid needs into .venv: $(wc -l <<<"$wanted") packages and theirs"
+    .venv/bin/python -m pip install -q --disable-pip-version-check -r /dev/stdin <<<"$wanted" ||
+      fail "pip could not install the packages that ehsid needs; its message stands above"
+    printf '%s\n' "$wanted" >>"$known"
+  fi
+  # Then ehsid itself, with the build tools that are now in .venv: in an environment of its own each path
+  # would be another one each time, and everything would be compiled again.
+  stamp=$(sources_stamp)
   if [ "$(cat .venv/ehsid-stamp 2>/dev/null)" != "$stamp" ]; then
-    say "installing ehsid and what it needs into .venv (compiles the estimator: 2 to 4 minutes the first time)"
-    # The build's own needs go into .venv too: in a fresh folder each time, as pip would have them, every
-    # path changes and everything is compiled again.
-    local build_needs
-    build_needs=$("$python" -c 'import tomllib
-print("\n".join(tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"]))')
-    printf '%s\n' "$build_needs" cmake ninja | .venv/bin/python -m pip install -q \
-      --disable-pip-version-check -r /dev/stdin || fail "pip install failed"
+    say "compiling ehsid and installing it into .venv: some minutes the first time"
     CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)} PATH="$PWD/.venv/bin:$PATH" \
-      .venv/bin/python -m pip install -q --disable-pip-version-check --no-build-isolation ".$1" ||
-      fail "pip install failed"
+      .venv/bin/python -m pip install -q --disable-pip-version-check --no-build-isolation --no-deps . ||
+      fail "ehsid could not be compiled; the compiler's message stands above"
+    .venv/bin/python -m pip check --disable-pip-version-check >/dev/null ||
+      .venv/bin/python -m pip check --disable-pip-version-check ||
+      fail "the packages in .venv do not fit together; remove .venv and start again"
     printf '%s' "$stamp" >.venv/ehsid-stamp
   fi
+}
+
+# from_nothing COMMAND...: runs it in a new folder with the files of this tree that git knows or would take
+# (changes that are not committed included), an empty HOME, and no cache of pip or a compiler. So nothing that
+# this machine remembers can hide a step that is missing. The folder is kept where the command fails.
+from_nothing() {
+  local top changes status=0
+  need git git
+  top=$(mktemp -d "${TMPDIR:-/tmp}/ehsid-fresh.XXXXXX")
+  git clone -q . "$top/ehsid"
+  changes=$(git status --porcelain | wc -l)
+  if [ "$changes" -gt 0 ]; then
+    say "$changes files differ from the last commit: they are tested as they are now"
+    git diff --quiet HEAD || git diff --binary HEAD | git -C "$top/ehsid" apply --whitespace=nowarn
+    git ls-files -z --others --exclude-standard | xargs -0 -r cp --parents -t "$top/ehsid"
+  fi
+  mkdir "$top/home"
+  say "from nothing, in $top/ehsid"
+  (
+    cd "$top/ehsid" || exit
+    unset VIRTUAL_ENV PYTHONPATH PYTHONHOME XDG_CACHE_HOME XDG_CONFIG_HOME XDG_DATA_HOME MPLCONFIGDIR NUMBA_CACHE_DIR
+    HOME=$top/home PIP_NO_CACHE_DIR=1 CCACHE_DISABLE=1 "$@"
+  ) || status=$?
+  if [ "$status" -eq 0 ]; then
+    rm -rf "$top"
+  else
+    say "kept to look at: $top/ehsid"
+  fi
+  return "$status"
 }
