@@ -27,7 +27,7 @@ def case(records: Sequence[Record], **told: float) -> Case:
     return make_case(replace(made.RIG, sensors=told), records)
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(step=st.floats(5e-5, 3e-4))
 def test_a_coarse_step_is_read_from_the_record(step: float) -> None:
     found = position_step(case([rounded(step)]))

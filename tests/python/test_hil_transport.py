@@ -13,7 +13,7 @@ from contextlib import contextmanager
 import pytest
 import serial
 import serial.rfc2217
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.hil import HilError, Line, encode, open_line
@@ -39,7 +39,6 @@ def pair() -> Iterator[tuple[Line, socket.socket]]:
         yield made
 
 
-@settings(deadline=None)
 @given(st.lists(st.binary(max_size=60), max_size=6), st.lists(st.integers(1, 40), min_size=1))
 def test_frames_come_whole_however_the_line_cuts_them(
     pair: tuple[Line, socket.socket], bodies: list[bytes], cuts: list[int]

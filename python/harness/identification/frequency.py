@@ -164,7 +164,7 @@ def frequency_response(
     of_a = back[:, None] ** np.arange(1, na + 1)
     of_b = back[:, None] ** np.arange(nk, nk + nb)
     denominator = 1.0 + of_a @ model.a
-    g = (of_b @ model.b) / denominator
+    g = np.asarray((of_b @ model.b) / denominator, dtype=np.complex128)
     # dG/db_i = z^-(nk+i-1) / A, dG/da_i = -G z^-i / A.
     gradient = np.concatenate((-g[:, None] * of_a, of_b), axis=1) / denominator[:, None]
     jacobian = np.stack((gradient.real, gradient.imag), axis=1)

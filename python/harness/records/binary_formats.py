@@ -63,8 +63,9 @@ class MatTable:
         self._path = path
         try:
             check_elements(data)
-            # The stubs know paths only; the function takes any binary file.
-            content = scipy.io.loadmat(BytesIO(data))  # type: ignore[arg-type]
+            # Some versions of the stubs know paths only; the function takes any binary file.
+            file: Any = BytesIO(data)
+            content = scipy.io.loadmat(file)
         except NotImplementedError:
             raise RecordError(
                 path,
