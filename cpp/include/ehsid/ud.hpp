@@ -181,7 +181,7 @@ struct UdFactors {
   /// P_ii <- P_ii + c, c >= 0: the same with the unit vector e_i, which leaves the columns behind i alone.
   [[gnu::always_inline]] void add_variance(int i, Scalar c) {
     const auto ii = static_cast<std::size_t>(i);
-    Array<Scalar, kN> a;
+    Array<Scalar, kN> a{};  // from i on never read, which gcc 14 does not see and warns of
     const Scalar grown = d[ii] + c;
     const Scalar slope = c / grown;
     Scalar* column = u.data() + at(0, i);
