@@ -70,6 +70,11 @@ typename Bits<Scalar>::Word bits_of(Scalar value) {
   typename Bits<Scalar>::Word bits = 0;
   static_assert(sizeof bits == sizeof value, "a number and its bits");
   std::memcpy(&bits, &value, sizeof bits);
+#if defined(__GNUC__) && __FINITE_MATH_ONLY__
+  // With -ffast-math clang from 18 on takes it that no number given to a function is NaN or Inf, and concludes
+  // from that on its bits, too. What an empty asm statement may have changed it knows nothing of.
+  __asm__("" : "+r"(bits));
+#endif
   return bits;
 }
 
