@@ -181,7 +181,7 @@ struct UdFactors {
   /// P_ii <- P_ii + c, c >= 0: the same with the unit vector e_i, which leaves the columns behind i alone.
   [[gnu::always_inline]] void add_variance(int i, Scalar c) {
     const auto ii = static_cast<std::size_t>(i);
-    Array<Scalar, kN> a{};  // from i on never read, which gcc 14 does not see and warns of
+    Array<Scalar, kN> a;
     const Scalar grown = d[ii] + c;
     const Scalar slope = c / grown;
     Scalar* column = u.data() + at(0, i);
@@ -223,6 +223,11 @@ struct UdFactors {
   }
 
  private:
+#if defined(__GNUC__) && !defined(__clang__)
+// gcc 14 warns of entries of a behind the first `size`: they may not be written, but they are not read either.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
   /// Agee-Turner where all but the first `size` entries of a are zero. Overwrites a with U^-1 a (U before the update).
   [[gnu::always_inline]] void add_leading(Scalar c, Array<Scalar, kN>& a, int size) {
     Scalar* column = u.data() + at(0, size);
@@ -242,6 +247,9 @@ struct UdFactors {
       d[jj] = grown;
     }
   }
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
 
   /// a' P^-1 a, of whose entries a(i) all but the first `size` are zero.
   template <class Entries>
