@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
@@ -65,7 +66,10 @@ class MatTable:
             check_elements(data)
             # Some versions of the stubs know paths only; the function takes any binary file.
             file: Any = BytesIO(data)
-            content = scipy.io.loadmat(file)
+            with warnings.catch_warnings():
+                # scipy 1.18 says that sparse variables will be of another class: all are refused.
+                warnings.filterwarnings("ignore", ".*`spmatrix`", DeprecationWarning)
+                content = scipy.io.loadmat(file)
         except NotImplementedError:
             raise RecordError(
                 path,
