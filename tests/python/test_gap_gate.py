@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from ehsid.harness.excitation import multisine
 from ehsid.harness.gap.gate import gate, longest_stretch, stretch
 from ehsid.harness.gap.gate_channels import spikes
+from ehsid.harness.gap.gate_signs import _correlation
 from ehsid.harness.gap.oil_spring import oil_spring_hz
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import Rig, read_rig
@@ -258,6 +259,17 @@ def test_spikes_are_found_and_motion_is_not(
     signal[place] += sign * size
     if size > 200.0:
         assert np.flatnonzero(spikes(signal)).tolist() == [place]
+
+
+@pytest.mark.parametrize("unit", [1e-300, 1.0, 1e150, 1e300])
+def test_directions_are_judged_in_any_unit(unit: float) -> None:
+    rng = np.random.default_rng(3)
+    speed = rng.standard_normal(400)
+    noisy = speed + rng.standard_normal(400)
+    wanted = np.corrcoef(speed, noisy)[0, 1]
+    assert _correlation(unit * noisy, speed) == pytest.approx(wanted, rel=1e-12)
+    assert _correlation(speed, -unit * noisy) == pytest.approx(-wanted, rel=1e-12)
+    assert _correlation(np.full(400, unit), speed) == 0.0
 
 
 @given(

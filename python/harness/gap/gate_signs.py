@@ -28,13 +28,28 @@ def _slopes(record: Record, order: int) -> FloatArray:
     )
 
 
+def _without_mean(values: FloatArray) -> FloatArray:
+    """In units of the largest deviation from the mean, so that squares are of order one."""
+    scaled = values / np.abs(values).max()
+    deviation = scaled - scaled.mean()
+    largest = np.abs(deviation).max()
+    return np.asarray(deviation / largest if largest > 0.0 else deviation, dtype=np.float64)
+
+
+def _correlation(first: FloatArray, second: FloatArray) -> float:
+    """Correlation coefficient of signals that are not zero throughout; 0 where one is constant."""
+    a, b = _without_mean(first), _without_mean(second)
+    size = np.sqrt((a @ a) * (b @ b))
+    return float(a @ b / size) if size > 0.0 else 0.0
+
+
 def check_directions(record: Record, rig: Rig) -> list[Remark]:
     """A positive command extends the rod: a valve makes speed of it, a motor power."""
     command, speed = record.column("command_v"), _slopes(record, 1)
     if np.ptp(command) == 0.0 or np.ptp(speed) == 0.0:
         return []
     # Power of the drive, but for the mean command, which may hold a load.
-    together = float(np.corrcoef(command, speed)[0, 1])
+    together = _correlation(command, speed)
     if together > -OPPOSITE:
         return []
     return [
