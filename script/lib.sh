@@ -60,7 +60,7 @@ import tomllib
 with open("pyproject.toml", "rb") as file:
     project = tomllib.load(file)
 groups = project["project"]["optional-dependencies"] | {
-    # With --no-build-isolation nobody but us installs CMake and Ninja.
+    # Without pip's isolation scikit-build-core does not add CMake and Ninja itself.
     "build": project["build-system"]["requires"] + ["cmake", "ninja"],
     "run": project["project"]["dependencies"],
 }
@@ -86,23 +86,23 @@ set_up() {
     say "making .venv"
     "$python" -m venv --clear .venv >/dev/null 2>&1 || {
       apt_install python3-venv python3-dev || fail "python3-venv is missing; install it by hand"
-      "$python" -m venv --clear .venv
+      "$python" -m venv --clear .venv || fail "$python could not make .venv; its message stands above"
     }
   fi
   .venv/bin/python -c 'import sysconfig, os, sys
 sys.exit(not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h")))' ||
     apt_install python3-dev || fail "Python's headers are missing; install python3-dev by hand"
 
-  # First what others wrote, each package built by pip in an environment of its own where it has no wheel.
-  wanted=$(requirements build run "$@")
+  # First the packages of others. Where one has no wheel, pip builds it in an environment of its own.
+  wanted=$(requirements build run "$@") || fail "pyproject.toml does not say what is needed; its message stands above"
   if [ -n "$(comm -23 <(sort <<<"$wanted") <(sort "$known" 2>/dev/null))" ]; then
     say "installing what ehsid needs into .venv: $(wc -l <<<"$wanted") packages and theirs"
     .venv/bin/python -m pip install -q --disable-pip-version-check -r /dev/stdin <<<"$wanted" ||
       fail "pip could not install the packages that ehsid needs; its message stands above"
     printf '%s\n' "$wanted" >>"$known"
   fi
-  # Then ehsid itself, with the build tools that are now in .venv: in an environment of its own each path
-  # would be another one each time, and everything would be compiled again.
+  # Then ehsid itself, with the build tools that are now in .venv. In an environment of its own every path would be
+  # new each time, and everything would be compiled again.
   stamp=$(sources_stamp)
   if [ "$(cat .venv/ehsid-stamp 2>/dev/null)" != "$stamp" ]; then
     say "compiling ehsid and installing it into .venv: some minutes the first time"
@@ -116,9 +116,9 @@ sys.exit(not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Pyth
   fi
 }
 
-# from_nothing COMMAND...: runs it in a new folder with the files of this tree that git knows or would take
-# (changes that are not committed included), an empty HOME, and no cache of pip or a compiler. So nothing that
-# this machine remembers can hide a step that is missing. The folder is kept where the command fails.
+# from_nothing COMMAND...: runs the command in a new folder below TMPDIR, with an empty HOME and no cache of pip or of a
+# compiler, so that nothing this machine remembers can hide a missing step. The folder holds the files that git knows
+# or would add, with changes that are not committed. It is removed where the command succeeds, and kept where it fails.
 from_nothing() {
   local top changes status=0
   need git git

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What holds for all tests."""
+"""Settings that hold for all tests."""
 
 from hypothesis import settings
 

@@ -45,7 +45,7 @@ def estimates(results: list[Result]) -> list[Result]:
 
 def wait_until(true: Callable[[], bool]) -> None:
     """For what another thread is about to do; fails where it does not."""
-    deadline = time.monotonic() + 10.0
+    deadline = time.monotonic() + 60.0
     while not true():
         assert time.monotonic() < deadline
         time.sleep(0.001)

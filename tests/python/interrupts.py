@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Commands as processes of their own, which a test interrupts or kills."""
+"""Run a command as a process of its own, for tests that interrupt or kill it."""
 
 import contextlib
 import os

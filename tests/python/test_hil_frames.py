@@ -46,14 +46,14 @@ def test_cobs_is_the_published_one(plain: str, stuffed: str) -> None:
     assert cobs.decode(bytes.fromhex(stuffed)) == bytes.fromhex(plain)
 
 
-# Runs of 254 bytes that are not zero fill a block; just below and above the code differs.
+# A run of 254 bytes that are not zero fills a block; lengths around it are the hard cases.
 runs = st.lists(
     st.tuples(st.sampled_from([0, 1, 2, 253, 254, 255, 508, 509]), st.booleans()), max_size=6
 )
 
 
 @given(runs)
-def test_cobs_comes_back_without_a_zero_and_with_one_byte_for_each_254(
+def test_cobs_comes_back_and_is_longer_by_one_byte_for_each_254(
     parts: list[tuple[int, bool]],
 ) -> None:
     packet = b"".join(b"\x07" * length + b"\0" * zero for length, zero in parts)
@@ -123,8 +123,8 @@ def test_every_bit_that_is_flipped_on_the_line_is_found() -> None:
     [
         (b"", "0 bytes; at least 5"),
         (b"\x05abcd", "4 bytes; at least 5"),
-        (b"\x20abc", "the block at byte 0 has 31 bytes, but only 3 follow"),
-        (b"\x02a\x03b", "the block at byte 2 has 2 bytes, but only 1 follow"),
+        (b"\x20abc", "the block at byte 0 needs 32 bytes, and the frame has 4 left"),
+        (b"\x02a\x03b", "the block at byte 2 needs 3 bytes, and the frame has 2 left"),
         (b"\x03a\0b", "not COBS: there is a zero byte inside"),
         (b"\x01" * 516, "longer than 515"),
         (b"\x01" * 515, "514 bytes; at most 512"),

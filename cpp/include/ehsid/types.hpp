@@ -71,8 +71,8 @@ typename Bits<Scalar>::Word bits_of(Scalar value) {
   static_assert(sizeof bits == sizeof value, "a number and its bits");
   std::memcpy(&bits, &value, sizeof bits);
 #if defined(__GNUC__) && __FINITE_MATH_ONLY__
-  // With -ffast-math clang from 18 on takes it that no number given to a function is NaN or Inf, and concludes
-  // from that on its bits, too. What an empty asm statement may have changed it knows nothing of.
+  // With -ffast-math a compiler may assume that no argument of a function is NaN or Inf. clang 19 (not yet 14) applies
+  // that to the bits, too, and removes the guard. Behind an empty asm statement it can assume nothing about them.
   __asm__("" : "+r"(bits));
 #endif
   return bits;

@@ -224,7 +224,7 @@ struct UdFactors {
 
  private:
 #if defined(__GNUC__) && !defined(__clang__)
-// gcc 14 warns of entries of a behind the first `size`: they may not be written, but they are not read either.
+// gcc 14 warns that `a` may be used uninitialised. Only its first `size` entries are read, and the caller has written them.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif

@@ -28,17 +28,30 @@ def _slopes(record: Record, order: int) -> FloatArray:
     )
 
 
-def _without_mean(values: FloatArray) -> FloatArray:
-    """In units of the largest deviation from the mean, so that squares are of order one."""
+def _normalised(values: FloatArray) -> FloatArray:
+    """Subtract the mean and divide by the largest deviation, so that squares are of order one."""
     scaled = values / np.abs(values).max()
     deviation = scaled - scaled.mean()
     largest = np.abs(deviation).max()
     return np.asarray(deviation / largest if largest > 0.0 else deviation, dtype=np.float64)
 
 
-def _correlation(first: FloatArray, second: FloatArray) -> float:
-    """Correlation coefficient of signals that are not zero throughout; 0 where one is constant."""
-    a, b = _without_mean(first), _without_mean(second)
+def correlation(first: FloatArray, second: FloatArray) -> float:
+    """Compute the correlation coefficient of two signals in any unit.
+
+    `np.corrcoef` squares the values as they are, which loses very small and very large ones.
+
+    Parameters
+    ----------
+    first, second
+        shape (N,); each has a value other than zero.
+
+    Returns
+    -------
+    float
+        -1 to 1; 0 where a signal is constant.
+    """
+    a, b = _normalised(first), _normalised(second)
     size = np.sqrt((a @ a) * (b @ b))
     return float(a @ b / size) if size > 0.0 else 0.0
 
@@ -49,7 +62,7 @@ def check_directions(record: Record, rig: Rig) -> list[Remark]:
     if np.ptp(command) == 0.0 or np.ptp(speed) == 0.0:
         return []
     # Power of the drive, but for the mean command, which may hold a load.
-    together = _correlation(command, speed)
+    together = correlation(command, speed)
     if together > -OPPOSITE:
         return []
     return [

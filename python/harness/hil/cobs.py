@@ -21,7 +21,8 @@ def encode(packet: bytes) -> bytes:
     Returns
     -------
     bytes
-        The frame, without a zero byte; longer than the packet by one byte for each 254 bytes begun.
+        The frame, without a zero byte. It is at least 1 and at most 1 + len(packet) // 254 bytes
+        longer than the packet.
     """
     frame = bytearray()
     parts = packet.split(b"\0")
@@ -51,8 +52,8 @@ def decode(frame: bytes) -> bytes:
         end = start + code
         if end > len(frame):
             raise BadFrame(
-                f"not COBS: the block at byte {start} has {code - 1} bytes, "
-                f"but only {len(frame) - start - 1} follow"
+                f"not COBS: the block at byte {start} needs {code} bytes, "
+                f"and the frame has {len(frame) - start} left"
             )
         packet += frame[start + 1 : end]
         if code != _FULL and end < len(frame):

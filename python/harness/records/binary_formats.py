@@ -67,7 +67,7 @@ class MatTable:
             # Some versions of the stubs know paths only; the function takes any binary file.
             file: Any = BytesIO(data)
             with warnings.catch_warnings():
-                # scipy 1.18 says that sparse variables will be of another class: all are refused.
+                # scipy 1.18 warns that sparse variables will be of another class. We refuse all.
                 warnings.filterwarnings("ignore", ".*`spmatrix`", DeprecationWarning)
                 content = scipy.io.loadmat(file)
         except NotImplementedError:
