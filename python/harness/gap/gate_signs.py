@@ -28,12 +28,10 @@ def _slopes(record: Record, order: int) -> FloatArray:
     )
 
 
-def _normalised(values: FloatArray) -> FloatArray:
-    """Subtract the mean and divide by the largest deviation, so that squares are of order one."""
+def _deviation(values: FloatArray) -> FloatArray:
+    """Deviation from the mean, in units of the largest value, so that squares are of order one."""
     scaled = values / np.abs(values).max()
-    deviation = scaled - scaled.mean()
-    largest = np.abs(deviation).max()
-    return np.asarray(deviation / largest if largest > 0.0 else deviation, dtype=np.float64)
+    return np.asarray(scaled - scaled.mean(), dtype=np.float64)
 
 
 def correlation(first: FloatArray, second: FloatArray) -> float:
@@ -51,7 +49,7 @@ def correlation(first: FloatArray, second: FloatArray) -> float:
     float
         -1 to 1; 0 where a signal is constant.
     """
-    a, b = _normalised(first), _normalised(second)
+    a, b = _deviation(first), _deviation(second)
     size = np.sqrt((a @ a) * (b @ b))
     return float(a @ b / size) if size > 0.0 else 0.0
 
