@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
 // One Python class for every order, precision and policy: what the compiled estimators have in common.
+// Without the recursion, so that a change of it compiles none of the binding files again.
 #pragma once
 
+#include <ehsid/any_arx.hpp>
 #include <ehsid/forgetting.hpp>
-#include <ehsid/servo_estimator.hpp>
+#include <ehsid/monitor.hpp>
+#include <ehsid/reset.hpp>
+#include <ehsid/rls_options.hpp>
+#include <ehsid/scaling.hpp>
 
 #include <memory>
 #include <optional>
@@ -12,6 +17,9 @@
 #include <vector>
 
 namespace ehsid::bindings {
+
+/// na and nb of the largest model, and its constant term.
+inline constexpr int kMaxParameters = 2 * kMaxOrder + 1;
 
 /// RandomWalk before the number of parameters is known: one drift for all, or one each.
 struct RandomWalkSettings {
@@ -43,6 +51,8 @@ struct EstimatorSettings {
   std::vector<double> theta0;
   std::vector<double> variance0;
   std::optional<double> input_limit;
+
+  int n() const { return na + nb + (offset ? 1 : 0); }
 };
 
 /// Where a run writes, row by row; columns of the caller's arrays, `theta` and `deviation` with n a row.
@@ -103,43 +113,10 @@ class AnyEstimator : public AnyRecursion {
   virtual int resets() const = 0;
 };
 
-/// Policies as template parameters that still lack precision and size.
-struct ConstantPolicy {
-  using Settings = Constant<double>;
-  template <class Scalar, int kN>
-  using Type = Constant<Scalar>;
-};
-struct ExponentialPolicy {
-  using Settings = Exponential<double>;
-  template <class Scalar, int kN>
-  using Type = Exponential<Scalar>;
-};
-struct ErrorDrivenPolicy {
-  using Settings = ErrorDriven<double>;
-  template <class Scalar, int kN>
-  using Type = ErrorDriven<Scalar>;
-};
-struct FRatioPolicy {
-  using Settings = FRatio<double>;
-  template <class Scalar, int kN>
-  using Type = FRatio<Scalar>;
-};
-struct DirectionalPolicy {
-  using Settings = Directional<double>;
-  template <class Scalar, int kN>
-  using Type = Directional<Scalar>;
-};
-struct RandomWalkPolicy {
-  using Settings = RandomWalkSettings;
-  template <class Scalar, int kN>
-  using Type = RandomWalk<Scalar, kN>;
-};
-
-/// One of the compiled estimators. Instantiated once a precision and policy, in a file of its own
-/// (see CMakeLists.txt): together they would be one very long compilation.
-template <class Scalar, class Policy>
+/// The compiled estimator for these settings, in float or double.
+template <class Scalar>
 std::unique_ptr<AnyRls> make_rls(const RlsSettings& settings);
-template <class Scalar, class Policy>
+template <class Scalar>
 std::unique_ptr<AnyEstimator> make_estimator(const EstimatorSettings& settings);
 
 }  // namespace ehsid::bindings

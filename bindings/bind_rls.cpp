@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
-#include "estimator_instances.hpp"
 
 namespace ehsid::bindings {
 namespace {
@@ -94,10 +93,9 @@ ValueError
                       const RlsOptions<double>& options, std::vector<double> theta0,
                       std::vector<double> variance0, const py::object& dtype) {
             require_range("n", n, 1, kMaxParameters);
-            RlsSettings settings{n, forgetting, options, std::move(theta0), std::move(variance0)};
-            return dispatch(is_single(dtype), forgetting, [&](auto scalar, auto policy) {
-              return make_rls<decltype(scalar), decltype(policy)>(settings);
-            });
+            const RlsSettings settings{n, forgetting, options, std::move(theta0),
+                                       std::move(variance0)};
+            return is_single(dtype) ? make_rls<float>(settings) : make_rls<double>(settings);
           }),
           py::arg("n"), py::kw_only(), py::arg("forgetting") = Constant<double>{},
           py::arg_v("options", defaults, "RlsOptions()"), py::arg("theta0") = std::vector<double>{},

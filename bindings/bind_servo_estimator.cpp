@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
 
-#include <ehsid/any_arx.hpp>
-
 namespace ehsid::bindings {
 namespace {
 
@@ -221,9 +219,8 @@ ValueError
                                              std::move(theta0),
                                              std::move(variance0),
                                              input_limit};
-            return dispatch(is_single(dtype), forgetting, [&](auto scalar, auto policy) {
-              return make_estimator<decltype(scalar), decltype(policy)>(settings);
-            });
+            return is_single(dtype) ? make_estimator<float>(settings)
+                                    : make_estimator<double>(settings);
           }),
           py::arg("na"), py::arg("nb"), py::arg("nk"), py::kw_only(), py::arg("offset") = false,
           py::arg("forgetting") = FRatio<double>{},

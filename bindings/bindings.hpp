@@ -83,26 +83,6 @@ std::string show_properties(const py::object& self, std::initializer_list<const 
 py::array_t<double> as_vector_array(const std::vector<double>& values);
 py::array_t<double> as_matrix_array(const std::vector<double>& values, int n);
 
-/// Makes the compiled estimator for precision and policy; `Make` is called as
-/// make.template operator()<Scalar, Policy>().
-template <class Make>
-auto dispatch(bool single, const ForgettingSettings& forgetting, Make make) {
-  const auto with_policy = [&](auto policy) {
-    using Policy = decltype(policy);
-    return single ? make(float{}, policy) : make(double{}, Policy{});
-  };
-  struct Choose {
-    decltype(with_policy)& use;
-    auto operator()(const Constant<double>&) const { return use(ConstantPolicy{}); }
-    auto operator()(const Exponential<double>&) const { return use(ExponentialPolicy{}); }
-    auto operator()(const ErrorDriven<double>&) const { return use(ErrorDrivenPolicy{}); }
-    auto operator()(const FRatio<double>&) const { return use(FRatioPolicy{}); }
-    auto operator()(const Directional<double>&) const { return use(DirectionalPolicy{}); }
-    auto operator()(const RandomWalkSettings&) const { return use(RandomWalkPolicy{}); }
-  };
-  return std::visit(Choose{with_policy}, forgetting);
-}
-
 /// Properties and methods that Rls and ServoEstimator share.
 template <class Class>
 void bind_recursion(Class& cls) {

@@ -2,51 +2,74 @@
 // The bodies behind any_estimator.hpp: conversion of settings and loops over arrays; no maths of their own.
 #pragma once
 
-#include "any_estimator.hpp"
+// Where the number of rounds is not known, more than two at once gain nothing, and take twice as long to compile.
+#if defined(__GNUC__)
+#define EHSID_UNROLL _Pragma("GCC unroll 2")
+#endif
 
-#include <ehsid/any_arx.hpp>
+#include "any_estimator.hpp"
+#include "state_layout.hpp"
+
+#include <ehsid/servo_estimator.hpp>
 
 #include <array>
-#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
 namespace ehsid::bindings {
 
-inline constexpr int kMaxParameters = 2 * kMaxOrder + 1;
+/// Each compiled estimator takes any number of parameters up to kMaxParameters.
+inline constexpr int kSize = up_to(kMaxParameters);
 
-template <class Scalar, class Policy, int kN>
-typename Policy::template Type<Scalar, kN> to_policy(const ForgettingSettings& settings) {
-  using Type = typename Policy::template Type<Scalar, kN>;
-  const auto& given = std::get<typename Policy::Settings>(settings);
-  Type policy;
-  if constexpr (std::is_same_v<Policy, ConstantPolicy>) {
-    policy.lambda = static_cast<Scalar>(given.lambda);
-  } else if constexpr (std::is_same_v<Policy, ExponentialPolicy>) {
-    policy.lambda0 = static_cast<Scalar>(given.lambda0);
-    policy.lambda_initial = static_cast<Scalar>(given.lambda_initial);
-    policy.restart();
-  } else if constexpr (std::is_same_v<Policy, ErrorDrivenPolicy>) {
-    policy.memory = static_cast<Scalar>(given.memory);
-    policy.lambda_min = static_cast<Scalar>(given.lambda_min);
-    policy.noise_variance = static_cast<Scalar>(given.noise_variance);
-  } else if constexpr (std::is_same_v<Policy, FRatioPolicy>) {
-    policy.eta = static_cast<Scalar>(given.eta);
-    policy.critical_ratio = static_cast<Scalar>(given.critical_ratio);
-  } else if constexpr (std::is_same_v<Policy, DirectionalPolicy>) {
-    policy.lambda = static_cast<Scalar>(given.lambda);
-    policy.epsilon = static_cast<Scalar>(given.epsilon);
-  } else {
-    if (given.drift.size() != 1 && given.drift.size() != static_cast<std::size_t>(kN)) {
-      throw std::invalid_argument("RandomWalk: drift has " + std::to_string(given.drift.size()) +
-                                  " values; expected 1, or one for each of the " +
-                                  std::to_string(kN) + " parameters");
-    }
-    for (std::size_t i = 0; i < policy.drift.size(); ++i) {
-      policy.drift[i] =
-          static_cast<Scalar>(given.drift.size() == 1 ? given.drift[0] : given.drift[i]);
-    }
+template <class Scalar>
+Constant<Scalar> to_policy(const Constant<double>& given, int /*n*/) {
+  return {static_cast<Scalar>(given.lambda)};
+}
+
+template <class Scalar>
+Exponential<Scalar> to_policy(const Exponential<double>& given, int /*n*/) {
+  Exponential<Scalar> policy;
+  policy.lambda0 = static_cast<Scalar>(given.lambda0);
+  policy.lambda_initial = static_cast<Scalar>(given.lambda_initial);
+  policy.restart();
+  return policy;
+}
+
+template <class Scalar>
+ErrorDriven<Scalar> to_policy(const ErrorDriven<double>& given, int /*n*/) {
+  ErrorDriven<Scalar> policy;
+  policy.memory = static_cast<Scalar>(given.memory);
+  policy.lambda_min = static_cast<Scalar>(given.lambda_min);
+  policy.noise_variance = static_cast<Scalar>(given.noise_variance);
+  return policy;
+}
+
+template <class Scalar>
+FRatio<Scalar> to_policy(const FRatio<double>& given, int /*n*/) {
+  FRatio<Scalar> policy;
+  policy.eta = static_cast<Scalar>(given.eta);
+  policy.critical_ratio = static_cast<Scalar>(given.critical_ratio);
+  return policy;
+}
+
+template <class Scalar>
+Directional<Scalar> to_policy(const Directional<double>& given, int /*n*/) {
+  return {static_cast<Scalar>(given.lambda), static_cast<Scalar>(given.epsilon)};
+}
+
+template <class Scalar>
+RandomWalk<Scalar, kSize> to_policy(const RandomWalkSettings& given, int n) {
+  const auto count = static_cast<std::size_t>(n);
+  if (given.drift.size() != 1 && given.drift.size() != count) {
+    throw std::invalid_argument("RandomWalk: drift has " + std::to_string(given.drift.size()) +
+                                " values; expected 1, or one for each of the " + std::to_string(n) +
+                                " parameters");
+  }
+  RandomWalk<Scalar, kSize> policy;
+  for (std::size_t i = 0; i < count; ++i) {
+    policy.drift[i] =
+        static_cast<Scalar>(given.drift.size() == 1 ? given.drift[0] : given.drift[i]);
   }
   return policy;
 }
@@ -58,16 +81,17 @@ RlsOptions<Scalar> to_options(const RlsOptions<double>& given) {
 }
 
 /// Fills a vector from Python's values; keeps `vector` where none were given.
-template <class Scalar, int kN>
-void assign(Vector<Scalar, kN>& vector, const std::vector<double>& values, const char* name) {
+template <class Scalar>
+void assign(Vector<Scalar, kSize>& vector, const std::vector<double>& values, const char* name) {
   if (values.empty()) {
     return;
   }
-  if (values.size() != static_cast<std::size_t>(kN)) {
+  if (values.size() != static_cast<std::size_t>(vector.size())) {
     throw std::invalid_argument(std::string(name) + " has " + std::to_string(values.size()) +
-                                " values; expected " + std::to_string(kN) + ", one a parameter");
+                                " values; expected " + std::to_string(vector.size()) +
+                                ", one a parameter");
   }
-  for (int i = 0; i < kN; ++i) {
+  for (int i = 0; i < vector.size(); ++i) {
     vector[i] = static_cast<Scalar>(values[static_cast<std::size_t>(i)]);
   }
 }
@@ -81,53 +105,27 @@ inline void require(Status status, const char* what) {
 inline constexpr const char* kBadStart =
     "start values refused: theta0 must be finite, variance0 finite and > 0 in the chosen precision";
 
-template <class Scalar, int kN>
-std::vector<double> to_double(const Vector<Scalar, kN>& values) {
-  std::vector<double> out(static_cast<std::size_t>(kN));
-  for (int i = 0; i < kN; ++i) {
-    out[static_cast<std::size_t>(i)] = static_cast<double>(values[i]);
-  }
-  return out;
+template <class Scalar>
+std::vector<double> to_double(const Vector<Scalar, kSize>& values) {
+  return {values.data(), values.data() + values.size()};
 }
 
-template <class Scalar, int kN>
-std::vector<double> to_double_matrix(const SquareMatrix<Scalar, kN>& values) {
-  std::vector<double> out;
-  out.reserve(static_cast<std::size_t>(kN * kN));
-  for (int i = 0; i < kN; ++i) {
-    for (int j = 0; j < kN; ++j) {
-      out.push_back(static_cast<double>(values(i, j)));
-    }
-  }
-  return out;
-}
-
-template <class Plain>
-std::string to_bytes(const Plain& plain) {
-  std::string bytes(sizeof plain, '\0');
-  std::memcpy(bytes.data(), &plain, sizeof plain);
-  return bytes;
-}
-
-template <class Plain>
-bool from_bytes(const std::string& bytes, Plain& plain) {
-  if (bytes.size() != sizeof plain) {
-    return false;
-  }
-  std::memcpy(static_cast<void*>(&plain), bytes.data(), sizeof plain);
-  return true;
+/// Row by row; the matrices are symmetric.
+template <class Scalar>
+std::vector<double> to_double_matrix(const SquareMatrix<Scalar, kSize>& values) {
+  return {values.data(), values.data() + values.size()};
 }
 
 /// One row of a trajectory. An innovation exists only where the sample was estimated.
 template <class Scalar, class Estimator>
 void write_row(const Estimator& estimator, Status status, std::size_t row,
                const TrajectoryView<Scalar>& out) {
-  constexpr std::size_t kN = Estimator::kN;
+  const auto n = static_cast<std::size_t>(estimator.size());
   const auto theta = estimator.theta_hat();
   const auto deviation = estimator.standard_deviation();
-  for (std::size_t i = 0; i < kN; ++i) {
-    out.theta[row * kN + i] = theta[static_cast<int>(i)];
-    out.deviation[row * kN + i] = deviation[static_cast<int>(i)];
+  for (std::size_t i = 0; i < n; ++i) {
+    out.theta[row * n + i] = theta[static_cast<int>(i)];
+    out.deviation[row * n + i] = deviation[static_cast<int>(i)];
   }
   const bool estimated =
       status == Status::ok || status == Status::reset || status == Status::no_information;
@@ -138,31 +136,30 @@ void write_row(const Estimator& estimator, Status status, std::size_t row,
   out.status[row] = static_cast<std::uint8_t>(status);
 }
 
-template <class Scalar, class Policy, int kN>
+template <class Scalar, class Policy>
 class RlsInstance final : public AnyRls {
  public:
-  using Recursion = Rls<Scalar, kN, typename Policy::template Type<Scalar, kN>>;
+  using Recursion = Rls<Scalar, kSize, Policy>;
 
-  explicit RlsInstance(const RlsSettings& given) {
-    require(rls_.configure(to_policy<Scalar, Policy, kN>(given.forgetting),
-                           to_options<Scalar>(given.options)),
+  RlsInstance(const RlsSettings& given, const Policy& forgetting) {
+    require(rls_.configure(forgetting, to_options<Scalar>(given.options)),
             "forgetting or options are outside their documented ranges");
-    typename Recursion::Parameters theta0 = Recursion::Parameters::Zero();
+    typename Recursion::Parameters theta0 = Recursion::Parameters::Zero(given.n);
     typename Recursion::Parameters variance0 =
-        Recursion::Parameters::Constant(Recursion::kDefaultVariance);
-    assign<Scalar, kN>(theta0, given.theta0, "theta0");
-    assign<Scalar, kN>(variance0, given.variance0, "variance0");
+        Recursion::Parameters::Constant(given.n, Recursion::kDefaultVariance);
+    assign<Scalar>(theta0, given.theta0, "theta0");
+    assign<Scalar>(variance0, given.variance0, "variance0");
     require(rls_.start(theta0, variance0), kBadStart);
   }
 
-  int n() const override { return kN; }
+  int n() const override { return rls_.size(); }
   bool single() const override { return std::is_same_v<Scalar, float>; }
-  std::vector<double> theta_hat() const override { return to_double<Scalar, kN>(rls_.theta_hat()); }
+  std::vector<double> theta_hat() const override { return to_double<Scalar>(rls_.theta_hat()); }
   std::vector<double> standard_deviation() const override {
-    return to_double<Scalar, kN>(rls_.standard_deviation());
+    return to_double<Scalar>(rls_.standard_deviation());
   }
-  std::vector<double> gain() const override { return to_double<Scalar, kN>(rls_.gain()); }
-  std::vector<double> P() const override { return to_double_matrix<Scalar, kN>(rls_.P()); }
+  std::vector<double> gain() const override { return to_double<Scalar>(rls_.gain()); }
+  std::vector<double> P() const override { return to_double_matrix<Scalar>(rls_.P()); }
   double innovation() const override { return static_cast<double>(rls_.innovation()); }
   double forgetting_factor() const override {
     return static_cast<double>(rls_.forgetting_factor());
@@ -172,13 +169,24 @@ class RlsInstance final : public AnyRls {
   }
   void reset() override { rls_.reset(); }
   void reset_all() override { rls_.reset_all(); }
-  std::string save() const override { return to_bytes(kTag) + to_bytes(rls_.state()); }
+  std::string save() const override {
+    StateWriter writer;
+    writer.values(tag().data(), tag().size());
+    lay_out_recursion(writer, rls_.state());
+    return writer.bytes();
+  }
   Status restore(const std::string& bytes) override {
-    const std::string tag = to_bytes(kTag);
-    typename Recursion::State state;
-    return bytes.compare(0, tag.size(), tag) == 0 && from_bytes(bytes.substr(tag.size()), state)
-               ? rls_.restore(state)
-               : Status::invalid_argument;
+    const std::string now = save();
+    constexpr std::size_t kTagBytes = sizeof tag();
+    if (bytes.size() != now.size() || bytes.compare(0, kTagBytes, now, 0, kTagBytes) != 0) {
+      return Status::invalid_argument;
+    }
+    auto tagged = tag();
+    typename Recursion::State state = rls_.state();
+    StateReader reader(bytes);
+    reader.values(tagged.data(), tagged.size());
+    lay_out_recursion(reader, state);
+    return rls_.restore(state);
   }
   Status update(const double* phi, double y) override {
     return rls_.update(regressor(phi), static_cast<Scalar>(y));
@@ -188,12 +196,12 @@ class RlsInstance final : public AnyRls {
   }
   Status start_from_covariance(const std::vector<double>& theta0,
                                const std::vector<double>& p0) override {
-    typename Recursion::Parameters theta = Recursion::Parameters::Zero();
-    assign<Scalar, kN>(theta, theta0, "theta0");
-    typename Recursion::Covariance covariance;
-    for (int i = 0; i < kN; ++i) {
-      for (int j = 0; j < kN; ++j) {
-        covariance(i, j) = static_cast<Scalar>(p0[static_cast<std::size_t>(i * kN + j)]);
+    typename Recursion::Parameters theta = Recursion::Parameters::Zero(n());
+    assign<Scalar>(theta, theta0, "theta0");
+    typename Recursion::Covariance covariance(n(), n());
+    for (int i = 0; i < n(); ++i) {
+      for (int j = 0; j < n(); ++j) {
+        covariance(i, j) = static_cast<Scalar>(p0[static_cast<std::size_t>(i * n() + j)]);
       }
     }
     return rls_.start_from_covariance(theta, covariance);
@@ -208,15 +216,16 @@ class RlsInstance final : public AnyRls {
 
  private:
   /// What a saved state is of. The state alone does not say: several have the same size.
-  static constexpr std::array<std::uint32_t, 4> kTag = {
-      0x524c5331U,  // "RLS1", the number is the version of the layout
-      static_cast<std::uint32_t>(sizeof(Scalar)), static_cast<std::uint32_t>(kN),
-      Recursion::Forgetting::kId};
+  std::array<std::uint32_t, 4> tag() const {
+    return {0x524c5331U,  // "RLS1", the number is the version of the layout
+            static_cast<std::uint32_t>(sizeof(Scalar)), static_cast<std::uint32_t>(n()),
+            Recursion::Forgetting::kId};
+  }
 
   template <class Number>
-  static typename Recursion::Regressor regressor(const Number* phi) {
-    typename Recursion::Regressor vector;
-    for (int i = 0; i < kN; ++i) {
+  typename Recursion::Regressor regressor(const Number* phi) const {
+    typename Recursion::Regressor vector(n());
+    for (int i = 0; i < vector.size(); ++i) {
       vector[i] = static_cast<Scalar>(phi[i]);
     }
     return vector;
@@ -225,8 +234,9 @@ class RlsInstance final : public AnyRls {
   template <class Number>
   void run_in(const Number* phi, const Number* y, std::size_t rows, TrajectoryView<Number> out) {
     if constexpr (std::is_same_v<Number, Scalar>) {
+      const auto n = static_cast<std::size_t>(rls_.size());
       for (std::size_t row = 0; row < rows; ++row) {
-        const Status status = rls_.update(regressor(phi + row * kN), y[row]);
+        const Status status = rls_.update(regressor(phi + row * n), y[row]);
         write_row(rls_, status, row, out);
       }
     }
@@ -235,20 +245,22 @@ class RlsInstance final : public AnyRls {
   Recursion rls_;
 };
 
-template <class Scalar, class Policy, int kN>
+template <class Scalar, class Policy>
 class EstimatorInstance final : public AnyEstimator {
  public:
-  using Estimator = OnlineEstimator<AnyArx<Scalar, kN>, typename Policy::template Type<Scalar, kN>>;
+  using Estimator = OnlineEstimator<AnyArx<Scalar, kSize>, Policy>;
   using Recursion = typename Estimator::Recursion;
 
-  explicit EstimatorInstance(const EstimatorSettings& given)
-      : estimator_(AnyArx<Scalar, kN>(given.na, given.nb, given.nk)) {
+  EstimatorInstance(const EstimatorSettings& given, const Policy& forgetting)
+      : estimator_(AnyArx<Scalar, kSize>(given.na, given.nb, given.nk, given.offset)) {
     typename Estimator::Options options;
+    options.theta0.setZero(n());
+    options.variance0.setConstant(n(), Scalar(1e6));
     options.scaling = {static_cast<Scalar>(given.scaling.command_scale),
                        static_cast<Scalar>(given.scaling.position_scale),
                        static_cast<Scalar>(given.scaling.command_offset),
                        static_cast<Scalar>(given.scaling.position_offset)};
-    options.forgetting = to_policy<Scalar, Policy, kN>(given.forgetting);
+    options.forgetting = forgetting;
     options.rls = to_options<Scalar>(given.rls);
     options.reset_enabled = given.reset.has_value();
     if (given.reset) {
@@ -262,8 +274,8 @@ class EstimatorInstance final : public AnyEstimator {
     options.convergence = {static_cast<Scalar>(given.convergence.tolerance),
                            static_cast<Scalar>(given.convergence.magnitude),
                            given.convergence.hold};
-    assign<Scalar, kN>(options.theta0, given.theta0, "theta0");
-    assign<Scalar, kN>(options.variance0, given.variance0, "variance0");
+    assign<Scalar>(options.theta0, given.theta0, "theta0");
+    assign<Scalar>(options.variance0, given.variance0, "variance0");
     if (given.input_limit) {
       options.input_limit = static_cast<Scalar>(*given.input_limit);
     }
@@ -273,22 +285,22 @@ class EstimatorInstance final : public AnyEstimator {
     require(estimator_.configure(options), kBadStart);
   }
 
-  int n() const override { return kN; }
+  int n() const override { return estimator_.size(); }
   bool single() const override { return std::is_same_v<Scalar, float>; }
   std::vector<double> theta_hat() const override {
-    return to_double<Scalar, kN>(estimator_.theta_hat());
+    return to_double<Scalar>(estimator_.theta_hat());
   }
   std::vector<double> standard_deviation() const override {
-    return to_double<Scalar, kN>(estimator_.standard_deviation());
+    return to_double<Scalar>(estimator_.standard_deviation());
   }
   std::vector<double> gain() const override {
-    return to_double<Scalar, kN>(estimator_.recursion().gain());
+    return to_double<Scalar>(estimator_.recursion().gain());
   }
   std::vector<double> P() const override {
-    return to_double_matrix<Scalar, kN>(estimator_.recursion().P());
+    return to_double_matrix<Scalar>(estimator_.recursion().P());
   }
   std::vector<double> covariance() const override {
-    return to_double_matrix<Scalar, kN>(estimator_.covariance());
+    return to_double_matrix<Scalar>(estimator_.covariance());
   }
   double innovation() const override { return static_cast<double>(estimator_.innovation()); }
   double forgetting_factor() const override {
@@ -298,24 +310,34 @@ class EstimatorInstance final : public AnyEstimator {
     return static_cast<double>(estimator_.residual_variance());
   }
   void reset() override { estimator_.reset(); }
-  std::string save() const override { return to_bytes(estimator_.save()); }
+  std::string save() const override {
+    const typename Estimator::Snapshot snapshot = estimator_.save();
+    StateWriter writer;
+    lay_out_snapshot(writer, snapshot);
+    return writer.bytes();
+  }
   Status restore(const std::string& bytes) override {
-    typename Estimator::Snapshot snapshot;
-    return from_bytes(bytes, snapshot) ? estimator_.restore(snapshot) : Status::invalid_argument;
+    if (bytes.size() != save().size()) {
+      return Status::invalid_argument;
+    }
+    typename Estimator::Snapshot snapshot = estimator_.save();
+    StateReader reader(bytes);
+    lay_out_snapshot(reader, snapshot);
+    return estimator_.restore(snapshot);
   }
   Status seed(const std::vector<double>& theta, const std::vector<double>& u,
               const std::vector<double>& d, double noise_variance) override {
-    typename Recursion::Parameters start;
-    typename Recursion::Parameters diagonal;
-    assign<Scalar, kN>(start, theta, "theta");
-    assign<Scalar, kN>(diagonal, d, "d");
-    UdFactors<Scalar, kN> factors;
+    typename Recursion::Parameters start(n());
+    typename Recursion::Parameters diagonal(n());
+    assign<Scalar>(start, theta, "theta");
+    assign<Scalar>(diagonal, d, "d");
+    UdFactors<Scalar, kSize> factors;
     if (theta.empty() || d.empty() || !factors.set_diagonal(diagonal)) {
       return Status::invalid_argument;
     }
-    for (int j = 1; j < kN; ++j) {
+    for (int j = 1; j < n(); ++j) {
       for (int i = 0; i < j; ++i) {
-        factors.u[factors.at(i, j)] = static_cast<Scalar>(u[static_cast<std::size_t>(i * kN + j)]);
+        factors.u[factors.at(i, j)] = static_cast<Scalar>(u[static_cast<std::size_t>(i * n() + j)]);
       }
     }
     return estimator_.seed(start, factors, static_cast<Scalar>(noise_variance));
@@ -353,35 +375,26 @@ class EstimatorInstance final : public AnyEstimator {
   Estimator estimator_;
 };
 
-/// Runs `make` for the compiled size that equals n.
-template <int kFirst, class Make, int... kSteps>
-auto for_size(int n, Make make, std::integer_sequence<int, kSteps...>) {
-  decltype(make(std::integral_constant<int, kFirst>{})) made;
-  ((n == kFirst + kSteps
-        ? static_cast<void>(made = make(std::integral_constant<int, kFirst + kSteps>{}))
-        : static_cast<void>(0)),
-   ...);
-  return made;
-}
-
-template <class Scalar, class Policy>
+template <class Scalar>
 std::unique_ptr<AnyRls> make_rls(const RlsSettings& settings) {
-  return for_size<1>(
-      settings.n,
-      [&](auto size) -> std::unique_ptr<AnyRls> {
-        return std::make_unique<RlsInstance<Scalar, Policy, size()>>(settings);
+  return std::visit(
+      [&](const auto& forgetting) -> std::unique_ptr<AnyRls> {
+        const auto policy = to_policy<Scalar>(forgetting, settings.n);
+        return std::make_unique<RlsInstance<Scalar, std::decay_t<decltype(policy)>>>(settings,
+                                                                                     policy);
       },
-      std::make_integer_sequence<int, kMaxParameters>{});
+      settings.forgetting);
 }
 
-template <class Scalar, class Policy>
+template <class Scalar>
 std::unique_ptr<AnyEstimator> make_estimator(const EstimatorSettings& settings) {
-  return for_size<2>(
-      settings.na + settings.nb + (settings.offset ? 1 : 0),
-      [&](auto size) -> std::unique_ptr<AnyEstimator> {
-        return std::make_unique<EstimatorInstance<Scalar, Policy, size()>>(settings);
+  return std::visit(
+      [&](const auto& forgetting) -> std::unique_ptr<AnyEstimator> {
+        const auto policy = to_policy<Scalar>(forgetting, settings.n());
+        return std::make_unique<EstimatorInstance<Scalar, std::decay_t<decltype(policy)>>>(settings,
+                                                                                           policy);
       },
-      std::make_integer_sequence<int, kMaxParameters - 1>{});
+      settings.forgetting);
 }
 
 }  // namespace ehsid::bindings

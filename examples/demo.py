@@ -1,21 +1,20 @@
 # SPDX-License-Identifier: MIT
-"""A first run: a real hydraulic record and the published model, as one page to look at.
+"""A first run as one page: a withheld effect found, a real hydraulic record, the published model.
 
 python examples/demo.py [--out FOLDER] [--seeds N]
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from known_model import known_model_sections
-from real_record import Part, real_record_section
-from rich.progress import track
+from real_record import real_record_section
+from withheld_record import withheld_record_sections
 
+from ehsid.harness.cli.progress import stages
 from ehsid.harness.experiment.published import SOURCE
 from ehsid.harness.report import Page, write_page
 
@@ -30,14 +29,16 @@ def main(
 
     Example: python examples/demo.py --out build/demo
     """
-    parts: tuple[Callable[[], Part], ...] = (
-        real_record_section,
-        partial(known_model_sections, seeds),
-    )
-    done: list[Part] = [part() for part in track(parts, description="estimating")]
+    with stages() as report:
+        done = [withheld_record_sections(out, lambda share: report("diagnosing", share))]
+        report("estimating", 0.0)
+        done.append(real_record_section())
+        report("estimating", 0.2)
+        done.append(known_model_sections(seeds))
+        report("estimating", 1.0)
     sections = [section for found in done for section in found.sections]
     page = Page(
-        title="ehsid: a hydraulic servo, identified while it runs",
+        title="ehsid: what the servo really is, and why the simulation disagrees with it",
         lead=[sentence for found in done for sentence in found.lead],
         sections=sections,
         sources=[

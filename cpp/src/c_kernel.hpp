@@ -246,8 +246,10 @@ constexpr ehsid_kernel kernel() {
 }  // namespace ehsid::c
 
 /// Defines ehsid_kernel_NAME_2 .. _13. POLICY(n) is the type of the policy for n parameters.
-#define EHSID_DEFINE_KERNEL(NAME, POLICY, n) \
-  extern "C" constexpr ehsid_kernel ehsid_kernel_##NAME##_##n = ehsid::c::kernel<POLICY(n), n>();
+/// `const` and not constexpr, which MSVC would keep inside its file; the assertion holds that it needs no constructor.
+#define EHSID_DEFINE_KERNEL(NAME, POLICY, n)                                                \
+  static_assert(ehsid::c::kernel<POLICY(n), n>().parameters == n, "known to the compiler"); \
+  extern "C" const ehsid_kernel ehsid_kernel_##NAME##_##n = ehsid::c::kernel<POLICY(n), n>();
 #define EHSID_DEFINE_KERNELS(NAME, POLICY) \
   EHSID_DEFINE_KERNEL(NAME, POLICY, 2)     \
   EHSID_DEFINE_KERNEL(NAME, POLICY, 3)     \

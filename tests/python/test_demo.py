@@ -44,3 +44,15 @@ def test_crane_table_shows_what_identify_finds(html: str) -> None:
 @pytest.mark.parametrize("number", ["-2.2390", "-2.2553", "-2.2502", "-2.2020", "0.6967"])
 def test_truth_and_published_figures_stand_beside_ours(html: str, number: str) -> None:
     assert number in read(html).words
+
+
+def test_withheld_effect_is_named_before_the_answer(html: str) -> None:
+    words = read(html).words
+    answer = next(i for i, word in enumerate(words) if "Read only now" in word)
+    assert any("names valve dead band" in word for word in words[:answer])
+    told = [word.strip() for word in words[answer:]]
+    at = told.index("valve dead band: overlap")
+    found = next(word for word in told[at + 1 :] if word.startswith("0.0346"))
+    low, high = (float(end) for end in found.split(" to "))
+    assert low <= 0.03548 <= high
+    assert "0.03548" in told[at + 1 : at + 8]

@@ -19,9 +19,9 @@ struct AnyArxState {
 /// The regressor of ehsid::Arx with orders chosen at run time, for the same OnlineEstimator. Only moves
 /// numbers, so results are bit for bit those of Arx<Scalar, na, nb, nk, offset>; a test compares them.
 /// For Python and C, where na, nb, nk as template arguments would need 756 estimators for each precision and
-/// policy; kN needs 12.
+/// policy. C has one for each kN, 12; Python one for all, kN = up_to(13).
 template <class Scalar_, int kN_>
-class AnyArx {
+class AnyArx : Extent<kN_> {
  public:
   using Scalar = Scalar_;
   static constexpr int kN = kN_;
@@ -29,12 +29,19 @@ class AnyArx {
   using Regressor = Vector<Scalar, kN>;
 
   AnyArx() = default;
-  AnyArx(int na, int nb, int nk) : na_(na), nb_(nb), nk_(nk) {}
+  /// na + nb parameters, or na + nb + 1 where kN leaves room for the offset.
+  AnyArx(int na, int nb, int nk) : AnyArx(na, nb, nk, na + nb < kN) {}
+  /// For kN = up_to(most).
+  AnyArx(int na, int nb, int nk, bool offset) : na_(na), nb_(nb), nk_(nk) {
+    this->resize(na + nb + (offset ? 1 : 0));
+  }
+
+  using Extent<kN_>::size;
 
   int na() const { return na_; }
   int nb() const { return nb_; }
   int nk() const { return nk_; }
-  bool offset() const { return na_ + nb_ < kN; }
+  bool offset() const { return na_ + nb_ < size(); }
 
   void clear() { state_ = State{}; }
   bool ready() const { return state_.filled >= full(); }
@@ -55,7 +62,7 @@ class AnyArx {
   }
 
   Regressor regressor() const {
-    Regressor phi = Regressor::Ones();  // the last one stays 1 where there is an offset
+    Regressor phi = Regressor::Ones(size());  // the last one stays 1 where there is an offset
     for (int i = 0; i < na_; ++i) {
       phi[i] = -state_.outputs[static_cast<std::size_t>(i)];
     }

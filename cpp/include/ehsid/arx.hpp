@@ -44,6 +44,7 @@ class Arx {
   int nb() const { return kNb; }
   int nk() const { return kNk; }
   bool offset() const { return kOffset; }
+  static constexpr int size() { return kN; }
 
   /// Forgets all past samples: after a gap the regressor has to fill anew.
   void clear() { state_ = State{}; }

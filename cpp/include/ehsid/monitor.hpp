@@ -56,8 +56,9 @@ class ConvergenceMonitor {
     const Scalar variance = rls.residual_variance();
     const Scalar share = options_.tolerance * options_.tolerance;
     // Degrees of freedom: with no more samples than parameters the residuals say nothing.
-    bool inside = state.weight > Scalar(2 * Estimator::kN);
-    for (int i = 0; i < Estimator::kN; ++i) {
+    const int n = rls.size();
+    bool inside = state.weight > Scalar(2 * n);
+    for (int i = 0; i < n; ++i) {
       const Scalar theta = state.theta[static_cast<std::size_t>(i)];
       const Scalar least = options_.magnitude * options_.magnitude;
       const Scalar size = theta * theta > least ? theta * theta : least;

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/rls_options.hpp>
 #include <ehsid/types.hpp>
 #include <ehsid/ud.hpp>
 
@@ -18,23 +19,6 @@
 #include <limits>
 
 namespace ehsid {
-
-/// Guards against wind-up. Both are dimensionless: they never depend on the units of phi and y.
-template <class Scalar>
-struct RlsOptions {
-  /// A sample is skipped where phi' P phi, the information it adds, is below `information_margin` times what
-  /// the policy forgets meanwhile in one direction (1 - lambda), unless the recent errors say that the model
-  /// no longer fits. A lone held direction settles at 1, full excitation at n. 0 switches the rule off;
-  /// negative (default): sqrt(n), the geometric middle; off for n = 1, where one direction is all there is.
-  Scalar information_margin = Scalar(-1);
-  /// Backstop: the mean of P_ii / P0_ii never exceeds this. 1: never less certain than at the start.
-  Scalar covariance_ceiling = Scalar(1);
-
-  bool valid() const {
-    return is_finite(information_margin) && is_finite(covariance_ceiling) &&
-           covariance_ceiling > Scalar(0);
-  }
-};
 
 /// Everything the recursion changes. Plain data: copy it, store it, compare it.
 template <class Scalar, int kN, class Forgetting>
@@ -54,7 +38,7 @@ struct RlsState {
 
 /// Recursive least squares with a forgetting policy and guards.
 ///
-/// Scalar: float or double. kN: number of parameters, >= 1. Forgetting: see forgetting.hpp.
+/// Scalar: float or double. kN: number of parameters, >= 1, or up_to(most). Forgetting: see forgetting.hpp.
 /// update() is transactional: the whole step is computed, checked, and only then kept.
 template <class Scalar_, int kN_, class Forgetting_>
 class Rls {
@@ -71,7 +55,7 @@ class Rls {
   /// Start variance P0_ii where none is given: vague for regressors of order one.
   static constexpr Scalar kDefaultVariance = Scalar(1e6);
 
-  static_assert(kN >= 1, "Rls needs at least one parameter");
+  static_assert(kN != 0, "Rls needs at least one parameter");
   static_assert(std::numeric_limits<Scalar>::is_iec559, "Rls needs float or double");
 
   /// theta = 0, P0 = kDefaultVariance I. An invalid policy or option is replaced by its default; use
@@ -80,7 +64,8 @@ class Rls {
     if (configure(forgetting, options) != Status::ok) {
       static_cast<void>(configure(Forgetting{}, Options{}));
     }
-    static_cast<void>(start(Parameters::Zero(), Parameters::Constant(kDefaultVariance)));
+    static_cast<void>(start(Parameters::Zero(capacity(kN)),
+                            Parameters::Constant(capacity(kN), kDefaultVariance)));
   }
 
   /// Sets policy and guards; the estimate stays. invalid_argument leaves all as it was.
@@ -93,6 +78,9 @@ class Rls {
     options_ = options;
     return Status::ok;
   }
+
+  /// Number of parameters: kN, or where that is up_to(most) the size of the last start.
+  int size() const { return initial_factors_.size(); }
 
   /// Starts from theta0 and P0 = diag(variances), variances > 0 in units of sigma^2.
   Status start(const Parameters& theta0, const Parameters& variances) {
@@ -113,11 +101,12 @@ class Rls {
   /// does not hold. invalid_argument, and nothing changed, unless all are finite and every D_ii > 0.
   Status seed(const Parameters& theta, const UdFactors<Scalar, kN>& factors,
               Scalar noise_variance) {
-    if (!all_finite<kN>(theta) || !factors.usable() || !is_magnitude(noise_variance)) {
+    if (!fits(theta) || !factors.usable() || factors.size() != size() ||
+        !is_magnitude(noise_variance)) {
       return Status::invalid_argument;
     }
     reset(noise_variance);
-    for (int i = 0; i < kN; ++i) {
+    for (int i = 0; i < size(); ++i) {
       state_.theta[static_cast<std::size_t>(i)] = theta[i];
     }
     state_.remainder.fill(Scalar(0));
@@ -130,8 +119,9 @@ class Rls {
   /// ok, no_information (kept on purpose, see RlsOptions), invalid_input or numerical_limit; on the
   /// last two nothing at all has changed.
   Status update(const Regressor& phi, Scalar y) {
+    const int n = size();
     // (12)
-    const Scalar predicted = dot<kN>(phi, state_.theta);
+    const Scalar predicted = dot(n, phi, state_.theta);
     const Scalar innovation = y - predicted;
     Array<Scalar, kN> gain;  // K(k) = P(k) phi(k) in the end; here U' phi, then P phi
     Scalar s = state_.factors.project(phi, gain);
@@ -140,7 +130,7 @@ class Rls {
     Scalar square = normalise(innovation, lambda.before, s);
     if (!is_finite(square) || !is_finite(s)) {
       // NaN or Inf at the input ends up here, too: in phi it makes s so, in y the square
-      return is_finite(y) && all_finite<kN>(phi) ? Status::numerical_limit : Status::invalid_input;
+      return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
     const Scalar recent = state_.recent_square + kRecentRate * (square - state_.recent_square);
     if (uninformative(phi, s, surprising(recent, y, predicted))) {
@@ -151,7 +141,8 @@ class Rls {
 
     UdFactors<Scalar, kN> factors;
     if constexpr (Forgetting::kSpreads) {
-      factors = state_.factors;
+      factors.resize(n);
+      factors.keep(state_.factors);
       state_.forgetting.spread(factors, phi);
       s = factors.project(phi, gain);
       square = normalise(innovation, lambda.before, s);
@@ -165,7 +156,7 @@ class Rls {
     Array<Scalar, kN> theta;
     Array<Scalar, kN> remainder;
     EHSID_UNROLL
-    for (int i = 0; i < kN; ++i) {
+    for (int i = 0; i < n; ++i) {
       const auto at = static_cast<std::size_t>(i);
       gain[at] /= alpha;
       const Scalar increment = gain[at] * innovation + state_.remainder[at];
@@ -179,10 +170,10 @@ class Rls {
       return Status::numerical_limit;
     }
 
-    state_.theta = theta;
-    state_.remainder = remainder;
-    state_.factors = factors;
-    state_.gain = gain;
+    keep<kN>(n, theta, state_.theta);
+    keep<kN>(n, remainder, state_.remainder);
+    state_.factors.keep(factors);
+    keep<kN>(n, gain, state_.gain);
     state_.innovation = innovation;
     state_.forgetting_factor = lambda.before * lambda.after;
     state_.square = square;
@@ -201,8 +192,8 @@ class Rls {
     state_.factors = initial_factors_;
     restart_statistics();
     if (noise_variance > Scalar(0)) {
-      state_.weight = Scalar(kN + 2);
-      state_.mean_square = noise_variance * Scalar(2) / Scalar(kN + 2);
+      state_.weight = Scalar(size() + 2);
+      state_.mean_square = noise_variance * Scalar(2) / Scalar(size() + 2);
     }
   }
 
@@ -213,30 +204,31 @@ class Rls {
     reset(Scalar(0));
   }
 
-  Parameters theta_hat() const { return as_vector(state_.theta); }
+  Parameters theta_hat() const { return to_vector<kN>(size(), state_.theta); }
   /// P(k), formed from the factors; sigma^2 P is the covariance of theta_hat.
   Covariance P() const { return state_.factors.matrix(); }
-  Regressor gain() const { return as_vector(state_.gain); }
+  Regressor gain() const { return to_vector<kN>(size(), state_.gain); }
   Scalar innovation() const { return state_.innovation; }
   Scalar forgetting_factor() const { return state_.forgetting_factor; }
   /// epsilon^2 lambda / (lambda + phi' P phi) of the last kept step: its mean is sigma^2, converged or not.
   Scalar normalised_square() const { return state_.square; }
 
   /// phi' theta_hat.
-  Scalar predict(const Regressor& phi) const { return dot<kN>(phi, state_.theta); }
+  Scalar predict(const Regressor& phi) const { return dot(size(), phi, state_.theta); }
 
   /// sigma^2 from the weighted residuals, with kN degrees of freedom taken off; 0 before any sample, and of no
   /// use before more than kN.
   Scalar residual_variance() const {
-    const Scalar freedom = state_.weight - Scalar(kN);
+    const Scalar freedom = state_.weight - Scalar(size());
     return state_.mean_square * state_.weight / (freedom > Scalar(1) ? freedom : Scalar(1));
   }
 
   /// sqrt(sigma^2 P_ii).
   Parameters standard_deviation() const {
-    Parameters deviation;
+    const int n = size();
+    Parameters deviation(n);
     const Scalar variance = residual_variance();
-    for (int i = 0; i < kN; ++i) {
+    for (int i = 0; i < n; ++i) {
       deviation[i] = std::sqrt(variance * state_.factors.variance(i));
     }
     return deviation;
@@ -246,16 +238,17 @@ class Rls {
 
   /// May this saved state be taken over?
   static bool usable(const State& saved) {
-    return all_finite<kN>(saved.theta) && all_finite<kN>(saved.remainder) &&
-           saved.factors.usable() && saved.forgetting.valid() && all_finite<kN>(saved.gain) &&
-           is_finite(saved.innovation) && is_forgetting_factor(saved.forgetting_factor) &&
-           is_magnitude(saved.square) && is_magnitude(saved.mean_square) &&
-           is_magnitude(saved.weight) && is_magnitude(saved.recent_square);
+    const int n = saved.factors.size();
+    return saved.factors.usable() && all_finite(n, saved.theta) && all_finite(n, saved.remainder) &&
+           saved.forgetting.valid() && all_finite(n, saved.gain) && is_finite(saved.innovation) &&
+           is_forgetting_factor(saved.forgetting_factor) && is_magnitude(saved.square) &&
+           is_magnitude(saved.mean_square) && is_magnitude(saved.weight) &&
+           is_magnitude(saved.recent_square);
   }
 
-  /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable.
+  /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable and of this size.
   Status restore(const State& saved) {
-    if (!usable(saved)) {
+    if (!usable(saved) || saved.factors.size() != size()) {
       return Status::invalid_argument;
     }
     state_ = saved;
@@ -278,16 +271,21 @@ class Rls {
     return innovation * innovation * (lambda / (lambda + s));
   }
 
+  bool fits(const Parameters& theta) const {
+    return theta.size() == size() && all_finite(size(), theta);
+  }
+
   static bool is_magnitude(Scalar value) { return is_finite(value) && value >= Scalar(0); }
 
   Status begin(const Parameters& theta0, const UdFactors<Scalar, kN>& factors) {
-    if (!all_finite<kN>(theta0)) {
+    const int n = factors.size();
+    if (theta0.size() != n || !all_finite(n, theta0)) {
       return Status::invalid_argument;
     }
-    for (int i = 0; i < kN; ++i) {
+    for (int i = 0; i < n; ++i) {
       const auto at = static_cast<std::size_t>(i);
       initial_theta_[at] = theta0[i];
-      ceiling_weight_[at] = Scalar(1) / (Scalar(kN) * factors.variance(i));
+      ceiling_weight_[at] = Scalar(1) / (Scalar(n) * factors.variance(i));
     }
     initial_factors_ = factors;
     reset_all();
@@ -306,13 +304,13 @@ class Rls {
   }
 
   /// residual_variance() once there are enough samples for it to mean something, else 0.
-  [[gnu::always_inline]] Scalar known_residual_variance() const {
-    return state_.weight > Scalar(kN + 1) ? residual_variance() : Scalar(0);
+  EHSID_ALWAYS_INLINE Scalar known_residual_variance() const {
+    return state_.weight > Scalar(size() + 1) ? residual_variance() : Scalar(0);
   }
 
   bool surprising(Scalar recent, Scalar y, Scalar predicted) const {
     const Scalar rounding = kRounding * kRounding * (y * y + predicted * predicted);
-    return state_.weight <= Scalar(kN + 1) ||
+    return state_.weight <= Scalar(size() + 1) ||
            recent > kSurprise * known_residual_variance() + rounding;
   }
 
@@ -332,7 +330,7 @@ class Rls {
     if (options_.information_margin >= Scalar(0)) {
       return options_.information_margin;
     }
-    return kN > 1 ? std::sqrt(Scalar(kN)) : Scalar(0);
+    return size() > 1 ? std::sqrt(Scalar(size())) : Scalar(0);
   }
 
   /// Backstop: scales P down to the ceiling. P(k) stays above what the measurement alone leaves: without forgetting P

@@ -22,8 +22,8 @@ struct EstimatorOptions {
   ConvergenceOptions<Scalar> convergence{};
   bool reset_enabled = true;
   /// Start values in the units of the signals, and their variances in scaled units and units of sigma^2.
-  Vector<Scalar, kN> theta0 = Vector<Scalar, kN>::Zero();
-  Vector<Scalar, kN> variance0 = Vector<Scalar, kN>::Constant(Scalar(1e6));
+  Vector<Scalar, kN> theta0 = Vector<Scalar, kN>::Zero(capacity(kN));
+  Vector<Scalar, kN> variance0 = Vector<Scalar, kN>::Constant(capacity(kN), Scalar(1e6));
   /// Largest plausible |scaled command| or |scaled position|: beyond it a sample is refused.
   Scalar input_limit = Scalar(1e4);
 
@@ -67,12 +67,15 @@ class OnlineEstimator {
 
   OnlineEstimator() { static_cast<void>(configure(Options{})); }
   explicit OnlineEstimator(const Model& model) : model_(model) {
-    static_cast<void>(configure(Options{}));
+    Options options;
+    options.theta0 = Parameters::Zero(model_.size());
+    options.variance0 = Parameters::Constant(model_.size(), Scalar(1e6));
+    static_cast<void>(configure(options));
   }
 
   /// Takes the options over and starts anew from them. invalid_argument leaves everything as it was.
   Status configure(const Options& options) {
-    if (!options.valid()) {
+    if (!options.valid() || options.theta0.size() != model_.size()) {
       return Status::invalid_argument;
     }
     if (recursion_.start(scaled(options.theta0, options.scaling), options.variance0) !=
@@ -155,8 +158,8 @@ class OnlineEstimator {
   Covariance covariance() const {
     Covariance p = recursion_.P();
     const Scalar variance = recursion_.residual_variance();
-    for (int i = 0; i < kN; ++i) {
-      for (int j = 0; j < kN; ++j) {
+    for (int i = 0; i < model_.size(); ++i) {
+      for (int j = 0; j < model_.size(); ++j) {
         p(i, j) *= variance * unit(i) * unit(j);
       }
     }
@@ -188,6 +191,9 @@ class OnlineEstimator {
   }
   bool converged() const { return monitor_.converged(); }
 
+  /// Number of parameters.
+  int size() const { return model_.size(); }
+
   const Model& model() const { return model_; }
   const Recursion& recursion() const { return recursion_; }
   const RmseReset<Scalar>& change_detector() const { return reset_; }
@@ -215,7 +221,8 @@ class OnlineEstimator {
                       saved.forgetting_id == expected.forgetting_id && saved.na == expected.na &&
                       saved.nb == expected.nb && saved.nk == expected.nk &&
                       saved.offset == expected.offset && saved.enabled <= 1;
-    if (!same || !Recursion::usable(saved.recursion) || !model_.usable(saved.history) ||
+    if (!same || saved.recursion.factors.size() != model_.size() ||
+        !Recursion::usable(saved.recursion) || !model_.usable(saved.history) ||
         !RmseReset<Scalar>::usable(saved.reset) ||
         !ConvergenceMonitor<Scalar>::usable(saved.convergence)) {
       return Status::invalid_argument;
@@ -267,14 +274,14 @@ class OnlineEstimator {
   Scalar unit(int i) const { return scaling_.parameter_unit(i, model_.na(), model_.nb()); }
 
   Parameters scaled(Parameters values, const Scaling<Scalar>& scaling) const {
-    for (int i = 0; i < kN; ++i) {
+    for (int i = 0; i < model_.size(); ++i) {
       values[i] /= scaling.parameter_unit(i, model_.na(), model_.nb());
     }
     return values;
   }
 
   Parameters in_units(Parameters values) const {
-    for (int i = 0; i < kN; ++i) {
+    for (int i = 0; i < model_.size(); ++i) {
       values[i] *= unit(i);
     }
     return values;

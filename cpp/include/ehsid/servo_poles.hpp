@@ -131,8 +131,8 @@ CubicFactors<Scalar> split_cubic(Scalar c2, Scalar c1, Scalar c0) {
   // near a double root Newton's method gains a factor of four in the residual a step.
   const Scalar half = factors.b / Scalar(2);
   const Scalar root = std::sqrt(factors.discriminant);
-  const Scalar far = half < Scalar(0) ? root - half : -half - root;
-  Scalar x = std::abs(far) > Scalar(0) ? factors.c / far : Scalar(0);
+  const Scalar outer = half < Scalar(0) ? root - half : -half - root;
+  Scalar x = std::abs(outer) > Scalar(0) ? factors.c / outer : Scalar(0);
   if (!(std::abs(x) < std::abs(factors.root))) {
     return factors;
   }
@@ -193,8 +193,8 @@ struct ServoDenominator {
     if (factors.discriminant < Scalar(0)) {
       return std::sqrt(factors.c);
     }
-    const Scalar far = std::abs(factors.b) / Scalar(2) + std::sqrt(factors.discriminant);
-    return far > Scalar(0) ? std::abs(factors.c) / far : Scalar(0);
+    const Scalar outer = std::abs(factors.b) / Scalar(2) + std::sqrt(factors.discriminant);
+    return outer > Scalar(0) ? std::abs(factors.c) / outer : Scalar(0);
   }
 
   /// Needs the two poles inside the unit circle, and positive if they are real.

@@ -10,26 +10,63 @@
 
 // Unrolls the loop that follows, up to 16 times: the loops of the recursion are short and nested, and half of what
 // they execute would be the loops' own. Not with -Os, where flash goes before speed.
-#if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
+#if defined(EHSID_UNROLL)  // as the user says, e.g. -DEHSID_UNROLL=
+#elif defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
 #define EHSID_UNROLL _Pragma("GCC unroll 16")
 #else
 #define EHSID_UNROLL
 #endif
 
+// What an update calls: always inlined where the compiler can be told so. Its scratch then shares the stack of the
+// caller's (docs/budgets.md); the meaning does not change.
+#if defined(__GNUC__) || defined(__clang__)
+#define EHSID_ALWAYS_INLINE [[gnu::always_inline]]
+#else
+#define EHSID_ALWAYS_INLINE
+#endif
+
 namespace ehsid {
+
+/// A size kN that is chosen at run time, at most `most`: UdFactors<float, up_to(13)>. Firmware gives kN itself.
+/// Both run the same statements in the same order, so their results are the same bit for bit (a test compares
+/// them). For hosts, where one compiled estimator then serves every size.
+constexpr int up_to(int most) { return -most; }
+
+/// Numbers that a vector of size kN has room for.
+constexpr int capacity(int size) { return size > 0 ? size : -size; }
+
+/// The size itself: a constant where kN is one.
+template <int kN, bool kFixed = (kN > 0)>
+struct Extent {
+  static constexpr int size() { return kN; }
+  static constexpr bool accepts(Eigen::Index size) { return size == kN; }
+  static void resize(Eigen::Index /*size*/) {}
+};
+
+template <int kN>
+struct Extent<kN, false> {
+  std::int32_t chosen = capacity(kN);
+
+  int size() const { return chosen; }
+  static bool accepts(Eigen::Index size) { return size >= 1 && size <= capacity(kN); }
+  void resize(Eigen::Index size) { chosen = static_cast<std::int32_t>(size); }
+};
 
 /// Plain array of kN numbers: what the state structs are made of, so that they can be copied as
 /// bytes (Eigen matrices are not trivially copyable).
 template <class Scalar, int kN>
-using Array = std::array<Scalar, static_cast<std::size_t>(kN)>;
+using Array = std::array<Scalar, static_cast<std::size_t>(capacity(kN))>;
 
 /// Column vector of kN numbers.
 template <class Scalar, int kN>
-using Vector = Eigen::Matrix<Scalar, kN, 1>;
+using Vector =
+    Eigen::Matrix<Scalar, (kN > 0 ? kN : Eigen::Dynamic), 1, Eigen::ColMajor, capacity(kN), 1>;
 
 /// Square matrix, kN by kN.
 template <class Scalar, int kN>
-using SquareMatrix = Eigen::Matrix<Scalar, kN, kN>;
+using SquareMatrix =
+    Eigen::Matrix<Scalar, (kN > 0 ? kN : Eigen::Dynamic), (kN > 0 ? kN : Eigen::Dynamic),
+                  Eigen::ColMajor, capacity(kN), capacity(kN)>;
 
 /// Outcome of a call. Nothing throws; an error leaves the estimate bit for bit as it was.
 enum class Status : std::uint8_t {
@@ -70,7 +107,7 @@ typename Bits<Scalar>::Word bits_of(Scalar value) {
   typename Bits<Scalar>::Word bits = 0;
   static_assert(sizeof bits == sizeof value, "a number and its bits");
   std::memcpy(&bits, &value, sizeof bits);
-#if defined(__GNUC__) && __FINITE_MATH_ONLY__
+#if (defined(__GNUC__) || defined(__clang__)) && __FINITE_MATH_ONLY__
   // With -ffast-math a compiler may assume that no argument of a function is NaN or Inf. clang 19 (not yet 14) applies
   // that to the bits, too, and removes the guard. Behind an empty asm statement it can assume nothing about them.
   __asm__("" : "+r"(bits));
@@ -97,19 +134,37 @@ Scalar entry(const std::array<Scalar, kN>& values, int i) {
   return values[static_cast<std::size_t>(i)];
 }
 
-template <class Scalar, int kN>
-Scalar entry(const Eigen::Matrix<Scalar, kN, 1>& values, int i) {
+template <class Scalar, int kRows, int kOptions, int kCapacity>
+Scalar entry(const Eigen::Matrix<Scalar, kRows, 1, kOptions, kCapacity, 1>& values, int i) {
   return values[i];
+}
+
+/// The first `count` entries finite?
+template <class Values>
+bool all_finite(int count, const Values& values) {
+  bool finite = true;
+  for (int i = 0; i < count; ++i) {
+    finite = is_finite(entry(values, i)) && finite;
+  }
+  return finite;
 }
 
 /// All kN entries finite?
 template <int kN, class Values>
 bool all_finite(const Values& values) {
-  bool finite = true;
-  for (int i = 0; i < kN; ++i) {
-    finite = is_finite(entry(values, i)) && finite;
+  return all_finite(kN, values);
+}
+
+/// to = from, as far as they are in use: what lies behind stays as it was.
+template <int kN, class Values>
+EHSID_ALWAYS_INLINE inline void keep(int size, const Values& from, Values& to) {
+  if constexpr (kN > 0) {
+    to = from;
+  } else {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(size); ++i) {
+      to[i] = from[i];
+    }
   }
-  return finite;
 }
 
 /// The plain array seen as an Eigen vector, without a copy.
@@ -119,16 +174,28 @@ Eigen::Map<const Vector<Scalar, static_cast<int>(kN)>> as_vector(
   return Eigen::Map<const Vector<Scalar, static_cast<int>(kN)>>(values.data());
 }
 
+/// The first `size` entries of a plain array as a vector of size kN.
+template <int kN, class Scalar, std::size_t kCapacity>
+Vector<Scalar, kN> to_vector(int size, const std::array<Scalar, kCapacity>& values) {
+  return Eigen::Map<const Vector<Scalar, kN>>(values.data(), size);
+}
+
 /// Scalar product in a fixed order. Eigen's own reduction changes the order with the vector width of
 /// the machine, and results would no longer be bit for bit the same on host and target.
-template <int kN, class Left, class Right>
-auto dot(const Left& left, const Right& right) {
+template <class Left, class Right>
+EHSID_ALWAYS_INLINE inline auto dot(int size, const Left& left, const Right& right) {
   auto sum = entry(left, 0) * entry(right, 0);
   EHSID_UNROLL
-  for (int i = 1; i < kN; ++i) {
+  for (int i = 1; i < size; ++i) {
     sum += entry(left, i) * entry(right, i);
   }
   return sum;
+}
+
+/// The same of all kN entries.
+template <int kN, class Left, class Right>
+auto dot(const Left& left, const Right& right) {
+  return dot(kN, left, right);
 }
 
 }  // namespace ehsid

@@ -14,27 +14,52 @@
 
 namespace ehsid {
 
-/// Factors of a covariance. U is stored by columns without its unit diagonal, kN (kN - 1) / 2 numbers.
+/// Factors of a covariance. U is stored by columns without its unit diagonal, n (n - 1) / 2 numbers.
 template <class Scalar, int kN>
-struct UdFactors {
-  static_assert(kN >= 1, "a covariance needs at least one parameter");
-  static constexpr int kUpper = kN > 1 ? kN*(kN - 1) / 2 : 1;
+struct UdFactors : Extent<kN> {
+  static_assert(kN != 0, "a covariance needs at least one parameter");
+  static constexpr int kMost = capacity(kN);
+  static constexpr int kUpper = kMost > 1 ? kMost*(kMost - 1) / 2 : 1;
+  using Extent<kN>::size;
 
   Array<Scalar, kN> d;
   Array<Scalar, kUpper> u;
+
+  UdFactors() = default;
+  constexpr UdFactors(const Array<Scalar, kN>& d_in, const Array<Scalar, kUpper>& u_in)
+      : d(d_in), u(u_in) {}
 
   static constexpr std::size_t at(int row, int column) {
     return static_cast<std::size_t>(column * (column - 1) / 2 + row);
   }
 
+  /// Takes over factors of the same size.
+  EHSID_ALWAYS_INLINE void keep(const UdFactors& from) {
+    if constexpr (kN > 0) {
+      *this = from;
+    } else {
+      const int n = size();
+      ehsid::keep<kN>(n, from.d, d);
+      ehsid::keep<kN>(n * (n - 1) / 2, from.u, u);
+    }
+  }
+
   /// P = diag(variances). False, and factors unchanged, unless every variance is finite and > 0.
   bool set_diagonal(const Vector<Scalar, kN>& variances) {
-    for (int j = 0; j < kN; ++j) {
+    if (!this->accepts(variances.size())) {
+      return false;
+    }
+    const auto n = static_cast<int>(variances.size());
+    for (int j = 0; j < n; ++j) {
       if (!is_finite(variances[j]) || !(variances[j] > Scalar(0))) {
         return false;
       }
     }
-    for (int j = 0; j < kN; ++j) {
+    if constexpr (kN < 0) {
+      d.fill(Scalar(0));  // what lies behind n stays zero
+    }
+    this->resize(n);
+    for (int j = 0; j < n; ++j) {
       d[static_cast<std::size_t>(j)] = variances[j];
     }
     u.fill(Scalar(0));
@@ -44,13 +69,17 @@ struct UdFactors {
   /// Factorises a symmetric positive definite matrix (its upper triangle is read).
   /// False, and factors unchanged, if the matrix is not positive definite or not finite.
   bool factorise(const SquareMatrix<Scalar, kN>& covariance) {
+    if (covariance.rows() != covariance.cols() || !this->accepts(covariance.rows())) {
+      return false;
+    }
+    const auto n = static_cast<int>(covariance.rows());
     SquareMatrix<Scalar, kN> rest = covariance;
     UdFactors next{};
-    for (int j = kN - 1; j >= 0; --j) {
+    next.resize(n);
+    for (int j = n - 1; j >= 0; --j) {
       const Scalar pivot = rest(j, j);
       // A pivot lost in the rounding of the diagonal means: singular in this precision.
-      const Scalar rounding =
-          Scalar(kN) * std::numeric_limits<Scalar>::epsilon() * covariance(j, j);
+      const Scalar rounding = Scalar(n) * std::numeric_limits<Scalar>::epsilon() * covariance(j, j);
       if (!is_finite(pivot) || !(pivot > rounding)) {
         return false;
       }
@@ -72,11 +101,12 @@ struct UdFactors {
 
   /// P = U D U', for people and for tests; the recursion never forms it.
   SquareMatrix<Scalar, kN> matrix() const {
-    SquareMatrix<Scalar, kN> p;
-    for (int i = 0; i < kN; ++i) {
-      for (int j = i; j < kN; ++j) {
+    const int n = size();
+    SquareMatrix<Scalar, kN> p(n, n);
+    for (int i = 0; i < n; ++i) {
+      for (int j = i; j < n; ++j) {
         Scalar sum = unit_upper(i, j) * d[static_cast<std::size_t>(j)];
-        for (int k = j + 1; k < kN; ++k) {
+        for (int k = j + 1; k < n; ++k) {
           sum += u[at(i, k)] * d[static_cast<std::size_t>(k)] * u[at(j, k)];
         }
         p(i, j) = sum;
@@ -89,9 +119,10 @@ struct UdFactors {
   /// P_ii of one parameter.
   Scalar variance(int i) const {
     Scalar sum = d[static_cast<std::size_t>(i)];
+    const int n = size();
     const Scalar* factor = &u[0] + i * (i + 1) / 2 + i;
     EHSID_UNROLL
-    for (int k = i + 1; k < kN; ++k) {
+    for (int k = i + 1; k < n; ++k) {
       sum += *factor * *factor * d[static_cast<std::size_t>(k)];
       factor += k;
     }
@@ -99,12 +130,13 @@ struct UdFactors {
   }
 
   /// f = U' phi; returns phi' P phi = f' D f.
-  [[gnu::always_inline]] Scalar project(const Vector<Scalar, kN>& phi, Array<Scalar, kN>& f) const {
+  EHSID_ALWAYS_INLINE Scalar project(const Vector<Scalar, kN>& phi, Array<Scalar, kN>& f) const {
     f[0] = phi[0];
     Scalar s = f[0] * (d[0] * f[0]);
+    const int n = size();
     const Scalar* column = u.data();
     EHSID_UNROLL
-    for (int j = 1; j < kN; ++j) {
+    for (int j = 1; j < n; ++j) {
       const auto jj = static_cast<std::size_t>(j);
       Scalar sum = phi[j];
       EHSID_UNROLL
@@ -122,16 +154,18 @@ struct UdFactors {
   ///   P <- (P - P phi phi' P / alpha) / shrink,   alpha = r + phi' P phi.
   /// With r = shrink = lambda this is Eq. (13). `f` is U' phi of `prior`, and becomes its P phi: divided by alpha,
   /// which is returned, it is the gain P(k) phi(k) of Eq. (14).
-  [[gnu::always_inline]] Scalar measure(const UdFactors& prior, Array<Scalar, kN>& f, Scalar r,
-                                        Scalar shrink) {
+  EHSID_ALWAYS_INLINE Scalar measure(const UdFactors& prior, Array<Scalar, kN>& f, Scalar r,
+                                     Scalar shrink) {
     if constexpr (kN == 1) {
       u = prior.u;  // no factor, but a number that is saved
     }
+    const int n = prior.size();
+    this->resize(n);
     Scalar alpha = r;
     const Scalar* from = prior.u.data();
     Scalar* to = u.data();
     EHSID_UNROLL
-    for (int j = 0; j < kN; ++j) {
+    for (int j = 0; j < n; ++j) {
       const auto jj = static_cast<std::size_t>(j);
       const Scalar before = alpha;
       const Scalar v = prior.d[jj] * f[jj];
@@ -153,33 +187,35 @@ struct UdFactors {
   }
 
   /// sum_i weights_i P_ii, weights >= 0.
-  [[gnu::always_inline]] Scalar weighted_trace(const Array<Scalar, kN>& weights) const {
+  EHSID_ALWAYS_INLINE Scalar weighted_trace(const Array<Scalar, kN>& weights) const {
+    const int n = size();
     Scalar total(0);
     const Scalar* row = u.data();  // the first factor of row i
     EHSID_UNROLL
-    for (int i = 0; i < kN - 1; ++i) {
+    for (int i = 0; i < n - 1; ++i) {
       const auto ii = static_cast<std::size_t>(i);
       Scalar sum = d[ii];
       const Scalar* factor = row;
       const Scalar* variance = &d[ii];
       EHSID_UNROLL
-      for (int k = i + 1; k < kN; ++k) {
+      for (int k = i + 1; k < n; ++k) {
         sum += *factor * *factor * *++variance;
         factor += k;
       }
       total += weights[ii] * sum;
       row += i + 2;
     }
-    return total + weights[kN - 1] * d[kN - 1];
+    const auto last = static_cast<std::size_t>(n - 1);
+    return total + weights[last] * d[last];
   }
 
   /// Agee-Turner: P <- P + c a a', c >= 0. Overwrites a.
-  [[gnu::always_inline]] void add_rank_one(Scalar c, Array<Scalar, kN>& a) {
-    add_leading(c, a, kN);
+  EHSID_ALWAYS_INLINE void add_rank_one(Scalar c, Array<Scalar, kN>& a) {
+    add_leading(c, a, size());
   }
 
   /// P_ii <- P_ii + c, c >= 0: the same with the unit vector e_i, which leaves the columns behind i alone.
-  [[gnu::always_inline]] void add_variance(int i, Scalar c) {
+  EHSID_ALWAYS_INLINE void add_variance(int i, Scalar c) {
     const auto ii = static_cast<std::size_t>(i);
     Array<Scalar, kN> a;
     const Scalar grown = d[ii] + c;
@@ -196,43 +232,48 @@ struct UdFactors {
   }
 
   /// phi' P^-1 phi: the information already held along phi.
-  [[gnu::always_inline]] Scalar information_along(const Vector<Scalar, kN>& phi) const {
-    return inverse_form(kN, [&phi](int i) { return phi[i]; });
+  EHSID_ALWAYS_INLINE Scalar information_along(const Vector<Scalar, kN>& phi) const {
+    return inverse_form(size(), [&phi](int i) { return phi[i]; });
   }
 
   /// (P^-1)_ii: the same along the unit vector e_i.
-  [[gnu::always_inline]] Scalar information_about(int i) const {
+  EHSID_ALWAYS_INLINE Scalar information_about(int i) const {
     return inverse_form(i + 1, [i](int k) { return k == i ? Scalar(1) : Scalar(0); });
   }
 
   /// P <- factor P.
   void scale(Scalar factor) {
+    const int n = size();
     EHSID_UNROLL
-    for (Scalar& value : d) {
-      value *= factor;
+    for (int i = 0; i < n; ++i) {
+      d[static_cast<std::size_t>(i)] *= factor;
     }
   }
 
   /// Every number finite and every d a normal positive one.
   bool usable() const {
-    bool good = all_finite<kUpper>(u);
-    for (const Scalar value : d) {
-      good = is_normal_positive(value) && good;
+    const int n = size();
+    if (!this->accepts(n)) {
+      return false;
+    }
+    bool good = all_finite(n > 1 ? n * (n - 1) / 2 : 1, u);
+    for (int i = 0; i < n; ++i) {
+      good = is_normal_positive(d[static_cast<std::size_t>(i)]) && good;
     }
     return good;
   }
 
  private:
 #if defined(__GNUC__) && !defined(__clang__)
-// gcc 14 warns that `a` may be used uninitialised. Only its first `size` entries are read, and the caller has written them.
+// gcc 14 warns that `a` may be used uninitialised. Only its first `count` entries are read, and the caller has written them.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
-  /// Agee-Turner where all but the first `size` entries of a are zero. Overwrites a with U^-1 a (U before the update).
-  [[gnu::always_inline]] void add_leading(Scalar c, Array<Scalar, kN>& a, int size) {
-    Scalar* column = u.data() + at(0, size);
+  /// Agee-Turner where all but the first `count` entries of a are zero. Overwrites a with U^-1 a (U before the update).
+  EHSID_ALWAYS_INLINE void add_leading(Scalar c, Array<Scalar, kN>& a, int count) {
+    Scalar* column = u.data() + at(0, count);
     EHSID_UNROLL
-    for (int j = size - 1; j >= 0; --j) {
+    for (int j = count - 1; j >= 0; --j) {
       const auto jj = static_cast<std::size_t>(j);
       column -= j;
       const Scalar grown = d[jj] + c * a[jj] * a[jj];
@@ -251,18 +292,18 @@ struct UdFactors {
 #pragma GCC diagnostic pop
 #endif
 
-  /// a' P^-1 a, of whose entries a(i) all but the first `size` are zero.
+  /// a' P^-1 a, of whose entries a(i) all but the first `count` are zero.
   template <class Entries>
-  [[gnu::always_inline]] Scalar inverse_form(int size, const Entries& a) const {
+  EHSID_ALWAYS_INLINE Scalar inverse_form(int count, const Entries& a) const {
     Array<Scalar, kN> z;
     Scalar sum(0);
     EHSID_UNROLL
-    for (int i = size - 1; i >= 0; --i) {
+    for (int i = count - 1; i >= 0; --i) {
       const auto ii = static_cast<std::size_t>(i);
       Scalar rest = a(i);  // back substitution, U z = a
       const Scalar* factor = u.data() + at(i, i + 1);
       EHSID_UNROLL
-      for (int j = i + 1; j < size; ++j) {
+      for (int j = i + 1; j < count; ++j) {
         rest -= *factor * z[static_cast<std::size_t>(j)];
         factor += j;
       }

@@ -42,18 +42,19 @@ struct Directional {
     return Scalar(0);
   }
 
-  template <int kN>
-  bool filters(const Vector<Scalar, kN>& phi) const {
-    return dot<kN>(phi, phi) < epsilon;
+  template <class Regressor>
+  bool filters(const Regressor& phi) const {
+    return dot(static_cast<int>(phi.size()), phi, phi) < epsilon;
   }
 
   template <int kN>
-  [[gnu::always_inline]] void spread(UdFactors<Scalar, kN>& factors,
-                                     const Vector<Scalar, kN>& phi) const {
+  EHSID_ALWAYS_INLINE void spread(UdFactors<Scalar, kN>& factors,
+                                  const Vector<Scalar, kN>& phi) const {
+    const int n = factors.size();
     const Scalar held = factors.information_along(phi);
     Array<Scalar, kN> direction;
     EHSID_UNROLL
-    for (int i = 0; i < kN; ++i) {
+    for (int i = 0; i < n; ++i) {
       direction[static_cast<std::size_t>(i)] = phi[i];
     }
     // P + (1 - lambda) / (lambda phi' P^-1 phi) phi phi'

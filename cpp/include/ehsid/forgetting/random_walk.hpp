@@ -31,7 +31,7 @@ struct RandomWalk {
   }
 
   bool valid() const {
-    bool good = all_finite<kN>(drift);
+    bool good = all_finite<capacity(kN)>(drift);
     for (const Scalar value : drift) {
       good = value >= Scalar(0) && good;
     }
@@ -44,19 +44,21 @@ struct RandomWalk {
   void accept(const Evidence<Scalar>& /*evidence*/) {}
 
   /// tr(P^-1 Q) / n: the growth of log det P by Q, shared among the directions.
-  [[gnu::always_inline]] Scalar loss(const UdFactors<Scalar, kN>& factors) const {
+  EHSID_ALWAYS_INLINE Scalar loss(const UdFactors<Scalar, kN>& factors) const {
+    const int n = factors.size();
     Scalar sum(0);
     EHSID_UNROLL
-    for (int i = 0; i < kN; ++i) {
+    for (int i = 0; i < n; ++i) {
       sum += drift[static_cast<std::size_t>(i)] * factors.information_about(i);
     }
-    return sum / Scalar(kN);
+    return sum / Scalar(n);
   }
 
-  [[gnu::always_inline]] void spread(UdFactors<Scalar, kN>& factors,
-                                     const Vector<Scalar, kN>& /*phi*/) const {
+  EHSID_ALWAYS_INLINE void spread(UdFactors<Scalar, kN>& factors,
+                                  const Vector<Scalar, kN>& /*phi*/) const {
+    const int n = factors.size();
     EHSID_UNROLL
-    for (int i = 0; i < kN; ++i) {
+    for (int i = 0; i < n; ++i) {
       factors.add_variance(i, drift[static_cast<std::size_t>(i)]);
     }
   }

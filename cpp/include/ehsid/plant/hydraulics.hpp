@@ -247,8 +247,8 @@ void Hydraulics<Scalar>::advance(const Effects<Scalar>& effects, const Scalar& o
   const Scalar k1_b = first.value.b * b;
   Pressures<Scalar> ahead{pressure_of(compression_a_ + k1_a * h),
                           pressure_of(compression_b_ + k1_b * h), pressure_.supply};
-  Scalar s;
-  Scalar k1_s;
+  Scalar s(0.0);
+  Scalar k1_s(0.0);
   if (line_) {
     s = 1.0 / (1.0 - first.slope.supply * (kGamma * h));
     k1_s = first.value.supply * s;
@@ -279,7 +279,7 @@ double Hydraulics<Scalar>::stiffness() const {
     return value_of(bulk_modulus_) * (a + b);
   };
   // Stiffest at one of the ends: each term is convex in the position.
-  return std::max(oil(0.0), oil(value_of(stroke_)));
+  return (std::max)(oil(0.0), oil(value_of(stroke_)));
 }
 
 }  // namespace ehsid::plant

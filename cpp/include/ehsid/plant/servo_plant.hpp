@@ -130,7 +130,7 @@ class ServoPlant {
   void start_at(const Scalar& velocity);
 
   /// Of the mass on its end stop, rad/s: stiff, but no stiffer than the step can follow.
-  double stop_rate() const { return std::min(1000.0, 0.5 / h_); }
+  double stop_rate() const { return (std::min)(1000.0, 0.5 / h_); }
 
   PlantKind kind_;
   double h_;

@@ -52,9 +52,10 @@ class MeteringEdges {
                                             : gain_ * area * exp(power_ * log(softened));
     if constexpr (!kSlope) {
       return {conductance * drop, Scalar(0.0)};
+    } else {
+      // d/d dp of dp (dp^2 + dp_l^2)^p is (...)^p (1 + 2 p dp^2 / (...))
+      return {conductance * drop, conductance * (1.0 + power_ * 2.0 * square / softened)};
     }
-    // d/d dp of dp (dp^2 + dp_l^2)^p is (...)^p (1 + 2 p dp^2 / (...))
-    return {conductance * drop, conductance * (1.0 + power_ * 2.0 * square / softened)};
   }
 
  private:

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT
+#include "estimator_instances.hpp"
+
+namespace ehsid::bindings {
+
+template std::unique_ptr<AnyRls> make_rls<float>(const RlsSettings&);
+template std::unique_ptr<AnyEstimator> make_estimator<float>(const EstimatorSettings&);
+
+}  // namespace ehsid::bindings

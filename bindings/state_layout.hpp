@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+// The state of an estimator whose size was chosen at run time, as the bytes of the same estimator with a static size:
+// those that C and C++ save (docs/linking.md). A test compares them.
+#pragma once
+
+#include <ehsid/forgetting.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <string>
+
+namespace ehsid::bindings {
+
+/// Appends numbers where a C++ struct has them; the bytes between them are zero.
+class StateWriter {
+ public:
+  void align(std::size_t alignment) {
+    bytes_.resize((bytes_.size() + alignment - 1) / alignment * alignment, '\0');
+  }
+  template <class Plain>
+  void values(const Plain* from, std::size_t count) {
+    align(alignof(Plain));
+    bytes_.append(reinterpret_cast<const char*>(from), count * sizeof(Plain));
+  }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  std::string bytes_;
+};
+
+/// Reads what a StateWriter wrote. The caller has compared the number of bytes.
+class StateReader {
+ public:
+  explicit StateReader(const std::string& bytes) : bytes_(bytes) {}
+  void align(std::size_t alignment) { at_ = (at_ + alignment - 1) / alignment * alignment; }
+  template <class Plain>
+  void values(Plain* to, std::size_t count) {
+    align(alignof(Plain));
+    bytes_.copy(reinterpret_cast<char*>(to), count * sizeof(Plain), at_);
+    at_ += count * sizeof(Plain);
+  }
+
+ private:
+  const std::string& bytes_;
+  std::size_t at_ = 0;
+};
+
+template <class Stream, class Policy>
+void lay_out_policy(Stream& stream, Policy& policy, std::size_t /*n*/) {
+  stream.values(&policy, 1);
+}
+template <class Stream, class Scalar, int kN>
+void lay_out_policy(Stream& stream, RandomWalk<Scalar, kN>& policy, std::size_t n) {
+  stream.values(policy.drift.data(), n);
+}
+template <class Stream, class Scalar, int kN>
+void lay_out_policy(Stream& stream, const RandomWalk<Scalar, kN>& policy, std::size_t n) {
+  stream.values(policy.drift.data(), n);
+}
+
+/// RlsState, member by member. `State` is const where `Stream` is a StateWriter.
+template <class Stream, class State>
+void lay_out_recursion(Stream& stream, State& state) {
+  const auto n = static_cast<std::size_t>(state.factors.size());
+  stream.align(alignof(State));
+  stream.values(state.theta.data(), n);
+  stream.values(state.remainder.data(), n);
+  stream.values(state.factors.d.data(), n);
+  stream.values(state.factors.u.data(), std::max<std::size_t>(n * (n - 1) / 2, 1));
+  lay_out_policy(stream, state.forgetting, n);
+  stream.values(state.gain.data(), n);
+  stream.values(&state.innovation, 1);
+  stream.values(&state.forgetting_factor, 1);
+  stream.values(&state.square, 1);
+  stream.values(&state.mean_square, 1);
+  stream.values(&state.weight, 1);
+  stream.values(&state.recent_square, 1);
+  stream.align(alignof(State));
+}
+
+/// OnlineEstimator::Snapshot, member by member.
+template <class Stream, class Snapshot>
+void lay_out_snapshot(Stream& stream, Snapshot& snapshot) {
+  stream.values(&snapshot.magic, 1);
+  stream.values(&snapshot.version, 1);
+  stream.values(&snapshot.scalar_bytes, 1);
+  stream.values(&snapshot.forgetting_id, 1);
+  stream.values(&snapshot.na, 1);
+  stream.values(&snapshot.nb, 1);
+  stream.values(&snapshot.nk, 1);
+  stream.values(&snapshot.offset, 1);
+  stream.values(&snapshot.enabled, 1);
+  stream.values(&snapshot.reserved, 1);
+  lay_out_recursion(stream, snapshot.recursion);
+  stream.values(&snapshot.history, 1);
+  stream.values(&snapshot.reset, 1);
+  stream.values(&snapshot.convergence, 1);
+  stream.align(alignof(Snapshot));
+}
+
+}  // namespace ehsid::bindings

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// Snapshots of C, where the size is static, and of Python, where it is chosen at run time: the same bytes after every
+// sample, for every policy and n, and each takes over the other's (docs/linking.md).
+#include "any_estimator.hpp"
+
+#include <ehsid/c_api.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using ehsid::Status;
+using ehsid::bindings::AnyEstimator;
+
+struct Policy {
+  const char* name;
+  std::array<const ehsid_kernel*, EHSID_MAX_PARAMETERS - 1> kernels;  // n = 2, 3, ..
+  ehsid::bindings::ForgettingSettings settings;
+};
+
+#define EHSID_KERNELS(policy)                                                    \
+  {EHSID_KERNEL(policy, 2),  EHSID_KERNEL(policy, 3),  EHSID_KERNEL(policy, 4),  \
+   EHSID_KERNEL(policy, 5),  EHSID_KERNEL(policy, 6),  EHSID_KERNEL(policy, 7),  \
+   EHSID_KERNEL(policy, 8),  EHSID_KERNEL(policy, 9),  EHSID_KERNEL(policy, 10), \
+   EHSID_KERNEL(policy, 11), EHSID_KERNEL(policy, 12), EHSID_KERNEL(policy, 13)}
+
+class SnapshotBytes : public testing::TestWithParam<Policy> {};
+
+INSTANTIATE_TEST_SUITE_P(
+    Policies, SnapshotBytes,
+    testing::Values(
+        Policy{"constant", EHSID_KERNELS(constant), ehsid::Constant<double>{}},
+        Policy{"exponential", EHSID_KERNELS(exponential), ehsid::Exponential<double>{}},
+        Policy{"error_driven", EHSID_KERNELS(error_driven), ehsid::ErrorDriven<double>{}},
+        Policy{"f_ratio", EHSID_KERNELS(f_ratio), ehsid::FRatio<double>{}},
+        Policy{"directional", EHSID_KERNELS(directional), ehsid::Directional<double>{}},
+        Policy{"random_walk", EHSID_KERNELS(random_walk), ehsid::bindings::RandomWalkSettings{}}),
+    [](const testing::TestParamInfo<Policy>& made) { return std::string(made.param.name); });
+
+std::string saved(const ehsid_estimator* estimator) {
+  std::string bytes(EHSID_SNAPSHOT_BYTES(EHSID_MAX_PARAMETERS), '\0');
+  std::size_t written = 0;
+  EXPECT_EQ(ehsid_save(estimator, bytes.data(), bytes.size(), &written), EHSID_OK);
+  bytes.resize(written);
+  return bytes;
+}
+
+TEST_P(SnapshotBytes, AreThoseOfC) {
+  for (int n = 2; n <= EHSID_MAX_PARAMETERS; ++n) {
+    SCOPED_TRACE(n);
+    ehsid::bindings::EstimatorSettings settings;
+    settings.na = n / 2;
+    settings.nb = n / 2;
+    settings.offset = n % 2 == 1;
+    settings.forgetting = GetParam().settings;
+    settings.reset = ehsid::RmseResetOptions<double>{};
+    const std::unique_ptr<AnyEstimator> python = ehsid::bindings::make_estimator<float>(settings);
+
+    ehsid_configuration configuration;
+    ASSERT_EQ(ehsid_default_configuration(&configuration,
+                                          GetParam().kernels[static_cast<std::size_t>(n - 2)],
+                                          settings.na, settings.nb, settings.nk, settings.offset),
+              EHSID_OK);
+    std::array<std::uint64_t, EHSID_STORAGE_WORDS(EHSID_MAX_PARAMETERS)> storage;
+    ehsid_estimator* c = nullptr;
+    ASSERT_EQ(ehsid_init(&c, storage.data(), sizeof storage, &configuration), EHSID_OK);
+    ASSERT_EQ(saved(c), python->save());
+
+    std::uint32_t random = 1U + static_cast<std::uint32_t>(n);
+    float position = 0.0F;
+    for (int k = 0; k < 400; ++k) {
+      random = random * 1664525U + 1013904223U;  // Numerical Recipes' generator
+      const bool held = k > 150 && k < 250;
+      const float command = held ? 0.5F : (random >> 31U) != 0U ? 1.0F : -1.0F;
+      position = 0.9F * position + (k < 300 ? 0.2F : 0.4F) * command;
+      const auto status = static_cast<int>(ehsid_step(c, command, position));
+      ASSERT_EQ(status, static_cast<int>(python->step(command, position))) << "sample " << k;
+      ASSERT_EQ(saved(c), python->save()) << "sample " << k;
+    }
+
+    const std::unique_ptr<AnyEstimator> other = ehsid::bindings::make_estimator<float>(settings);
+    EXPECT_EQ(other->restore(saved(c)), Status::ok);
+    EXPECT_EQ(other->save(), saved(c));
+    const std::string bytes = python->save();
+    ASSERT_EQ(ehsid_init(&c, storage.data(), sizeof storage, &configuration), EHSID_OK);
+    EXPECT_EQ(ehsid_restore(c, bytes.data(), bytes.size()), EHSID_OK);
+    EXPECT_EQ(saved(c), bytes);
+  }
+}
+
+}  // namespace
