@@ -17,7 +17,7 @@ from real_record import Part, real_record_section
 from rich.progress import track
 
 from ehsid.harness.experiment.published import SOURCE
-from ehsid.harness.report import Page, write_page
+from ehsid.harness.report.page import Page, write_page
 
 PAGE = "demo.html"
 

@@ -12,9 +12,9 @@ from identification_truth import A16, B16, arx_output, model16
 from ehsid.harness.experiment.procedure import Procedure, run_procedure
 from ehsid.harness.experiment.published import ORDERS
 from ehsid.harness.identification import FrequencyResponse, IoData, Preprocessing
-from ehsid.harness.report import Page, Picture, Section, Table, Words, render_page
 from ehsid.harness.report.offline_figures import bode_figure, poles_zeros_figure
 from ehsid.harness.report.offline_sections import offline_sections
+from ehsid.harness.report.page import Page, Picture, Section, Table, Words, render_page
 
 DT_S = 0.05
 

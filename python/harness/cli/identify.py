@@ -5,15 +5,16 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 from ehsid.harness.cli.common import clear_errors, parse_range, read_io, write_results
-from ehsid.harness.identification import IdentificationResult, identify
-from ehsid.harness.report import identification_figure
+
+if TYPE_CHECKING:
+    from ehsid.harness.identification import IdentificationResult
 
 
 def _table(result: IdentificationResult) -> Table:
@@ -57,12 +58,16 @@ def identify_command(
 
     Example: ehsid identify rec.csv --input u --output y --orders 2-5
     """
+    from ehsid.harness.identification import identify
+
     with clear_errors():
         data = read_io(record, input_name, output_name)
         result = identify(
             data, orders=parse_range(orders, "--orders"), delays=parse_range(delays, "--delays")
         )
         if out is not None:
+            from ehsid.harness.report.figures import identification_figure
+
             write_results(out, "identify", result.to_dict(), identification_figure(result))
     if as_json:
         typer.echo(json.dumps(result.to_dict(), allow_nan=False))
