@@ -93,6 +93,10 @@ def test_a_verb_that_draws_nothing_imports_nothing_to_draw_with(
     assert not imported_by(*arguments) & unused
 
 
+def test_identify_imports_what_draws_where_there_is_something_to_draw(tmp_path: Path) -> None:
+    assert {"matplotlib", "control"} <= imported_by("identify", *CRANE, "--out", str(tmp_path))
+
+
 def test_the_package_itself_is_light() -> None:
     command = [sys.executable, "-c", "import ehsid, sys; print(*sys.modules)"]
     modules = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
