@@ -119,6 +119,7 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
             "offline": procedure.to_dict(),
             "known_plant": {
                 "noise": known.noise,
+                "loop": to_plain(known.loop),
                 "runs": plain_runs(known.runs, DT_S),
                 "changed": plain_change(known.changed),
             },
@@ -128,6 +129,7 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
                 "change": dict(change),
                 "changed": plain_change(on_rig.changed),
                 "reading": to_plain(on_rig.rig_reading),
+                "sampled": to_plain(on_rig.sampled),
             },
             "claims": [to_plain(verdict) for verdict in claims.verdicts],
             "seeded": [
@@ -171,6 +173,7 @@ def on_record(
         plain |= {
             "recursive": plain_runs(found.runs, data.dt_s or 1.0),
             "reading": to_plain(found.rig_reading),
+            "sampled": to_plain(found.sampled),
         }
     title = f"The experiment on {record.name}"
     return Findings(title, lead, sections, plain, orders_table(procedure), problems)
