@@ -16,7 +16,7 @@ from withheld_record import withheld_record_sections
 
 from ehsid.harness.cli.progress import stages
 from ehsid.harness.experiment.published import SOURCE
-from ehsid.harness.report import Page, write_page
+from ehsid.harness.report.page import Page, write_page
 
 PAGE = "demo.html"
 

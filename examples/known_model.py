@@ -15,14 +15,8 @@ from ehsid.harness.excitation import multisine
 from ehsid.harness.experiment import Contender, KnownPlant, Outcome, compare
 from ehsid.harness.experiment.published import DT_S, DURATION_S, MODEL_16, RECURSIVE
 from ehsid.harness.identification import ArxOrders
-from ehsid.harness.report import (
-    Picture,
-    Section,
-    Table,
-    Words,
-    change_figure,
-    error_figure,
-)
+from ehsid.harness.report.comparison_figures import change_figure, error_figure
+from ehsid.harness.report.page import Picture, Section, Table, Words
 
 ORDERS = ArxOrders(3, 3, 1)
 SAMPLES = round(DURATION_S / DT_S)

@@ -20,9 +20,6 @@ from functools import partial
 from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
-import joblib
-from joblib.externals.loky.process_executor import TerminatedWorkerError
-
 T = TypeVar("T")
 Progress = Callable[[float], None]
 
@@ -174,6 +171,10 @@ def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
     if client is not None:
         yield from _on(client, tasks)
         return
+    # Imported here: what runs nothing in parallel, or on a cluster, does without.
+    import joblib
+    from joblib.externals.loky.process_executor import TerminatedWorkerError
+
     try:
         with _workers_deaf_to_ctrl_c():
             running = joblib.Parallel(n_jobs=worker_count(), return_as="generator_unordered")(

@@ -15,7 +15,7 @@ from made_diagnoses import VERDICTS, bench, made_diagnosis, measured_record
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
-from ehsid.harness.cli.gap import repeated
+from ehsid.harness.cli.many_values import repeated
 from ehsid.harness.gap.findings import Diagnosis
 from ehsid.harness.parallel import Progress, worker_count
 from ehsid.harness.records import Record, write_record

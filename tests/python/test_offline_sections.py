@@ -12,9 +12,10 @@ from identification_truth import A16, B16, arx_output, model16
 from ehsid.harness.experiment.procedure import Procedure, run_procedure
 from ehsid.harness.experiment.published import ORDERS
 from ehsid.harness.identification import FrequencyResponse, IoData, Preprocessing
-from ehsid.harness.report import Page, Picture, Section, Table, Words, render_page
+from ehsid.harness.report.loop_blocks import limit_words, loop_blocks
 from ehsid.harness.report.offline_figures import bode_figure, poles_zeros_figure
 from ehsid.harness.report.offline_sections import offline_sections
+from ehsid.harness.report.page import Page, Picture, Section, Table, Words, render_page
 
 DT_S = 0.05
 
@@ -150,6 +151,48 @@ def test_the_bode_figure_shows_band_and_dots() -> None:
     # Moved by whole turns at most.
     turns = (np.asarray(dots.get_ydata()) - truth().phase_deg) / 360.0
     np.testing.assert_allclose(turns, np.round(turns[0]), atol=1e-12)
+
+
+def test_the_bode_figure_marks_the_margins_where_the_model_has_them() -> None:
+    procedure = run()
+    loop = procedure.loop
+    assert procedure.response is not None
+    assert loop is not None
+    assert loop.half is not None
+    assert loop.half.gain_crossover_hz is not None
+    upper, lower = bode_figure(procedure.response, None, DT_S, loop=loop).axes
+    assert "gain margin 6.0 dB" in upper.get_title()
+    (level,) = {line.get_ydata()[0] for line in upper.get_lines() if line.get_label() == "1/k"}
+    (border,) = {line.get_ydata()[0] for line in lower.get_lines() if "180" in line.get_label()}
+    assert border == -180.0
+    # The curves cross 1/k at the gain crossover, and have the margin there.
+    at = np.log(loop.half.gain_crossover_hz)
+    f = np.log(procedure.response.frequency_hz)
+    assert np.interp(at, f, procedure.response.magnitude_db) == pytest.approx(level, abs=0.05)
+    phase = np.interp(at, f, procedure.response.phase_deg)
+    assert phase - border == pytest.approx(loop.half.phase_margin_deg, abs=0.5)
+
+
+def test_proportional_control_is_told_in_words_and_tables() -> None:
+    procedure = run()
+    loop = procedure.loop
+    assert loop is not None
+    assert loop.phase_crossover_hz is not None
+    words, loops, modes = loop_blocks(loop, DT_S, procedure.input_band)
+    assert isinstance(words, Words)
+    assert isinstance(loops, Table)
+    assert isinstance(modes, Table)
+    assert f"stable up to k = {loop.limit_gain:.4g}" in words.text
+    assert [float(row[0]) for row in loops.rows] == pytest.approx(
+        [one.gain for one in loop.loops], rel=1e-3
+    )
+    assert loops.rows[1][2] == "6.0"
+    assert len(modes.rows) == len(loop.modes)
+    # Where the record says nothing of the frequency at which the loop oscillates, that is told.
+    below = (0.0, 0.9 * loop.phase_crossover_hz)
+    assert "extrapolated" in limit_words(loop, DT_S, below)
+    assert "extrapolated" not in limit_words(loop, DT_S, (0.0, 2.0 * loop.phase_crossover_hz))
+    assert "cycles a sample" in limit_words(loop, None, None)
 
 
 def test_the_pole_figure_marks_all_and_says_what_is_outside() -> None:

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import ehsid
-from ehsid.harness.report import Page, Picture, Section, Table, Words, render_page, write_page
+from ehsid.harness.report.page import Page, Picture, Section, Table, Words, render_page, write_page
 
 
 class References(HTMLParser):

@@ -57,7 +57,7 @@ def test_bulk_modulus_and_mass_are_those_of_the_frequency() -> None:
     v = rig.values
     omega_n = math.sqrt(v["fluid.bulk_modulus_pa"] * oil_spring(rig, 0.15) / v["load.mass_kg"])
     value, deviation = np.array([[0.03, omega_n, 0.1]]), np.array([[1e-3, 0.01 * omega_n, 0.01]])
-    reading = Reading(np.array([1.0]), value, deviation, ("ok",))
+    reading = Reading(np.array([1.0]), value, deviation, ("ok",), np.zeros((1, 6)))
     found = read_rig_values(reading, rig, 0.15)
     assert found is not None
     assert found.bulk_modulus_pa[0] == pytest.approx(v["fluid.bulk_modulus_pa"])
@@ -72,5 +72,5 @@ def test_bulk_modulus_and_mass_are_those_of_the_frequency() -> None:
 
 def test_no_reading_says_nothing_of_the_rig() -> None:
     nothing = np.full((1, 3), np.nan)
-    reading = Reading(np.array([1.0]), nothing, nothing, ("no_integrator",))
+    reading = Reading(np.array([1.0]), nothing, nothing, ("no_integrator",), np.zeros((1, 6)))
     assert read_rig_values(reading, published_rig(), 0.15) is None

@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""The command `ehsid`: one verb a file, parse and call."""
+"""The command `ehsid`: one verb a file, parse and call.
+
+The file of a verb imports at its top what the options need, no more. The work is imported by the
+function of the verb: then `ehsid --help` and `ehsid VERB --help` answer at once, and a verb loads
+only the libraries that it uses.
+"""
 
 from __future__ import annotations
 
@@ -8,22 +13,47 @@ from typing import Annotated
 import typer
 
 import ehsid
-from ehsid.harness.cli.effects import effects_command
-from ehsid.harness.cli.estimate import estimate_command
-from ehsid.harness.cli.experiment import experiment_command
-from ehsid.harness.cli.export import export_command
-from ehsid.harness.cli.gap import ManyValues, gap_command
-from ehsid.harness.cli.gap_check import gap_check_command
-from ehsid.harness.cli.gap_fleet import gap_fleet_command
-from ehsid.harness.cli.hil import hil_command
-from ehsid.harness.cli.identify import identify_command
-from ehsid.harness.cli.inject import inject_command
-from ehsid.harness.cli.simulate import simulate_command
+from ehsid.harness.cli.lazy import Verb, lazy_group
+from ehsid.harness.cli.many_values import ManyValues
 
-app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
+VERBS = (
+    Verb("estimate", "Estimate an ARX model recursively, with the code the firmware runs."),
+    Verb(
+        "identify",
+        "Choose order and delay of an ARX model on one half of a record, judged on the other.",
+    ),
+    Verb(
+        "gap",
+        "Diagnose the gap between a machine and its simulation: where, which effect, how far.",
+        ManyValues,
+    ),
+    Verb(
+        "inject",
+        "Put an effect of known size into the log of a real machine, to see whether it is found.",
+    ),
+    Verb(
+        "gap-check",
+        "Check the diagnosis on machines whose effect is withheld: make, seal, run, score.",
+    ),
+    Verb(
+        "gap-fleet",
+        "Diagnose a folder of machines: whose gap is largest, and which of them share one.",
+        ManyValues,
+    ),
+    Verb("experiment", "Redo the published experiment end to end, and say where its claims hold."),
+    Verb(
+        "export",
+        "Write a C++ or C header that starts the firmware's estimator from a model of a record.",
+    ),
+    Verb("hil", "Simulate the servo here, control it and estimate it on the target, in lock step."),
+    Verb("simulate", "Simulate a rig on a logged command or on a test signal."),
+    Verb(
+        "effects",
+        "List the effects the simulator knows: where they act, their parameters, what shows them.",
+    ),
 )
+
+app = typer.Typer(cls=lazy_group(VERBS), no_args_is_help=True, add_completion=False)
 
 
 def _print_version(wanted: bool) -> None:
@@ -42,19 +72,6 @@ def _options(
     ] = False,
 ) -> None:
     """Identify electro-hydraulic servos from their records."""
-
-
-app.command("estimate")(estimate_command)
-app.command("identify")(identify_command)
-app.command("gap", cls=ManyValues)(gap_command)
-app.command("inject")(inject_command)
-app.command("gap-check")(gap_check_command)
-app.command("gap-fleet", cls=ManyValues)(gap_fleet_command)
-app.command("experiment")(experiment_command)
-app.command("export")(export_command)
-app.command("hil")(hil_command)
-app.command("simulate")(simulate_command)
-app.command("effects")(effects_command)
 
 
 def main() -> None:

@@ -8,13 +8,14 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
-from matplotlib.figure import Figure
 
-from ehsid.harness.identification import IdentificationError, IoData
-from ehsid.harness.records import RecordError, read_record
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ehsid.harness.identification import IoData
 
 
 def refuse(message: str) -> NoReturn:
@@ -25,10 +26,13 @@ def refuse(message: str) -> NoReturn:
 
 @contextmanager
 def clear_errors() -> Iterator[None]:
-    """Bad input ends in one message and exit code 2, never in a traceback."""
+    """Bad input ends in one message and exit code 2, never in a traceback.
+
+    The errors of records, rigs, identification and simulation are all ValueErrors.
+    """
     try:
         yield
-    except (RecordError, IdentificationError, ValueError, OSError) as error:
+    except (ValueError, OSError) as error:
         refuse(str(error))
 
 
@@ -42,6 +46,9 @@ def parse_range(text: str, option: str) -> range:
 
 def read_io(path: Path, input_name: str, output_name: str) -> IoData:
     """Two columns of a record."""
+    from ehsid.harness.identification import IoData
+    from ehsid.harness.records import read_record
+
     record = read_record(path, columns=[input_name, output_name])
     return IoData.from_record(record, input_name, output_name)
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -14,9 +14,9 @@ from rich.table import Table
 
 import ehsid
 from ehsid.harness.cli.common import clear_errors, read_io, write_results
-from ehsid.harness.estimation import EstimationResult, estimate
-from ehsid.harness.identification import ArxOrders
-from ehsid.harness.report import estimation_figure
+
+if TYPE_CHECKING:
+    from ehsid.harness.estimation import EstimationResult
 
 
 class ForgettingName(StrEnum):
@@ -80,11 +80,16 @@ def estimate_command(
 
     Example: ehsid estimate rec.csv --na 3 --nb 3 --nk 1 --forgetting exponential --lambda0 0.99
     """
+    from ehsid.harness.estimation import estimate
+    from ehsid.harness.identification import ArxOrders
+
     with clear_errors():
         data = read_io(record, input_name, output_name)
         orders = ArxOrders(na, nb, nk, offset=False)
         result = estimate(data, orders, forgetting=make_policy(forgetting, lambda0), reset=reset)
         if out is not None:
+            from ehsid.harness.report.figures import estimation_figure
+
             write_results(out, "estimate", result.to_dict(), estimation_figure(result, data.dt_s))
     if as_json:
         typer.echo(json.dumps(result.to_dict(), allow_nan=False))

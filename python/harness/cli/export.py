@@ -4,31 +4,26 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 from rich.console import Console
 
 import ehsid
 from ehsid.harness.cli.common import clear_errors, read_io
 from ehsid.harness.cli.estimate import ForgettingName, make_policy
-from ehsid.harness.export import (
-    Export,
-    GoldenTrace,
-    check_name,
-    configure_from_record,
-    liveliest,
-    render_c_header,
-    render_header,
-    write_header,
-)
-from ehsid.harness.identification import ArxOrders, IoData, identify
+
+if TYPE_CHECKING:
+    from ehsid.harness.export import Export
+    from ehsid.harness.identification import ArxOrders, IoData
 
 
 def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: bool) -> ArxOrders:
     """As given, 3, 3, 1 by default; or as offline identification chooses them."""
+    from ehsid.harness.identification import ArxOrders, identify
+
     if not choose:
         defaults = zip(given, (3, 3, 1), strict=True)
         na, nb, nk = (default if value is None else value for value, default in defaults)
@@ -44,7 +39,7 @@ def _provenance(path: Path, data: IoData, export: Export) -> list[str]:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     sampled = "" if data.dt_s is None else f" at {data.dt_s:.6g} s"
     scale = export.configuration.scaling.position_scale
-    deviation = float(np.sqrt(export.model.noise_variance)) * scale
+    deviation = math.sqrt(export.model.noise_variance) * scale
     return [
         f"Record {path.name}, {data.n_samples} samples{sampled},",
         f"sha256 {digest};",
@@ -116,6 +111,16 @@ def export_command(
 
     Example: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
     """
+    from ehsid.harness.export import (
+        GoldenTrace,
+        check_name,
+        configure_from_record,
+        liveliest,
+        render_c_header,
+        render_header,
+        write_header,
+    )
+
     with clear_errors():
         check_name(name)
         policy = make_policy(forgetting, lambda0)

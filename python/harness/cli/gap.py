@@ -7,11 +7,10 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
-from typer.core import TyperCommand
 
 from ehsid.harness.cli.common import clear_errors
 from ehsid.harness.cli.progress import progress_of
@@ -23,35 +22,6 @@ from ehsid.harness.rigs.checks import unknown
 from ehsid.harness.rigs.parameters import effects
 
 NEEDED_COLUMNS = (*REQUIRED_COLUMNS, "position_m")
-
-
-# Options that take all values up to the next option, as `--validate a.csv b.csv`.
-MANY = ("--validate", "--exclude-effect")
-
-
-class ManyValues(TyperCommand):
-    """A command whose options `MANY` take several values; typer's own take one each."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Repeat the option before each of its values."""
-        return super().parse_args(ctx, repeated(args))
-
-
-def repeated(arguments: Sequence[str]) -> list[str]:
-    """The same arguments with one value for each of `MANY`: "--validate a b" twice "--validate"."""
-    made: list[str] = []
-    option, has_value = "", False
-    for position, argument in enumerate(arguments):
-        if argument == "--":
-            return [*made, *arguments[position:]]
-        if argument.startswith("-"):
-            name, equals, _ = argument.partition("=")
-            option, has_value = (name if name in MANY else ""), bool(equals)
-        elif option:
-            made += [option] if has_value else []
-            has_value = True
-        made.append(argument)
-    return made
 
 
 def read_for(rig: Rig, paths: Sequence[Path]) -> list[Record]:
@@ -145,7 +115,6 @@ def gap_command(
 
     Example: ehsid gap run1.csv run2.csv --rig rig.toml --validate run3.csv --out diagnosis
     """
-    # Diagnosis and plots take a second to import: only this verb pays for it.
     from ehsid.harness.gap import diagnose
     from ehsid.harness.report.diagnosis_files import write_diagnosis
     from ehsid.harness.report.gap_terminal import print_diagnosis

@@ -71,7 +71,6 @@ def made_or_found(out: Path, given: dict[str, Any], workers: int | None) -> Seal
 
 def run_cases(out: Path, seal: Seal, dask: str | None, workers: int | None) -> None:
     """All that have no result yet."""
-    # The diagnosis takes a second to import: only this verb pays for it.
     from ehsid.harness.check.running import run_check, unfinished_cases
     from ehsid.harness.cli.case_progress import shown
     from ehsid.harness.gap import diagnose

@@ -17,7 +17,7 @@ from ehsid.harness.cli.gap import check_excluded, check_folder, read_for, told_a
 from ehsid.harness.cli.gap_check import on
 from ehsid.harness.rigs import read_rig
 
-if TYPE_CHECKING:  # the diagnosis takes a second to import: only this verb pays for it
+if TYPE_CHECKING:
     from ehsid.harness.check.fleet import Fleet
     from ehsid.harness.check.jobs import Job
 

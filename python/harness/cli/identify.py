@@ -5,15 +5,16 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from ehsid.harness.cli.common import clear_errors, parse_range, read_io, write_results
-from ehsid.harness.identification import IdentificationResult, identify
-from ehsid.harness.report import identification_figure
+from ehsid.harness.cli.common import clear_errors, parse_range, read_io, write_figure, write_results
+
+if TYPE_CHECKING:
+    from ehsid.harness.identification import IdentificationResult, IoData
 
 
 def _table(result: IdentificationResult) -> Table:
@@ -44,6 +45,22 @@ def _table(result: IdentificationResult) -> Table:
     return table
 
 
+def _write_bode(path: Path, result: IdentificationResult, data: IoData) -> str:
+    """Draw the frequency response of the chosen model with its margins; the limit in words."""
+    from ehsid.harness.identification import frequency_response, power_band, response_grid
+    from ehsid.harness.identification.loop import analyse_loop
+    from ehsid.harness.identification.systems import to_control
+    from ehsid.harness.report.loop_blocks import limit_words
+    from ehsid.harness.report.offline_figures import bode_figure
+
+    model, dt_s = result.chosen.model, data.dt_s
+    grid = response_grid(result.n_validation, dt_s or 1.0)
+    response = frequency_response(model, grid, dt_s or 1.0)
+    loop, band = analyse_loop(to_control(model, dt_s)), power_band(data)
+    write_figure(path, bode_figure(response, None, dt_s, band, loop))
+    return limit_words(loop, dt_s, band)
+
+
 def identify_command(
     record: Annotated[Path, typer.Argument(help="CSV, CSV.gz, Parquet, MAT or NPZ")],
     input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
@@ -51,29 +68,37 @@ def identify_command(
     orders: Annotated[str, typer.Option(help="orders na = nb to try, e.g. 2-5")] = "2-5",
     delays: Annotated[str, typer.Option(help="delays nk to try, in samples")] = "1-5",
     as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of tables")] = False,
-    out: Annotated[Path | None, typer.Option(help="folder for identify.json and .png")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="folder for identify.json, .png and _bode.png")
+    ] = None,
 ) -> None:
     """Choose order and delay of an ARX model on one half of a record, judged on the other.
 
     Example: ehsid identify rec.csv --input u --output y --orders 2-5
     """
+    from ehsid.harness.identification import identify
+
     with clear_errors():
         data = read_io(record, input_name, output_name)
         result = identify(
             data, orders=parse_range(orders, "--orders"), delays=parse_range(delays, "--delays")
         )
+        lines = [
+            result.reason,
+            result.delay_reason,
+            result.whiteness.verdict,
+            result.independence.verdict,
+            *result.advice,
+        ]
         if out is not None:
+            from ehsid.harness.report.figures import identification_figure
+
             write_results(out, "identify", result.to_dict(), identification_figure(result))
+            lines.append(_write_bode(out / "identify_bode.png", result, data))
     if as_json:
         typer.echo(json.dumps(result.to_dict(), allow_nan=False))
         return
     console = Console()
     console.print(_table(result))
-    for line in (
-        result.reason,
-        result.delay_reason,
-        result.whiteness.verdict,
-        result.independence.verdict,
-        *result.advice,
-    ):
+    for line in lines:
         console.print(line)

@@ -6,31 +6,23 @@ from __future__ import annotations
 import json
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
-import numpy.typing as npt
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from ehsid.harness.cli.asked_signal import AskedSignal, as_command, as_reference
 from ehsid.harness.cli.common import clear_errors, write_figure
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.cli.signals import SignalName
-from ehsid.harness.records import Layout, read_record, write_record
-from ehsid.harness.report import record_figure
-from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.simulation import (
-    PositionController,
-    SimulationRun,
-    draw_noise,
-    parse_settings,
-    simulate,
-    simulate_closed_loop,
-    suggested_controller,
-    with_integral,
-)
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from ehsid.harness.records import Layout
+    from ehsid.harness.rigs import Rig
+    from ehsid.harness.simulation import PositionController, SimulationRun
 
 
 class LoopName(StrEnum):
@@ -42,6 +34,8 @@ class LoopName(StrEnum):
 
 
 def _logged_command(path: Path, layout: Layout) -> tuple[npt.NDArray[np.float64], float]:
+    from ehsid.harness.records import read_record
+
     record = read_record(
         path, columns=["command_v"], required=["time_s", "command_v"], layout=layout
     )
@@ -51,6 +45,8 @@ def _logged_command(path: Path, layout: Layout) -> tuple[npt.NDArray[np.float64]
 
 
 def _controller(rig: Rig, loop: LoopName, bandwidth: float | None) -> PositionController:
+    from ehsid.harness.simulation import suggested_controller, with_integral
+
     controller = suggested_controller(rig, bandwidth)
     return with_integral(controller) if loop is LoopName.pi else controller
 
@@ -111,6 +107,18 @@ def simulate_command(
 
     ehsid simulate rig.toml --excitation multisine --loop pi --noise --out sim.csv
     """
+    import numpy as np
+
+    from ehsid.harness.cli.asked_signal import AskedSignal, as_command, as_reference
+    from ehsid.harness.records import write_record
+    from ehsid.harness.rigs import read_rig
+    from ehsid.harness.simulation import (
+        draw_noise,
+        parse_settings,
+        simulate,
+        simulate_closed_loop,
+    )
+
     with clear_errors():
         if (command is None) == (excitation is None):
             raise ValueError("give either --command REC or --excitation NAME")
@@ -147,6 +155,8 @@ def simulate_command(
                 assert volts is not None
                 run = simulate(rig, volts, dt_s=dt, position0_m=position0, **more)
         if out is not None:
+            from ehsid.harness.report.record_figure import record_figure
+
             write_record(run.record, out)
             write_figure(out.with_suffix(".png"), record_figure(run.record))
     if as_json:

@@ -29,8 +29,11 @@ from ehsid.harness.experiment.recursive import (
     on_rig,
     setting_of,
 )
+from ehsid.harness.experiment.sampled_servo import SampledServo, sample_again
 from ehsid.harness.experiment.verdicts import ClaimVerdict, verdicts
-from ehsid.harness.identification import ArxModel
+from ehsid.harness.identification import ArxModel, ArxOrders
+from ehsid.harness.identification.loop import LoopAnalysis, analyse_loop
+from ehsid.harness.identification.systems import arx_system
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
@@ -59,11 +62,14 @@ class KnownPlantFindings:
         one Recursive for each start: vague, and that of `start_of_one`.
     changed
         b grow by half at half time.
+    loop
+        proportional control of model (16).
     """
 
     noise: float
     runs: tuple[Recursive, ...]
     changed: Changed
+    loop: LoopAnalysis
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +105,8 @@ class RigFindings:
         runs with these values of the rig from half time on.
     reading, rig_reading
         K, omega_n, xi over the reference record, and what they say of the rig.
+    sampled
+        the servo of the last reading, sampled again.
     """
 
     setting: Setting
@@ -107,6 +115,7 @@ class RigFindings:
     change: Mapping[str, float]
     reading: Reading
     rig_reading: RigReading | None
+    sampled: SampledServo | None
 
 
 def published_error_of_one() -> float:
@@ -176,7 +185,8 @@ def run_on_known_plant(
     changed = on_changed_plant(
         seeds, p0=VAGUE, progress=lambda share: progress("changes of model (16)", share)
     )
-    return KnownPlantFindings(noise, found, changed)
+    loop = analyse_loop(arx_system(ArxOrders(3, 3, 1), MODEL_16, DT_S))
+    return KnownPlantFindings(noise, found, changed, loop)
 
 
 def run_on_rig(
@@ -215,6 +225,7 @@ def run_on_rig(
         change,
         reading,
         read_rig_values(reading, rig, float(np.mean(samples[1]))),
+        sample_again(reading, DT_S),
     )
 
 
@@ -228,7 +239,7 @@ class RecordFindings:
         orders and scaling.
     runs
         one Recursive for each start; the reference is the offline model.
-    reading, rig_reading
+    reading, rig_reading, sampled
         as in RigFindings; None where structure or sampling do not allow it.
     """
 
@@ -236,6 +247,7 @@ class RecordFindings:
     runs: tuple[Recursive, ...]
     reading: Reading | None
     rig_reading: RigReading | None
+    sampled: SampledServo | None
 
 
 def run_on_record(
@@ -256,11 +268,11 @@ def run_on_record(
     )
     orders = model.orders
     if dt_s is None or (orders.na, orders.nb, orders.nk) != (3, 3, 1):
-        return RecordFindings(setting, runs, None, None)
+        return RecordFindings(setting, runs, None, None, None)
     reading = read_over_time(samples, setting, READER, dt_s)
     middle = float(np.mean(samples[1]))
     rig_reading = None if rig is None else read_rig_values(reading, rig, middle)
-    return RecordFindings(setting, runs, reading, rig_reading)
+    return RecordFindings(setting, runs, reading, rig_reading, sample_again(reading, dt_s))
 
 
 __all__ = [

@@ -8,8 +8,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from ehsid.harness.experiment.attempts import Attempt, Settings, attempt, better
 from ehsid.harness.experiment.moves import MOVES
 from ehsid.harness.experiment.problems import Finding, record_problems
@@ -25,12 +23,11 @@ from ehsid.harness.identification import (
     frequency_response,
     poles_zeros,
     power_band,
+    response_grid,
 )
-
-# Of the frequency response: from one period in the validation part to just below half the
-# sampling rate, where the phase of a sampled system jumps.
-N_FREQUENCIES = 200
-HIGHEST_SHARE = 0.499
+from ehsid.harness.identification.loop import LoopAnalysis, analyse_loop
+from ehsid.harness.identification.serialise import to_plain
+from ehsid.harness.identification.systems import to_control
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +58,8 @@ class Procedure:
     input_band
         lowest and highest frequency of the band with 99 % of the input's power: beyond it the
         model extrapolates.
+    loop
+        proportional control of the kept model, in the units of the record.
     """
 
     data: IoData
@@ -73,6 +72,7 @@ class Procedure:
     poles_zeros: PolesZeros | None = None
     response: EstimatedResponse | None = None
     input_band: tuple[float, float] | None = None
+    loop: LoopAnalysis | None = None
 
     @property
     def best(self) -> Attempt:
@@ -105,6 +105,7 @@ class Procedure:
             "stopped": self.stopped,
             "meaning": list(self.meaning),
             "input_band": None if self.input_band is None else list(self.input_band),
+            "loop": to_plain(self.loop),
             "attempts": [one.to_dict() for one in self.attempts],
         }
 
@@ -187,8 +188,7 @@ def run_procedure(
     model, dt_s = best.model, data.dt_s or 1.0
     assert model is not None
     assert best.result is not None
-    lowest = 1.0 / (best.result.n_validation * dt_s)
-    grid = np.geomspace(lowest, HIGHEST_SHARE / dt_s, N_FREQUENCIES)
+    grid = response_grid(best.result.n_validation, dt_s)
     return Procedure(
         data,
         split,
@@ -200,6 +200,7 @@ def run_procedure(
         poles_zeros(model),
         frequency_response(model, grid, dt_s),
         power_band(data),
+        analyse_loop(to_control(model, data.dt_s)),
     )
 
 

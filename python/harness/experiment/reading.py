@@ -34,12 +34,15 @@ class Reading:
         shape (T, 3): K in m/(s V), omega_n in rad/s, xi.
     status
         of each reading, e.g. "ok" or why there is none.
+    theta
+        shape (T, 6), from which it was read.
     """
 
     time_s: FloatArray
     value: FloatArray
     deviation: FloatArray
     status: tuple[str, ...]
+    theta: FloatArray
 
 
 def read_over_time(
@@ -51,11 +54,12 @@ def read_over_time(
     """
     u, y = samples
     estimator = setting.estimator(contender)
-    times, values, deviations, status = [], [], [], []
+    times, values, deviations, status, thetas = [], [], [], [], []
     for first in range(0, u.size, EVERY):
         estimator.run(u[first : first + EVERY], y[first : first + EVERY])
+        theta = np.array(estimator.theta_hat)[:6]
         reading = ehsid.identify_servo(
-            np.asarray(estimator.theta_hat)[:6],
+            theta,
             np.asarray(estimator.covariance)[:6, :6],
             dt_s,
         )
@@ -63,7 +67,10 @@ def read_over_time(
         values.append((reading.gain, reading.omega_n, reading.xi))
         deviations.append((reading.gain_std, reading.omega_n_std, reading.xi_std))
         status.append(reading.status.name)
-    return Reading(np.array(times), np.array(values), np.array(deviations), tuple(status))
+        thetas.append(theta)
+    return Reading(
+        np.array(times), np.array(values), np.array(deviations), tuple(status), np.array(thetas)
+    )
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ from ehsid.harness.identification.frequency import (
     agreement,
     frequency_response,
     power_band,
+    response_grid,
 )
 from ehsid.harness.identification.orders import ArxOrders
 from ehsid.harness.identification.outliers import Outliers, replace_outliers
@@ -101,6 +102,7 @@ __all__ = [
     "preprocess",
     "regression",
     "replace_outliers",
+    "response_grid",
     "simulate",
     "stability_distance",
     "whiteness_test",

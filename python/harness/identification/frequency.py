@@ -19,6 +19,11 @@ ComplexArray = npt.NDArray[np.complex128]
 
 POWER_SHARE = 0.99
 
+# Of the frequencies at which a response is drawn. Up to just below half the sampling rate, where
+# the phase of a sampled system jumps.
+N_FREQUENCIES = 200
+HIGHEST_SHARE = 0.499
+
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
@@ -118,21 +123,40 @@ class Agreement:
 def power_band(data: IoData, share: float = POWER_SHARE) -> tuple[float, float]:
     """Lowest and highest frequency of the band that holds this share of the input's power.
 
-    From the periodogram of the longest segment, its mean removed, with equal parts of the rest
-    below and above. In Hz, or cycles a sample where the sampling time is not known.
+    From the periodogram of the longest segment in which the input moves, its mean removed, with
+    equal parts of the rest below and above. In Hz, or cycles a sample where the sampling time is
+    not known.
 
     Parameters
     ----------
     data
-        with an input that moves in its longest segment.
+        with an input that moves.
     share
         0 < share < 1.
     """
-    longest = max(data.segments, key=lambda segment: segment.stop - segment.start)
+    moving = [segment for segment in data.segments if np.ptp(data.u[segment]) > 0.0]
+    longest = max(moving, key=lambda segment: segment.stop - segment.start)
     frequency, power = scipy.signal.periodogram(data.u[longest], fs=1.0 / (data.dt_s or 1.0))
     below = np.cumsum(power) / np.sum(power)
     first, last = np.searchsorted(below, (0.5 - 0.5 * share, 0.5 + 0.5 * share))
     return float(frequency[first]), float(frequency[last])
+
+
+def response_grid(n_samples: int, dt_s: float) -> FloatArray:
+    """Frequencies in Hz from one period in so many samples to nearly half the sampling rate.
+
+    Parameters
+    ----------
+    n_samples
+        length of the record, 3 or more.
+    dt_s
+        sampling time in seconds.
+
+    Returns
+    -------
+    Shape (200,), in equal steps of the logarithm.
+    """
+    return np.geomspace(1.0 / (n_samples * dt_s), HIGHEST_SHARE / dt_s, N_FREQUENCIES)
 
 
 def frequency_response(

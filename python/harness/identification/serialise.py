@@ -12,7 +12,10 @@ import numpy as np
 
 
 def to_plain(value: Any) -> Any:
-    """Dataclasses to dicts, keys to text, arrays to lists, non-finite numbers to None."""
+    """Dataclasses to dicts, keys to text, arrays to lists, non-finite numbers to None.
+
+    Complex numbers become [real, imaginary].
+    """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: to_plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, np.ndarray | np.generic):
@@ -23,6 +26,8 @@ def to_plain(value: Any) -> Any:
         return {str(key): to_plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [to_plain(item) for item in value]
+    if isinstance(value, complex):
+        return to_plain([value.real, value.imag])
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

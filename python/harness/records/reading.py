@@ -8,13 +8,12 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.records.binary_formats import MatTable, NpzTable, ParquetTable
 from ehsid.harness.records.checks import check_columns
-from ehsid.harness.records.csv_format import CsvTable
 from ehsid.harness.records.csv_text import decompress
 from ehsid.harness.records.errors import RecordError, missing_column
 from ehsid.harness.records.formats import format_of, stem_of
@@ -29,7 +28,13 @@ from ehsid.harness.records.layout import (
 from ehsid.harness.records.record import Record, make_record
 from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS, TIME_COLUMN
 
-Table = CsvTable | ParquetTable | MatTable | NpzTable
+if TYPE_CHECKING:
+    from ehsid.harness.records.csv_format import CsvTable
+    from ehsid.harness.records.mat_format import MatTable
+    from ehsid.harness.records.npz_format import NpzTable
+    from ehsid.harness.records.parquet_format import ParquetTable
+
+    Table = CsvTable | ParquetTable | MatTable | NpzTable
 
 AS_THE_SCHEMA: Layout = MappingProxyType({})
 
@@ -124,16 +129,23 @@ def _bytes(path: Path) -> bytes:
 
 
 def _table(data: bytes, path: Path) -> Table:
+    # A file needs the library of its own format only: polars and scipy take long to import.
     match format_of(path):
-        case "csv":
-            return CsvTable(data, path)
-        case "csv.gz":
-            return CsvTable(decompress(data, path), path)
+        case "csv" | "csv.gz" as kind:
+            from ehsid.harness.records.csv_format import CsvTable
+
+            return CsvTable(data if kind == "csv" else decompress(data, path), path)
         case "parquet":
+            from ehsid.harness.records.parquet_format import ParquetTable
+
             return ParquetTable(data, path)
         case "mat":
+            from ehsid.harness.records.mat_format import MatTable
+
             return MatTable(data, path)
         case "npz":
+            from ehsid.harness.records.npz_format import NpzTable
+
             return NpzTable(data, path)
 
 

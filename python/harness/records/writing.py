@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import polars as pl
-import scipy.io
 
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.formats import Format, format_of
@@ -43,16 +41,23 @@ def write_record(record: Record, path: str | os.PathLike[str]) -> None:
 
 
 def _encode(columns: dict[str, npt.NDArray[np.float64]], kind: Format) -> bytes:
+    # A file needs the library of its own format only: polars and scipy take long to import.
     buffer = BytesIO()
     match kind:
         case "csv":
+            import polars as pl
+
             pl.DataFrame(columns).write_csv(buffer)
         case "csv.gz":
             # No time stamp: the same record gives the same bytes.
             return gzip.compress(_encode(columns, "csv"), compresslevel=6, mtime=0)
         case "parquet":
+            import polars as pl
+
             pl.DataFrame(columns).write_parquet(buffer)
         case "mat":
+            import scipy.io
+
             file: Any = buffer  # the stubs know paths only; the function takes any binary file
             scipy.io.savemat(file, columns, oned_as="column", do_compression=True)
         case "npz":

@@ -69,7 +69,7 @@ def record_sections(found: RecordFindings, dt_s: float | None, name: str) -> lis
         ]
     sections = [Section("Recursive, on the record", blocks)]
     if found.reading is not None:
-        sections.append(reading_section(found.reading, found.rig_reading))
+        sections.append(reading_section(found.reading, found.rig_reading, found.sampled))
     return sections
 
 

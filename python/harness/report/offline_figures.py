@@ -16,6 +16,7 @@ from ehsid.harness.identification import (
     PolesZeros,
     Roots,
 )
+from ehsid.harness.identification.loop import LoopAnalysis
 
 # 95 % of a normal pair of values lie within this of the centre, squared, in deviations.
 CHI2_2_95 = 5.991
@@ -123,10 +124,11 @@ def bode_figure(
     truth: FrequencyResponse | None,
     dt_s: float | None,
     input_band: tuple[float, float] | None = None,
+    loop: LoopAnalysis | None = None,
 ) -> Figure:
     """Magnitude and phase with the band of 95 %, beside the rig's where it is known.
 
-    Shaded grey: outside `input_band`.
+    Shaded grey: outside `input_band`. With `loop`: the margins with half the limit gain.
     """
     figure = Figure(figsize=(9, 6), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
@@ -135,6 +137,7 @@ def bode_figure(
         (upper, response.magnitude_db, response.magnitude_band_db()),
         (lower, response.phase_deg, response.phase_band_deg()),
     ):
+        beyond: str | None = "outside the input's band"
         axes.fill_between(f, band[:, 0], band[:, 1], alpha=0.3, linewidth=0, label="95 % band")
         axes.semilogx(f, centre, label="model", linewidth=1.5)
         axes.grid(True, which="both", alpha=0.25)
@@ -142,7 +145,8 @@ def bode_figure(
         if input_band is not None:
             for start, stop in ((f[0], input_band[0]), (input_band[1], f[-1])):
                 if start < stop:
-                    axes.axvspan(start, stop, color="0.5", alpha=0.12, linewidth=0)
+                    axes.axvspan(start, stop, color="0.5", alpha=0.12, linewidth=0, label=beyond)
+                    beyond = None
     low, high = float(np.min(response.magnitude_db)), float(np.max(response.magnitude_db))
     if truth is not None:
         # Unwrapped each by itself, the phases can be whole turns apart.
@@ -159,11 +163,48 @@ def bode_figure(
     upper.set_ylim(low - 6.0, high + 6.0)
     middle = response.phase_deg
     lower.set_ylim(float(np.min(middle)) - 60.0, float(np.max(middle)) + 60.0)
+    if loop is not None:
+        _margins(upper, lower, response, loop)
     upper.set_ylabel("magnitude in dB")
     lower.set_ylabel("phase in degrees")
     lower.set_xlabel("frequency in cycles a sample" if dt_s is None else "frequency in Hz")
     upper.legend(fontsize="small")
     return figure
+
+
+def _margins(upper: Axes, lower: Axes, response: EstimatedResponse, loop: LoopAnalysis) -> None:
+    """Both margins of the loop with half the limit gain, as arrows between the curves and 1/k."""
+    half, turnover = loop.half, loop.phase_crossover_hz
+    if half is None or turnover is None or loop.limit_gain is None:
+        return
+    red = "tab:red"
+    f = np.log(response.frequency_hz)
+    level, lowest = (-20.0 * np.log10(np.abs(k)) for k in (half.gain, loop.limit_gain))
+    upper.axhline(level, color=red, linestyle="--", linewidth=1.0, label="1/k")
+    upper.annotate(
+        "", (turnover, lowest), (turnover, level), arrowprops={"arrowstyle": "<->", "color": red}
+    )
+    for axes in (upper, lower):
+        axes.axvline(turnover, color=red, linestyle=":", linewidth=1.0)
+        if half.gain_crossover_hz is not None:
+            axes.axvline(half.gain_crossover_hz, color=red, linestyle=":", linewidth=1.0)
+    # -180 degrees of k G: with a negative k that is 0 of G; a whole turn more is the same phase.
+    border = -180.0 if half.gain > 0.0 else 0.0
+    at = float(np.interp(np.log(turnover), f, response.phase_deg))
+    border += 360.0 * round((at - border) / 360.0)
+    lower.axhline(border, color=red, linestyle="--", linewidth=1.0, label="phase of k G: -180")
+    words = f"gain margin {20.0 * np.log10(half.gain_margin):.1f} dB"
+    if half.gain_crossover_hz is not None and half.phase_margin_deg is not None:
+        lower.annotate(
+            "",
+            (half.gain_crossover_hz, border),
+            (half.gain_crossover_hz, border + half.phase_margin_deg),
+            arrowprops={"arrowstyle": "<->", "color": red},
+        )
+        words += f", phase margin {half.phase_margin_deg:.1f} degrees"
+    upper.set_title(f"proportional control with k = {half.gain:.4g}: {words}", fontsize="medium")
+    upper.legend(fontsize="small")
+    lower.legend(fontsize="small")
 
 
 def _roots(axes: Axes, roots: Roots, marker: str, colour: str, label: str) -> None:

@@ -14,6 +14,7 @@ from ehsid.harness.identification import (
     PolesZeros,
     Roots,
 )
+from ehsid.harness.report.loop_blocks import place
 from ehsid.harness.report.offline_figures import (
     bode_figure,
     outputs_figure,
@@ -83,12 +84,11 @@ def _root_rows(name: str, roots: Roots) -> list[tuple[str, ...]]:
     ):
         if value.imag < 0.0:
             continue
-        place = f"{value.real:.5f}" + (f" ± {value.imag:.5f}j" if value.imag else "")
         real, imaginary = np.sqrt(np.diag(spread))
         rows.append(
             (
                 name,
-                place,
+                place(value),
                 f"{real:.2g}" if reliable else "not valid",
                 "" if value.imag == 0.0 else f"{imaginary:.2g}" if reliable else "not valid",
                 f"{abs(value):.5f}",
@@ -102,12 +102,24 @@ def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> li
     """Bode diagram, beside the rig's response where it is known."""
     assert procedure.response is not None
     beside = "" if truth is None else f" Dots: {truth.source}."
+    margins = (
+        ""
+        if procedure.loop is None or procedure.loop.half is None
+        else " Red: gain and phase margin of a proportional controller with half the gain at the "
+        "limit of stability."
+    )
     blocks: list[Words | Picture] = [
         Picture(
-            bode_figure(procedure.response, truth, procedure.data.dt_s, procedure.input_band),
+            bode_figure(
+                procedure.response,
+                truth,
+                procedure.data.dt_s,
+                procedure.input_band,
+                procedure.loop,
+            ),
             "Frequency response of the model with its 95 % band at each frequency by itself."
             f"{beside} Grey: outside the band with 99 % of the input's power, where the model "
-            "extrapolates.",
+            f"extrapolates.{margins}",
             "Magnitude and phase over frequency, with a shaded band"
             + ("" if truth is None else " and the rig's response as dots"),
         )

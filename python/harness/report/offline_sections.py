@@ -9,6 +9,7 @@ from ehsid.harness.experiment.attempts import Attempt
 from ehsid.harness.experiment.procedure import Procedure
 from ehsid.harness.experiment.published import PublishedOrder
 from ehsid.harness.identification import FrequencyResponse, Preprocessed
+from ehsid.harness.report.loop_blocks import loop_blocks
 from ehsid.harness.report.offline_model_blocks import (
     poles_zeros_blocks,
     response_blocks,
@@ -75,6 +76,13 @@ def offline_sections(
     if procedure.response is not None:
         sections.append(
             Section("Offline: frequency response", response_blocks(procedure, rig_response))
+        )
+    if procedure.loop is not None:
+        sections.append(
+            Section(
+                "Offline: proportional control",
+                loop_blocks(procedure.loop, procedure.data.dt_s, procedure.input_band),
+            )
         )
     return sections
 

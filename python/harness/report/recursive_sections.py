@@ -12,12 +12,14 @@ from ehsid.harness.experiment.experiment import KnownPlantFindings, RigFindings
 from ehsid.harness.experiment.published import DT_S, MODEL_16, RECURSIVE
 from ehsid.harness.experiment.reading import Reading, RigReading
 from ehsid.harness.experiment.recursive import B_AFTER, QUIET_NOISE, Changed, Recursive
+from ehsid.harness.experiment.sampled_servo import SampledServo
 from ehsid.harness.experiment.summary import (
     RunSummary,
     summarise,
     summarise_change,
 )
 from ehsid.harness.report.comparison_figures import change_figure, error_figure
+from ehsid.harness.report.loop_blocks import loop_blocks
 from ehsid.harness.report.page import Picture, Section, Table, Words
 from ehsid.harness.report.reading_figure import reading_figure
 
@@ -163,7 +165,8 @@ def known_plant_sections(found: KnownPlantFindings, runs: int) -> list[Section]:
             change_table(found.changed),
         ],
     )
-    return [Section("Recursive, on model (16) as the known truth", blocks), change]
+    plant = Section("Model (16) as a plant", loop_blocks(found.loop, DT_S))
+    return [plant, Section("Recursive, on model (16) as the known truth", blocks), change]
 
 
 def rig_sections(found: RigFindings, runs: int, name: str) -> list[Section]:
@@ -206,11 +209,13 @@ def rig_sections(found: RigFindings, runs: int, name: str) -> list[Section]:
     return [
         Section("Recursive, on the nonlinear rig", blocks),
         change,
-        reading_section(found.reading, found.rig_reading),
+        reading_section(found.reading, found.rig_reading, found.sampled),
     ]
 
 
-def reading_section(reading: Reading, rig: RigReading | None) -> Section:
+def reading_section(
+    reading: Reading, rig: RigReading | None, sampled: SampledServo | None
+) -> Section:
     """Part 4: K, omega_n, xi over time, and what they say of the rig."""
     refused = {status for status in reading.status if status != "ok"}
     share = sum(status == "ok" for status in reading.status) / len(reading.status)
@@ -248,4 +253,25 @@ def reading_section(reading: Reading, rig: RigReading | None) -> Section:
                 ],
             )
         )
+    if sampled is not None:
+        blocks.append(_sampled_table(sampled))
     return Section("Physical reading", blocks)
+
+
+def _sampled_table(sampled: SampledServo) -> Table:
+    """The estimate beside the sampled servo that was read from it."""
+    columns = (sampled.estimate, sampled.ours, sampled.by_control)
+    difference = float(np.max(np.abs(sampled.ours - sampled.by_control)))
+    return Table(
+        f"The servo (5) of the last reading, K = {sampled.gain:.4g} m/(s V), omega_n = "
+        f"{sampled.omega_n:.4g} rad/s, xi = {sampled.xi:.3g}, sampled with a zero-order hold: by "
+        "ehsid.discretise and by python-control, which differ by "
+        f"{difference:.1g} at most. The a of the estimate differ by its integrator, which is not "
+        "exactly at z = 1; its b differ where the plant is not a sampled servo, or where they are "
+        "uncertain.",
+        ("", "estimate", "ehsid.discretise", "python-control"),
+        [
+            (name, *(f"{value:.6g}" for value in row))
+            for name, row in zip(THETA_NAMES, np.column_stack(columns), strict=True)
+        ],
+    )

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: MIT
+"""What `ehsid experiment` computes and writes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import ehsid
+from ehsid.harness.experiment.evidence import median_interval
+from ehsid.harness.experiment.experiment import (
+    judge_claims,
+    run_on_known_plant,
+    run_on_record,
+    run_on_rig,
+)
+from ehsid.harness.experiment.linearisation import small_signal_response
+from ehsid.harness.experiment.procedure import Procedure, run_procedure
+from ehsid.harness.experiment.published import DT_S, ORDERS
+from ehsid.harness.experiment.recursive import noise_for_fit
+from ehsid.harness.experiment.rig_records import rig_record
+from ehsid.harness.export.convergence import Starts, compare_starts
+from ehsid.harness.identification import ArxOrders, IoData, Preprocessing, fit_arx
+from ehsid.harness.identification.serialise import to_plain
+from ehsid.harness.records import read_record
+from ehsid.harness.report.claims_sections import claims_sections
+from ehsid.harness.report.experiment_files import (
+    claim_rows,
+    csv_text,
+    orders_table,
+    plain_change,
+    plain_runs,
+    reset_rows,
+)
+from ehsid.harness.report.experiment_page import (
+    experiment_page,
+    record_sections,
+    verdict_lead,
+    write_pictures,
+)
+from ehsid.harness.report.offline_sections import offline_sections
+from ehsid.harness.report.page import Section, write_page
+from ehsid.harness.report.recursive_sections import known_plant_sections, rig_sections
+from ehsid.harness.report.seeding_section import seeding_section
+from ehsid.harness.rigs import Rig
+
+# The record of the offline half; the runs of the recursive half have the seeds from 0 on.
+OFFLINE_SEED = 1000
+# Of the rig at half time: it takes up a second load as heavy as the first.
+CHANGE_OF_MASS = 2.0
+# Deviation of e(k) whose variance is the published loss.
+LOSS_NOISE = 0.151
+THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What goes into the report: title, sentences, sections, plain values, tables by file name."""
+
+    title: str
+    lead: list[str]
+    sections: list[Section]
+    plain: dict[str, Any]
+    tables: dict[str, str]
+    problems: list[str]
+
+
+@dataclass(frozen=True)
+class Offline:
+    """What the first attempt of the offline half tries."""
+
+    orders: range
+    delays: range
+    preprocessing: Preprocessing
+
+    def run(self, data: IoData) -> Procedure:
+        """The procedure of Fig. 3."""
+        return run_procedure(
+            data, orders=self.orders, delays=self.delays, preprocessing=self.preprocessing
+        )
+
+
+def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float], None]) -> Findings:
+    """The published experiment, whole."""
+    record = rig_record(rig, OFFLINE_SEED).record
+    data = IoData.from_record(record, "command_v", "position_m")
+    procedure = offline.run(data)
+    amplitude = 0.5 * float(data.u.std())
+    response = small_signal_response(rig, DT_S, amplitude_v=amplitude)
+    noise = noise_for_fit()
+    claims = judge_claims(noise, progress)
+    known = run_on_known_plant(runs, claims, noise, progress)
+    change = {"load.mass_kg": CHANGE_OF_MASS * rig.values["load.mass_kg"]}
+    on_rig = run_on_rig(rig, record, fit_arx(data, THIRD_ORDER), change, runs, progress)
+    starts: dict[float, Starts] = {}
+    for level in (noise, LOSS_NOISE):
+        progress("starts from the offline model", 0.5 * len(starts))
+        starts[level] = compare_starts(ehsid.FRatio(), range(runs), noise=level)
+    return Findings(
+        title="The published experiment, redone",
+        lead=[
+            *verdict_lead(claims.verdicts),
+            f"The paper's column for lambda = 1 comes out of a start with P(0) near "
+            f"{claims.start_of_one:.2g} I, trusted at theta = 0.",
+        ],
+        sections=[
+            *offline_sections(
+                procedure, record_name=record.name, published=ORDERS, rig_response=response
+            ),
+            *known_plant_sections(known, runs),
+            *rig_sections(on_rig, runs, rig.name),
+            *claims_sections(claims),
+            seeding_section(starts, runs),
+        ],
+        plain={
+            "offline": procedure.to_dict(),
+            "known_plant": {
+                "noise": known.noise,
+                "loop": to_plain(known.loop),
+                "runs": plain_runs(known.runs, DT_S),
+                "changed": plain_change(known.changed),
+            },
+            "rig": {
+                "name": rig.name,
+                "runs": plain_runs(on_rig.runs, DT_S),
+                "change": dict(change),
+                "changed": plain_change(on_rig.changed),
+                "reading": to_plain(on_rig.rig_reading),
+                "sampled": to_plain(on_rig.sampled),
+            },
+            "claims": [to_plain(verdict) for verdict in claims.verdicts],
+            "seeded": [
+                {
+                    "noise": level,
+                    "samples_from_nothing": to_plain(median_interval(start.settled()[1])),
+                    "samples_from_the_model": to_plain(median_interval(start.settled()[0])),
+                }
+                for level, start in starts.items()
+            ],
+            "start_of_lambda_1": {"p0": claims.start_of_one, "error": claims.error_of_one},
+        },
+        tables={
+            **orders_table(procedure),
+            "claims.csv": csv_text(claim_rows(claims.judged)),
+            "resets.csv": csv_text(reset_rows(claims.resets)),
+        },
+        problems=[finding.text for finding in procedure.problems],
+    )
+
+
+def on_record(
+    path: Path, rig: Rig | None, offline: Offline, input_name: str, output_name: str
+) -> Findings:
+    """The same on one record: no truth, no other draws, so no claims."""
+    columns = [input_name, output_name]
+    record = read_record(path, columns=columns, layout={} if rig is None else rig.columns)
+    data = IoData.from_record(record, input_name, output_name)
+    procedure = offline.run(data)
+    response = None
+    if rig is not None and data.dt_s is not None:
+        response = small_signal_response(rig, data.dt_s, amplitude_v=0.5 * float(data.u.std()))
+    sections = offline_sections(procedure, record_name=record.name, rig_response=response)
+    plain: dict[str, Any] = {"offline": procedure.to_dict()}
+    problems = [finding.text for finding in procedure.problems]
+    lead = [*procedure.meaning, *problems]
+    model = None if procedure.kept is None else procedure.best.model
+    if model is not None:
+        found = run_on_record((data.u, data.y), model, data.dt_s, rig)
+        sections += record_sections(found, data.dt_s, record.name)
+        plain |= {
+            "recursive": plain_runs(found.runs, data.dt_s or 1.0),
+            "reading": to_plain(found.rig_reading),
+            "sampled": to_plain(found.sampled),
+        }
+    title = f"The experiment on {record.name}"
+    return Findings(title, lead, sections, plain, orders_table(procedure), problems)
+
+
+def write_findings(folder: Path, findings: Findings, provenance: Mapping[str, Any]) -> None:
+    """Report, JSON, CSV and pictures, each under a temporary name first."""
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"--out {folder}: this is a file; give the name of a folder")
+    plain = {**findings.plain, "problems": findings.problems, "provenance": dict(provenance)}
+    texts = {
+        **findings.tables,
+        "experiment.json": json.dumps(to_plain(plain), indent=2, allow_nan=False),
+    }
+    page = experiment_page(findings.lead, findings.sections, findings.title)
+    write_page(folder / "experiment.html", page)
+    write_pictures(folder / "figures", page)
+    for name, text in texts.items():
+        unfinished = folder / f".{name}.part"
+        unfinished.write_text(text, encoding="utf-8")
+        unfinished.replace(folder / name)

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: MIT
+"""What `ehsid hil` runs on the target, shows and writes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+import ehsid
+from ehsid.harness.cli.asked_signal import AskedSignal, as_command, as_reference
+from ehsid.harness.cli.hil_loop import HilLoop
+from ehsid.harness.cli.hil_progress import live
+from ehsid.harness.hil.answers import Identity
+from ehsid.harness.hil.comparison import compare
+from ehsid.harness.hil.emulator import emulated
+from ehsid.harness.hil.errors import HilError
+from ehsid.harness.hil.plan import (
+    Plan,
+    experiment_plans,
+    open_plan,
+    position_plan,
+)
+from ehsid.harness.hil.recording import Recording
+from ehsid.harness.hil.run import run_plan
+from ehsid.harness.hil.session import Session
+from ehsid.harness.identification import ArxOrders
+from ehsid.harness.identification.serialise import to_plain
+from ehsid.harness.report.hil_files import plain_identity, plain_run, run_row
+from ehsid.harness.report.hil_page import Runs, hil_page, lead
+from ehsid.harness.report.page import write_page
+from ehsid.harness.rigs import Rig
+from ehsid.harness.simulation import draw_noise, suggested_controller
+from ehsid.harness.simulation.outputs import OUTPUTS_OF
+
+REPORTS = ("hil.html", "hil.json")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The options that make the plans."""
+
+    loop: HilLoop
+    signal: AskedSignal
+    bandwidth: float | None
+    forgetting: ehsid.Forgetting
+    orders: ArxOrders
+    retune: bool
+    values: Mapping[str, float]
+    watchdog_ms: int
+
+    def plans(self, rig: Rig, actual: Rig) -> dict[str, Plan]:
+        """By folder below --out, "" for itself; settings come from `rig`, `actual` is what runs."""
+        if actual.plant != rig.plant:
+            raise ValueError(
+                f'--actual: a plant "{actual.plant}", the rig is "{rig.plant}": expected the same'
+            )
+        return {name: replace(plan, rig=actual) for name, plan in self._told(rig).items()}
+
+    def _told(self, rig: Rig) -> dict[str, Plan]:
+        controller = suggested_controller(rig, self.bandwidth)
+        more: dict[str, Any] = {"values": self.values, "watchdog_ms": self.watchdog_ms}
+        if self.loop is HilLoop.experiment:
+            return experiment_plans(rig, controller, self.signal.seed, **more)
+        # Another stream than that of the signal, as `ehsid simulate --noise` has it.
+        rng = np.random.default_rng([self.signal.seed, 1])
+        more |= {
+            "dt_s": self.signal.dt,
+            "noise": draw_noise(rig, self.signal.samples, rng),
+            "orders": self.orders,
+            "forgetting": self.forgetting,
+        }
+        if self.loop is HilLoop.open:
+            return {"": open_plan(rig, as_command(rig, self.signal), controller, **more)}
+        reference = as_reference(rig, self.signal, controller)
+        return {"": position_plan(rig, reference, controller, retune=self.retune, **more)}
+
+
+@contextmanager
+def target(port: str | None, image: Path | None, machine: str) -> Iterator[str]:
+    """The address of the target: as told, or that of an emulator that runs meanwhile."""
+    if (port is None) == (image is None):
+        raise ValueError(
+            "give either --port (as socket://localhost:4444 or /dev/ttyACM0) or --qemu FIRMWARE"
+        )
+    if image is None:
+        assert port is not None
+        yield port
+    else:
+        with emulated(image, machine) as address:
+            yield address
+
+
+def run_all(
+    plans: Mapping[str, Plan], session: Session, out: Path, console: Console, real_time: bool
+) -> Runs:
+    """Each plan with its records in its folder below `out`, shown on the console meanwhile."""
+    runs = []
+    with live(console) as stage:
+        for folder, plan in plans.items():
+            told = plan.configuration.estimator
+            with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], told.orders) as recording:
+                try:
+                    run = run_plan(
+                        plan,
+                        session,
+                        recording,
+                        real_time=real_time,
+                        progress=stage(plan.name, plan.samples),
+                    )
+                except HilError as error:
+                    if recording.samples == 0:
+                        raise
+                    raise HilError(
+                        f"{error}; {out / folder} holds the {recording.samples} samples before"
+                    ) from error
+            runs.append((folder or type(told.forgetting).__name__, run, compare(run)))
+    return runs
+
+
+def write_reports(out: Path, identity: Identity, runs: Runs, provenance: Mapping[str, Any]) -> str:
+    """hil.html and hil.json, each under a temporary name first; the text of the latter."""
+    write_page(out / REPORTS[0], hil_page(identity, runs, published=len(runs) > 1))
+    findings = {
+        "schema_version": 1,
+        "target": plain_identity(identity),
+        "equal_to_host": all(agreement.equal for *_, agreement in runs),
+        "runs": [plain_run(*run) for run in runs],
+        "provenance": dict(provenance),
+    }
+    text = json.dumps(to_plain(findings), indent=2, allow_nan=False) + "\n"
+    unfinished = out / f".{REPORTS[1]}.part"
+    unfinished.write_text(text, encoding="utf-8")
+    unfinished.replace(out / REPORTS[1])
+    return text
+
+
+def show(identity: Identity, runs: Runs, out: Path) -> None:
+    """The result in a few sentences and a table."""
+    console = Console()
+    for sentence in lead(identity, runs):
+        console.print(f"- {sentence}", highlight=False)
+    table = Table()
+    rows = [run_row(*run) for run in runs]
+    for heading in rows[0]:
+        table.add_column(heading, justify="right")
+    for row in rows:
+        table.add_row(*row.values())
+    console.print(table)
+    console.print(f"report: {out / REPORTS[0]}", soft_wrap=True)

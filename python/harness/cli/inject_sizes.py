@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""Sizes of effects from the command line of `ehsid inject`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ehsid.harness.inject import InjectError, injectable
+from ehsid.harness.records.errors import nearest_name
+
+
+def parse_sizes(
+    effects: Sequence[str], texts: Sequence[str], plant: str
+) -> dict[str, dict[str, float]]:
+    """Sizes by effect and parameter, from texts such as "overlap=0.04".
+
+    Raises
+    ------
+    InjectError
+        an effect twice, a text of another form, or a parameter of none or of several of them.
+    """
+    sizes: dict[str, dict[str, float]] = {effect: {} for effect in effects}
+    if len(sizes) < len(effects):
+        raise InjectError(f"--effect {effects[-1]}: name each effect once")
+    there = injectable(plant)
+    owners: dict[str, list[str]] = {}
+    for effect in effects:
+        for name in there.get(effect, {}):
+            owners.setdefault(name, []).append(effect)
+            owners.setdefault(f"{effect}.{name}", []).append(effect)
+    for text in texts:
+        name, equals, number = (part.strip() for part in text.partition("="))
+        try:
+            value = float(number)
+        except ValueError:
+            value = math.nan
+        if not equals or not math.isfinite(value):
+            raise InjectError(f"--set {text}: expected PARAMETER=NUMBER, as overlap=0.04")
+        # An effect that cannot be put in is told of by `inject`, with all that can.
+        if not owners and effects:
+            continue
+        if name not in owners:
+            nearest = nearest_name(name, owners)
+            hint = f"; did you mean '{nearest}'?" if nearest else ""
+            raise InjectError(f"--set {text}: none of the effects named has '{name}'{hint}")
+        if len(owners[name]) > 1:
+            both = " and ".join(owners[name])
+            raise InjectError(f"--set {text}: {both} have it; write EFFECT.{name}=NUMBER")
+        parameters = sizes[owners[name][0]]
+        if name.rpartition(".")[2] in parameters:
+            raise InjectError(f"--set {text}: '{name}' is set twice")
+        parameters[name.rpartition(".")[2]] = value
+    return sizes

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""Commands that are imported when they are called, so that `ehsid --help` answers at once."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+
+@dataclass(frozen=True)
+class Verb:
+    """What the overview says of a command whose module is not imported yet.
+
+    The command `gap-check` is the function `gap_check_command` of `ehsid.harness.cli.gap_check`.
+
+    Attributes
+    ----------
+    name
+        as typed.
+    summary
+        first line of the docstring of the function; a test compares them.
+    command_class
+        class of the command.
+    """
+
+    name: str
+    summary: str
+    command_class: type[TyperCommand] = TyperCommand
+
+    def load(self) -> Any:
+        """Import the module and make the command."""
+        stem = self.name.replace("-", "_")
+        module = importlib.import_module(f"ehsid.harness.cli.{stem}")
+        app = typer.Typer(add_completion=False)
+        app.command(self.name, cls=self.command_class)(getattr(module, f"{stem}_command"))
+        return typer.main.get_command(app)
+
+
+# The contexts and commands of click are `Any` here: some versions of typer bring a click of their
+# own, under another name.
+class DeferredCommand(TyperCommand):
+    """Stands for a command until its arguments are parsed."""
+
+    def __init__(self, verb: Verb) -> None:
+        super().__init__(verb.name, help=verb.summary)
+        self.verb = verb
+
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
+    ) -> Any:
+        """The context of the command itself, which then runs in place of this one."""
+        return self.verb.load().make_context(info_name, args, parent, **extra)
+
+
+def lazy_group(verbs: Iterable[Verb]) -> type[TyperGroup]:
+    """A group of commands, listed in this order, for `typer.Typer(cls=...)`."""
+
+    class LazyGroup(TyperGroup):
+        def __init__(self, **settings: Any) -> None:
+            super().__init__(**settings)
+            for verb in verbs:
+                self.add_command(DeferredCommand(verb))
+
+    return LazyGroup

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: MIT
+"""Options that take all values up to the next option, as `--validate a.csv b.csv`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from typer.core import TyperCommand
+
+MANY = ("--validate", "--exclude-effect")
+
+
+class ManyValues(TyperCommand):
+    """A command whose options `MANY` take several values; typer's own take one each."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Repeat the option before each of its values."""
+        return super().parse_args(ctx, repeated(args))
+
+
+def repeated(arguments: Sequence[str]) -> list[str]:
+    """The same arguments with one value for each of `MANY`: "--validate a b" twice "--validate"."""
+    made: list[str] = []
+    option, has_value = "", False
+    for position, argument in enumerate(arguments):
+        if argument == "--":
+            return [*made, *arguments[position:]]
+        if argument.startswith("-"):
+            name, equals, _ = argument.partition("=")
+            option, has_value = (name if name in MANY else ""), bool(equals)
+        elif option:
+            made += [option] if has_value else []
+            has_value = True
+        made.append(argument)
+    return made

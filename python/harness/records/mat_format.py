@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+"""Columns from MAT files."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy.io
+import scipy.sparse
+
+from ehsid.harness.records.damage import damaged
+from ehsid.harness.records.errors import RecordError
+from ehsid.harness.records.mat_elements import check_elements
+
+
+class MatTable:
+    """A MAT file of version 4 to 7; each variable is a column."""
+
+    first_row = 1
+
+    def __init__(self, data: bytes, path: Path) -> None:
+        self._path = path
+        try:
+            check_elements(data)
+            # Some versions of the stubs know paths only; the function takes any binary file.
+            file: Any = BytesIO(data)
+            with warnings.catch_warnings():
+                # scipy 1.18 warns that sparse variables will be of another class. We refuse all.
+                warnings.filterwarnings("ignore", ".*`spmatrix`", DeprecationWarning)
+                content = scipy.io.loadmat(file)
+        except NotImplementedError:
+            raise RecordError(
+                path,
+                "this is a MAT file of version 7.3 (HDF5), which is not read",
+                expected="a MAT file of version 4 to 7",
+                mend="save it in MATLAB with save('name.mat', '-v7')",
+            ) from None
+        except Exception as error:  # the reader has no common exception for damaged files
+            raise damaged(path, "MAT", error) from None
+        self._variables = {k: v for k, v in content.items() if not k.startswith("__")}
+        self.names = list(self._variables)
+
+    def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
+        """Variables `wanted` as they are in the file.
+
+        Raises
+        ------
+        RecordError
+            a sparse matrix.
+        """
+        return {name: self._dense(name) for name in wanted}
+
+    def _dense(self, name: str) -> npt.NDArray[Any]:
+        variable = self._variables[name]
+        shape = variable.shape
+        if scipy.sparse.issparse(variable):  # its size is what the file says, not what it holds
+            raise RecordError(
+                self._path,
+                f"the values are a sparse matrix, {' x '.join(map(str, shape))}",
+                column=name,
+                expected="a vector, one value a sample",
+                mend="store the signal with full(...)",
+            )
+        return np.asarray(variable)

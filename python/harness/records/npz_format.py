@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""Columns from NPZ files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.records.damage import damaged, first_line
+from ehsid.harness.records.errors import RecordError
+
+
+class NpzTable:
+    """A NumPy archive; each array is a column."""
+
+    first_row = 1
+
+    def __init__(self, data: bytes, path: Path) -> None:
+        self._path = path
+        try:
+            archive = np.load(BytesIO(data), allow_pickle=False)
+        except Exception as error:  # as above: zip, array header and array each have their own
+            raise damaged(path, "NPZ", error) from None
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise RecordError(
+                path,
+                "this is a single array, not an archive of named arrays",
+                expected="an NPZ file",
+                mend="write it with numpy.savez(path, time_s=..., command_v=...)",
+            )
+        self._archive = archive
+        self.names = list(archive.files)
+
+    def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
+        """Arrays `wanted` as they are in the file.
+
+        Raises
+        ------
+        RecordError
+            an array of Python objects, or a damaged one.
+        """
+        columns: dict[str, npt.NDArray[Any]] = {}
+        for name in wanted:
+            try:
+                columns[name] = self._archive[name]
+            except Exception as error:  # as above
+                raise RecordError(
+                    self._path,
+                    f"the array cannot be read ({first_line(error)})",
+                    column=name,
+                    expected="an array of numbers",
+                    mend="convert it to float64 and write the file again",
+                ) from None
+        return columns

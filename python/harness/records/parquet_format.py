@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: MIT
+"""Columns from Parquet files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy.typing as npt
+import polars as pl
+
+from ehsid.harness.records.damage import damaged
+from ehsid.harness.records.errors import RecordError
+
+
+class ParquetTable:
+    """A Parquet file; missing cells become NaN."""
+
+    first_row = 1
+
+    def __init__(self, data: bytes, path: Path) -> None:
+        self._path = path
+        try:
+            self._frame = pl.read_parquet(BytesIO(data))
+        except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
+            # PanicException: the reader takes some damaged sizes for sound ones.
+            raise damaged(path, "Parquet", error) from None
+        self.names = self._frame.columns
+
+    def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
+        """Columns `wanted`, floating where the file holds numbers.
+
+        Raises
+        ------
+        RecordError
+            a column that does not hold numbers.
+        """
+        return {name: self._numbers(self._frame[name]) for name in wanted}
+
+    def _numbers(self, series: pl.Series) -> npt.NDArray[Any]:
+        if series.dtype.is_numeric() or series.dtype == pl.Boolean:
+            return series.cast(pl.Float64).to_numpy()
+        raise RecordError(
+            self._path,
+            f"the values are of type {series.dtype}",
+            column=series.name,
+            expected="real numbers (time in seconds as a number)",
+            mend="convert the column to numbers, or name the columns to use",
+        )

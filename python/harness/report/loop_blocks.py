@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+"""What pages and pictures say of a model under proportional control."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ehsid.harness.identification.loop import LoopAnalysis, Mode, ProportionalLoop
+from ehsid.harness.report.page import Table, Words
+
+
+def loop_blocks(
+    loop: LoopAnalysis, dt_s: float | None, input_band: tuple[float, float] | None = None
+) -> list[Words | Table]:
+    """The limit of stability in words, the loops and the natural frequencies as tables."""
+    unit = _unit(dt_s)
+    return [
+        Words(
+            f"{limit_words(loop, dt_s, input_band)} k is in units of the input over units of the "
+            "output."
+        ),
+        Table(
+            "Loops with unity gain and with half the limit. Usual demands are a gain margin of "
+            "6 dB or more and a phase margin of 45 degrees or more. The figures are those of the "
+            "model, by python-control.",
+            (
+                "k",
+                "stable",
+                "gain margin, dB",
+                "phase margin, degrees",
+                f"gain crossover, {unit}",
+                "least damping ratio",
+            ),
+            [_row(one) for one in loop.loops],
+        ),
+        Table(
+            "Natural frequencies and damping ratios of the model's poles, as those of "
+            "s = ln(z) / dt.",
+            ("pole z", f"natural frequency, {unit}", "damping ratio"),
+            [
+                (place(mode.pole), f"{mode.frequency_hz:.4g}", f"{mode.damping:.3f}")
+                for mode in loop.modes
+            ],
+        ),
+    ]
+
+
+def limit_words(
+    loop: LoopAnalysis, dt_s: float | None, input_band: tuple[float, float] | None
+) -> str:
+    """Up to which gain the loop is stable, and whether the record tells so much."""
+    control = "Under proportional control, u = k (r - y),"
+    if loop.limit_gain is None or loop.phase_crossover_hz is None or loop.half is None:
+        return (
+            f"{control} no gain makes the model oscillate: its phase does not reach -180 degrees."
+        )
+    limit = f"k = {loop.limit_gain:.4g}"
+    if not loop.half.stable:
+        return f"{control} the model is unstable with half of {limit} already."
+    text = (
+        f"{control} the model is stable up to {limit}, where it oscillates at "
+        f"{loop.phase_crossover_hz:.4g} {_unit(dt_s)}."
+    )
+    if input_band is not None and not input_band[0] <= loop.phase_crossover_hz <= input_band[1]:
+        text += (
+            " The input has next to no power there: this limit is extrapolated, do not rely on it."
+        )
+    return text
+
+
+def place(z: complex) -> str:
+    """A pole, or both of a pair."""
+    return f"{z.real:.5f}" + (f" ± {z.imag:.5f}j" if z.imag else "")
+
+
+def _row(one: ProportionalLoop) -> Sequence[str]:
+    return (
+        f"{one.gain:.4g}",
+        "yes" if one.stable else "no",
+        "no limit" if np.isinf(one.gain_margin) else f"{20.0 * np.log10(one.gain_margin):.1f}",
+        "no crossover" if one.phase_margin_deg is None else f"{one.phase_margin_deg:.1f}",
+        "none" if one.gain_crossover_hz is None else f"{one.gain_crossover_hz:.4g}",
+        _least_damping(one.modes),
+    )
+
+
+def _least_damping(modes: Sequence[Mode]) -> str:
+    return f"{min(mode.damping for mode in modes):.3f}" if modes else "no poles but delays"
+
+
+def _unit(dt_s: float | None) -> str:
+    return "cycles a sample" if dt_s is None else "Hz"
