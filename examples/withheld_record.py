@@ -14,7 +14,6 @@ from real_record import Part
 from ehsid.harness.gap import diagnose
 from ehsid.harness.gap.findings import Diagnosis
 from ehsid.harness.records import read_record
-from ehsid.harness.report import Picture, Section, Table, Words
 from ehsid.harness.report.diagnosis_files import write_diagnosis
 from ehsid.harness.report.gap_words import (
     channel,
@@ -28,6 +27,7 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
+from ehsid.harness.report.page import Picture, Section, Table, Words
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
