@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Set-up shared by script/demo and script/test. Sourced from the project's root.
+# Set-up that the scripts share. Sourced from the project's root.
 
 say() { printf '==> %s\n' "$*"; }
 
@@ -28,11 +28,12 @@ apt_install() {
   rm -f "$log"
 }
 
-# need COMMAND_OR_FILE PACKAGE...: installs the packages unless the command or file is there.
+# need COMMAND_OR_FILE PACKAGE...: installs the packages unless the command or file is there. A file is named with its
+# folder: `cmake` is the command, not our folder of that name.
 need() {
   local wanted=$1
   shift
-  if command -v "$wanted" >/dev/null 2>&1 || [ -e "$wanted" ]; then
+  if command -v "$wanted" >/dev/null 2>&1 || { [[ $wanted == */* ]] && [ -e "$wanted" ]; }; then
     return 0
   fi
   apt_install "$@" || fail "$wanted is missing and could not be installed; install by hand: $*"
@@ -74,10 +75,9 @@ sources_stamp() {
     sort -z | xargs -0 cksum | cksum
 }
 
-# set_up EXTRA...: .venv with the project, its dependencies and those of the extras named, e.g. `test lint`.
-set_up() {
-  local python wanted known=.venv/ehsid-requirements stamp
-  need c++ g++
+# make_venv: .venv with pip, of a Python that can compile modules.
+make_venv() {
+  local python
   python=$(find_python) || {
     apt_install python3 python3-venv python3-dev || true
     python=$(find_python) || fail "Python >= 3.11 is needed and was not found"
@@ -92,15 +92,27 @@ set_up() {
   .venv/bin/python -c 'import sysconfig, os, sys
 sys.exit(not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h")))' ||
     apt_install python3-dev || fail "Python's headers are missing; install python3-dev by hand"
+}
 
-  # First the packages of others. Where one has no wheel, pip builds it in an environment of its own.
-  wanted=$(requirements build run "$@") || fail "pyproject.toml does not say what is needed; its message stands above"
+# install_packages GROUP...: the packages of others that the groups ask for, into .venv. Where one has no wheel, pip
+# builds it in an environment of its own.
+install_packages() {
+  local wanted known=.venv/ehsid-requirements
+  wanted=$(requirements "$@") || fail "pyproject.toml does not say what is needed; its message stands above"
   if [ -n "$(comm -23 <(sort <<<"$wanted") <(sort "$known" 2>/dev/null))" ]; then
     say "installing what ehsid needs into .venv: $(wc -l <<<"$wanted") packages and theirs"
     .venv/bin/python -m pip install -q --disable-pip-version-check -r /dev/stdin <<<"$wanted" ||
       fail "pip could not install the packages that ehsid needs; its message stands above"
     printf '%s\n' "$wanted" >>"$known"
   fi
+}
+
+# set_up EXTRA...: .venv with the project, its dependencies and those of the extras named, e.g. `test lint`.
+set_up() {
+  local stamp
+  need c++ g++
+  make_venv
+  install_packages build run "$@"
   # Then ehsid itself, with the build tools that are now in .venv. In an environment of its own every path would be
   # new each time, and everything would be compiled again.
   stamp=$(sources_stamp)
