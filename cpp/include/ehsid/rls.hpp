@@ -335,7 +335,7 @@ class Rls {
 
   /// Backstop: scales P down to the ceiling. P(k) stays above what the measurement alone leaves: without forgetting P
   /// cannot have passed the ceiling. False where P_ii or, every d > 0, a factor is not finite: the mean then is not.
-  bool limit(UdFactors<Scalar, kN>& factors) const {
+  EHSID_ALWAYS_INLINE bool limit(UdFactors<Scalar, kN>& factors) const {
     const Scalar mean = factors.weighted_trace(ceiling_weight_);
     if (mean > options_.covariance_ceiling) {
       factors.scale(options_.covariance_ceiling / mean);
