@@ -26,6 +26,15 @@ def blank_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("matplotlib.figure.Figure.draw", lambda figure, renderer: None)
 
 
+@pytest.fixture(scope="module")
+def one_process() -> Iterator[None]:
+    """What could be shared among processes is done in this one: to start others takes seconds."""
+    from ehsid.harness.parallel import workers
+
+    with workers(1):
+        yield
+
+
 @pytest.fixture(scope="session")
 def dask_cluster() -> Iterator[str]:
     """Address of a cluster of two workers, which are processes of their own."""

@@ -19,6 +19,8 @@ from ehsid.harness.reality.structure import Grade
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import parse_rig
 
+pytestmark = pytest.mark.usefixtures("one_process")
+
 # Six records of 6 s at 500 Hz: half a minute on two cores, all together.
 SECONDS = 6.0
 DT_S = 2e-3
