@@ -26,6 +26,15 @@ def blank_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("matplotlib.figure.Figure.draw", lambda figure, renderer: None)
 
 
+@pytest.fixture
+def no_plots(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages of diagnoses without their zoomable plots, for the same reason."""
+    from ehsid.harness.report.gap_plots import Plots
+
+    nothing = Plots([], [], "", {}, "")
+    monkeypatch.setattr("ehsid.harness.report.gap_page.draw_plots", lambda *_: nothing)
+
+
 @pytest.fixture(scope="module")
 def one_process() -> Iterator[None]:
     """What could be shared among processes is done in this one: to start others takes seconds."""
