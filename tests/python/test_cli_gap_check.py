@@ -189,6 +189,7 @@ def test_without_numba_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.Mo
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("blank_pictures")
 def test_a_cluster_runs_the_same_cases(tmp_path: Path, dask_cluster: str) -> None:
     """Files are written here."""

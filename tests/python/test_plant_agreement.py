@@ -36,7 +36,7 @@ def short_and_long(effects: Iterable[str | None]) -> list[Any]:
     return [
         pytest.param(effect, samples, marks=() if every_day else pytest.mark.slow)
         for effect in effects
-        for samples, every_day in ((60, True), (100, effect in LONG))
+        for samples, every_day in ((40, True), (100, effect in LONG))
         if samples == 100 or effect not in LONG
     ]
 

@@ -172,14 +172,15 @@ def test_given_sizes_are_taken() -> None:
     assert case.truth.null_bias == 0.0123
 
 
+@pytest.mark.parametrize("seeds", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("effect", [*CATALOGUE, *OUTSIDE])
-def test_each_effect_stands_out_of_the_noise(effect: str) -> None:
+def test_each_effect_stands_out_of_the_noise(effect: str, seeds: int) -> None:
     """On the same commands, without the effect, a window of half a second looks different."""
     options: dict[str, Any] = {"seconds": 3.0, "sensors": "pressures"}
     kind = "one" if effect in CATALOGUE else "open"
     excitation = ("prbs", "steps")
     ratios = []
-    for seed in range(2):
+    for seed in range(seeds):
         case = make_case(seed, "plain", kind, [effect], excitation=excitation, **options)  # type: ignore[arg-type]
         told, record = case.answer["told"], case.validate
         n = record["time_s"].size
