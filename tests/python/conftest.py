@@ -1,8 +1,54 @@
 # SPDX-License-Identifier: MIT
-"""Settings that hold for all tests."""
+"""Settings and fixtures that hold for all tests."""
 
+import os
+from collections.abc import Iterator
+
+import pytest
 from hypothesis import settings
 
 # No test depends on the clock: on a slow or busy machine an example may take as long as it needs.
 settings.register_profile("ehsid", deadline=None)
 settings.load_profile("ehsid")
+
+# The workers of pytest-xdist and the processes that tests start take all cores. OpenBLAS would
+# start a thread for each core in every one of them, and these wait for each other without sleeping.
+# It reads this when numpy is first imported: after this file, and in the processes of tests.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+@pytest.fixture
+def blank_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are written as ever, but with nothing drawn on them.
+
+    For tests of what stands beside the pictures: to draw takes most of the time of a page.
+    """
+    monkeypatch.setattr("matplotlib.figure.Figure.draw", lambda figure, renderer: None)
+
+
+@pytest.fixture
+def no_plots(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages of diagnoses without their zoomable plots, for the same reason."""
+    from ehsid.harness.report.gap_plots import Plots
+
+    nothing = Plots([], [], "", {}, "")
+    monkeypatch.setattr("ehsid.harness.report.gap_page.draw_plots", lambda *_: nothing)
+
+
+@pytest.fixture(scope="module")
+def one_process() -> Iterator[None]:
+    """What could be shared among processes is done in this one: to start others takes seconds."""
+    from ehsid.harness.parallel import workers
+
+    with workers(1):
+        yield
+
+
+@pytest.fixture(scope="session")
+def dask_cluster() -> Iterator[str]:
+    """Address of a cluster of two workers, which are processes of their own."""
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=40
+    ) as cluster:
+        yield cluster.scheduler_address

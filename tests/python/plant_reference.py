@@ -8,6 +8,7 @@ matrix).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -34,6 +35,10 @@ def typical() -> dict[str, float]:
         parameter.name: 0.0 if parameter.name.startswith("effects.") else parameter.typical
         for parameter in ehsid.plant_parameters()
     }
+
+
+def sign(x: float) -> float:
+    return float((x > 0.0) - (x < 0.0))
 
 
 class Reference:
@@ -73,8 +78,8 @@ class Reference:
         static = self.effect("stribeck_friction", "static_n")
         speed = self.effect("stribeck_friction", "stribeck_velocity_m_s")
         if speed > 0.0:
-            force += coulomb + (static - coulomb) * np.exp(-((v / speed) ** 2))
-        return force * (0.1 + 0.9 * abs(v) / np.hypot(v, self.p["nuisance.sliding_onset_m_s"]))
+            force += coulomb + (static - coulomb) * math.exp(-((v / speed) ** 2))
+        return force * (0.1 + 0.9 * abs(v) / math.hypot(v, self.p["nuisance.sliding_onset_m_s"]))
 
     def bulk_modulus(self, p: float) -> float:
         rise = self.p["nuisance.bulk_slope"] * (p - self.p["supply.pressure_pa"] / 2.0)
@@ -88,7 +93,7 @@ class Reference:
     def flow(self, x: float, drop: float) -> float:
         p = self.p
         e = p["nuisance.flow_exponent"]
-        area = 0.5 * (x + np.hypot(x, p["nuisance.edge_rounding"]))
+        area = 0.5 * (x + math.hypot(x, p["nuisance.edge_rounding"]))
         gain = p["valve.rated_flow_m3_s"] / p["valve.rated_pressure_drop_pa"] ** e
         softened = drop**2 + p["nuisance.laminar_pressure_pa"] ** 2
         return gain * area * drop * softened ** ((e - 1.0) / 2.0)
@@ -96,18 +101,19 @@ class Reference:
     def opening(self, x: float) -> float:
         x = x + self.effect("valve_null_bias", "offset") + self.p["nuisance.null_bias"]
         limit = self.effect("valve_flow_saturation", "limit")
-        return limit * np.tanh(x / limit) if limit > 0.0 else x
+        return limit * math.tanh(x / limit) if limit > 0.0 else x
 
     def rates(self, state: FloatArray, u: float) -> FloatArray:
-        y, v, p_a, p_b, p_s, x, dx, s, m = state
+        # Plain numbers: a numpy scalar takes several times as long for each operation.
+        y, v, p_a, p_b, p_s, x, dx, s, m = state.tolist()
         p = self.p
-        rate = np.zeros(9)
+        rate = [0.0] * 9
         w, zeta = 2.0 * np.pi * self.spool[0], self.spool[1]
         rate[5], rate[6] = dx, w * w * (u - x) - 2.0 * zeta * w * dx
         slew = p["nuisance.spool_slew_1_s"]
         if self.hydraulic and abs(dx) >= slew:
-            rate[5] = np.copysign(slew, dx)
-            rate[6] = min(rate[6] * np.sign(dx), 0.0) * np.sign(dx)
+            rate[5] = math.copysign(slew, dx)
+            rate[6] = min(rate[6] * sign(dx), 0.0) * sign(dx)
         force = -self.load(y)
         if self.hydraulic:
             at_rest = self.opening(x if self.spool[0] > 0.0 else u)
@@ -138,12 +144,12 @@ class Reference:
         if g0 > 0.0:
             d = p["nuisance.presliding_m"]
             rate[7] = (v - abs(v) * s * g0 / self.friction(v)) / d
-            force -= g0 * s + g0 * d / 0.02 * max(rate[7] * np.sign(v), 0.0) * np.sign(v)
+            force -= g0 * s + g0 * d / 0.02 * max(rate[7] * sign(v), 0.0) * sign(v)
         rate[0] = v
         rate[1] = (force - self.viscous * v) / self.mass
         tau = self.effect("sensor_lag", "time_constant_s")
         rate[8] = (y - m) / tau if tau > 0.0 else 0.0
-        return rate
+        return np.array(rate)
 
     def start(self) -> FloatArray:
         p = self.p

@@ -13,6 +13,8 @@ from ehsid.harness.check.calibration import EDGES, Claim, claims_of, reliability
 from ehsid.harness.check.calibration_risk import risk_curve
 from ehsid.harness.check.score import score_folder
 
+pytestmark = pytest.mark.usefixtures("one_process")
+
 CLAIMS = st.lists(st.builds(Claim, st.floats(0.0, 1.0), st.booleans()), min_size=1, max_size=80)
 
 

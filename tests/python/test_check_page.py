@@ -14,6 +14,8 @@ from ehsid.harness.report.check_words import figure_text, lead, number, target_t
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words
 from ehsid.harness.report.page_markdown import markdown
 
+pytestmark = pytest.mark.usefixtures("one_process")
+
 
 @pytest.fixture(scope="module")
 def score(tmp_path_factory: pytest.TempPathFactory) -> Score:

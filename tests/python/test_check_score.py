@@ -17,6 +17,8 @@ from ehsid.harness.check.score_right import judge
 from ehsid.harness.check.settings import Settings
 from ehsid.harness.reality.effects import CATALOGUE
 
+pytestmark = pytest.mark.usefixtures("one_process")
+
 MEASURED = ("pressures", "position only")
 
 

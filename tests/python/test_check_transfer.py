@@ -19,6 +19,8 @@ from ehsid.harness.records import write_record
 from ehsid.harness.rigs import Rig, write_rig
 from ehsid.harness.simulation.windows import simulate_windows
 
+pytestmark = pytest.mark.usefixtures("one_process")
+
 FRICTION = {"effects.coulomb_friction.force_n": 900.0}
 OUTPUTS = ("position_m", "pressure_a_pa")
 SAID = Said(

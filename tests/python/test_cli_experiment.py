@@ -99,6 +99,7 @@ def test_on_a_record_of_the_rig(tmp_path: Path) -> None:
     assert vague["error_at"]["100.0"]["median"] < 0.01
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_preprocessing_and_structures_are_those_asked_for(tmp_path: Path) -> None:
     out = tmp_path / "out"
     arguments = ["--input", "valve_opening", "--output", "oil_pressure", "--orders", "2-3"]
@@ -119,6 +120,7 @@ def test_preprocessing_and_structures_are_those_asked_for(tmp_path: Path) -> Non
     assert tried == {(2, 1), (3, 1)}
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_on_the_crane_without_time_or_rig(tmp_path: Path) -> None:
     out = tmp_path / "out"
     columns = ["--input", "valve_opening", "--output", "oil_pressure"]
@@ -134,6 +136,7 @@ def test_on_the_crane_without_time_or_rig(tmp_path: Path) -> None:
     ("signal", "problem"),
     [("constant", "constant input"), ("short", "too short"), ("deaf", "no response")],
 )
+@pytest.mark.usefixtures("blank_pictures")
 def test_records_that_allow_no_model_are_named(signal: str, problem: str, tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     n = 12 if signal == "short" else 600

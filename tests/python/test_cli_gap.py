@@ -74,6 +74,7 @@ def run(*arguments: str) -> Any:
     return CliRunner().invoke(app, ["gap", *arguments])
 
 
+@pytest.mark.usefixtures("no_plots")
 def test_what_is_asked_reaches_the_diagnosis(diagnose: FakeDiagnose, here: Path) -> None:
     options = ["--rig", "rig.toml", "--validate", "three.csv", "--out", "out", "--workers", "2"]
     options += ["--exclude-effect", "coulomb_friction", "--exclude-effect", "load_force"]
@@ -115,6 +116,7 @@ def test_options_take_all_values_up_to_the_next(given: str, made: str) -> None:
     assert repeated(given.split()) == made.split()
 
 
+@pytest.mark.usefixtures("no_plots")
 def test_held_out_records_are_never_fitted(diagnose: FakeDiagnose, here: Path) -> None:
     options = ["--rig", "rig.toml", "--validate", "two.csv", "three.csv", "--out", "out"]
     options += ["--exclude-effect", "load_force", "load_spring"]
@@ -140,6 +142,7 @@ def test_every_verdict_is_a_result(verdict: Any, diagnose: FakeDiagnose, here: P
     assert (here / "out" / "report.html").is_file()
 
 
+@pytest.mark.usefixtures("no_plots")
 def test_json_on_the_terminal_is_the_file(diagnose: FakeDiagnose, here: Path) -> None:
     outcome = run("one.csv", "--rig", "rig.toml", "--out", "deep/down", "--json")
     assert outcome.exit_code == 0, outcome.output
@@ -148,6 +151,7 @@ def test_json_on_the_terminal_is_the_file(diagnose: FakeDiagnose, here: Path) ->
     assert outcome.stdout == file.read_text(encoding="utf-8")
 
 
+@pytest.mark.usefixtures("no_plots")
 def test_columns_that_are_no_numbers_are_left_alone(diagnose: FakeDiagnose, here: Path) -> None:
     lines = (here / "one.csv").read_text().splitlines()
     noted = [f"{lines[0]},remark", *(f"{line},fine" for line in lines[1:])]
@@ -157,6 +161,7 @@ def test_columns_that_are_no_numbers_are_left_alone(diagnose: FakeDiagnose, here
     assert "remark" not in diagnose.asked["records"][0].columns
 
 
+@pytest.mark.usefixtures("no_plots")
 def test_records_of_one_name_are_told_apart(diagnose: FakeDiagnose, here: Path) -> None:
     for day, name in (("monday", "one"), ("tuesday", "two")):
         (here / day).mkdir()

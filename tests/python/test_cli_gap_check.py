@@ -56,6 +56,7 @@ def test_a_check_is_made_sealed_run_and_scored(tmp_path: Path) -> None:
     assert "report.html" in words(outcome.stdout)
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_the_same_command_goes_on_and_then_only_scores(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -188,14 +189,12 @@ def test_without_numba_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.Mo
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_cluster_runs_the_same_cases(tmp_path: Path) -> None:
-    """Two workers, processes of their own; files are written here."""
-    distributed = pytest.importorskip("distributed")
+@pytest.mark.slow
+@pytest.mark.usefixtures("blank_pictures")
+def test_a_cluster_runs_the_same_cases(tmp_path: Path, dask_cluster: str) -> None:
+    """Files are written here."""
     out = tmp_path / "check"
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=40
-    ) as cluster:
-        outcome = run("--out", str(out), *TINY, "--dask", cluster.scheduler_address, workers=None)
+    outcome = run("--out", str(out), *TINY, "--dask", dask_cluster, workers=None)
     assert outcome.exit_code == 0, outcome.output
     results = sorted((out / "results").iterdir())
     assert len(results) == 3
@@ -230,6 +229,7 @@ def test_a_bar_on_a_terminal_still_tells_of_errors() -> None:
     assert "4 of 5, good" not in text
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_errors_are_results_and_the_exit_code_is_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -100,6 +100,7 @@ def test_all_machines_are_diagnosed_and_ranked(here: Path) -> None:
     assert "Coulomb friction in 3 of 4" in words(outcome.stdout)
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_what_is_done_is_not_done_again_until_a_file_changes(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -133,6 +134,7 @@ def test_what_is_done_is_not_done_again_until_a_file_changes(
     assert seen(here / "out", "lift")["settings"]["exclude"] == ["load_force", "load_spring"]
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_a_folder_with_an_error_is_listed_and_the_others_go_on(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -212,13 +214,8 @@ def test_bad_input_is_one_message_and_nothing_written(
     assert sorted(path for path in here.rglob("*")) == before
 
 
-def test_a_cluster_gives_the_same_files(here: Path) -> None:
-    distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=40
-    ) as cluster:
-        options = ["--dask", cluster.scheduler_address]
-        outcome = run("fleet", "--out", "out", *options, workers=None)
+def test_a_cluster_gives_the_same_files(here: Path, dask_cluster: str) -> None:
+    outcome = run("fleet", "--out", "out", "--dask", dask_cluster, workers=None)
     assert outcome.exit_code == 0, outcome.output
     for name in MACHINES:
         assert {path.name for path in (here / "out" / name).iterdir()} >= OF_A_MACHINE

@@ -62,6 +62,7 @@ def test_a_run_and_its_files(relay: Relay, tmp_path: Path) -> None:
     assert "100 of 100" in errors
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_the_experiment_has_a_folder_for_each_factor(relay: Relay, tmp_path: Path) -> None:
     code, said, errors = ended("--port", relay.port, "--out", str(tmp_path))
     assert code == 0, errors
@@ -112,6 +113,7 @@ def test_another_machine_must_be_of_the_same_kind(tmp_path: Path) -> None:
     assert 'a plant "axis"' in errors
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_estimates_that_are_not_the_hosts_end_with_code_1(relay: Relay, tmp_path: Path) -> None:
     """As of a firmware compiled with fused multiply-add: here a record that was tampered with."""
 

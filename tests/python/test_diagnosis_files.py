@@ -19,6 +19,9 @@ from ehsid.harness.report.diagnosis_files import simulation_table, write_diagnos
 from ehsid.harness.report.diagnosis_json import plain_diagnosis
 from ehsid.harness.rigs import read_rig
 
+# The page with its plots: test_report_gap_page.py, and the command for each verdict.
+pytestmark = pytest.mark.usefixtures("no_plots")
+
 
 def used_records() -> list[Record]:
     return [

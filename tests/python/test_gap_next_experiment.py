@@ -26,6 +26,8 @@ from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.simulation import draw_noise, simulate
 
+pytestmark = pytest.mark.usefixtures("one_process")
+
 RIGS = Path(__file__).parents[2] / "examples" / "rigs"
 DT_S = 1e-3
 NOISE_M = 6e-6

@@ -127,7 +127,8 @@ def test_nothing_is_found_where_there_is_nothing(names: tuple[str, ...]) -> None
 def test_with_nothing_to_try_the_calibration_is_all() -> None:
     case = made.case_of(made.OFF)
     shares: list[float] = []
-    found = search(case, IDS, shares.append)
+    with workers(1):
+        found = search(case, IDS, shares.append)
     assert found.rivals == found.screened == ()
     assert found.nominal.held_out_cost > found.calibrated.held_out_cost
     assert shares[-1] == 1.0

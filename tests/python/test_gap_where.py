@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from ehsid.harness.gap.case import Case, make_case
 from ehsid.harness.gap.findings import SUBSYSTEMS
 from ehsid.harness.gap.fit import fit
 from ehsid.harness.gap.rivals import Rival
-from ehsid.harness.gap.where import gather, localise
+from ehsid.harness.gap.where import Evidence, gather, localise
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs.parameters import effects
 
@@ -41,6 +41,30 @@ def rival(x: np.ndarray, values: Mapping[str, float]) -> Rival:
 
 def with_effects(base: Rival, found: Sequence[str]) -> Rival:
     return replace(base, effects=tuple(found))
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """A case, its calibration, and what was gathered of both."""
+
+    case: Case
+    base: Rival
+    evidence: Evidence
+
+
+def gathered(case: Case) -> Gathered:
+    base = calibrated(case)
+    return Gathered(case, base, gather(case, base))
+
+
+@pytest.fixture(scope="module")
+def clean() -> Gathered:
+    return gathered(case_of({}, POSITION))
+
+
+@pytest.fixture(scope="module")
+def rubbing() -> Gathered:
+    return gathered(case_of(full("coulomb_friction")))
 
 
 @pytest.mark.parametrize("effect", sorted(EFFECTS.keys() - {"entrained_air", "valve_lag"}))
@@ -114,23 +138,20 @@ def test_errors_that_lost_the_motion_say_nothing() -> None:
     assert "do not say" in found.notes[0]
 
 
-def test_where_without_effects_rests_on_the_equations() -> None:
-    case = case_of(full("coulomb_friction"))
-    base = calibrated(case)
-    where = localise(case, base, None)
+def test_where_without_effects_rests_on_the_equations(rubbing: Gathered) -> None:
+    where = localise(rubbing.case, rubbing.base, None)
     assert set(where.subsystem) == set(SUBSYSTEMS)
     assert where.subsystem["mechanics"] > 0.9
     assert [one.equation for one in where.equations]
     assert sum(one.share_of_gap.value for one in where.frequency) == pytest.approx(1.0, abs=0.02)
     assert where.regimes
     # The same evidence, gathered before.
-    again = localise(case, base, None, evidence=gather(case, base))
+    again = localise(rubbing.case, rubbing.base, None, evidence=rubbing.evidence)
     assert again.subsystem == where.subsystem
 
 
-def test_where_and_which_do_not_contradict_without_a_word() -> None:
-    case = case_of(full("coulomb_friction"))
-    base = calibrated(case)
+def test_where_and_which_do_not_contradict_without_a_word(rubbing: Gathered) -> None:
+    case, base = rubbing.case, rubbing.base
     agreeing = localise(case, base, with_effects(base, ["coulomb_friction"]))
     assert agreeing.subsystem["mechanics"] == 1.0
     assert agreeing.notes == ()
@@ -147,23 +168,19 @@ def test_where_and_which_do_not_contradict_without_a_word() -> None:
         max_size=3,
     )
 )
-def test_shares_of_effects_sum_to_one(shares: dict[str, float]) -> None:
-    base = rival(np.zeros(0), {})
-    best = with_effects(base, ["valve_dead_band", "coulomb_friction", "load_force"])
-    subsystem = localise(CASE, BASE, best, shares=shares, evidence=EVIDENCE).subsystem
+def test_shares_of_effects_sum_to_one(clean: Gathered, shares: dict[str, float]) -> None:
+    nothing = rival(np.zeros(0), {})
+    best = with_effects(nothing, ["valve_dead_band", "coulomb_friction", "load_force"])
+    found = localise(clean.case, clean.base, best, shares=shares, evidence=clean.evidence)
+    subsystem = found.subsystem
     assert sum(subsystem.values()) == pytest.approx(1.0)
     assert min(subsystem.values()) >= 0.0
     assert subsystem["hydraulics"] == subsystem["sensor"] == subsystem["timing"] == 0.0
 
 
-CASE = case_of({}, POSITION)
-BASE = calibrated(CASE)
-EVIDENCE = gather(CASE, BASE)
-
-
-def test_a_clean_position_can_only_be_noise() -> None:
-    assert EVIDENCE.hints.keys() <= effects().keys()
-    assert EVIDENCE.attribution.subsystem == {}
-    where = localise(CASE, BASE, None)
+def test_a_clean_position_can_only_be_noise(clean: Gathered) -> None:
+    assert clean.evidence.hints.keys() <= effects().keys()
+    assert clean.evidence.attribution.subsystem == {}
+    where = localise(clean.case, clean.base, None)
     assert where.equations == ()
     assert len(where.notes) == 1

@@ -38,15 +38,6 @@ def parts(number: int) -> tuple[list[int], set[int]]:
     return [value for value, _ in found], {process for _, process in found} | {os.getpid()}
 
 
-@pytest.fixture(scope="module")
-def address() -> Iterator[str]:
-    """A cluster of two workers, processes of their own."""
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=40
-    ) as cluster:
-        yield cluster.scheduler_address
-
-
 def test_one_worker_is_this_process() -> None:
     with workers(1):
         assert worker_count() == 1
@@ -93,9 +84,9 @@ def test_a_worker_that_is_killed_is_one_message() -> None:
         assert [value for value, _ in run_tasks([partial(square, 3)] * 2)] == [9, 9]
 
 
-def test_a_cluster_gives_the_same(address: str) -> None:
+def test_a_cluster_gives_the_same(dask_cluster: str) -> None:
     tasks = [partial(square, i, 0.05) for i in range(12)]
-    with on_cluster(address):
+    with on_cluster(dask_cluster):
         ordered = run_tasks(tasks)
         unordered = list(run_unordered(iter(tasks)))
     assert [value for value, _ in ordered] == [i**2 for i in range(12)]
@@ -107,17 +98,17 @@ def test_a_cluster_gives_the_same(address: str) -> None:
         assert run_tasks(tasks[:1]) == [(0, os.getpid())], "afterwards the tasks run here again"
 
 
-def test_parts_of_a_task_stay_on_its_worker(address: str) -> None:
-    with on_cluster(address):
+def test_parts_of_a_task_stay_on_its_worker(dask_cluster: str) -> None:
+    with on_cluster(dask_cluster):
         found = run_tasks([partial(parts, 5)] * 4)
     for values, processes in found:
         assert values == [0, 1, 4, 9, 16]
         assert len(processes) == 1
 
 
-def test_errors_of_tasks_come_back(address: str) -> None:
+def test_errors_of_tasks_come_back(dask_cluster: str) -> None:
     tasks: list[Any] = [partial(divmod, 1, 0), partial(square, 2)]
-    with on_cluster(address):
+    with on_cluster(dask_cluster):
         with pytest.raises(ZeroDivisionError):
             run_tasks(tasks)
         with pytest.raises(ZeroDivisionError):
@@ -149,14 +140,14 @@ def test_a_scheduler_without_workers_is_one_message() -> None:
 
 
 def test_workers_of_another_version_are_one_message(
-    address: str, monkeypatch: pytest.MonkeyPatch
+    dask_cluster: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The workers ask for themselves; only here it is another one.
     monkeypatch.setattr("ehsid.harness.parallel._version", lambda: "99.0")
     has = importlib.metadata.version("ehsid")
     with (
         pytest.raises(ValueError, match=rf"needs ehsid 99\.0 and has version {has}"),
-        on_cluster(address),
+        on_cluster(dask_cluster),
     ):
         pytest.fail("its results would be of another program")
 

@@ -15,6 +15,8 @@ from ehsid.harness.reality.excitation import EXCITATIONS
 from ehsid.harness.reality.structure import GRADES
 from ehsid.harness.records import read_record
 
+pytestmark = pytest.mark.usefixtures("one_process")
+
 SHORT: dict[str, Any] = {"seconds": 1.0}
 
 

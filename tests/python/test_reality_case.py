@@ -28,7 +28,11 @@ from ehsid.harness.reality.told import UNCERTAINTY
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import parse_rig, read_rig
 
+pytestmark = pytest.mark.usefixtures("one_process")
+
 SHORT: dict[str, Any] = {"seconds": 1.0}
+# Where only the answer and the rig are looked at.
+HARDLY: dict[str, Any] = {"seconds": 0.05}
 
 
 def test_reality_uses_nothing_of_ours_but_the_parallel_runs() -> None:
@@ -59,7 +63,7 @@ def test_compiled_functions_stand_in_one_file() -> None:
 def test_the_catalogue_is_that_of_the_diagnosis() -> None:
     told = {one.id: {p.name.rsplit(".", 1)[-1] for p in one.parameters} for one in ehsid.effects()}
     drawn = {
-        name: set(make_case(1, "plain", "one", [name], **SHORT).answer["effects"][name])
+        name: set(make_case(1, "plain", "one", [name], **HARDLY).answer["effects"][name])
         for name in CATALOGUE
     }
     assert drawn == told
@@ -77,9 +81,7 @@ def test_the_same_arguments_make_the_same_case() -> None:
     assert make_case(8, "hard", "two", **SHORT).rig_toml != first.rig_toml
 
 
-def arguments_of_runs(
-    monkeypatch: pytest.MonkeyPatch, **options: Any
-) -> tuple[str, str, list[Any]]:
+def arguments_of_runs(**options: Any) -> tuple[str, str, list[Any]]:
     """Name, rig text, and what `run` is given beside the machine and its start."""
     given: list[Any] = []
     run = equations.run
@@ -88,10 +90,15 @@ def arguments_of_runs(
         given.append(arguments[2:])
         return run(*arguments)
 
-    with monkeypatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch:
         patch.setattr(equations, "run", spy)
         case = make_case(21, **options, **SHORT)
     return case.name, case.rig_toml, given
+
+
+@pytest.fixture(scope="module")
+def without_effect() -> tuple[str, str, list[Any]]:
+    return arguments_of_runs(kind="none")
 
 
 @pytest.mark.parametrize(
@@ -101,10 +108,10 @@ def arguments_of_runs(
     + [{"kind": "open", "effects": [name]} for name in ("valve_stiction", "warming_oil")],
 )
 def test_nothing_but_the_machine_knows_of_the_effect(
-    options: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+    options: dict[str, Any], without_effect: tuple[str, str, list[Any]]
 ) -> None:
-    name, rig, runs = arguments_of_runs(monkeypatch, kind="none")
-    other_name, other_rig, other_runs = arguments_of_runs(monkeypatch, **options)
+    name, rig, runs = without_effect
+    other_name, other_rig, other_runs = arguments_of_runs(**options)
     assert other_name == name
     assert other_rig == rig
     for mine, yours in zip(runs, other_runs, strict=True):
@@ -117,7 +124,7 @@ def test_nothing_but_the_machine_knows_of_the_effect(
 def test_true_values_lie_where_the_kind_says(seed: int, plant: str) -> None:
     sigmas = UNCERTAINTY[plant]  # type: ignore[index]
     for kind, low, high in (("none", 0.0, 0.0), ("one", 0.0, 2.0), ("params", 2.0, 3.0)):
-        case = make_case(seed, "plain", kind, plant=plant, **SHORT)  # type: ignore[arg-type]
+        case = make_case(seed, "plain", kind, plant=plant, **HARDLY)  # type: ignore[arg-type]
         true, told = case.answer["true"], case.answer["told"]
         rig = parse_rig(case.rig_toml)
         assert {name: rig.values[name] for name in told} == told
@@ -146,7 +153,7 @@ def test_any_case_stays_inside_the_machine(seed: int, grade: Any, kind: Any) -> 
 def test_kinds_have_their_number_of_effects() -> None:
     for kind, count in zip(KINDS, (1, 2, 0, 0, 1), strict=True):
         for seed in range(8):
-            effects = make_case(seed, "plain", kind, seconds=0.05).answer["effects"]
+            effects = make_case(seed, "plain", kind, **HARDLY).answer["effects"]
             assert len(effects) == count
             assert frozenset(effects) not in TWINS
             assert set(effects) <= set(OUTSIDE if kind == "open" else CATALOGUE)
@@ -165,14 +172,15 @@ def test_given_sizes_are_taken() -> None:
     assert case.truth.null_bias == 0.0123
 
 
+@pytest.mark.parametrize("seeds", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("effect", [*CATALOGUE, *OUTSIDE])
-def test_each_effect_stands_out_of_the_noise(effect: str) -> None:
+def test_each_effect_stands_out_of_the_noise(effect: str, seeds: int) -> None:
     """On the same commands, without the effect, a window of half a second looks different."""
     options: dict[str, Any] = {"seconds": 3.0, "sensors": "pressures"}
     kind = "one" if effect in CATALOGUE else "open"
     excitation = ("prbs", "steps")
     ratios = []
-    for seed in range(2):
+    for seed in range(seeds):
         case = make_case(seed, "plain", kind, [effect], excitation=excitation, **options)  # type: ignore[arg-type]
         told, record = case.answer["told"], case.validate
         n = record["time_s"].size

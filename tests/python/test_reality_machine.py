@@ -155,7 +155,7 @@ OUTSIDE_EQUATIONS = [name for name in OUTSIDE if "sensor" not in name and "frame
 
 
 @pytest.mark.parametrize("effect", [*CATALOGUE, *OUTSIDE_EQUATIONS])
-@pytest.mark.parametrize("grade", ["plain", "hard"])
+@pytest.mark.parametrize("grade", ["plain", pytest.param("hard", marks=pytest.mark.slow)])
 def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
     kind = "one" if effect in CATALOGUE else "open"
     t = make_case(5, grade, kind, [effect], seconds=0.01).truth  # type: ignore[arg-type]

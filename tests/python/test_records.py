@@ -65,7 +65,7 @@ def test_a_record_survives_each_format(tmp_path: Path, ending: str) -> None:
 def test_numbers_keep_every_bit(
     tmp_path_factory: pytest.TempPathFactory, values: npt.NDArray[np.float64], ending: str
 ) -> None:
-    path = tmp_path_factory.mktemp("bits") / f"r.{ending}"
+    path = tmp_path_factory.getbasetemp() / f"bits.{ending}"
     write_record(make_record({"u": values}), path)
     read = read_record(path, columns=("u",)).column("u")
     np.testing.assert_array_equal(read.view(np.uint64), values.view(np.uint64))

@@ -296,7 +296,7 @@ def test_a_damaged_file_never_fails_otherwise(
 ) -> None:
     """Bytes of a sound file replaced, removed or added: a record comes out, or a RecordError."""
     ending = data.draw(st.sampled_from(["csv", "csv.gz", "parquet", "mat", "npz"]))
-    path = tmp_path_factory.mktemp("fuzz") / f"r.{ending}"
+    path = tmp_path_factory.getbasetemp() / f"fuzz.{ending}"
     write_record(make_record({"time_s": np.arange(8.0), "command_v": np.arange(8.0)}), path)
     content = bytearray(path.read_bytes())
     start = data.draw(st.integers(0, len(content) - 1))

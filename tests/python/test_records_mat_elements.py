@@ -99,7 +99,7 @@ def test_arrays_within_arrays_have_an_end() -> None:
 def test_damage_never_ends_otherwise(
     tmp_path_factory: pytest.TempPathFactory, position: int, put: bytes
 ) -> None:
-    path = tmp_path_factory.mktemp("fuzz") / "r.mat"
+    path = tmp_path_factory.getbasetemp() / "fuzz.mat"
     path.write_bytes(PLAIN[:position] + put + PLAIN[position + len(put) :])
     try:
         record = read_record(path, columns=("u",))

@@ -19,6 +19,8 @@ from ehsid.harness.identification import ArxOrders, IoData, fit_arx, fit_percent
 from ehsid.harness.identification import simulate as simulate_model
 from ehsid.harness.simulation import simulate
 
+pytestmark = pytest.mark.usefixtures("one_process")
+
 RIG = published_rig()
 ORDERS = ArxOrders(3, 3, 1, offset=True)
 
