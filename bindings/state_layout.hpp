@@ -46,6 +46,12 @@ class StateReader {
   std::size_t at_ = 0;
 };
 
+/// One value after the other.
+template <class Stream, class... Plain>
+void lay_out_each(Stream& stream, Plain&... values) {
+  (stream.values(&values, 1), ...);
+}
+
 template <class Stream, class Policy>
 void lay_out_policy(Stream& stream, Policy& policy, std::size_t /*n*/) {
   stream.values(&policy, 1);
@@ -70,32 +76,19 @@ void lay_out_recursion(Stream& stream, State& state) {
   stream.values(state.factors.u.data(), std::max<std::size_t>(n * (n - 1) / 2, 1));
   lay_out_policy(stream, state.forgetting, n);
   stream.values(state.gain.data(), n);
-  stream.values(&state.innovation, 1);
-  stream.values(&state.forgetting_factor, 1);
-  stream.values(&state.square, 1);
-  stream.values(&state.mean_square, 1);
-  stream.values(&state.weight, 1);
-  stream.values(&state.recent_square, 1);
+  lay_out_each(stream, state.innovation, state.forgetting_factor, state.square, state.mean_square,
+               state.weight, state.recent_square);
   stream.align(alignof(State));
 }
 
 /// OnlineEstimator::Snapshot, member by member.
 template <class Stream, class Snapshot>
 void lay_out_snapshot(Stream& stream, Snapshot& snapshot) {
-  stream.values(&snapshot.magic, 1);
-  stream.values(&snapshot.version, 1);
-  stream.values(&snapshot.scalar_bytes, 1);
-  stream.values(&snapshot.forgetting_id, 1);
-  stream.values(&snapshot.na, 1);
-  stream.values(&snapshot.nb, 1);
-  stream.values(&snapshot.nk, 1);
-  stream.values(&snapshot.offset, 1);
-  stream.values(&snapshot.enabled, 1);
-  stream.values(&snapshot.reserved, 1);
+  lay_out_each(stream, snapshot.magic, snapshot.version, snapshot.scalar_bytes,
+               snapshot.forgetting_id, snapshot.na, snapshot.nb, snapshot.nk, snapshot.offset,
+               snapshot.enabled, snapshot.reserved);
   lay_out_recursion(stream, snapshot.recursion);
-  stream.values(&snapshot.history, 1);
-  stream.values(&snapshot.reset, 1);
-  stream.values(&snapshot.convergence, 1);
+  lay_out_each(stream, snapshot.history, snapshot.reset, snapshot.convergence);
   stream.align(alignof(Snapshot));
 }
 
