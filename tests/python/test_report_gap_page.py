@@ -127,7 +127,7 @@ def test_words_of_others_cannot_break_the_page() -> None:
 
 
 def test_a_long_rich_record_stays_below_the_size_of_an_attachment() -> None:
-    samples = 100_000  # drawn whole they would take 50 MB and more
+    samples = 400_000
     rng = np.random.default_rng(0)
     names = ("position_m", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa", "spool")
     shown = {name: rng.standard_normal(samples) for name in names}
