@@ -44,6 +44,15 @@ def one_process() -> Iterator[None]:
         yield
 
 
+@pytest.fixture
+def two_processes() -> Iterator[None]:
+    """In a module of `one_process`, a test that has its work go to other processes and back."""
+    from ehsid.harness.parallel import workers
+
+    with workers(2):
+        yield
+
+
 @pytest.fixture(scope="session")
 def dask_cluster() -> Iterator[str]:
     """Address of a cluster of two workers, which are processes of their own."""

@@ -215,6 +215,7 @@ def test_sensors_are_asked_for_where_position_is_too_coarse() -> None:
     assert found.sensors == ("command_v", "position_m", "pressure_a_pa", "pressure_b_pa")
 
 
+@pytest.mark.usefixtures("two_processes")
 def test_a_power_that_is_low_is_said() -> None:
     blind = {"position_m": NoiseFloor(0.1, 0.1, 0.1)}
     axis = read_rig(RIGS / "axis.toml").with_values(FRICTIONLESS)

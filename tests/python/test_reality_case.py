@@ -228,6 +228,7 @@ def test_files_are_read_and_hold_no_answer(tmp_path: Path) -> None:
     assert f"{case.answer['effects']['load_force']['force_n']:.6g}" not in text
 
 
+@pytest.mark.usefixtures("two_processes")
 def test_batch_keeps_answers_apart(tmp_path: Path) -> None:
     write_cases(tmp_path / "cases", tmp_path / "answers.json", [1, 2], seconds=1.0)
     answers = json.loads((tmp_path / "answers.json").read_text(encoding="utf-8"))

@@ -74,6 +74,7 @@ def test_offline_and_recursive_agree_on_the_rig_and_read_its_oil() -> None:
     assert rig.mass_kg[0] == pytest.approx(RIG.values["load.mass_kg"], rel=0.02)
 
 
+@pytest.mark.usefixtures("two_processes")
 def test_reset_follows_the_change_of_the_rig() -> None:
     record = rig_record(RIG, 0).record
     model = fit_arx(IoData.from_record(record, "command_v", "position_m"), ORDERS)
