@@ -29,7 +29,8 @@ namespace ehsid {
 
 /// A size kN that is chosen at run time, at most `most`: UdFactors<float, up_to(13)>. Firmware gives kN itself.
 /// Both run the same statements in the same order, so their results are the same bit for bit (a test compares
-/// them). For hosts, where one compiled estimator then serves every size.
+/// them). For hosts, where one compiled estimator then serves every size. gcc needs -Wno-maybe-uninitialized with it: it
+/// does not see that only the first n numbers of an array are read.
 constexpr int up_to(int most) { return -most; }
 
 /// Numbers that a vector of size kN has room for.
