@@ -117,7 +117,7 @@ set_up() {
   # new each time, and everything would be compiled again.
   stamp=$(sources_stamp)
   if [ "$(cat .venv/ehsid-stamp 2>/dev/null)" != "$stamp" ]; then
-    say "compiling ehsid and installing it into .venv: some minutes the first time"
+    say "compiling ehsid and installing it into .venv: about a minute the first time"
     CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)} PATH="$PWD/.venv/bin:$PATH" \
       .venv/bin/python -m pip install -q --disable-pip-version-check --no-build-isolation --no-deps . ||
       fail "ehsid could not be compiled; the compiler's message stands above"
