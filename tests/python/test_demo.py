@@ -9,6 +9,8 @@ from test_page import read
 from ehsid.harness.identification import IoData, identify
 from ehsid.harness.records import read_record
 
+pytestmark = pytest.mark.slow  # half a minute: a whole diagnosis
+
 ROOT = Path(__file__).parents[2]
 COLUMNS = ("valve_opening", "oil_pressure")
 

@@ -172,8 +172,21 @@ def test_given_sizes_are_taken() -> None:
     assert case.truth.null_bias == 0.0123
 
 
-@pytest.mark.parametrize("seeds", [1, pytest.param(2, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("effect", [*CATALOGUE, *OUTSIDE])
+# One of each subsystem every day, with one seed; all of them, with the next seed, too, in the whole.
+EVERY_DAY = (
+    "valve_dead_band",
+    "internal_leakage",
+    "coulomb_friction",
+    "sensor_lag",
+    "transport_delay",
+)
+
+
+@pytest.mark.parametrize(
+    ("effect", "seeds"),
+    [(effect, 1) for effect in EVERY_DAY]
+    + [pytest.param(effect, 2, marks=pytest.mark.slow) for effect in (*CATALOGUE, *OUTSIDE)],
+)
 def test_each_effect_stands_out_of_the_noise(effect: str, seeds: int) -> None:
     """On the same commands, without the effect, a window of half a second looks different."""
     options: dict[str, Any] = {"seconds": 3.0, "sensors": "pressures"}
