@@ -172,7 +172,7 @@ def test_given_sizes_are_taken() -> None:
     assert case.truth.null_bias == 0.0123
 
 
-# One of each subsystem every day, with one seed; all of them, with the next seed, too, in the whole.
+# One of each subsystem every day, with one seed; in the whole all of them, with a second seed.
 EVERY_DAY = (
     "valve_dead_band",
     "internal_leakage",
