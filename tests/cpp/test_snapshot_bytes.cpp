@@ -79,7 +79,8 @@ TEST_P(SnapshotBytes, AreThoseOfC) {
       const float command = held ? 0.5F : (random >> 31U) != 0U ? 1.0F : -1.0F;
       position = 0.9F * position + (k < 300 ? 0.2F : 0.4F) * command;
       const auto status = static_cast<int>(ehsid_step(c, command, position));
-      ASSERT_EQ(status, static_cast<int>(python->step(command, position))) << "sample " << k;
+      const Status same = python->step(static_cast<double>(command), static_cast<double>(position));
+      ASSERT_EQ(status, static_cast<int>(same)) << "sample " << k;
       ASSERT_EQ(saved(c), python->save()) << "sample " << k;
     }
 
