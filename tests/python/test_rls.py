@@ -99,10 +99,10 @@ def test_lambda_one_is_least_squares_with_the_prior(
     rls.run(phi, y)
     batch = prior_least_squares(phi, y, theta0, variance0)
     information = np.diag(1.0 / variance0) + phi.T @ phi
-    # Each step rounds by n eps at most; the condition number of the normal equations carries that
-    # to theta and P.
+    # Each step rounds n times in a sum, and six times more in f d, alpha (twice), the division, the
+    # increment and theta; the condition number of the normal equations carries that to theta and P.
     condition = np.linalg.cond(information)
-    rounding = EPS * (samples + n) * n * condition
+    rounding = EPS * (samples + n) * (n + 6) * condition
     scale = np.abs(batch).max() + np.abs(theta0).max() + np.abs(y).max()
     np.testing.assert_allclose(rls.theta_hat, batch, rtol=0.0, atol=rounding * scale)
     inverse = np.linalg.inv(information)
