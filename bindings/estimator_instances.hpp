@@ -255,7 +255,7 @@ class EstimatorInstance final : public AnyEstimator {
       : estimator_(AnyArx<Scalar, kSize>(given.na, given.nb, given.nk, given.offset)) {
     typename Estimator::Options options;
     options.theta0.setZero(n());
-    options.variance0.setConstant(n(), Scalar(1e6));
+    options.variance0.setConstant(n(), Recursion::kDefaultVariance);
     options.scaling = {static_cast<Scalar>(given.scaling.command_scale),
                        static_cast<Scalar>(given.scaling.position_scale),
                        static_cast<Scalar>(given.scaling.command_offset),

@@ -7,8 +7,8 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstring>
 #include <string>
+#include <type_traits>
 
 namespace ehsid::bindings {
 
@@ -52,17 +52,14 @@ void lay_out_each(Stream& stream, Plain&... values) {
   (stream.values(&values, 1), ...);
 }
 
+/// A policy of n parameters. Only that of RandomWalk depends on n.
 template <class Stream, class Policy>
-void lay_out_policy(Stream& stream, Policy& policy, std::size_t /*n*/) {
-  stream.values(&policy, 1);
-}
-template <class Stream, class Scalar, int kN>
-void lay_out_policy(Stream& stream, RandomWalk<Scalar, kN>& policy, std::size_t n) {
-  stream.values(policy.drift.data(), n);
-}
-template <class Stream, class Scalar, int kN>
-void lay_out_policy(Stream& stream, const RandomWalk<Scalar, kN>& policy, std::size_t n) {
-  stream.values(policy.drift.data(), n);
+void lay_out_policy(Stream& stream, Policy& policy, std::size_t n) {
+  if constexpr (std::remove_const_t<Policy>::kId == RandomWalk<float, 1>::kId) {
+    stream.values(policy.drift.data(), n);
+  } else {
+    stream.values(&policy, 1);
+  }
 }
 
 /// RlsState, member by member. `State` is const where `Stream` is a StateWriter.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A size that is chosen at run time, as Python uses it, and the static size of firmware: every number the same bits
-// after every sample, for every policy, precision and n = 1 .. 12, over excitation, a hold, samples that are refused and
+// after every sample, for every policy and n = 1 .. 12, over excitation, a hold, samples that are refused and
 // a reset.
 #include <array>
 #include <cstdint>

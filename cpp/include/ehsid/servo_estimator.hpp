@@ -69,7 +69,7 @@ class OnlineEstimator {
   explicit OnlineEstimator(const Model& model) : model_(model) {
     Options options;
     options.theta0 = Parameters::Zero(model_.size());
-    options.variance0 = Parameters::Constant(model_.size(), Scalar(1e6));
+    options.variance0 = Parameters::Constant(model_.size(), Recursion::kDefaultVariance);
     static_cast<void>(configure(options));
   }
 
