@@ -124,7 +124,7 @@ the effect; red the difference in position.
 ## Agreement with a separate solution
 
 The typical servo with each effect on steps of up to 6 V, against the same equations written apart
-in Python (`tests/python/plant_reference.py`) and solved by scipy's Radau at a relative tolerance of
+in Python (`tests/python/plant_reference.py`) and solved by scipy's LSODA at a relative tolerance of
 1e-9. Largest error of position, velocity and both pressures as a share of the output's range, for
 so many steps of integration in a sample of 2 ms; the last column is what the last halving of the
 step divides the error by, four for a method of second order. Friction has kinks at its reversals,

@@ -52,6 +52,6 @@ def worst_error(
 
 
 def reference(
-    values: Mapping[str, float], command: FloatArray, plant: str = "ehs"
+    values: Mapping[str, float], command: FloatArray, plant: str = "ehs", method: str = "LSODA"
 ) -> dict[str, FloatArray]:
-    return Reference(plant, values).run(command, DT_S)
+    return Reference(plant, values).run(command, DT_S, method=method)
