@@ -5,13 +5,14 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
 #include <random>
+
+#include "eigenvalues.hpp"
 
 namespace {
 
@@ -28,17 +29,6 @@ Theta theta_of(double p, Complex z1, Complex z2) {
   Theta theta = Theta::Zero();
   theta.head<3>() << q1 - p, q2 - p * q1, -p * q2;
   return theta;
-}
-
-std::array<Complex, 3> eigenvalues(const Theta& theta) {
-  Eigen::Matrix3d companion;
-  companion << -theta[0], -theta[1], -theta[2], 1.0, 0.0, 0.0, 0.0, 1.0, 0.0;
-  const Eigen::EigenSolver<Eigen::Matrix3d> solver(companion, false);
-  std::array<Complex, 3> z;
-  for (int i = 0; i < 3; ++i) {
-    z[static_cast<std::size_t>(i)] = solver.eigenvalues()[i];
-  }
-  return z;
 }
 
 /// A servo with its integrator within 1e-3 of one and its pair well inside, but not near zero.
@@ -69,7 +59,7 @@ class Servos : public testing::TestWithParam<unsigned> {
 };
 
 TEST_P(Servos, IntegratorIsTheEigenvalueNearestToOne) {
-  const auto z = eigenvalues(theta_);
+  const auto z = roots_as_eigenvalues({theta_[0], theta_[1], theta_[2]});
   const auto nearest = *std::min_element(z.begin(), z.end(), [](Complex a, Complex b) {
     return std::abs(a - 1.0) < std::abs(b - 1.0);
   });

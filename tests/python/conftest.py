@@ -9,6 +9,8 @@ from hypothesis import settings
 
 # No test depends on the clock: on a slow or busy machine an example may take as long as it needs.
 settings.register_profile("ehsid", deadline=None)
+# For script/test --quick: a fifth of the examples.
+settings.register_profile("everyday", deadline=None, max_examples=20)
 settings.load_profile("ehsid")
 
 # The workers of pytest-xdist and the processes that tests start take all cores. OpenBLAS would

@@ -262,6 +262,7 @@ with workers(2):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals to a process")
 def test_a_kill_loses_only_what_was_under_way(check: Path) -> None:
     """Four cases of a second, two at a time: killed when the first is told; the rest runs here."""

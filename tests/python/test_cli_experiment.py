@@ -80,6 +80,7 @@ def test_whole_experiment(tmp_path: Path) -> None:
     assert not list(out.rglob("*.part"))
 
 
+@pytest.mark.slow
 def test_on_a_record_of_the_rig(tmp_path: Path) -> None:
     rig = published_rig()
     write_record(rig_record(rig, 1).record, tmp_path / "rec.csv")

@@ -56,6 +56,7 @@ def test_a_check_is_made_sealed_run_and_scored(tmp_path: Path) -> None:
     assert "report.html" in words(outcome.stdout)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("blank_pictures")
 def test_the_same_command_goes_on_and_then_only_scores(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -214,6 +214,7 @@ def test_bad_input_is_one_message_and_nothing_written(
     assert sorted(path for path in here.rglob("*")) == before
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same_files(here: Path, dask_cluster: str) -> None:
     outcome = run("fleet", "--out", "out", "--dask", dask_cluster, workers=None)
     assert outcome.exit_code == 0, outcome.output

@@ -62,6 +62,7 @@ def test_a_run_and_its_files(relay: Relay, tmp_path: Path) -> None:
     assert "100 of 100" in errors
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("blank_pictures")
 def test_the_experiment_has_a_folder_for_each_factor(relay: Relay, tmp_path: Path) -> None:
     code, said, errors = ended("--port", relay.port, "--out", str(tmp_path))

@@ -83,13 +83,14 @@ def refitted(one: Rival, record: Record) -> Rival:
     return one[0], values
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("best", "other", "band_hz", "peak_v"),
     [
         (DELAY, LAG, (0.3, 3.0), 0.5),
-        pytest.param(LEAKAGE, BIAS, (0.3, 3.0), 0.2, marks=pytest.mark.slow),
-        pytest.param(COULOMB, DEAD_BAND, (0.3, 2.0), 3.0, marks=pytest.mark.slow),
-        pytest.param(DROOP, SATURATION, (0.3, 2.0), 1.0, marks=pytest.mark.slow),
+        (LEAKAGE, BIAS, (0.3, 3.0), 0.2),
+        (COULOMB, DEAD_BAND, (0.3, 2.0), 3.0),
+        (DROOP, SATURATION, (0.3, 2.0), 1.0),
     ],
 )
 def test_what_a_smooth_small_record_cannot_tell_apart_the_next_one_does(

@@ -46,10 +46,15 @@ def test_candidates_are_neither_told_nor_excluded(excluded: set[str]) -> None:
     ("name", "value", "names"),
     [
         ("coulomb_friction.force_n", 400.0, made.PRESSURES),
-        ("valve_dead_band.overlap", 0.03, made.PRESSURES),
-        ("valve_dead_band.overlap", 0.03, ("position_m",)),
-        ("internal_leakage.coefficient_m3_s_pa", 2e-11, made.PRESSURES),
         ("transport_delay.delay_s", 0.0053, ("position_m",)),
+        *(
+            pytest.param(*one, marks=pytest.mark.slow)
+            for one in (
+                ("valve_dead_band.overlap", 0.03, made.PRESSURES),
+                ("valve_dead_band.overlap", 0.03, ("position_m",)),
+                ("internal_leakage.coefficient_m3_s_pa", 2e-11, made.PRESSURES),
+            )
+        ),
     ],
 )
 def test_the_effect_that_was_put_in_is_best_on_held_out_data(
@@ -134,6 +139,7 @@ def test_with_nothing_to_try_the_calibration_is_all() -> None:
     assert shares[-1] == 1.0
 
 
+@pytest.mark.slow
 def test_the_result_does_not_depend_on_the_workers() -> None:
     case = made.case_of({**made.OFF, "effects.transport_delay.delay_s": 0.0053})
     found = []

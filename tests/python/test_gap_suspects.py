@@ -18,7 +18,17 @@ def suspected(record: Record, rig: Rig = RIG) -> list[tuple[str, Mapping[str, fl
     return [(one.effect, one.values, one.gain) for one in ranked]
 
 
-@pytest.mark.parametrize("effect", sorted(EFFECTS.keys() - {"valve_lag", "sensor_backlash"}))
+# One of each subsystem every day.
+EVERY_DAY = ("valve_dead_band", "internal_leakage", "coulomb_friction", "transport_delay")
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        pytest.param(effect, marks=() if effect in EVERY_DAY else pytest.mark.slow)
+        for effect in sorted(EFFECTS.keys() - {"valve_lag", "sensor_backlash"})
+    ],
+)
 def test_the_effect_that_was_put_in_is_suspected_first(effect: str) -> None:
     ranked = suspected(made({**OTHER, **full(effect)}, seed=3))
     # Friction with and without its rise, force with and without its spring: nested twins.

@@ -67,7 +67,17 @@ def rubbing() -> Gathered:
     return gathered(case_of(full("coulomb_friction")))
 
 
-@pytest.mark.parametrize("effect", sorted(EFFECTS.keys() - {"entrained_air", "valve_lag"}))
+# One of each subsystem every day.
+EVERY_DAY = ("valve_dead_band", "internal_leakage", "coulomb_friction", "sensor_lag")
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        pytest.param(effect, marks=() if effect in EVERY_DAY else pytest.mark.slow)
+        for effect in sorted(EFFECTS.keys() - {"entrained_air", "valve_lag"})
+    ],
+)
 def test_equations_name_the_subsystem(effect: str) -> None:
     record = made({**OTHER, **full(effect)}, seed=5)
     found = attribute_equations([record], RIG, {})
@@ -150,6 +160,7 @@ def test_where_without_effects_rests_on_the_equations(rubbing: Gathered) -> None
     assert again.subsystem == where.subsystem
 
 
+@pytest.mark.slow
 def test_where_and_which_do_not_contradict_without_a_word(rubbing: Gathered) -> None:
     case, base = rubbing.case, rubbing.base
     agreeing = localise(case, base, with_effects(base, ["coulomb_friction"]))

@@ -78,6 +78,7 @@ def test_the_third_record_is_written_apart(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_lengths_are_drawn_apart_from_everything_else(tmp_path: Path) -> None:
     lengths = [draw_seconds(seed) for seed in range(500)]
     assert 8.0 <= min(lengths) < 8.5

@@ -241,6 +241,7 @@ def test_files_are_read_and_hold_no_answer(tmp_path: Path) -> None:
     assert f"{case.answer['effects']['load_force']['force_n']:.6g}" not in text
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("two_processes")
 def test_batch_keeps_answers_apart(tmp_path: Path) -> None:
     write_cases(tmp_path / "cases", tmp_path / "answers.json", [1, 2], seconds=1.0)
@@ -299,6 +300,7 @@ def test_sampling_period_is_free() -> None:
     assert "numba" in sys.modules
 
 
+@pytest.mark.slow
 def test_a_machine_too_stiff_for_its_steps_gets_smaller_ones() -> None:
     """With the steps of the others this one went to infinity."""
     case = make_case(

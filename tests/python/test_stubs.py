@@ -120,6 +120,7 @@ def module_signatures() -> Signatures:
     return {where: signatures for where, signatures in found.items() if signatures}
 
 
+@pytest.mark.slow
 def test_stub_and_module_have_the_same_members(tmp_path: Path) -> None:
     allowed = tmp_path / "allowed"
     allowed.write_text(ALLOWED)
