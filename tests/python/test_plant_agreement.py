@@ -65,6 +65,25 @@ def test_spool_is_exact_at_any_step() -> None:
     np.testing.assert_allclose(runs.simulate(values, command, 2)["spool"], expected, atol=1e-7)
 
 
+@pytest.mark.parametrize("substeps", [1, 2, 4])
+def test_no_pressure_rings_where_a_small_volume_fills_fast(substeps: int) -> None:
+    """The valve wide open into a small volume behind a load that hardly moves: supply pressure.
+
+    The time constant falls far below the step as the drop over the valve goes to zero. There the
+    method must damp (L-stability); one that is only stable swings about the supply for long.
+    """
+    values = typical() | {
+        "load.mass_kg": 1e7,
+        "cylinder.dead_volume_a_m3": 1e-4,
+        "cylinder.dead_volume_b_m3": 1e-4,
+        "initial.position_m": 0.002,
+    }
+    supply = values["supply.pressure_pa"]
+    pressure = runs.simulate(values, np.full(30, 10.0), substeps)["pressure_a_pa"]
+    assert abs(pressure[0] / supply - 1.0) > 0.5
+    np.testing.assert_allclose(pressure[6:], supply, rtol=1e-4)
+
+
 @pytest.mark.parametrize("lag", ["hidden", "told"])
 def test_a_spool_that_is_limited_in_speed(lag: str) -> None:
     values = typical() if lag == "hidden" else runs.with_effect(EFFECTS["valve_lag"])
