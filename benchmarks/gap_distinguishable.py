@@ -4,8 +4,8 @@
 FOLDER is that of a finished `ehsid gap-check`. Every effect of the catalogue in a case that was not
 answered right is fitted from its true size, beside the values of the rig and all nuisances, those
 among them that the record cannot tell from an effect. Its size over the deviation of the fit
-(sandwich of exact sensitivities, `ehsid.harness.gap.intervals`) says how far it stands out: below 3
-no diagnosis could be sure of it on this record.
+(sandwich of exact sensitivities, `ehsid.harness.gap.inference.intervals`) says how far it stands
+out: below 3 no diagnosis could be sure of it on this record.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.gap.case import make_case
-from ehsid.harness.gap.intervals import scatter_of
-from ehsid.harness.gap.parameters import effect_parameters
-from ehsid.harness.gap.rivals import calibrate, polish
-from ehsid.harness.gap.search import NOT_FITTED
+from ehsid.harness.gap.inference.intervals import scatter_of
+from ehsid.harness.gap.inference.rivals import calibrate, polish
+from ehsid.harness.gap.inference.search import NOT_FITTED
+from ehsid.harness.gap.model.case import make_case
+from ehsid.harness.gap.model.parameters import effect_parameters
 from ehsid.harness.parallel import run_tasks
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig

@@ -19,11 +19,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ehsid.harness.gap import Diagnosis, diagnose
-from ehsid.harness.gap.findings import Estimate
-from ehsid.harness.inject import Answer, InjectError, inject, injectable
+from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.rigs.parameters import is_rig_value
+from ehsid.harness.simulation.injection import Answer, InjectError, inject, injectable
 
 ROOT = Path(__file__).parents[1]
 EMPS = ROOT / "tests" / "python" / "data" / "emps"

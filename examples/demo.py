@@ -15,8 +15,8 @@ from real_record import real_record_section
 from withheld_record import withheld_record_sections
 
 from ehsid.harness.cli.progress import stages
-from ehsid.harness.experiment.published import SOURCE
 from ehsid.harness.report.page import Page, write_page
+from ehsid.harness.studies.published import SOURCE
 
 PAGE = "demo.html"
 

@@ -12,11 +12,11 @@ from real_record import Part
 
 import ehsid
 from ehsid.harness.excitation import multisine
-from ehsid.harness.experiment import Contender, KnownPlant, Outcome, compare
-from ehsid.harness.experiment.published import DT_S, DURATION_S, MODEL_16, RECURSIVE
 from ehsid.harness.identification import ArxOrders
-from ehsid.harness.report.comparison_figures import change_figure, error_figure
 from ehsid.harness.report.page import Picture, Section, Table, Words
+from ehsid.harness.studies import Contender, KnownPlant, Outcome, compare
+from ehsid.harness.studies.pages.comparison_figures import change_figure, error_figure
+from ehsid.harness.studies.published import DT_S, DURATION_S, MODEL_16, RECURSIVE
 
 ORDERS = ArxOrders(3, 3, 1)
 SAMPLES = round(DURATION_S / DT_S)

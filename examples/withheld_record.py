@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from real_record import Part
 
 from ehsid.harness.gap import diagnose
-from ehsid.harness.gap.findings import Diagnosis
+from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.records import read_record
 from ehsid.harness.report.diagnosis_files import write_diagnosis
 from ehsid.harness.report.gap_words import (

@@ -14,16 +14,18 @@ from pathlib import Path
 
 import numpy as np
 
+from ehsid.harness.deploy.hil import Session, emulated, open_line
+from ehsid.harness.deploy.hil.comparison import Agreement, compare
+from ehsid.harness.deploy.hil.plan import Plan, position_plan
+from ehsid.harness.deploy.hil.recording import Recording
+from ehsid.harness.deploy.hil.run import RunResult, run_plan
 from ehsid.harness.excitation import random_steps
-from ehsid.harness.experiment.published import DT_S, published_rig
-from ehsid.harness.hil import Session, emulated, open_line
-from ehsid.harness.hil.comparison import Agreement, compare
-from ehsid.harness.hil.plan import FACTORS, Plan, experiment_plans, position_plan
-from ehsid.harness.hil.recording import Recording
-from ehsid.harness.hil.run import RunResult, run_plan
 from ehsid.harness.report.hil_figures import control_figure, estimates_figure
+from ehsid.harness.rigs.published import published_rig
 from ehsid.harness.simulation import draw_noise, suggested_controller
 from ehsid.harness.simulation.outputs import OUTPUTS_OF
+from ehsid.harness.studies.published import DT_S
+from ehsid.harness.studies.target_plans import FACTORS, experiment_plans
 
 HERE = Path(__file__).parent
 SAMPLES = 1600  # of 50 ms

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.export import (
+from ehsid.harness.deploy.export import (
     EstimatorConfiguration,
     GoldenTrace,
     Seed,

@@ -11,13 +11,13 @@ from pathlib import Path
 
 from made_diagnoses import VERDICTS, made_diagnosis
 
-from ehsid.harness.check.making import make_check
-from ehsid.harness.check.seal import Seal
-from ehsid.harness.check.settings import Settings
-from ehsid.harness.gap.findings import Diagnosis
+from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import Progress, worker_count
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
+from ehsid.harness.validation.blind.making import make_check
+from ehsid.harness.validation.blind.seal import Seal
+from ehsid.harness.validation.blind.settings import Settings
 
 TINY = Settings(seed=7, count=4, seconds=2.0)
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 import ehsid
 from ehsid.harness.excitation import multisine, triangle
-from ehsid.harness.gap.case import Case, make_case
+from ehsid.harness.gap.model.case import Case, make_case
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.simulation import draw_noise, simulate

@@ -6,7 +6,7 @@ import socket
 import subprocess
 from pathlib import Path
 
-from ehsid.harness.hil import Emulator
+from ehsid.harness.deploy.hil import Emulator
 
 ROOT = Path(__file__).parents[2]
 ON_HOST = ROOT / "build" / "dev" / "examples" / "firmware" / "servo_host"

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import ehsid
-from ehsid.harness.export import EstimatorConfiguration
-from ehsid.harness.hil import Configuration, ControllerSettings, Result, Sample, Session
+from ehsid.harness.deploy.export import EstimatorConfiguration
+from ehsid.harness.deploy.hil import Configuration, ControllerSettings, Result, Sample, Session
 from ehsid.harness.identification import ArxOrders
 
 TIMEOUT_S = 0.03

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.reality.effects import CATALOGUE, TWINS
-from ehsid.harness.reality.outside import OUTSIDE
-from ehsid.harness.reality.told import draw_told
+from ehsid.harness.validation.reality.effects import CATALOGUE, TWINS
+from ehsid.harness.validation.reality.outside import OUTSIDE
+from ehsid.harness.validation.reality.told import draw_told
 
 Plain = dict[str, Any]
 Diagnoser = Callable[[Plain, np.random.Generator], Plain]

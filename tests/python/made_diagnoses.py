@@ -8,8 +8,10 @@ from functools import cache
 
 import numpy as np
 
-from ehsid.harness.gap.comparison import compare
-from ehsid.harness.gap.findings import (
+from ehsid.harness.gap.data.floor import noise_floor
+from ehsid.harness.gap.inference.how_far import how_far, window_sums
+from ehsid.harness.gap.model.comparison import compare
+from ehsid.harness.gap.schema import (
     BandShare,
     CalibratedValue,
     Candidate,
@@ -27,8 +29,6 @@ from ehsid.harness.gap.findings import (
     Verdict,
     Where,
 )
-from ehsid.harness.gap.floor import noise_floor
-from ehsid.harness.gap.how_far import how_far, window_sums
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import draw_noise, simulate

@@ -6,18 +6,18 @@ import math
 import pytest
 from statsmodels.tools.eval_measures import bic as bic_of
 
-from ehsid.harness.check.baselines import (
+from ehsid.harness.validation.scoring.baselines import (
     baselines,
     best_fit,
     largest_residual,
     lowest_bic,
     refit_only,
 )
-from ehsid.harness.check.score_case import Scored
-from ehsid.harness.check.score_reading import Answer, Named, Said, Tried
-from ehsid.harness.check.score_regret import behind_truth, regret_of
-from ehsid.harness.check.score_right import judge
-from ehsid.harness.check.score_wrong import reasons, wrong_cases
+from ehsid.harness.validation.scoring.judged_case import Scored
+from ehsid.harness.validation.scoring.reading import Answer, Named, Said, Tried
+from ehsid.harness.validation.scoring.regret import behind_truth, regret_of
+from ehsid.harness.validation.scoring.right import judge
+from ehsid.harness.validation.scoring.wrong import reasons, wrong_cases
 
 BAND, BIAS, LAG = "valve_dead_band", "valve_null_bias", "sensor_lag"
 TRIED = (

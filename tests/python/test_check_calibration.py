@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_checks import diagnosis, made_answers, write_check
 
-from ehsid.harness.check.calibration import EDGES, Claim, claims_of, reliability
-from ehsid.harness.check.calibration_risk import risk_curve
-from ehsid.harness.check.score import score_folder
+from ehsid.harness.validation.scoring.calibration import EDGES, Claim, claims_of, reliability
+from ehsid.harness.validation.scoring.calibration_risk import risk_curve
+from ehsid.harness.validation.scoring.score import score_folder
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from statsmodels.stats.proportion import proportion_confint
 
-from ehsid.harness.check.figures import Figure, Range, mean, quantile, share, wilson
+from ehsid.harness.validation.scoring.figures import Figure, Range, mean, quantile, share, wilson
 
 
 @given(st.integers(1, 400).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))

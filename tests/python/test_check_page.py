@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from made_checks import fair, made_answers, write_check
 
-from ehsid.harness.check.score import Score, score_cases, score_folder
 from ehsid.harness.report.check_page import check_page, write_page
 from ehsid.harness.report.check_words import figure_text, lead, number, target_text
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words
 from ehsid.harness.report.page_markdown import markdown
+from ehsid.harness.validation.scoring.score import Score, score_cases, score_folder
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

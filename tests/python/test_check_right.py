@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.check.score_reading import FAILED, Answer, Named, Said
-from ehsid.harness.check.score_right import is_exactly, is_true, judge
 from ehsid.harness.rigs.parameters import effects
+from ehsid.harness.validation.scoring.reading import FAILED, Answer, Named, Said
+from ehsid.harness.validation.scoring.right import is_exactly, is_true, judge
 
 BAND, BIAS, DELAY = "valve_dead_band", "valve_null_bias", "transport_delay"
 COULOMB, STRIBECK = "coulomb_friction", "stribeck_friction"

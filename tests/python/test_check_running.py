@@ -14,15 +14,15 @@ from pathlib import Path
 import pytest
 from check_runs import TINY, StandIn, tiny_check
 
-from ehsid.harness.check.jobs import ERROR, Outcome, keep
-from ehsid.harness.check.making import make_check
-from ehsid.harness.check.running import read_case, run_check, unfinished_cases
-from ehsid.harness.check.seal import read_seal, verify
-from ehsid.harness.check.settings import GRADES, SEEDS, SENSORS, Settings
 from ehsid.harness.parallel import workers
-from ehsid.harness.reality import structure
-from ehsid.harness.reality.case import COLUMNS
-from ehsid.harness.reality.effects import CATALOGUE
+from ehsid.harness.validation.blind.making import make_check
+from ehsid.harness.validation.blind.running import read_case, run_check, unfinished_cases
+from ehsid.harness.validation.blind.seal import read_seal, verify
+from ehsid.harness.validation.blind.settings import GRADES, SEEDS, SENSORS, Settings
+from ehsid.harness.validation.jobs import ERROR, Outcome, keep
+from ehsid.harness.validation.reality import structure
+from ehsid.harness.validation.reality.case import COLUMNS
+from ehsid.harness.validation.reality.effects import CATALOGUE
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +165,7 @@ def test_a_check_that_cannot_be_made_leaves_nothing(
     def full(*_: object) -> None:
         raise OSError("no space left on device")
 
-    monkeypatch.setattr("ehsid.harness.check.making.write_seal", full)
+    monkeypatch.setattr("ehsid.harness.validation.blind.making.write_seal", full)
     with pytest.raises(OSError, match="no space"), workers(1):
         make_check(tmp_path / "check", replace(TINY, count=1))
     assert list(tmp_path.iterdir()) == []
@@ -251,8 +251,8 @@ RUN = """
 import sys
 from pathlib import Path
 from check_runs import StandIn
-from ehsid.harness.check.running import run_check
-from ehsid.harness.check.seal import verify
+from ehsid.harness.validation.blind.running import run_check
+from ehsid.harness.validation.blind.seal import verify
 from ehsid.harness.parallel import workers
 
 out = Path(sys.argv[1])

@@ -10,12 +10,12 @@ import pytest
 from made_checks import at_random, diagnosis, fair, made_answers, perfect, write_check
 from scipy import stats
 
-from ehsid.harness.check.score import Score, score_folder
-from ehsid.harness.check.score_control import control
-from ehsid.harness.check.score_reading import Named, Said
-from ehsid.harness.check.score_right import judge
-from ehsid.harness.check.settings import Settings
-from ehsid.harness.reality.effects import CATALOGUE
+from ehsid.harness.validation.blind.settings import Settings
+from ehsid.harness.validation.reality.effects import CATALOGUE
+from ehsid.harness.validation.scoring.control import control
+from ehsid.harness.validation.scoring.reading import Named, Said
+from ehsid.harness.validation.scoring.right import judge
+from ehsid.harness.validation.scoring.score import Score, score_folder
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

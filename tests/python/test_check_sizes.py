@@ -3,11 +3,11 @@
 
 import math
 
-from ehsid.harness.check.figures_sizes import effect_errors, rig_errors
-from ehsid.harness.check.score_case import Scored
-from ehsid.harness.check.score_reading import Answer, Named, Said
-from ehsid.harness.check.score_right import judge
-from ehsid.harness.gap.findings import Estimate
+from ehsid.harness.gap.schema import Estimate
+from ehsid.harness.validation.scoring.figures_sizes import effect_errors, rig_errors
+from ehsid.harness.validation.scoring.judged_case import Scored
+from ehsid.harness.validation.scoring.reading import Answer, Named, Said
+from ehsid.harness.validation.scoring.right import judge
 
 STRIBECK = {"coulomb_n": 500.0, "static_n": 1000.0, "stribeck_velocity_m_s": 0.02}
 

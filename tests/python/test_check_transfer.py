@@ -9,15 +9,15 @@ import pytest
 from gap_cases import RIG, record
 from made_checks import made_answers, perfect, write_check
 
-from ehsid.harness.check.score import score_folder
-from ehsid.harness.check.score_reading import Named, Said
-from ehsid.harness.check.score_transfer import promises
-from ehsid.harness.check.transfer import independent_samples, realised, without
-from ehsid.harness.gap.findings import Estimate
+from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.gap.thresholds import DECISION_SUBSTEPS
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import Rig, write_rig
 from ehsid.harness.simulation.windows import simulate_windows
+from ehsid.harness.validation.scoring.reading import Named, Said
+from ehsid.harness.validation.scoring.score import score_folder
+from ehsid.harness.validation.scoring.transfer import independent_samples, realised, without
+from ehsid.harness.validation.scoring.transfer_figures import promises
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

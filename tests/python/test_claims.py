@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import ehsid
-from ehsid.harness.experiment.claims import (
+from ehsid.harness.studies.claims import (
     ORDERS,
     SAMPLES,
     Condition,
@@ -15,7 +15,7 @@ from ehsid.harness.experiment.claims import (
     map_claims,
     sooner,
 )
-from ehsid.harness.experiment.comparison import (
+from ehsid.harness.studies.comparison import (
     PLAIN,
     Contender,
     Setting,
@@ -23,11 +23,11 @@ from ehsid.harness.experiment.comparison import (
     known_records,
     run_contender,
 )
-from ehsid.harness.experiment.evidence import Comparison, Finding, Interval
-from ehsid.harness.experiment.experiment import published_error_of_one, start_of_one
-from ehsid.harness.experiment.known_plant import KnownPlant
-from ehsid.harness.experiment.published import MODEL_16
-from ehsid.harness.experiment.verdicts import Verdict, verdicts
+from ehsid.harness.studies.evidence import Comparison, Finding, Interval
+from ehsid.harness.studies.experiment import published_error_of_one, start_of_one
+from ehsid.harness.studies.known_plant import KnownPlant
+from ehsid.harness.studies.published import MODEL_16
+from ehsid.harness.studies.verdicts import Verdict, verdicts
 
 PLANT = KnownPlant.of(ORDERS, MODEL_16)
 

@@ -9,10 +9,10 @@ import pytest
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
-from ehsid.harness.experiment.published import published_rig
-from ehsid.harness.experiment.rig_records import rig_record
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import write_rig
+from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.studies.rig_records import rig_record
 
 CRANE = Path(__file__).parents[2] / "examples" / "data" / "hydraulic_crane.csv"
 AXIS = Path(__file__).parents[2] / "examples" / "rigs" / "axis.toml"

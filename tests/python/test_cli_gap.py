@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
 from ehsid.harness.cli.many_values import repeated
-from ehsid.harness.gap.findings import Diagnosis
+from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import Progress, worker_count
 from ehsid.harness.records import Record, write_record
 from ehsid.harness.rigs import Rig, write_rig
@@ -55,7 +55,7 @@ class FakeDiagnose:
 @pytest.fixture
 def diagnose(monkeypatch: pytest.MonkeyPatch) -> FakeDiagnose:
     fake = FakeDiagnose(made_diagnosis("effects"))
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", fake, raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnosis", fake, raising=False)
     return fake
 
 
@@ -222,7 +222,7 @@ def test_what_the_diagnosis_refuses_is_a_message(
     def refuses(*_: Any, **__: Any) -> Diagnosis:
         raise ValueError("one.csv: too short for a window")
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", refuses, raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnosis", refuses, raising=False)
     outcome = run("one.csv", "--rig", "rig.toml", "--out", "out")
     assert outcome.exit_code == 2
     assert "too short for a window" in outcome.stderr
@@ -240,7 +240,7 @@ def diagnose(*_, progress, **__):
     print("started", file=sys.stderr, flush=True)
     run_tasks([partial(time.sleep, 60.0)] * 8, progress)
 
-ehsid.harness.gap.diagnose = diagnose
+ehsid.harness.gap.diagnosis = diagnose
 from ehsid.harness.cli import main
 sys.argv = ["ehsid", "gap", "one.csv", "--rig", "rig.toml", "--out", "out"]
 main()

@@ -14,17 +14,17 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 import ehsid
-from ehsid.harness.check.jobs import Outcome
 from ehsid.harness.cli import app
 from ehsid.harness.cli.case_progress import in_words, shown
-from ehsid.harness.gap.findings import Diagnosis
+from ehsid.harness.gap.schema import Diagnosis
+from ehsid.harness.validation.jobs import Outcome
 
 TINY = ("--count", "3", "--seconds", "2", "--seed", "7")
 
 
 @pytest.fixture(autouse=True)
 def stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", StandIn(), raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnosis", StandIn(), raising=False)
 
 
 def run(*arguments: str, workers: str | None = "1") -> Any:
@@ -81,7 +81,7 @@ def test_the_same_command_goes_on_and_then_only_scores(
     def never(*_: Any, **__: Any) -> Diagnosis:
         raise AssertionError("nothing is left to diagnose")
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", never, raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnosis", never, raising=False)
     outcome = run("--out", str(out), *TINY, "--json")
     assert outcome.exit_code == 0, outcome.output
     assert outcome.stdout == (out / "score.json").read_text(encoding="utf-8")
@@ -110,9 +110,9 @@ def test_other_settings_on_the_same_folder_are_refused(
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    from ehsid.harness.check.making import make_check
-    from ehsid.harness.check.settings import Settings
     from ehsid.harness.parallel import workers
+    from ehsid.harness.validation.blind.making import make_check
+    from ehsid.harness.validation.blind.settings import Settings
 
     out = tmp_path_factory.mktemp("made") / "check"
     with workers(1):
@@ -137,7 +137,7 @@ def test_a_changed_answer_is_refused_before_and_after_the_run(
             (out / "answers.json").write_text("{}")
             return super().__call__(records, rig, **options)
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", Cheats(), raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnosis", Cheats(), raising=False)
     outcome = run("--out", str(out), *TINY)
     assert outcome.exit_code == 2
     assert "answers.json: changed since it was sealed" in words(outcome.stderr)
@@ -181,7 +181,9 @@ def test_a_scheduler_that_is_not_there_is_one_message(made: Path) -> None:
 
 
 def test_without_numba_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in [name for name in sys.modules if name.startswith("ehsid.harness.reality")]:
+    for name in [
+        name for name in sys.modules if name.startswith("ehsid.harness.validation.reality")
+    ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "numba", None)
     outcome = run("--out", str(tmp_path / "check"), *TINY)
@@ -238,7 +240,7 @@ def test_errors_are_results_and_the_exit_code_is_none(
         def __call__(self, *_: Any, **__: Any) -> Diagnosis:
             raise FloatingPointError("overflow")
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", Fails(), raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnosis", Fails(), raising=False)
     outcome = run("--out", str(tmp_path / "check"), *TINY)
     assert outcome.exit_code == 0, outcome.output
     assert outcome.stderr.count("FloatingPointError: overflow") == 3

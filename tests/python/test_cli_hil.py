@@ -21,9 +21,9 @@ from interrupts import interruptible
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
-from ehsid.harness.experiment.published import DT_S
-from ehsid.harness.hil import Kind, decode, encode
+from ehsid.harness.deploy.hil import Kind, decode, encode
 from ehsid.harness.records import read_record
+from ehsid.harness.studies.published import DT_S
 
 SHORT = ("--loop", "open", "--duration", "2", "--dt", "0.02", "--excitation", "prbs")
 SAFE_BODY = struct.Struct("<HIf")

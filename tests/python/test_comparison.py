@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 import ehsid
-from ehsid.harness.experiment import MODEL_16, Contender, KnownPlant, Outcome, Setting, compare
 from ehsid.harness.identification import ArxOrders
+from ehsid.harness.studies import MODEL_16, Contender, KnownPlant, Outcome, Setting, compare
 
 ORDERS = ArxOrders(3, 3, 1)
 N = 400

@@ -12,11 +12,11 @@ from typer.testing import CliRunner
 
 import ehsid
 from ehsid.harness.cli import app
-from ehsid.harness.gap.findings import SUBSYSTEMS, Diagnosis
+from ehsid.harness.gap.diagnosis_json import plain_diagnosis
+from ehsid.harness.gap.schema import SUBSYSTEMS, Diagnosis
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.report import diagnosis_files
 from ehsid.harness.report.diagnosis_files import simulation_table, write_diagnosis
-from ehsid.harness.report.diagnosis_json import plain_diagnosis
 from ehsid.harness.rigs import read_rig
 
 # The page with its plots: test_report_gap_page.py, and the command for each verdict.

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 import ehsid
 from ehsid.harness.cli import app
-from ehsid.harness.export import (
+from ehsid.harness.deploy.export import (
     EstimatorConfiguration,
     GoldenTrace,
     Seed,

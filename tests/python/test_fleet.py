@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.collections import PathCollection
 
-from ehsid.harness.check.fleet import Fleet, read_fleet
 from ehsid.harness.report.fleet_figure import fleet_figure
 from ehsid.harness.report.fleet_page import fleet_lead, fleet_page, found, write_fleet
 from ehsid.harness.report.page import Table, render_page
+from ehsid.harness.validation.fleet.ranking import Fleet, read_fleet
 
 
 def diagnosis(

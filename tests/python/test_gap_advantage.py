@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.gap.advantage import above_floor, advantage
-from ehsid.harness.gap.case import Case
-from ehsid.harness.gap.rivals import Rival
+from ehsid.harness.gap.inference.advantage import above_floor, advantage
+from ehsid.harness.gap.inference.rivals import Rival
+from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.thresholds import INDEPENDENT_HZ
 
 WINDOWS, LENGTH = 40, 250

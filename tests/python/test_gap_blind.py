@@ -1,23 +1,23 @@
 # SPDX-License-Identifier: MIT
 """A few blind records whose diagnosis must not get worse unseen.
 
-Records of `ehsid.harness.reality`, short and from fixed seeds. Each must be answered as the table
-says; a change of the diagnosis that loses one has to be looked at with `ehsid gap-check`, on
-hundreds of fresh ones, before the table is changed.
+Records of `ehsid.harness.validation.reality`, short and from fixed seeds. Each must be answered as
+the table says; a change of the diagnosis that loses one has to be looked at with
+`ehsid gap-check`, on hundreds of fresh ones, before the table is changed.
 """
 
 from dataclasses import dataclass
 
 import pytest
 
-from ehsid.harness.check.score_reading import Answer, Named, Said
-from ehsid.harness.check.score_right import Judgement, judge
 from ehsid.harness.gap import diagnose
-from ehsid.harness.reality import make_case
-from ehsid.harness.reality.case import Kind, Sensors
-from ehsid.harness.reality.structure import Grade
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import parse_rig
+from ehsid.harness.validation.reality import make_case
+from ehsid.harness.validation.reality.case import Kind, Sensors
+from ehsid.harness.validation.reality.structure import Grade
+from ehsid.harness.validation.scoring.reading import Answer, Named, Said
+from ehsid.harness.validation.scoring.right import Judgement, judge
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

@@ -8,8 +8,8 @@ import pytest
 
 import ehsid
 from ehsid.harness.excitation import multisine
-from ehsid.harness.gap.case import make_case
-from ehsid.harness.gap.floor import floor_of
+from ehsid.harness.gap.data.floor import floor_of
+from ehsid.harness.gap.model.case import make_case
 from ehsid.harness.gap.thresholds import (
     LEAST_WINDOW_SAMPLES,
     SEEN_BY_PRESSURES,

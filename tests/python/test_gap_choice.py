@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from test_gap_sizes import RIG
 
-from ehsid.harness.gap.advantage import advantage
-from ehsid.harness.gap.case import Case
-from ehsid.harness.gap.choice import asked_for, choose, decided, one_family
-from ehsid.harness.gap.findings import CalibratedValue, Estimate, HowFar
-from ehsid.harness.gap.floor import NoiseFloor
-from ehsid.harness.gap.rivals import Rival
-from ehsid.harness.gap.search import Found
-from ehsid.harness.gap.verdict import named, rule
+from ehsid.harness.gap.data.floor import NoiseFloor
+from ehsid.harness.gap.inference.advantage import advantage
+from ehsid.harness.gap.inference.choice import asked_for, choose, decided, one_family
+from ehsid.harness.gap.inference.rivals import Rival
+from ehsid.harness.gap.inference.search import Found
+from ehsid.harness.gap.inference.verdict import named, rule
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.schema import CalibratedValue, Estimate, HowFar
 
 WINDOWS, SAMPLES, FLOOR = 40, 500, 1e-6
 

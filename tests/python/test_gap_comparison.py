@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from ehsid.harness.gap.comparison import compare
+from ehsid.harness.gap.model.comparison import compare
 from ehsid.harness.gap.thresholds import BLOCK_S, BLOCKS_TURN, SKIP_S, WINDOW_S
 from ehsid.harness.records import Record, make_record
 

@@ -10,7 +10,7 @@ import pytest
 from made_diagnoses import FRICTION, bench, measured_record
 
 from ehsid.harness.gap import Diagnosis, diagnose
-from ehsid.harness.gap.findings import SUBSYSTEMS
+from ehsid.harness.gap.schema import SUBSYSTEMS
 from ehsid.harness.parallel import workers
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import Rig

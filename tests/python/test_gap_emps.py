@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from ehsid.harness.gap import Diagnosis, diagnose
-from ehsid.harness.gap.findings import Estimate
+from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
 

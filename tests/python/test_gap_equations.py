@@ -3,9 +3,9 @@ import numpy as np
 import pytest
 from servo_records import AXIS, EFFECTS, OTHER, RIG, WITH_PRESSURES, full, made
 
-from ehsid.harness.gap.equations import equation_shares, residuals
-from ehsid.harness.gap.inverse_servo import CAP, FORCE, ROD, SPOOL, SUPPLY, servo_terms
-from ehsid.harness.gap.inverse_signals import all_values, measured
+from ehsid.harness.gap.model.equations import equation_shares, residuals
+from ehsid.harness.gap.model.inverse_servo import CAP, FORCE, ROD, SPOOL, SUPPLY, servo_terms
+from ehsid.harness.gap.model.inverse_signals import all_values, measured
 from ehsid.harness.records import make_record
 
 # Largest residual, and how many times as much without the effect, where a smoothed position counts.

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.excitation import multisine
-from ehsid.harness.gap.gate import gate, longest_stretch, stretch
-from ehsid.harness.gap.gate_channels import spikes
-from ehsid.harness.gap.gate_signs import correlation
-from ehsid.harness.gap.oil_spring import oil_spring_hz
+from ehsid.harness.gap.data.gate import gate, longest_stretch, stretch
+from ehsid.harness.gap.data.gate_channels import spikes
+from ehsid.harness.gap.data.gate_signs import correlation
+from ehsid.harness.gap.data.oil_spring import oil_spring_hz
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.simulation import draw_noise, simulate

@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.gap.comparison import compare, gap_figure
-from ehsid.harness.gap.floor import NoiseFloor
-from ehsid.harness.gap.how_far import WindowSums, how_far, window_sums
+from ehsid.harness.gap.data.floor import NoiseFloor
+from ehsid.harness.gap.inference.how_far import WindowSums, how_far, window_sums
+from ehsid.harness.gap.model.comparison import compare, gap_figure
 from ehsid.harness.records import make_record
 
 DT_S = 1e-3

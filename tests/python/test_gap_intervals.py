@@ -11,9 +11,9 @@ import numpy.typing as npt
 import pytest
 import statsmodels.api as sm
 
-from ehsid.harness.gap.intervals import deviations, in_deviations, interval
-from ehsid.harness.gap.parameters import Parameter
-from ehsid.harness.gap.problem import Problem, Step
+from ehsid.harness.gap.inference.intervals import deviations, in_deviations, interval
+from ehsid.harness.gap.model.parameters import Parameter
+from ehsid.harness.gap.model.problem import Problem, Step
 from ehsid.harness.gap.thresholds import MODEL_ERROR
 
 WINDOWS, SAMPLES = 40, 25

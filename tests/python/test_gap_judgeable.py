@@ -7,8 +7,8 @@ import pytest
 
 import ehsid
 from ehsid.harness.excitation import odd_multisine, random_steps, triangle
-from ehsid.harness.gap.judgeable import beyond_reach, cannot_judge
-from ehsid.harness.gap.regimes import Regimes, visited
+from ehsid.harness.gap.data.regimes import Regimes, visited
+from ehsid.harness.gap.inference.judgeable import beyond_reach, cannot_judge
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import simulate
 

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from servo_records import DT_S, RIG, made
 
-from ehsid.harness.gap.comparison import Compared, compare
-from ehsid.harness.gap.conditions import after_turns, conditions
-from ehsid.harness.gap.maps import maps
+from ehsid.harness.gap.inference.conditions import after_turns, conditions
+from ehsid.harness.gap.inference.maps import maps
+from ehsid.harness.gap.model.comparison import Compared, compare
 from ehsid.harness.records import make_record
 
 COMPARED = compare(made({}))

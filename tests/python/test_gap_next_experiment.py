@@ -9,12 +9,12 @@ from scipy.stats import norm
 
 from ehsid.harness.excitation import multisine
 from ehsid.harness.gap import fit
-from ehsid.harness.gap.comparison import compare
-from ehsid.harness.gap.floor import NoiseFloor
-from ehsid.harness.gap.menu import MENU, candidate
-from ehsid.harness.gap.next_experiment import next_experiment, runnable
-from ehsid.harness.gap.problem import Problem
-from ehsid.harness.gap.separation import (
+from ehsid.harness.gap.data.floor import NoiseFloor
+from ehsid.harness.gap.design.menu import MENU, candidate
+from ehsid.harness.gap.design.next_experiment import next_experiment, runnable
+from ehsid.harness.gap.model.comparison import compare
+from ehsid.harness.gap.model.problem import Problem
+from ehsid.harness.gap.model.separation import (
     Rival,
     Separation,
     contains,

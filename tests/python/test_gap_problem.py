@@ -15,8 +15,8 @@ from ehsid.harness.gap import (
     gap_figure,
     noise_floor,
 )
-from ehsid.harness.gap.comparison import Compared, compare, varying_outputs
-from ehsid.harness.gap.problem import Linear
+from ehsid.harness.gap.model.comparison import Compared, compare, varying_outputs
+from ehsid.harness.gap.model.problem import Linear
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.simulation import draw_noise, simulate, simulate_windows

@@ -4,10 +4,10 @@ import pytest
 from scipy.signal import cont2discrete, dlsim
 from servo_records import AXIS, RIG, made
 
-from ehsid.harness.gap.case import Case, make_case
-from ehsid.harness.gap.inverse_signals import all_values
-from ehsid.harness.gap.linear_noise import linear_servo, position_covariance
-from ehsid.harness.gap.process_noise import noise_needed
+from ehsid.harness.gap.model.case import Case, make_case
+from ehsid.harness.gap.model.inverse_signals import all_values
+from ehsid.harness.gap.model.linear_noise import linear_servo, position_covariance
+from ehsid.harness.gap.model.process_noise import noise_needed
 
 VALUES = all_values(RIG, {})
 STEP_S = 5e-3

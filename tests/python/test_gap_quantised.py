@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ehsid.harness.gap.case import Case, make_case
-from ehsid.harness.gap.quantised import position_step
+from ehsid.harness.gap.inference.quantised import position_step
+from ehsid.harness.gap.model.case import Case, make_case
 from ehsid.harness.records import Record, make_record
 
 FINE = made.record({}, 1)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.excitation import triangle
-from ehsid.harness.gap.regimes import reversals, visited
+from ehsid.harness.gap.data.regimes import reversals, visited
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import simulate

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from ehsid.harness.excitation import multisine
-from ehsid.harness.gap.floor import floor_of, noise_floor, sees_motion, sensor_step
-from ehsid.harness.gap.repeats import find_repeat, repeat_errors
-from ehsid.harness.gap.rest import rest_errors, rest_windows
+from ehsid.harness.gap.data.floor import floor_of, noise_floor, sees_motion, sensor_step
+from ehsid.harness.gap.data.repeats import find_repeat, repeat_errors
+from ehsid.harness.gap.data.rest import rest_errors, rest_windows
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import simulate

@@ -8,10 +8,7 @@ import pytest
 import ehsid
 from ehsid.harness.excitation import multisine
 from ehsid.harness.gap import fit
-from ehsid.harness.gap.case import Case, make_case
-from ehsid.harness.gap.fit import GAIN
-from ehsid.harness.gap.parameters import effect_parameters
-from ehsid.harness.gap.rivals import (
+from ehsid.harness.gap.inference.rivals import (
     SLEW,
     as_told,
     base,
@@ -21,7 +18,10 @@ from ehsid.harness.gap.rivals import (
     screen,
     values_as_told,
 )
-from ehsid.harness.gap.starts import effect_starts
+from ehsid.harness.gap.model.case import Case, make_case
+from ehsid.harness.gap.model.fit import GAIN
+from ehsid.harness.gap.model.parameters import effect_parameters
+from ehsid.harness.gap.model.starts import effect_starts
 from ehsid.harness.gap.thresholds import DECISION_SUBSTEPS, ITERATIONS_SCREEN
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import read_rig

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
-from ehsid.harness.gap.advantage import above_floor, advantage
-from ehsid.harness.gap.case import Case
-from ehsid.harness.gap.fit import GAIN
-from ehsid.harness.gap.rivals import Rival, base, calibrate, polish, screen
-from ehsid.harness.gap.search import candidates, restrict, search
+from ehsid.harness.gap.inference.advantage import above_floor, advantage
+from ehsid.harness.gap.inference.rivals import Rival, base, calibrate, polish, screen
+from ehsid.harness.gap.inference.search import candidates, restrict, search
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.model.fit import GAIN
 from ehsid.harness.gap.thresholds import AT_FLOOR, DECIDED_NATS, DECIDED_RELATIVE
 from ehsid.harness.parallel import workers
 from ehsid.harness.rigs import read_rig

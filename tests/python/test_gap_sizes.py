@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 import ehsid
-from ehsid.harness.gap.sizes import matters, scales
+from ehsid.harness.gap.inference.sizes import matters, scales
 from ehsid.harness.rigs import Rig
 
 RIG = Rig(

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 import pytest
 from servo_records import AXIS, EFFECTS, OTHER, RIG, full, made
 
-from ehsid.harness.gap.equations import equations, residuals
-from ehsid.harness.gap.inverse_signals import all_values, measured
-from ehsid.harness.gap.suspects import suspects
+from ehsid.harness.gap.inference.suspects import suspects
+from ehsid.harness.gap.model.equations import equations, residuals
+from ehsid.harness.gap.model.inverse_signals import all_values, measured
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 

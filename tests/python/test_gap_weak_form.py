@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.gap.weak_form import WeakForm, regress
+from ehsid.harness.gap.model.weak_form import WeakForm, regress
 
 DT_S = 1e-3
 TIME_S = np.arange(2000) * DT_S

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from ehsid.harness.hil import Emulator, HilError, emulated, open_line
+from ehsid.harness.deploy.hil import Emulator, HilError, emulated, open_line
 
 needs_qemu = pytest.mark.skipif(
     shutil.which("qemu-system-arm") is None, reason="no qemu-system-arm: apt install it"
@@ -67,7 +67,8 @@ def test_qemu_ends_with_the_block(image: Path, error: type[BaseException] | None
 @pytest.mark.skipif(shutil.which("setpriv") is None, reason="setpriv (util-linux) is not there")
 def test_qemu_ends_with_a_host_that_is_killed(image: Path) -> None:
     program = (
-        "import sys, time; from pathlib import Path; from ehsid.harness.hil import Emulator\n"
+        "import sys, time; from pathlib import Path\n"
+        "from ehsid.harness.deploy.hil import Emulator\n"
         "with Emulator(Path(sys.argv[1])) as e: print(e._process.pid, flush=True); time.sleep(60)"
     )
     host = subprocess.Popen([sys.executable, "-c", program, image], stdout=subprocess.PIPE)

@@ -12,8 +12,8 @@ from hil_firmware import EmulatedDevice, HostDevice
 from hil_line import TO_TARGET, Device, Passing, Relay, Seeded, relayed, undisturbed
 from hil_runs import NEVER_MS, PATIENT, TIMEOUT_S, configuration, estimates, run, sample, wait_until
 
-from ehsid.harness.export import Seed
-from ehsid.harness.hil import (
+from ehsid.harness.deploy.export import Seed
+from ehsid.harness.deploy.hil import (
     Configuration,
     HilError,
     Line,

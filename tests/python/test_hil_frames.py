@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.hil import BadFrame, Packet, cobs, decode, encode
-from ehsid.harness.hil.frames import MAX_BODY, MAX_FRAME, check_sum
+from ehsid.harness.deploy.hil import BadFrame, Packet, cobs, decode, encode
+from ehsid.harness.deploy.hil.frames import MAX_BODY, MAX_FRAME, check_sum
 
 kinds, sequences = st.integers(0, 255), st.integers(0, 65535)
 bodies = st.binary(max_size=MAX_BODY)

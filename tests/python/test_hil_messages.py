@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
-from ehsid.harness.export import EstimatorConfiguration, Seed
-from ehsid.harness.hil import (
+from ehsid.harness.deploy.export import EstimatorConfiguration, Seed
+from ehsid.harness.deploy.hil import (
     BadFrame,
     Configuration,
     ControllerSettings,
@@ -29,8 +29,8 @@ from ehsid.harness.hil import (
     State,
     status_name,
 )
-from ehsid.harness.hil.answers import parse_answer
-from ehsid.harness.hil.requests import Hello, Resume, Start, Stop
+from ehsid.harness.deploy.hil.answers import parse_answer
+from ehsid.harness.deploy.hil.requests import Hello, Resume, Start, Stop
 from ehsid.harness.identification import ArxOrders
 
 LARGEST = float(np.finfo(np.float32).max)

@@ -13,18 +13,19 @@ from hil_firmware import HostDevice
 from hil_line import TO_TARGET, Passing, Relay, Seeded, relayed, undisturbed
 from hil_runs import PATIENT, TIMEOUT_S
 
+from ehsid.harness.deploy.hil import HilError, Identity, Kind, Line, Session, decode, open_line
+from ehsid.harness.deploy.hil.comparison import compare, rmse
+from ehsid.harness.deploy.hil.plan import Plan, position_plan
+from ehsid.harness.deploy.hil.recording import ESTIMATES, RECORD, Recording
+from ehsid.harness.deploy.hil.run import MOST_RESTARTS, RunResult, run_plan
 from ehsid.harness.excitation import random_steps
-from ehsid.harness.experiment.published import published_rig
-from ehsid.harness.experiment.rig_records import changed_record, rig_record
-from ehsid.harness.hil import HilError, Identity, Kind, Line, Session, decode, open_line
-from ehsid.harness.hil.comparison import compare, rmse
-from ehsid.harness.hil.plan import Plan, experiment_plans, position_plan
-from ehsid.harness.hil.recording import ESTIMATES, RECORD, Recording
-from ehsid.harness.hil.run import MOST_RESTARTS, RunResult, run_plan
 from ehsid.harness.records import read_record
 from ehsid.harness.report.hil_page import lead
+from ehsid.harness.rigs.published import published_rig
 from ehsid.harness.simulation import draw_noise, simulate_closed_loop, suggested_controller
 from ehsid.harness.simulation.outputs import OUTPUTS_OF
+from ehsid.harness.studies.rig_records import changed_record, rig_record
+from ehsid.harness.studies.target_plans import experiment_plans
 
 SAMPLES = 120
 RIG = published_rig()

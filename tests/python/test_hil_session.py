@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ehsid
-from ehsid.harness.hil import (
+from ehsid.harness.deploy.hil import (
     HilError,
     Line,
     Sample,
@@ -25,7 +25,7 @@ from ehsid.harness.hil import (
     encode,
     open_line,
 )
-from ehsid.harness.hil import session as session_module
+from ehsid.harness.deploy.hil import session as session_module
 from ehsid.harness.identification import ArxOrders
 
 SAMPLES = 8

@@ -16,8 +16,8 @@ import serial.rfc2217
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.hil import HilError, Line, encode, open_line
-from ehsid.harness.hil.frames import MAX_FRAME
+from ehsid.harness.deploy.hil import HilError, Line, encode, open_line
+from ehsid.harness.deploy.hil.frames import MAX_FRAME
 
 FRAME = encode(4, 7, bytes(range(95)))
 
@@ -104,7 +104,7 @@ def test_sending_on_a_line_that_is_closed() -> None:
 
 
 def test_a_line_that_takes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ehsid.harness.hil.transport.WRITE_TIMEOUT_S", 0.05)
+    monkeypatch.setattr("ehsid.harness.deploy.hil.transport.WRITE_TIMEOUT_S", 0.05)
     with (
         socket_pair() as (line, _),
         pytest.raises(HilError, match=r"has taken nothing for 0\.05 s"),

@@ -9,11 +9,11 @@ import numpy.typing as npt
 import pytest
 
 import ehsid
-from ehsid.harness.inject import InjectError, inject, injectable
-from ehsid.harness.inject.effects import COMMAND, OWN, POSITION
 from ehsid.harness.records import Record, RecordError, make_record, read_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.simulation import simulate
+from ehsid.harness.simulation.injection import InjectError, inject, injectable
+from ehsid.harness.simulation.injection.effects import COMMAND, OWN, POSITION
 
 FloatArray = npt.NDArray[np.float64]
 RIGS = Path(__file__).parents[2] / "examples" / "rigs"

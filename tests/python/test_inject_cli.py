@@ -9,9 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
-from ehsid.harness.inject import answer_path
 from ehsid.harness.records import make_record, read_record, write_record
 from ehsid.harness.rigs import read_rig
+from ehsid.harness.simulation.injection import answer_path
 
 BENCH = Path(__file__).parents[2] / "examples" / "rigs" / "bench.toml"
 

@@ -9,10 +9,15 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.signal import cont2discrete, dlsim
 
-from ehsid.harness.inject import InjectError
-from ehsid.harness.inject.command import before_bias, before_dead_band, before_gain, before_play
-from ehsid.harness.inject.delay import before_delay, behind_delay
-from ehsid.harness.inject.lag import before_lag
+from ehsid.harness.simulation.injection import InjectError
+from ehsid.harness.simulation.injection.command import (
+    before_bias,
+    before_dead_band,
+    before_gain,
+    before_play,
+)
+from ehsid.harness.simulation.injection.delay import before_delay, behind_delay
+from ehsid.harness.simulation.injection.lag import before_lag
 
 FloatArray = npt.NDArray[np.float64]
 

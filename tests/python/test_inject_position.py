@@ -11,9 +11,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.signal import lsim
 
-from ehsid.harness.inject.position import behind_bias, behind_lag, behind_play, behind_quantisation
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import simulate
+from ehsid.harness.simulation.injection.position import (
+    behind_bias,
+    behind_lag,
+    behind_play,
+    behind_quantisation,
+)
 
 FloatArray = npt.NDArray[np.float64]
 RIGS = Path(__file__).parents[2] / "examples" / "rigs"

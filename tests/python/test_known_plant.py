@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.experiment import MODEL_16, KnownPlant
 from ehsid.harness.identification import ArxOrders
+from ehsid.harness.studies import MODEL_16, KnownPlant
 
 
 def difference_equation(plant: KnownPlant, u: np.ndarray, e: np.ndarray) -> np.ndarray:

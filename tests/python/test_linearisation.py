@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import ehsid
-from ehsid.harness.experiment.linearisation import SmallSignal, small_signal_response
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import SimulationError
+from ehsid.harness.studies.linearisation import SmallSignal, small_signal_response
 
 RIGS = Path(__file__).parents[2] / "examples" / "rigs"
 DT_S = 0.05

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from identification_truth import A16, B16, arx_output, model16
 
-from ehsid.harness.experiment.procedure import Procedure, run_procedure
-from ehsid.harness.experiment.published import ORDERS
 from ehsid.harness.identification import FrequencyResponse, IoData, Preprocessing
+from ehsid.harness.report.bode import bode_figure
 from ehsid.harness.report.loop_blocks import limit_words, loop_blocks
-from ehsid.harness.report.offline_figures import bode_figure, poles_zeros_figure
-from ehsid.harness.report.offline_sections import offline_sections
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words, render_page
+from ehsid.harness.studies.pages.offline_figures import poles_zeros_figure
+from ehsid.harness.studies.pages.offline_sections import offline_sections
+from ehsid.harness.studies.procedure import Procedure, run_procedure
+from ehsid.harness.studies.published import ORDERS
 
 DT_S = 0.05
 

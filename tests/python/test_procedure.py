@@ -14,9 +14,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from identification_truth import A16, B16, arx_output, model16
 
-from ehsid.harness.experiment.attempts import gain
-from ehsid.harness.experiment.problems import Problem
-from ehsid.harness.experiment.procedure import Procedure, run_procedure
 from ehsid.harness.identification import (
     ArxOrders,
     IdentificationError,
@@ -27,6 +24,9 @@ from ehsid.harness.identification import (
     identify,
 )
 from ehsid.harness.records import read_record
+from ehsid.harness.studies.attempts import gain
+from ehsid.harness.studies.problems import Problem
+from ehsid.harness.studies.procedure import Procedure, run_procedure
 
 CRANE = Path(__file__).parents[2] / "examples" / "data" / "hydraulic_crane.csv"
 

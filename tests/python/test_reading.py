@@ -6,16 +6,16 @@ import pytest
 from scipy.signal import lfilter
 
 import ehsid
-from ehsid.harness.experiment.comparison import PLAIN, Contender, Setting
-from ehsid.harness.experiment.published import published_rig
-from ehsid.harness.experiment.reading import (
+from ehsid.harness.identification import ArxOrders
+from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.studies.comparison import PLAIN, Contender, Setting
+from ehsid.harness.studies.reading import (
     SIGMAS,
     Reading,
     oil_spring,
     read_over_time,
     read_rig_values,
 )
-from ehsid.harness.identification import ArxOrders
 
 DT_S = 0.05
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ehsid.harness.reality import case as cases
-from ehsid.harness.reality import make_case
-from ehsid.harness.reality.batch import draw_seconds, write_cases, write_one
-from ehsid.harness.reality.excitation import EXCITATIONS
-from ehsid.harness.reality.structure import GRADES
 from ehsid.harness.records import read_record
+from ehsid.harness.validation.reality import case as cases
+from ehsid.harness.validation.reality import make_case
+from ehsid.harness.validation.reality.batch import draw_seconds, write_cases, write_one
+from ehsid.harness.validation.reality.excitation import EXCITATIONS
+from ehsid.harness.validation.reality.structure import GRADES
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

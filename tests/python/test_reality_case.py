@@ -16,17 +16,17 @@ from test_walls import HARNESS, imported, imported_below
 from typer.testing import CliRunner
 
 import ehsid
-from ehsid.harness.reality import machine as equations
-from ehsid.harness.reality import make_case, write_case
-from ehsid.harness.reality.__main__ import app
-from ehsid.harness.reality.batch import draw_kind, write_cases
-from ehsid.harness.reality.case import COLUMNS, KINDS, start_state
-from ehsid.harness.reality.effects import CATALOGUE, TWINS
-from ehsid.harness.reality.outside import OUTSIDE
-from ehsid.harness.reality.structure import GRADES
-from ehsid.harness.reality.told import UNCERTAINTY
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import parse_rig, read_rig
+from ehsid.harness.validation.reality import machine as equations
+from ehsid.harness.validation.reality import make_case, write_case
+from ehsid.harness.validation.reality.__main__ import app
+from ehsid.harness.validation.reality.batch import draw_kind, write_cases
+from ehsid.harness.validation.reality.case import COLUMNS, KINDS, start_state
+from ehsid.harness.validation.reality.effects import CATALOGUE, TWINS
+from ehsid.harness.validation.reality.outside import OUTSIDE
+from ehsid.harness.validation.reality.structure import GRADES
+from ehsid.harness.validation.reality.told import UNCERTAINTY
 
 pytestmark = pytest.mark.usefixtures("one_process")
 
@@ -36,7 +36,7 @@ HARDLY: dict[str, Any] = {"seconds": 0.05}
 
 
 def test_reality_uses_nothing_of_ours_but_the_parallel_runs() -> None:
-    allowed = ("ehsid.harness.reality", "ehsid.harness.parallel")
+    allowed = ("ehsid.harness.validation.reality", "ehsid.harness.parallel")
     ours = {name for name in imported_below(HARNESS / "reality") if name.startswith("ehsid")}
     assert ours
     assert not [name for name in ours if not name.startswith(allowed)]

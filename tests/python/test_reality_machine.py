@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from ehsid.harness.reality import machine as equations
-from ehsid.harness.reality.case import make_case, start_state
-from ehsid.harness.reality.effects import CATALOGUE
-from ehsid.harness.reality.outside import OUTSIDE
-from ehsid.harness.reality.structure import balance
-from ehsid.harness.reality.truth import Truth
+from ehsid.harness.validation.reality import machine as equations
+from ehsid.harness.validation.reality.case import make_case, start_state
+from ehsid.harness.validation.reality.effects import CATALOGUE
+from ehsid.harness.validation.reality.outside import OUTSIDE
+from ehsid.harness.validation.reality.structure import balance
+from ehsid.harness.validation.reality.truth import Truth
 
 FloatArray = npt.NDArray[np.float64]
 DT_S = 1e-3

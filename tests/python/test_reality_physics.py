@@ -10,10 +10,10 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from test_reality_machine import DT_S, own_run
 
-from ehsid.harness.reality import machine as equations
-from ehsid.harness.reality.case import make_case, start_state
-from ehsid.harness.reality.structure import with_friction
-from ehsid.harness.reality.truth import Truth
+from ehsid.harness.validation.reality import machine as equations
+from ehsid.harness.validation.reality.case import make_case, start_state
+from ehsid.harness.validation.reality.structure import with_friction
+from ehsid.harness.validation.reality.truth import Truth
 
 FloatArray = npt.NDArray[np.float64]
 ATMOSPHERE_PA = 101325.0

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from made_diagnoses import VERDICTS, made_diagnosis
 
-from ehsid.harness.gap.findings import Estimate, HeldOutRun, Remark
+from ehsid.harness.gap.schema import Estimate, HeldOutRun, Remark
 from ehsid.harness.report.gap_marks import gap_bars, parameter_dots, share_bar, time_stretches
 from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
 

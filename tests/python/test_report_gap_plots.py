@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_diagnoses import made_diagnosis
 
-from ehsid.harness.gap.findings import HeldOutRun
+from ehsid.harness.gap.schema import HeldOutRun
 from ehsid.harness.report.gap_curves import curves_of
 from ehsid.harness.report.gap_plots import SIMULATED, draw_plots
 from ehsid.harness.report.thinning import kept_samples

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
-from ehsid.harness.gap.findings import Estimate
+from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.report.gap_words import (
     VERDICTS,
     effect_set,

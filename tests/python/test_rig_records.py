@@ -2,22 +2,23 @@
 import numpy as np
 import pytest
 
-from ehsid.harness.experiment.claims import Input, excite
-from ehsid.harness.experiment.comparison import PLAIN, Contender, known_records
-from ehsid.harness.experiment.known_plant import KnownPlant
-from ehsid.harness.experiment.published import DT_S, DURATION_S, MODEL_16, published_rig
-from ehsid.harness.experiment.reading import read_over_time, read_rig_values
-from ehsid.harness.experiment.recursive import (
+from ehsid.harness.identification import ArxOrders, IoData, fit_arx, fit_percent
+from ehsid.harness.identification import simulate as simulate_model
+from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.simulation import simulate
+from ehsid.harness.studies.claims import Input, excite
+from ehsid.harness.studies.comparison import PLAIN, Contender, known_records
+from ehsid.harness.studies.known_plant import KnownPlant
+from ehsid.harness.studies.published import DT_S, DURATION_S, MODEL_16
+from ehsid.harness.studies.reading import read_over_time, read_rig_values
+from ehsid.harness.studies.recursive import (
     CONTENDERS,
     noise_for_fit,
     on_changed_rig,
     on_rig,
     setting_of,
 )
-from ehsid.harness.experiment.rig_records import changed_record, rig_record
-from ehsid.harness.identification import ArxOrders, IoData, fit_arx, fit_percent
-from ehsid.harness.identification import simulate as simulate_model
-from ehsid.harness.simulation import simulate
+from ehsid.harness.studies.rig_records import changed_record, rig_record
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

@@ -4,10 +4,10 @@ import pytest
 import scipy.signal
 
 import ehsid
-from ehsid.harness.experiment.reading import Reading
-from ehsid.harness.experiment.sampled_servo import sample_again
 from ehsid.harness.report.page import Table
-from ehsid.harness.report.recursive_sections import reading_section
+from ehsid.harness.studies.pages.recursive_sections import reading_section
+from ehsid.harness.studies.reading import Reading
+from ehsid.harness.studies.sampled_servo import sample_again
 
 DT_S = 0.05
 VALUE = np.array([[np.nan] * 3, [0.02, 13.0, 0.4], [np.nan] * 3])

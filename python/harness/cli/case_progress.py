@@ -16,7 +16,7 @@ from rich.progress import (
     TimeElapsedColumn,
 )
 
-from ehsid.harness.check.jobs import Outcome
+from ehsid.harness.validation.jobs import Outcome
 
 
 def in_words(seconds: float) -> str:

@@ -68,9 +68,9 @@ def experiment_command(
         redo,
         write_findings,
     )
-    from ehsid.harness.experiment.published import published_rig
     from ehsid.harness.identification import Preprocessing
     from ehsid.harness.rigs import read_rig
+    from ehsid.harness.rigs.published import published_rig
 
     began = time.monotonic()
     with clear_errors():

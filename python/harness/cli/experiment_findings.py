@@ -10,24 +10,22 @@ from pathlib import Path
 from typing import Any
 
 import ehsid
-from ehsid.harness.experiment.evidence import median_interval
-from ehsid.harness.experiment.experiment import (
+from ehsid.harness.encoding import to_plain
+from ehsid.harness.identification import ArxOrders, IoData, Preprocessing, fit_arx
+from ehsid.harness.records import read_record
+from ehsid.harness.report.page import Section, write_page, write_pictures
+from ehsid.harness.rigs import Rig
+from ehsid.harness.studies.convergence import Starts, compare_starts
+from ehsid.harness.studies.evidence import median_interval
+from ehsid.harness.studies.experiment import (
     judge_claims,
     run_on_known_plant,
     run_on_record,
     run_on_rig,
 )
-from ehsid.harness.experiment.linearisation import small_signal_response
-from ehsid.harness.experiment.procedure import Procedure, run_procedure
-from ehsid.harness.experiment.published import DT_S, ORDERS
-from ehsid.harness.experiment.recursive import noise_for_fit
-from ehsid.harness.experiment.rig_records import rig_record
-from ehsid.harness.export.convergence import Starts, compare_starts
-from ehsid.harness.identification import ArxOrders, IoData, Preprocessing, fit_arx
-from ehsid.harness.identification.serialise import to_plain
-from ehsid.harness.records import read_record
-from ehsid.harness.report.claims_sections import claims_sections
-from ehsid.harness.report.experiment_files import (
+from ehsid.harness.studies.linearisation import small_signal_response
+from ehsid.harness.studies.pages.claims_sections import claims_sections
+from ehsid.harness.studies.pages.experiment_files import (
     claim_rows,
     csv_text,
     orders_table,
@@ -35,17 +33,18 @@ from ehsid.harness.report.experiment_files import (
     plain_runs,
     reset_rows,
 )
-from ehsid.harness.report.experiment_page import (
+from ehsid.harness.studies.pages.experiment_page import (
     experiment_page,
     record_sections,
     verdict_lead,
-    write_pictures,
 )
-from ehsid.harness.report.offline_sections import offline_sections
-from ehsid.harness.report.page import Section, write_page
-from ehsid.harness.report.recursive_sections import known_plant_sections, rig_sections
-from ehsid.harness.report.seeding_section import seeding_section
-from ehsid.harness.rigs import Rig
+from ehsid.harness.studies.pages.offline_sections import offline_sections
+from ehsid.harness.studies.pages.recursive_sections import known_plant_sections, rig_sections
+from ehsid.harness.studies.pages.seeding_section import seeding_section
+from ehsid.harness.studies.procedure import Procedure, run_procedure
+from ehsid.harness.studies.published import DT_S, ORDERS
+from ehsid.harness.studies.recursive import noise_for_fit
+from ehsid.harness.studies.rig_records import rig_record
 
 # The record of the offline half; the runs of the recursive half have the seeds from 0 on.
 OFFLINE_SEED = 1000

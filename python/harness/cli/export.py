@@ -16,7 +16,7 @@ from ehsid.harness.cli.common import clear_errors, read_io
 from ehsid.harness.cli.estimate import ForgettingName, make_policy
 
 if TYPE_CHECKING:
-    from ehsid.harness.export import Export
+    from ehsid.harness.deploy.export import Export
     from ehsid.harness.identification import ArxOrders, IoData
 
 
@@ -111,7 +111,7 @@ def export_command(
 
     Example: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
     """
-    from ehsid.harness.export import (
+    from ehsid.harness.deploy.export import (
         GoldenTrace,
         check_name,
         configure_from_record,

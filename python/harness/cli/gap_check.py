@@ -12,14 +12,14 @@ import typer
 from rich.console import Console
 
 import ehsid
-from ehsid.harness.check.making import make_check
-from ehsid.harness.check.seal import SEAL, Seal, verify
-from ehsid.harness.check.settings import GRADES, SENSORS, Settings
 from ehsid.harness.cli.common import clear_errors, refuse
 from ehsid.harness.cli.gap import check_folder
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.parallel import on_cluster
 from ehsid.harness.parallel import workers as using
+from ehsid.harness.validation.blind.making import make_check
+from ehsid.harness.validation.blind.seal import SEAL, Seal, verify
+from ehsid.harness.validation.blind.settings import GRADES, SENSORS, Settings
 
 
 @contextmanager
@@ -71,9 +71,9 @@ def made_or_found(out: Path, given: dict[str, Any], workers: int | None) -> Seal
 
 def run_cases(out: Path, seal: Seal, dask: str | None, workers: int | None) -> None:
     """All that have no result yet."""
-    from ehsid.harness.check.running import run_check, unfinished_cases
     from ehsid.harness.cli.case_progress import shown
     from ehsid.harness.gap import diagnose
+    from ehsid.harness.validation.blind.running import run_check, unfinished_cases
 
     todo, count = len(unfinished_cases(out)), seal.settings.count
     if not todo:
@@ -149,10 +149,10 @@ def gap_check_command(
 
 def _score(out: Path, workers: int | None, as_json: bool) -> None:
     """Of a check whose seal holds: nothing was changed while it ran."""
-    from ehsid.harness.check.score import score_folder
     from ehsid.harness.cli.case_progress import in_words
     from ehsid.harness.report.check_page import write_page
     from ehsid.harness.report.check_words import lead
+    from ehsid.harness.validation.scoring.score import score_folder
 
     verify(out)
     with progress_of("scoring") as progress, using(workers):

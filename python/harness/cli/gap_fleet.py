@@ -18,8 +18,8 @@ from ehsid.harness.cli.gap_check import on
 from ehsid.harness.rigs import read_rig
 
 if TYPE_CHECKING:
-    from ehsid.harness.check.fleet import Fleet
-    from ehsid.harness.check.jobs import Job
+    from ehsid.harness.validation.fleet.ranking import Fleet
+    from ehsid.harness.validation.jobs import Job
 
 MOST_LINES = 20
 
@@ -32,8 +32,8 @@ def read_machine(folder: Path) -> Job:
     ValueError, OSError
         something is missing or cannot be used.
     """
-    from ehsid.harness.check.fleet_running import RIG, record_files
-    from ehsid.harness.check.jobs import Job
+    from ehsid.harness.validation.fleet.running import RIG, record_files
+    from ehsid.harness.validation.jobs import Job
 
     fitted, held_out = record_files(folder)
     rig = read_rig(folder / RIG)
@@ -79,16 +79,17 @@ def gap_fleet_command(
 
     Example: ehsid gap-fleet machines --out results
     """
-    from ehsid.harness.check.fleet import read_fleet
-    from ehsid.harness.check.fleet_running import (
+    from ehsid.harness.cli.case_progress import shown
+    from ehsid.harness.gap import diagnose
+    from ehsid.harness.report.diagnosis_files import write_diagnosis
+    from ehsid.harness.report.fleet_page import write_fleet
+    from ehsid.harness.validation.fleet.ranking import read_fleet
+    from ehsid.harness.validation.fleet.running import (
         check_results,
         machine_folders,
         run_fleet,
         unfinished_machines,
     )
-    from ehsid.harness.cli.case_progress import shown
-    from ehsid.harness.gap import diagnose
-    from ehsid.harness.report.fleet_page import write_fleet
 
     with clear_errors():
         check_folder(out)
@@ -103,7 +104,7 @@ def gap_fleet_command(
             typer.echo(f"{done} of {len(folders)} machines are finished; going on", err=True)
         if todo:
             with on(dask, workers):
-                outcomes = run_fleet(todo, out, excluded, read_machine, diagnose)
+                outcomes = run_fleet(todo, out, excluded, read_machine, diagnose, write_diagnosis)
                 for _ in shown(outcomes, len(todo), len(folders)):
                     pass
         fleet = read_fleet(out, [one.name for one in folders])

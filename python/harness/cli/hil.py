@@ -102,12 +102,12 @@ def hil_command(
     """
     from ehsid.harness.cli.asked_signal import AskedSignal
     from ehsid.harness.cli.hil_runs import REPORTS, Asked, run_all, show, target, write_reports
-    from ehsid.harness.experiment.published import published_rig
-    from ehsid.harness.hil.plan import WATCHDOG_MS
-    from ehsid.harness.hil.session import Session
-    from ehsid.harness.hil.transport import open_line
+    from ehsid.harness.deploy.hil.plan import WATCHDOG_MS
+    from ehsid.harness.deploy.hil.session import Session
+    from ehsid.harness.deploy.hil.transport import open_line
     from ehsid.harness.identification import ArxOrders
     from ehsid.harness.rigs import read_rig
+    from ehsid.harness.rigs.published import published_rig
     from ehsid.harness.simulation import parse_settings
 
     began = time.monotonic()

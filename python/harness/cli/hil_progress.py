@@ -17,8 +17,8 @@ from rich.progress import (
 )
 
 import ehsid
-from ehsid.harness.hil.answers import Result
-from ehsid.harness.hil.session import Counters
+from ehsid.harness.deploy.hil.answers import Result
+from ehsid.harness.deploy.hil.session import Counters
 
 LINE_EVERY_S = 10.0
 BAR_EVERY_S = 0.1

@@ -18,27 +18,29 @@ import ehsid
 from ehsid.harness.cli.asked_signal import AskedSignal, as_command, as_reference
 from ehsid.harness.cli.hil_loop import HilLoop
 from ehsid.harness.cli.hil_progress import live
-from ehsid.harness.hil.answers import Identity
-from ehsid.harness.hil.comparison import compare
-from ehsid.harness.hil.emulator import emulated
-from ehsid.harness.hil.errors import HilError
-from ehsid.harness.hil.plan import (
+from ehsid.harness.deploy.hil.answers import Identity
+from ehsid.harness.deploy.hil.comparison import compare
+from ehsid.harness.deploy.hil.emulator import emulated
+from ehsid.harness.deploy.hil.errors import HilError
+from ehsid.harness.deploy.hil.plan import (
     Plan,
-    experiment_plans,
     open_plan,
     position_plan,
 )
-from ehsid.harness.hil.recording import Recording
-from ehsid.harness.hil.run import run_plan
-from ehsid.harness.hil.session import Session
+from ehsid.harness.deploy.hil.recording import Recording
+from ehsid.harness.deploy.hil.run import run_plan
+from ehsid.harness.deploy.hil.session import Session
+from ehsid.harness.encoding import to_plain
 from ehsid.harness.identification import ArxOrders
-from ehsid.harness.identification.serialise import to_plain
 from ehsid.harness.report.hil_files import plain_identity, plain_run, run_row
 from ehsid.harness.report.hil_page import Runs, hil_page, lead
 from ehsid.harness.report.page import write_page
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import draw_noise, suggested_controller
 from ehsid.harness.simulation.outputs import OUTPUTS_OF
+from ehsid.harness.studies.pages.published_table import published_table
+from ehsid.harness.studies.published import SOURCE
+from ehsid.harness.studies.target_plans import experiment_plans
 
 REPORTS = ("hil.html", "hil.json")
 
@@ -127,7 +129,11 @@ def run_all(
 
 def write_reports(out: Path, identity: Identity, runs: Runs, provenance: Mapping[str, Any]) -> str:
     """hil.html and hil.json, each under a temporary name first; the text of the latter."""
-    write_page(out / REPORTS[0], hil_page(identity, runs, published=len(runs) > 1))
+    if len(runs) > 1:  # only the experiment has several
+        page = hil_page(identity, runs, beside=published_table(), sources=[SOURCE])
+    else:
+        page = hil_page(identity, runs)
+    write_page(out / REPORTS[0], page)
     findings = {
         "schema_version": 1,
         "target": plain_identity(identity),

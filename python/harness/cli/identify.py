@@ -50,8 +50,8 @@ def _write_bode(path: Path, result: IdentificationResult, data: IoData) -> str:
     from ehsid.harness.identification import frequency_response, power_band, response_grid
     from ehsid.harness.identification.loop import analyse_loop
     from ehsid.harness.identification.systems import to_control
+    from ehsid.harness.report.bode import bode_figure
     from ehsid.harness.report.loop_blocks import limit_words
-    from ehsid.harness.report.offline_figures import bode_figure
 
     model, dt_s = result.chosen.model, data.dt_s
     grid = response_grid(result.n_validation, dt_s or 1.0)

@@ -12,11 +12,11 @@ from rich.console import Console
 from ehsid.harness.cli.common import clear_errors
 
 if TYPE_CHECKING:
-    from ehsid.harness.inject import Answer
+    from ehsid.harness.simulation.injection import Answer
 
 
 def _print(answer: Answer, out: Path, console: Console) -> None:
-    from ehsid.harness.inject import answer_path
+    from ehsid.harness.simulation.injection import answer_path
 
     for effect, sizes in answer.put_in.items():
         told = ", ".join(f"{name} {value:g}" for name, value in sizes.items())
@@ -66,10 +66,10 @@ def inject_command(
     --out run_dead_band.csv
     """
     from ehsid.harness.cli.inject_sizes import parse_sizes
-    from ehsid.harness.inject import InjectError, inject, write_injected
     from ehsid.harness.records import read_record
     from ehsid.harness.records.schema import REQUIRED_COLUMNS
     from ehsid.harness.rigs import read_rig
+    from ehsid.harness.simulation.injection import InjectError, inject, write_injected
 
     with clear_errors():
         rig = read_rig(rig_file)

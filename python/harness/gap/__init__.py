@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Why simulator and record disagree: rooms of the diagnosis. Typed findings, no plots, no files."""
 
-from ehsid.harness.gap.comparison import Compared, GapFigure, gap_figure
-from ehsid.harness.gap.diagnose import diagnose
-from ehsid.harness.gap.findings import Diagnosis
-from ehsid.harness.gap.fit import Fit, fit
-from ehsid.harness.gap.floor import NoiseFloor, noise_floor
-from ehsid.harness.gap.parameters import Parameter, calibration_parameters, effect_parameters
-from ehsid.harness.gap.problem import Problem
+from ehsid.harness.gap.data.floor import NoiseFloor, noise_floor
+from ehsid.harness.gap.diagnosis import diagnose
+from ehsid.harness.gap.model.comparison import Compared, GapFigure, gap_figure
+from ehsid.harness.gap.model.fit import Fit, fit
+from ehsid.harness.gap.model.parameters import Parameter, calibration_parameters, effect_parameters
+from ehsid.harness.gap.model.problem import Problem
+from ehsid.harness.gap.schema import Diagnosis
 
 __all__ = [
     "Compared",

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 import scipy.stats
 
+from ehsid.harness.encoding import to_plain
 from ehsid.harness.identification.data import IoData
 from ehsid.harness.identification.orders import ArxOrders
 from ehsid.harness.identification.regression import least_squares, regression
-from ehsid.harness.identification.serialise import to_plain
 
 FloatArray = npt.NDArray[np.float64]
 

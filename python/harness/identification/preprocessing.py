@@ -9,11 +9,11 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.encoding import to_plain
 from ehsid.harness.identification.arx import ArxModel
 from ehsid.harness.identification.data import IoData
 from ehsid.harness.identification.errors import IdentificationError
 from ehsid.harness.identification.outliers import Outliers, replace_outliers
-from ehsid.harness.identification.serialise import to_plain
 from ehsid.harness.identification.simulation import Prediction
 
 FloatArray = npt.NDArray[np.float64]

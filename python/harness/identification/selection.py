@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ehsid.harness.encoding import to_plain
 from ehsid.harness.identification.advice import advise
 from ehsid.harness.identification.candidates import Candidate, Rejected, judge
 from ehsid.harness.identification.choice import (
@@ -32,7 +33,6 @@ from ehsid.harness.identification.residuals import (
     independence_test,
     whiteness_test,
 )
-from ehsid.harness.identification.serialise import to_plain
 from ehsid.harness.identification.simulation import Prediction, predict_one_step, simulate
 
 DEFAULT_ORDERS = range(2, 6)

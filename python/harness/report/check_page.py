@@ -9,9 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import ehsid
-from ehsid.harness.check.figures import Figure
-from ehsid.harness.check.score import Score
-from ehsid.harness.identification.serialise import to_plain
+from ehsid.harness.encoding import to_plain
 from ehsid.harness.report import page as pages
 from ehsid.harness.report.check_plots import (
     confusion_drawing,
@@ -31,9 +29,10 @@ from ehsid.harness.report.check_tables import (
     wrong_table,
 )
 from ehsid.harness.report.check_words import HOW_TO_READ, figure_text, lead, number, plural
-from ehsid.harness.report.experiment_page import write_pictures
-from ehsid.harness.report.page import Page, Picture, Section, Table, Words
+from ehsid.harness.report.page import Page, Picture, Section, Table, Words, write_pictures
 from ehsid.harness.report.page_markdown import markdown
+from ehsid.harness.validation.scoring.figures import Figure
+from ehsid.harness.validation.scoring.score import Score
 
 TITLE = "How far to trust a diagnosis of the gap"
 

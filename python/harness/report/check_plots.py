@@ -11,16 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.ticker import FuncFormatter
 
-from ehsid.harness.check.calibration import Reliability
-from ehsid.harness.check.calibration_risk import RiskPoint
-from ehsid.harness.check.figures import Figure
-from ehsid.harness.check.figures_sizes import SizeError
-from ehsid.harness.check.score_confusion import Confusion
-from ehsid.harness.check.score_reading import SENSORS
-from ehsid.harness.check.score_table import FigureTable
-from ehsid.harness.check.score_transfer import Promises
 from ehsid.harness.report.check_words import KINDS
 from ehsid.harness.report.gap_words import plain_name
+from ehsid.harness.validation.scoring.calibration import Reliability
+from ehsid.harness.validation.scoring.calibration_risk import RiskPoint
+from ehsid.harness.validation.scoring.confusion import Confusion
+from ehsid.harness.validation.scoring.figures import Figure
+from ehsid.harness.validation.scoring.figures_sizes import SizeError
+from ehsid.harness.validation.scoring.reading import SENSORS
+from ehsid.harness.validation.scoring.table import FigureTable
+from ehsid.harness.validation.scoring.transfer_figures import Promises
 
 MET, MISSED, UNSURE = "#2f6f9f", "#c2452d", "#8a949e"
 

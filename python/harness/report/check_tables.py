@@ -5,14 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ehsid.harness.check.baselines import Baseline
-from ehsid.harness.check.calibration import Reliability
-from ehsid.harness.check.score import Score
-from ehsid.harness.check.score_control import Control
-from ehsid.harness.check.score_reading import SENSORS
-from ehsid.harness.check.score_splits import SplitTable
-from ehsid.harness.check.score_table import FigureTable
-from ehsid.harness.check.score_wrong import WrongCase
 from ehsid.harness.report.check_words import (
     KINDS,
     MARKS,
@@ -22,6 +14,14 @@ from ehsid.harness.report.check_words import (
 )
 from ehsid.harness.report.gap_words import plain_name
 from ehsid.harness.report.page import Table
+from ehsid.harness.validation.scoring.baselines import Baseline
+from ehsid.harness.validation.scoring.calibration import Reliability
+from ehsid.harness.validation.scoring.control import Control
+from ehsid.harness.validation.scoring.reading import SENSORS
+from ehsid.harness.validation.scoring.score import Score
+from ehsid.harness.validation.scoring.splits import SplitTable
+from ehsid.harness.validation.scoring.table import FigureTable
+from ehsid.harness.validation.scoring.wrong import WrongCase
 
 
 def target_table(table: FigureTable) -> Table:

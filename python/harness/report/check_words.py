@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import math
 
-from ehsid.harness.check.figures import Figure, Range
-from ehsid.harness.check.score import Score
-from ehsid.harness.check.score_reading import SENSORS
+from ehsid.harness.validation.scoring.figures import Figure, Range
+from ehsid.harness.validation.scoring.reading import SENSORS
+from ehsid.harness.validation.scoring.score import Score
 
 MARKS = {
     "met": "met",

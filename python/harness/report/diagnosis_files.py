@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from ehsid.harness.gap.findings import Diagnosis, HeldOutRun
+from ehsid.harness.gap.diagnosis_json import NEXT_EXPERIMENT, plain_diagnosis
+from ehsid.harness.gap.schema import Diagnosis, HeldOutRun
 from ehsid.harness.records import Record, write_record
-from ehsid.harness.report.diagnosis_json import NEXT_EXPERIMENT, plain_diagnosis
 from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
 from ehsid.harness.rigs import write_rig
 

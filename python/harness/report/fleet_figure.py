@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ehsid.harness.check.fleet import Machine
 from ehsid.harness.report.gap_words import plain_name
+from ehsid.harness.validation.fleet.ranking import Machine
 
 NAMED, RIVAL, LEFT = "#2f6f9f", "#b4690e", "#9aa6b1"
 

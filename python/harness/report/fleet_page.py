@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import ehsid
-from ehsid.harness.check.fleet import Fleet, Machine
-from ehsid.harness.identification.serialise import to_plain
+from ehsid.harness.encoding import to_plain
 from ehsid.harness.report import page as pages
 from ehsid.harness.report.fleet_figure import fleet_figure
 from ehsid.harness.report.gap_words import (
@@ -23,6 +22,7 @@ from ehsid.harness.report.gap_words import (
 )
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX
+from ehsid.harness.validation.fleet.ranking import Fleet, Machine
 
 SCHEMA_VERSION = 1
 MOST_DRAWN = 60  # machines, the largest gaps; the tables have all

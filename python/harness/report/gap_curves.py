@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.gap.findings import HeldOutRun
+from ehsid.harness.gap.schema import HeldOutRun
 from ehsid.harness.report.thinning import kept_samples
 
 FloatArray = npt.NDArray[np.float64]

@@ -7,8 +7,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ehsid.harness.gap.findings import CalibratedValue, Diagnosis, Estimate, HowFar, SpanShare
-from ehsid.harness.gap.parameters import Parameter, calibration_parameters
+from ehsid.harness.gap.model.parameters import Parameter, calibration_parameters
+from ehsid.harness.gap.schema import CalibratedValue, Diagnosis, Estimate, HowFar, SpanShare
 from ehsid.harness.report.gap_words import (
     SIMULATIONS,
     interval,

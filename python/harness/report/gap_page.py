@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import jinja2
 
 import ehsid
-from ehsid.harness.gap.findings import Candidate, Diagnosis, FoundEffect
+from ehsid.harness.gap.schema import Candidate, Diagnosis, FoundEffect
 from ehsid.harness.report import gap_marks
 from ehsid.harness.report.gap_plots import draw_plots
 from ehsid.harness.report.gap_words import (

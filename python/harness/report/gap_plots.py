@@ -28,7 +28,7 @@ from bokeh.models import (
 from bokeh.plotting import figure
 from bokeh.resources import Resources
 
-from ehsid.harness.gap.findings import HeldOutRun
+from ehsid.harness.gap.schema import HeldOutRun
 from ehsid.harness.records import Record
 from ehsid.harness.report.gap_curves import curves_of
 from ehsid.harness.report.gap_words import SIMULATIONS, channel

@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.padding import Padding
 from rich.table import Table
 
-from ehsid.harness.gap.findings import Diagnosis
+from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.report.gap_words import (
     VERDICTS,
     channel,

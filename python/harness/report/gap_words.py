@@ -7,7 +7,7 @@ import math
 import re
 from types import MappingProxyType
 
-from ehsid.harness.gap.findings import Estimate, Verdict
+from ehsid.harness.gap.schema import Estimate, Verdict
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX, NUISANCE_PREFIX, plant_parameters
 
 VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(

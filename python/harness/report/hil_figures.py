@@ -11,8 +11,8 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ehsid.harness.hil.comparison import Agreement
-from ehsid.harness.hil.run import RunResult
+from ehsid.harness.deploy.hil.comparison import Agreement
+from ehsid.harness.deploy.hil.run import RunResult
 
 FloatArray = npt.NDArray[np.float64]
 

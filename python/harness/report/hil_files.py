@@ -6,10 +6,10 @@ from __future__ import annotations
 from typing import Any
 
 import ehsid
-from ehsid.harness.hil.answers import Identity
-from ehsid.harness.hil.comparison import Agreement, rmse
-from ehsid.harness.hil.configuration import POLICIES
-from ehsid.harness.hil.run import RunResult
+from ehsid.harness.deploy.hil.answers import Identity
+from ehsid.harness.deploy.hil.comparison import Agreement, rmse
+from ehsid.harness.deploy.hil.configuration import POLICIES
+from ehsid.harness.deploy.hil.run import RunResult
 
 
 def plain_identity(identity: Identity) -> dict[str, Any]:

@@ -7,13 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ehsid.harness.experiment.published import RECURSIVE, SOURCE
-from ehsid.harness.hil.answers import Identity
-from ehsid.harness.hil.comparison import Agreement, rmse
-from ehsid.harness.hil.run import RunResult
+from ehsid.harness.deploy.hil.answers import Identity
+from ehsid.harness.deploy.hil.comparison import Agreement, rmse
+from ehsid.harness.deploy.hil.run import RunResult
 from ehsid.harness.report.hil_figures import control_figure, estimates_figure
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words
-from ehsid.harness.report.recursive_sections import THETA_NAMES
 
 # Share of samples beyond which a servo does not follow any more.
 MUCH_LIMITED = 0.1
@@ -72,22 +70,6 @@ def parameter_table(runs: Runs) -> Table:
     )
 
 
-def published_table() -> Table:
-    """The paper's, as the paper's."""
-    columns = RECURSIVE.values()
-    rows = [
-        (name, *(f"{column.theta[i]:.4f}" for column in columns))
-        for i, name in enumerate(THETA_NAMES)
-    ]
-    rows.append(("RMSE", *(f"{column.rmse:.4f}" for column in columns)))
-    return Table(
-        "The paper's Table 3, of its own rig, whose data were not published, in units that it does "
-        "not tell: no target.",
-        ("", *RECURSIVE),
-        rows,
-    )
-
-
 def line_table(runs: Runs) -> Table:
     """What happened on the line."""
     rows = []
@@ -142,13 +124,15 @@ def _estimates(runs: Runs) -> list[Words | Table | Picture]:
     ]
 
 
-def hil_page(identity: Identity, runs: Runs, *, published: bool) -> Page:
-    """Everything on one page; published: with the paper's figures beside ours."""
+def hil_page(
+    identity: Identity, runs: Runs, *, beside: Table | None = None, sources: Sequence[str] = ()
+) -> Page:
+    """Everything on one page; `beside`: a table of others' estimates, to stand below ours."""
     steady = [run for run in runs if not run[1].plan.change]
     changed = [run for run in runs if run[1].plan.change]
     blocks = _estimates(steady)
-    if published:
-        blocks.append(published_table())
+    if beside is not None:
+        blocks.append(beside)
     sections = [Section("Estimates on the target", blocks)]
     if changed:
         what = " and ".join(f"{n} times {x:g}" for n, x in changed[0][1].plan.change.items())
@@ -174,7 +158,7 @@ def hil_page(identity: Identity, runs: Runs, *, published: bool) -> Page:
         title="Hardware in the loop",
         lead=lead(identity, runs),
         sections=sections,
-        sources=[SOURCE] if published else [],
+        sources=sources,
     )
 
 

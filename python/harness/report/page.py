@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import base64
 import io
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,3 +114,19 @@ def write_page(path: Path, page: Page) -> None:
     unfinished = path.with_name(f".{path.name}.part")
     unfinished.write_text(render_page(page), encoding="utf-8")
     unfinished.replace(path)
+
+
+def write_pictures(folder: Path, page: Page) -> list[Path]:
+    """Every picture of the page as a PNG, numbered, named after its section."""
+    folder.mkdir(parents=True, exist_ok=True)
+    written: list[Path] = []
+    for section in page.sections:
+        slug = re.sub(r"[^a-z0-9]+", "_", section.title.lower()).strip("_")
+        for block in section.blocks:
+            if isinstance(block, Picture):
+                path = folder / f"{len(written) + 1:02d}_{slug}.png"
+                unfinished = path.with_name(f".{path.name}.part")
+                block.figure.savefig(unfinished, dpi=110, format="png")
+                unfinished.replace(path)
+                written.append(path)
+    return written

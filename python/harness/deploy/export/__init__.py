@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: MIT
+"""From an offline model to the firmware: one configuration for the Python and the C++ estimator.
+
+>>> export = configure_from_record(data, ArxOrders(3, 3, 1), forgetting=ehsid.FRatio())
+>>> trace = GoldenTrace.of(export.configuration, *liveliest(data))
+>>> write_header(path, render_header(export.configuration, trace, name="servo"))
+"""
+
+from ehsid.harness.deploy.export.c_header import render_c_header
+from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Seed
+from ehsid.harness.deploy.export.header import (
+    check_name,
+    float32_literal,
+    render_header,
+    write_header,
+)
+from ehsid.harness.deploy.export.seeding import Export, configure_from_record
+from ehsid.harness.deploy.export.trace import GoldenTrace, liveliest
+
+__all__ = [
+    "EstimatorConfiguration",
+    "Export",
+    "GoldenTrace",
+    "Seed",
+    "check_name",
+    "configure_from_record",
+    "float32_literal",
+    "liveliest",
+    "render_c_header",
+    "render_header",
+    "write_header",
+]

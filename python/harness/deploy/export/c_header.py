@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: MIT
+"""A configuration as a C99 header for ehsid/c_api.h: the numbers of the C++ header."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+import ehsid
+from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
+from ehsid.harness.deploy.export.header import (
+    check_name,
+    comment,
+    float32_literal,
+    template,
+    upper_triangle,
+)
+
+SCALING = ("command_scale", "position_scale", "command_offset", "position_offset")
+RLS = ("information_margin", "covariance_ceiling")
+RESET = ("short_window", "long_window", "trigger_ratio", "release_ratio", "cool_down", "floor")
+CONVERGENCE = ("tolerance", "magnitude", "hold")
+
+
+def _member(name: str, value: float) -> str:
+    """A designated initialiser; integers stay integers."""
+    if isinstance(value, int):
+        return f".{name} = {value},"
+    return f".{name} = {float32_literal(value)}, /* {np.float32(value):.6g} */"
+
+
+def _members(settings: object, names: Sequence[str], prefix: str = "") -> list[str]:
+    return [_member(f"{prefix}{name}", getattr(settings, name)) for name in names]
+
+
+def _policy(forgetting: ehsid.Forgetting, n: int) -> tuple[str, list[str]]:
+    """Name of the policy in C, and its settings."""
+    target = "forgetting."
+    match forgetting:
+        case ehsid.Constant():
+            return "constant", [_member(f"{target}lambda", forgetting.lambda_)]
+        case ehsid.Exponential():
+            return "exponential", _members(forgetting, ("lambda0", "lambda_initial"), target)
+        case ehsid.ErrorDriven():
+            members = ("memory", "lambda_min", "noise_variance")
+            return "error_driven", _members(forgetting, members, target)
+        case ehsid.FRatio():
+            return "f_ratio", _members(forgetting, ("eta", "critical_ratio"), target)
+        case ehsid.Directional():
+            lambda_ = _member(f"{target}lambda", forgetting.lambda_)
+            return "directional", [lambda_, _member(f"{target}epsilon", forgetting.epsilon)]
+        case ehsid.RandomWalk():
+            drift = forgetting.drift * n if len(forgetting.drift) == 1 else forgetting.drift
+            lines = [_member(f"{target}drift[{i}]", value) for i, value in enumerate(drift)]
+            return "random_walk", lines
+
+
+def render_c_header(
+    configuration: EstimatorConfiguration,
+    *,
+    name: str,
+    dt_s: float | None = None,
+    provenance: Sequence[str] = (),
+) -> str:
+    """The text of the header: `NAME_configuration` and, with a seed, `NAME_estimate`.
+
+    Parameters
+    ----------
+    configuration
+        settings and seed; at least two parameters, as any ARX model has.
+    name
+        prefix of what the header defines.
+    dt_s
+        sampling time, None where it is not known.
+    provenance
+        lines of the comment at the top: where the numbers come from.
+
+    Raises
+    ------
+    ValueError
+        a name that C++ does not take, or a number that is not finite in float32.
+    """
+    orders, seed = configuration.orders, configuration.seed
+    policy, lines = _policy(configuration.forgetting, orders.n_parameters)
+    reset = configuration.reset
+    # C has every member; without a reset those of the C++ defaults, which are valid and not used.
+    thresholds = ehsid.RmseResetOptions() if reset is None else reset
+    settings = [
+        *_members(configuration.scaling, SCALING),
+        *lines,
+        *_members(configuration.rls, RLS),
+        f".reset_enabled = {'false' if reset is None else 'true'},",
+        *_members(thresholds, RESET, "reset_"),
+        *_members(configuration.convergence, CONVERGENCE, "convergence_"),
+        _member("variance0", float(configuration.variance0)),
+        _member("input_limit", float(configuration.input_limit)),
+    ]
+    return template("configuration.h.j2").render(
+        name=check_name(name),
+        version=ehsid.__version__,
+        # A line of a block comment, which must not end it.
+        provenance=[comment(line).replace("*/", "*_") for line in provenance],
+        orders=orders,
+        policy=policy,
+        settings=settings,
+        seed=seed,
+        upper=[] if seed is None else upper_triangle(seed),
+        dt_s=dt_s,
+    )

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: MIT
+"""A few samples of the record and what the estimator makes of them: the self-test of the target."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
+from ehsid.harness.identification import IoData
+
+Float32 = npt.NDArray[np.float32]
+
+TRACE_SAMPLES = 64
+
+
+@dataclass(frozen=True, eq=False)
+class GoldenTrace:
+    """Samples and results, as float32.
+
+    Attributes
+    ----------
+    command, position
+        shape (m,), in the units of the signals.
+    innovation
+        shape (m,), `innovation` of the estimator after each sample; 0 before the first estimate.
+    theta
+        shape (n,), at the end.
+    """
+
+    command: Float32
+    position: Float32
+    innovation: Float32
+    theta: Float32
+
+    @classmethod
+    def of(
+        cls, configuration: EstimatorConfiguration, u: npt.ArrayLike, y: npt.ArrayLike
+    ) -> GoldenTrace:
+        """What a new estimator makes of these samples; u, y: shape (m,)."""
+        command, position = np.asarray(u, dtype=np.float32), np.asarray(y, dtype=np.float32)
+        estimator = configuration.estimator()
+        innovation = []
+        for one_command, one_position in zip(command, position, strict=True):
+            estimator.step(float(one_command), float(one_position))
+            innovation.append(estimator.innovation)
+        return cls(
+            command,
+            position,
+            np.array(innovation, dtype=np.float32),
+            estimator.theta_hat.astype(np.float32),
+        )
+
+
+def liveliest(data: IoData, length: int = TRACE_SAMPLES) -> tuple[Float32, Float32]:
+    """The samples in which command and position vary most, `length` of them or a whole segment.
+
+    Many a record begins at rest, where a trace would show nothing. Neither signal may be constant.
+    """
+    scale_u, scale_y = np.std(data.u), np.std(data.y)
+    best, found = -1.0, slice(0, 0)
+    for segment in data.segments:
+        width = min(length, segment.stop - segment.start)
+        windows = np.lib.stride_tricks.sliding_window_view
+        lively = windows(data.u[segment], width).var(axis=1) / scale_u**2
+        lively = lively + windows(data.y[segment], width).var(axis=1) / scale_y**2
+        at = int(np.argmax(lively))
+        # A short segment is second to any long one.
+        if (width, float(lively[at])) > (found.stop - found.start, best):
+            best, found = float(lively[at]), slice(segment.start + at, segment.start + at + width)
+    return data.u[found].astype(np.float32), data.y[found].astype(np.float32)

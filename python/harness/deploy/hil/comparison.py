@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: MIT
+"""Are the target's estimates those of the host? Bit for bit, on the data the target had."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
+from ehsid.harness.deploy.hil.run import RunResult
+
+FloatArray = npt.NDArray[np.float64]
+
+# Of one sample besides theta_hat, in this order.
+SCALARS = ("innovation", "forgetting_factor", "residual_variance", "excitation")
+# Samples that gave an innovation.
+ESTIMATED = (ehsid.Status.ok, ehsid.Status.no_information, ehsid.Status.reset)
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """The host's estimator over a run.
+
+    Attributes
+    ----------
+    theta, deviation
+        shape (N, n), float32 numbers, units of the signals.
+    scalars
+        shape (N, 4), float32 numbers: `SCALARS`.
+    status
+        shape (N,).
+    """
+
+    theta: npt.NDArray[np.float32]
+    deviation: npt.NDArray[np.float32]
+    scalars: npt.NDArray[np.float32]
+    status: npt.NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """Target against host.
+
+    Attributes
+    ----------
+    replay
+        the host's.
+    theta
+        shape (N, n), the target's.
+    different
+        samples at which any number or the status has other bits.
+    largest
+        largest |difference| of a parameter over the largest size of it; 0 where none differ.
+    """
+
+    replay: Replay
+    theta: npt.NDArray[np.float32]
+    different: npt.NDArray[np.int64]
+    largest: float
+
+    @property
+    def equal(self) -> bool:
+        """Every bit of every sample."""
+        return self.different.size == 0
+
+    @property
+    def sentence(self) -> str:
+        """For people."""
+        total = self.theta.shape[0]
+        if self.equal:
+            return f"bit for bit the host's, all {total} samples"
+        return (
+            f"not the host's at {self.different.size} of {total} samples, first at sample "
+            f"{self.different[0]}, parameters by up to {self.largest:.2g} of their size: build the "
+            "firmware with -ffp-contract=off and the version of this ehsid"
+        )
+
+
+def replay(
+    configuration: EstimatorConfiguration,
+    command_v: FloatArray,
+    position_m: FloatArray,
+    restarts: Sequence[int] = (),
+) -> Replay:
+    """The host's float32 estimator, anew at each sample of `restarts`, over N samples."""
+    estimator = configuration.estimator()
+    theta = np.empty((command_v.size, estimator.n), dtype=np.float32)
+    deviation = np.empty_like(theta)
+    scalars = np.empty((command_v.size, len(SCALARS)), dtype=np.float32)
+    status = np.empty(command_v.size, dtype=np.uint8)
+    anew = frozenset(restarts)
+    for k, (command, position) in enumerate(zip(command_v, position_m, strict=True)):
+        if k in anew:
+            estimator = configuration.estimator()
+        status[k] = estimator.step(command, position)
+        theta[k] = estimator.theta_hat
+        deviation[k] = estimator.standard_deviation
+        scalars[k] = [getattr(estimator, name) for name in SCALARS]
+    return Replay(theta, deviation, scalars, status)
+
+
+def compare(run: RunResult) -> Agreement:
+    """The target's numbers beside those of the host on the same data."""
+    host = replay(run.plan.configuration.estimator, run.command_v, run.position_m, run.restarts)
+    theta = np.array([result.theta for result in run.results], dtype=np.float32)
+    scalars = np.array(
+        [
+            (
+                result.innovation_m,
+                result.forgetting_factor,
+                result.residual_variance_m2,
+                result.excitation,
+            )
+            for result in run.results
+        ],
+        dtype=np.float32,
+    )
+    status = np.array([result.status for result in run.results], dtype=np.uint8)
+    same = (
+        (_bits(theta) == _bits(host.theta)).all(axis=1)
+        & (_bits(scalars) == _bits(host.scalars)).all(axis=1)
+        & (status == host.status)
+    )
+    difference = np.abs(theta.astype(np.float64) - host.theta)
+    size = np.maximum(np.abs(host.theta.astype(np.float64)).max(axis=0), np.finfo(np.float32).tiny)
+    return Agreement(
+        host,
+        theta,
+        np.flatnonzero(~same),
+        float(np.nan_to_num(difference / size, nan=np.inf).max()),
+    )
+
+
+def rmse(run: RunResult) -> float:
+    """Of the innovation, m, from the first estimate on: the paper's measure. NaN without one."""
+    errors = [result.innovation_m for result in run.results if result.status in ESTIMATED]
+    return float(np.sqrt(np.mean(np.square(errors)))) if errors else float("nan")
+
+
+def _bits(numbers: npt.NDArray[np.float32]) -> npt.NDArray[np.uint32]:
+    return np.ascontiguousarray(numbers).view(np.uint32)

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: MIT
+"""What the target is told before a run: estimator, controller, watchdog."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import ehsid
+from ehsid.harness.deploy.export import EstimatorConfiguration, Seed
+from ehsid.harness.deploy.export.c_header import CONVERGENCE, RESET, RLS, SCALING
+from ehsid.harness.deploy.export.header import upper_triangle
+from ehsid.harness.deploy.hil.frames import MAX_BODY
+from ehsid.harness.deploy.hil.layout import Body, Whole
+from ehsid.harness.deploy.hil.messages import Kind
+
+# By their number on the line.
+POLICIES = (
+    ehsid.Constant,
+    ehsid.Exponential,
+    ehsid.ErrorDriven,
+    ehsid.FRatio,
+    ehsid.Directional,
+    ehsid.RandomWalk,
+)
+_FORGETTING = (
+    "lambda_",
+    "lambda0",
+    "lambda_initial",
+    "memory",
+    "lambda_min",
+    "noise_variance",
+    "eta",
+    "critical_ratio",
+    "epsilon",
+    "drift",
+)
+_CONTROLLER = (
+    "sample_time_s",
+    "fixed_gain_v_m",
+    "feed_forward_v_s_m",
+    "command_limit_v",
+    "bandwidth_rad_s",
+    "gain_min_v_m",
+    "gain_max_v_m",
+    "gain_step",
+)
+
+
+@dataclass(frozen=True)
+class ControllerSettings:
+    """Position controller of the target; ranges in examples/firmware/servo/controller.hpp.
+
+    Attributes
+    ----------
+    sample_time_s
+        time from one sample to the next, s.
+    fixed_gain_v_m
+        proportional gain while the estimate does not set it, V/m.
+    feed_forward_v_s_m
+        command for each m/s of the reference, V s/m.
+    command_limit_v
+        largest |command|, V.
+    bandwidth_rad_s
+        of the closed loop that a gain from the estimate aims at, rad/s.
+    gain_min_v_m, gain_max_v_m
+        bounds of the gain from the estimate, V/m.
+    gain_step
+        largest change of the gain in a sample, as a share of the fixed gain.
+    position_control
+        False sends the `direct_v` of each sample, within the limit.
+    retune
+        whether the gain follows the estimate.
+    """
+
+    sample_time_s: float
+    fixed_gain_v_m: float
+    feed_forward_v_s_m: float
+    command_limit_v: float
+    bandwidth_rad_s: float
+    gain_min_v_m: float
+    gain_max_v_m: float
+    gain_step: float
+    position_control: bool = True
+    retune: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Configuration:
+    """Everything a target is told before a run.
+
+    Attributes
+    ----------
+    estimator
+        settings, and the estimate to start from where it has a seed.
+    controller
+        settings of the position controller.
+    watchdog_ms
+        time without a valid request after which the target closes the valve, ms.
+    """
+
+    kind: ClassVar[Kind] = Kind.CONFIGURE
+
+    estimator: EstimatorConfiguration
+    controller: ControllerSettings
+    watchdog_ms: int
+
+    @property
+    def policy(self) -> int:
+        """Number of the forgetting policy on the line."""
+        return POLICIES.index(type(self.estimator.forgetting))
+
+    def body(self) -> bytes:
+        """The body of `configure`.
+
+        Raises
+        ------
+        ValueError
+            a number that the line cannot carry, by name; drifts that differ; a seed of another
+            number of parameters, or of more than 11.
+        """
+        estimator, controller = self.estimator, self.controller
+        orders, seed, reset = estimator.orders, estimator.seed, estimator.reset
+        flags = (orders.offset, reset is not None, controller.position_control, seed is not None)
+        bits = sum(on << bit for bit, on in enumerate((*flags, controller.retune)))
+        body = Body()
+        body.whole("policy", self.policy, Whole.U8)
+        for name in ("na", "nb", "nk"):
+            body.whole(name, getattr(orders, name), Whole.U8)
+        body.whole("flags", bits, Whole.U8)
+        _append(body, estimator.scaling, SCALING)
+        for name in _FORGETTING:
+            body.real(name.rstrip("_"), _forgetting(estimator.forgetting, name))
+        _append(body, estimator.rls, RLS)
+        # Without a reset the defaults, which are valid and not used.
+        _append(body, ehsid.RmseResetOptions() if reset is None else reset, RESET)
+        _append(body, estimator.convergence, CONVERGENCE)
+        _append(body, estimator, ("variance0", "input_limit"))
+        _append(body, controller, _CONTROLLER)
+        body.whole("watchdog_ms", self.watchdog_ms, Whole.U32)
+        if seed is not None:
+            _append_seed(body, seed, orders.n_parameters)
+        return bytes(body)
+
+
+def _append(body: Body, settings: object, names: tuple[str, ...]) -> None:
+    for name in names:
+        value = getattr(settings, name)
+        if name in ("cool_down", "hold"):
+            body.whole(name, value, Whole.I32)
+        else:
+            body.real(name, value)
+
+
+def _forgetting(policy: ehsid.Forgetting, name: str) -> float:
+    """A setting of the policy; 0 for one of another policy."""
+    if name != "drift":
+        return float(getattr(policy, name, 0.0))
+    drift = policy.drift if isinstance(policy, ehsid.RandomWalk) else [0.0]
+    if len(set(drift)) != 1:
+        raise ValueError(
+            f"drift = {drift}: the line carries one for all parameters; give a single number"
+        )
+    return drift[0]
+
+
+def _append_seed(body: Body, seed: Seed, n: int) -> None:
+    if seed.theta.shape != (n,) or seed.d.shape != (n,) or seed.u.shape != (n, n):
+        raise ValueError(
+            f"an estimate to start from with theta {seed.theta.shape}, d {seed.d.shape}, "
+            f"u {seed.u.shape}: expected ({n},), ({n},), ({n}, {n}) for these orders"
+        )
+    for name, values in (("theta", seed.theta), ("d", seed.d), ("u", upper_triangle(seed))):
+        for i, value in enumerate(values):
+            body.real(f"{name}[{i}] of the estimate to start from", float(value))
+    body.real("noise_variance of the estimate to start from", seed.noise_variance)
+    if len(bytes(body)) > MAX_BODY:
+        raise ValueError(
+            f"an estimate to start from of {n} parameters does not fit into a packet; "
+            "at most 11 do: take a lower order or leave the estimate away"
+        )

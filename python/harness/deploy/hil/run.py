@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: MIT
+"""Lock step: the host simulates the servo, the target controls it and estimates.
+
+The mixed-reality scheme of the paper (its section on real-time implementation), turned round: the
+plant is simulated, the controller is real. Time stands still while an answer is under way, so the
+run is the same on every line and at every speed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness.deploy.hil.answers import Result
+from ehsid.harness.deploy.hil.errors import HilError, TargetReset
+from ehsid.harness.deploy.hil.plan import Plan
+from ehsid.harness.deploy.hil.recording import Recording
+from ehsid.harness.deploy.hil.requests import Sample
+from ehsid.harness.deploy.hil.session import Counters, Session
+from ehsid.harness.rigs.parameters import INITIAL_PREFIX
+from ehsid.harness.simulation.outputs import OUTPUTS, OUTPUTS_OF, as_measured
+from ehsid.harness.simulation.run import prepare
+
+FloatArray = npt.NDArray[np.float64]
+
+POSITION = OUTPUTS.index("position_m")
+MOST_RESTARTS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class RunResult:
+    """What a run gave.
+
+    Attributes
+    ----------
+    command_v, position_m
+        shape (N,), as the target sent and got them: float32 numbers.
+    results
+        the target's answers, N of them.
+    restarts
+        samples before which the target had lost everything and was configured anew.
+    counters
+        what happened on the line during this run.
+    seconds
+        wall time.
+    """
+
+    plan: Plan
+    command_v: FloatArray
+    position_m: FloatArray
+    results: tuple[Result, ...]
+    restarts: tuple[int, ...]
+    counters: Counters
+    seconds: float
+
+
+Progress = Callable[[int, Result, Counters], None]
+
+
+def run_plan(
+    plan: Plan,
+    session: Session,
+    recording: Recording,
+    *,
+    real_time: bool = False,
+    progress: Progress | None = None,
+) -> RunResult:
+    """Configure the target, start it, and lead it through the plan.
+
+    A target that was reset in mid-run is configured anew and goes on at the sample where it was,
+    with an estimate from the start; after the third time the run ends. The valve is closed
+    however the run ends, as far as the target can be reached.
+
+    Parameters
+    ----------
+    plan
+        what to do.
+    session
+        on an open line; `hello` need not have been said.
+    recording
+        gets every sample as soon as it is answered.
+    real_time
+        wait for t_k on the wall clock before sample k; else as fast as the line allows.
+    progress
+        is called after each sample.
+
+    Raises
+    ------
+    HilError
+        the target does not answer, refuses, or was reset too often.
+    SimulationError
+        a rig that cannot be simulated.
+    """
+    start = prepare(
+        plan.rig, dt_s=plan.dt_s, position0_m=plan.position0_m, values=plan.values or None
+    )
+    plant = start.plant(quantised=False)
+    outputs = OUTPUTS_OF[plan.rig.plant]
+    speed = plan.reference_speed_m_s
+    results: list[Result] = []
+    positions = np.empty(plan.samples)
+    restarts: list[int] = []
+    before = replace(session.counters)
+    began = time.monotonic()
+    _begin(session, plan, 0)
+    try:
+        for k in range(plan.samples):
+            shown = as_measured(plant.read(), plan.noise[k], start.told)
+            if k == plan.change_at:
+                plant = _changed(plan, plant)
+            if not np.isfinite(shown[POSITION]):
+                raise HilError(
+                    f"{plan.name}: the simulated position is not finite from sample {k} on: the "
+                    "loop is not stable; take a smaller --bandwidth or a shorter --dt"
+                )
+            # What the target gets is what the record says.
+            shown[POSITION] = positions[k] = float(np.float32(shown[POSITION]))
+            sample = Sample(
+                number=k,
+                position_m=float(positions[k]),
+                reference_m=float(plan.reference_m[k]),
+                reference_velocity_m_s=float(speed[k]),
+                direct_v=float(plan.direct_v[k]),
+            )
+            if real_time:
+                time.sleep(max(0.0, began + k * plan.dt_s - time.monotonic()))
+            result = _answer(session, plan, sample, restarts)
+            results.append(result)
+            counters = _since(session.counters, before)
+            recording.add(
+                k * plan.dt_s,
+                {name: float(shown[OUTPUTS.index(name)]) for name in outputs},
+                sample.reference_m,
+                result,
+                counters,
+                len(restarts),
+            )
+            plant.advance(result.command_v)
+            if progress is not None:
+                progress(k + 1, result, counters)
+    except HilError:
+        raise  # the target cannot be reached, or was told to stop; its watchdog closes the valve
+    except BaseException:
+        with suppress(HilError):
+            session.stop()
+        raise
+    with suppress(HilError):  # all samples are there; if it does not hear, its watchdog does it
+        session.stop()
+    return RunResult(
+        plan,
+        np.array([result.command_v for result in results]),
+        positions,
+        tuple(results),
+        tuple(restarts),
+        _since(session.counters, before),
+        time.monotonic() - began,
+    )
+
+
+def _since(now: Counters, before: Counters) -> Counters:
+    counts = asdict(before)
+    return Counters(**{name: count - counts[name] for name, count in asdict(now).items()})
+
+
+def _changed(plan: Plan, plant: ehsid.Plant) -> ehsid.Plant:
+    """The changed machine in the state of the one before, its spool at null.
+
+    A spool settles within milliseconds; at the sampling time of the experiment that is a tenth of a
+    sample.
+    """
+    state = dict(zip(OUTPUTS, plant.read(), strict=True))
+    changed = {name: factor * plan.rig.values[name] for name, factor in plan.change.items()}
+    values = {**plan.values, **changed}
+    # The initial values that there are; those of an axis are fewer.
+    for parameter in ehsid.plant_parameters():
+        if parameter.name.startswith(INITIAL_PREFIX):
+            output = parameter.name.removeprefix(INITIAL_PREFIX)
+            values[parameter.name] = float(state[output])
+    return prepare(plan.rig, dt_s=plan.dt_s, values=values).plant(quantised=False)
+
+
+def _begin(session: Session, plan: Plan, first: int) -> None:
+    session.hello()
+    session.configure(plan.configuration)
+    session.start(first)
+
+
+def _answer(session: Session, plan: Plan, sample: Sample, restarts: list[int]) -> Result:
+    """The answer to a sample, over resets of the target."""
+    while True:
+        try:
+            return session.exchange(sample)
+        except TargetReset as error:
+            if len(restarts) == MOST_RESTARTS:
+                raise HilError(
+                    f"the target was reset {MOST_RESTARTS + 1} times, now before sample "
+                    f"{sample.number}: the run ends; look at its supply and its watchdog"
+                ) from error
+            restarts.append(sample.number)
+            _restart(session, plan, sample.number)
+
+
+def _restart(session: Session, plan: Plan, first: int) -> None:
+    """Configured anew; a reset in the middle of that counts as the same one."""
+    for _ in range(MOST_RESTARTS):
+        try:
+            return _begin(session, plan, first)
+        except TargetReset:
+            continue
+    raise HilError(f"the target does not stay up: reset again and again before sample {first}")

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: MIT
+"""A serial line, or what stands in for one, that carries frames."""
+
+from __future__ import annotations
+
+import errno
+import io
+import select
+import socket
+import time
+from typing import Self
+
+import serial
+from serial.tools import list_ports
+
+from ehsid.harness.deploy.hil.errors import HilError
+from ehsid.harness.deploy.hil.frames import MAX_FRAME
+
+BAUD = 115200
+WRITE_TIMEOUT_S = 5.0
+_POLL_S = 0.01  # of ports that cannot be waited for; wakes at the first byte all the same
+_CHUNK = 4096
+
+
+class Line:
+    """Frames over an open port; made by `open_line`. A context manager that closes it.
+
+    Attributes
+    ----------
+    name
+        of the port, as it was given.
+    """
+
+    def __init__(self, port: serial.Serial, name: str) -> None:
+        self.name = name
+        self._port = port
+        self._frame = bytearray()  # begun, its end is not there yet
+        self._received = bytearray()
+        self._socket: socket.socket | None = getattr(port, "_socket", None)
+        if self._socket is not None:
+            # Else a frame that follows one without an answer waits for up to 40 ms.
+            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        # pyserial reads from sockets byte by byte unless told to take what there is, which wants
+        # the waiting done here. Not every port has something to wait for.
+        try:
+            self._descriptor: int | None = port.fileno()
+            port.timeout = 0.0
+        except (AttributeError, io.UnsupportedOperation):
+            self._descriptor = None
+            port.timeout = _POLL_S
+
+    def send(self, data: bytes) -> None:
+        """Writes all bytes.
+
+        Raises
+        ------
+        HilError
+            the line was closed, or took nothing for 5 s.
+        """
+        try:
+            self._port.write(data)
+        except serial.SerialTimeoutException as error:
+            raise HilError(
+                f"{self.name}: the line has taken nothing for {WRITE_TIMEOUT_S:g} s; is flow "
+                "control on, or the other end stopped?"
+            ) from error
+        except (serial.SerialException, OSError) as error:
+            raise self._closed(error) from error
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        """The next frame without its zero, as `decode` takes it; empty ones are skipped.
+
+        Parameters
+        ----------
+        timeout_s
+            longest time to wait, s. What has come of a frame by then is kept for the next call.
+
+        Returns
+        -------
+        bytes or None
+            None where no frame ended in time.
+
+        Raises
+        ------
+        HilError
+            the line was closed.
+        """
+        deadline = time.monotonic() + timeout_s
+        left = max(timeout_s, 0.0)
+        while (frame := self._next_frame()) is None:
+            if left < 0.0:
+                return None
+            self._received += self._read(left)
+            left = deadline - time.monotonic()
+        return frame
+
+    def close(self) -> None:
+        """Closes the port; more than once is allowed."""
+        # pyserial forgets the socket unclosed where the other end went first.
+        self._port.close()
+        if self._socket is not None:
+            self._socket.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _next_frame(self) -> bytes | None:
+        """Of the bytes received; of one that is too long only the start is kept."""
+        while self._received:
+            part, zero, rest = self._received.partition(b"\0")
+            self._frame += part[: MAX_FRAME + 1 - len(self._frame)]
+            self._received = rest
+            if zero and self._frame:
+                frame = bytes(self._frame)
+                self._frame.clear()
+                return frame
+        return None
+
+    def _read(self, timeout_s: float) -> bytes:
+        """What there is; waits for the first byte of it."""
+        try:
+            if self._descriptor is None:
+                return bytes(self._port.read(max(1, self._port.in_waiting)))
+            ready, _, _ = select.select([self._descriptor], [], [], timeout_s)
+            return bytes(self._port.read(_CHUNK)) if ready else b""
+        except (serial.SerialException, OSError, TypeError, ValueError) as error:
+            raise self._closed(error) from error
+
+    def _closed(self, error: Exception) -> HilError:
+        return HilError(
+            f"{self.name}: the line was closed ({error}); is the other end still there?"
+        )
+
+
+def open_line(port: str, baud: int = BAUD) -> Line:
+    """Opens a port through pyserial.
+
+    Parameters
+    ----------
+    port
+        /dev/ttyACM0, COM3, or a URL of pyserial: socket://host:port, rfc2217://host:port, loop://.
+    baud
+        bits a second; sockets have none.
+
+    Raises
+    ------
+    HilError
+        there is no such port, it is in use, or may not be opened; says how to mend it.
+    """
+    # pyserial knows no time limit for writing there.
+    write_timeout_s = None if port.lower().startswith("rfc2217:") else WRITE_TIMEOUT_S
+    try:
+        opened = serial.serial_for_url(
+            port, baud, timeout=0.0, write_timeout=write_timeout_s, exclusive=True
+        )
+    except (serial.SerialException, OSError, ValueError) as error:
+        raise HilError(f"{port}: {_why(port, error)}") from error
+    return Line(opened, port)
+
+
+def _why(port: str, error: Exception) -> str:
+    """Why a port was not opened, and what to do."""
+    number = getattr(error, "errno", None)
+    if "://" in port:
+        return (
+            f"could not be opened ({error}); expected e.g. socket://localhost:4000, and something "
+            "that listens there"
+        )
+    if number == errno.EACCES:
+        return (
+            "no permission; on Linux join the group of serial ports and log in anew: "
+            "sudo usermod -aG dialout $USER"
+        )
+    if number in (errno.EBUSY, errno.EAGAIN):
+        return "in use by another program; end that (a terminal, another run) and try again"
+    if number == errno.ENOENT:
+        there = ", ".join(sorted(found.device for found in list_ports.comports()))
+        return f"there is no such port; there are: {there or 'none'}. Is the board plugged in?"
+    return f"could not be opened ({error}); expected a serial port, e.g. /dev/ttyACM0"

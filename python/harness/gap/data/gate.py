@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT
+"""What must be known of the data before anything is blamed on the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ehsid.harness.gap.data.floor import floor_of
+from ehsid.harness.gap.data.gate_channels import check_constant, check_saturated, check_spikes
+from ehsid.harness.gap.data.gate_clock import check_clock, check_length, check_sampling
+from ehsid.harness.gap.data.gate_ranges import check_command, check_position, check_pressures
+from ehsid.harness.gap.data.gate_signs import check_directions, check_ports
+from ehsid.harness.gap.schema import Remark
+from ehsid.harness.gap.thresholds import FLOORS_DIFFER, WINDOW_S
+from ehsid.harness.records import COLUMNS, Record
+from ehsid.harness.rigs import Rig
+
+# In the order of reading: without time nothing else can be said, a constant says nothing of signs.
+_CHECKS: tuple[Callable[[Record, Rig], list[Remark]], ...] = (
+    check_sampling,
+    check_constant,
+    check_command,
+    check_position,
+    check_pressures,
+    check_saturated,
+    check_spikes,
+    check_directions,
+    check_ports,
+)
+
+
+def gate(records: Sequence[Record], rig: Rig) -> tuple[Remark, ...]:
+    """Look through the records; nothing is changed and nothing raised.
+
+    Parameters
+    ----------
+    records
+        as read, with or without gaps.
+    rig
+        what they are to be compared with.
+
+    Returns
+    -------
+    Remarks in the order of the records, the serious ones of each first. Where a record has a
+    serious one the diagnosis cannot rest on it.
+    """
+    found: list[Remark] = []
+    usable = []
+    for record in records:
+        remarks = _of_record(record, rig)
+        found += sorted(remarks, key=lambda remark: not remark.serious)
+        if not any(remark.serious for remark in remarks):
+            usable.append(longest_stretch(record))
+    return (*found, *_noise_differs(usable), *_sampling_differs(usable))
+
+
+def longest_stretch(record: Record) -> Record:
+    """The longest part of a record without a gap; the record itself where it has none."""
+    if len(record.segments) == 1:
+        return record
+    return stretch(record, max(record.segments, key=lambda part: part.stop - part.start))
+
+
+def stretch(record: Record, part: slice) -> Record:
+    """A part of a record without a gap, as a record."""
+    assert record.time_s is not None
+    return Record(
+        name=record.name,
+        columns={name: column[part] for name, column in record.columns.items()},
+        time_s=record.time_s[part],
+        dt_s=record.dt_s,
+        segments=(slice(0, part.stop - part.start),),
+        jitter=record.jitter,
+        gaps=(),
+        source=record.source,
+        sha256=record.sha256,
+    )
+
+
+def _of_record(record: Record, rig: Rig) -> list[Remark]:
+    missing = [name for name in ("command_v", "position_m") if name not in record.columns]
+    if missing:
+        return [
+            Remark(
+                record.name,
+                f"there is no column '{missing[0]}' ({COLUMNS[missing[0]].meaning}); name the "
+                "column that holds it under [columns] in the rig file",
+                serious=True,
+            )
+        ]
+    remarks = check_clock(record)
+    if record.dt_s is None:
+        return remarks
+    part = longest_stretch(record)
+    short = check_length(part)
+    if short:
+        return remarks + short
+    for check in _CHECKS:
+        remarks += check(part, rig)
+    return remarks
+
+
+def _noise_differs(records: Sequence[Record]) -> list[Remark]:
+    """Between records of one machine the noise of a sensor stays."""
+    remarks = []
+    for name in COLUMNS:
+        having = [record for record in records if name in record.columns and name != "command_v"]
+        floors = [
+            (floor_of(record, name).value, record.name)
+            for record in having
+            if np.ptp(record.column(name)) > 0.0
+        ]
+        if len(floors) < 2:
+            continue
+        (low, quiet), (high, loud) = min(floors), max(floors)
+        if high > FLOORS_DIFFER * low:
+            remarks.append(
+                Remark(
+                    "",
+                    f"the noise of {name} is {high:.2g} in '{loud}' and {low:.2g} in '{quiet}'; "
+                    "check whether sensor, filter or setting were changed in between",
+                )
+            )
+    return remarks
+
+
+def _sampling_differs(records: Sequence[Record]) -> list[Remark]:
+    steps = [record.dt_s for record in records if record.dt_s is not None]
+    if len(steps) < 2 or max(steps) < 1.01 * min(steps):
+        return []
+    return [
+        Remark(
+            "",
+            f"the records are sampled every {1e3 * min(steps):.4g} to {1e3 * max(steps):.4g} ms; "
+            f"the windows of {WINDOW_S:g} s are the same, but the slow ones say less",
+        )
+    ]

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: MIT
+"""Gate: does every channel live? Constants, frozen stretches, saturated sensors, spikes."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import correlate1d, maximum_filter1d, median_filter
+
+from ehsid.harness.gap.data.floor import floor_of
+from ehsid.harness.gap.schema import Remark
+from ehsid.harness.gap.thresholds import (
+    CLIPPED_RUNS,
+    CLIPPED_SAMPLES,
+    FROZEN_S,
+    FROZEN_STEP,
+    MOVES,
+    SPIKE_ALONE,
+    SPIKE_MATTERS,
+    SPIKE_SIZE,
+)
+from ehsid.harness.records import COLUMNS, Record
+from ehsid.harness.rigs import Rig
+
+FloatArray = npt.NDArray[np.float64]
+
+NEEDED = ("command_v", "position_m")
+
+
+def _runs(column: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """First and last sample of each run of equal values."""
+    changes = np.flatnonzero(np.diff(column) != 0.0)
+    return np.append(0, changes + 1), np.append(changes, column.size - 1)
+
+
+def check_constant(record: Record, rig: Rig) -> list[Remark]:
+    """Channels that never change, motion below noise, and stretches in which a sensor froze."""
+    remarks = []
+    for name in (one for one in COLUMNS if one in record.columns):
+        column = record.column(name)
+        if np.ptp(column) == 0.0:
+            meaning = {
+                "command_v": "nothing is asked of the machine, so nothing can be learned; record "
+                "with an excitation",
+                "position_m": "the rod does not move; check the sensor, or record with motion",
+            }.get(name, "the channel is dead, or was not connected; it is left out")
+            remarks.append(
+                Remark(record.name, f"{name} is constant: {meaning}", serious=name in NEEDED)
+            )
+        elif name not in ("command_v", "temperature_c"):
+            remarks += _frozen(record, name)
+    position = record.column("position_m")
+    if np.ptp(position) > 0.0:
+        floor = floor_of(record, "position_m").value
+        if np.std(position) < MOVES * floor:
+            remarks.append(
+                Remark(
+                    record.name,
+                    f"the rod moves by {np.std(position):.2g} m rms, its noise is {floor:.2g} m: "
+                    "there is no motion to compare; record with a larger excitation",
+                    serious=True,
+                )
+            )
+    return remarks
+
+
+def _frozen(record: Record, name: str) -> list[Remark]:
+    """A sensor that froze shows one value for long, and jumps when it wakes."""
+    assert record.dt_s is not None
+    column = record.column(name)
+    starts, ends = _runs(column)
+    long = (ends - starts + 1) >= max(10, round(FROZEN_S / record.dt_s))
+    steps = np.abs(np.diff(column))
+    usual = float(np.quantile(steps[steps > 0.0], 0.99)) if steps.any() else 0.0
+    waking = np.append(steps[ends[:-1]], 0.0)
+    frozen = long & (waking > FROZEN_STEP * usual)
+    if not frozen.any():
+        return []
+    seconds = float(np.sum((ends - starts + 1)[frozen])) * record.dt_s
+    first = float(starts[frozen][0]) * record.dt_s
+    return [
+        Remark(
+            record.name,
+            f"{name} froze {np.count_nonzero(frozen)} times, for {seconds:.2g} s together, first "
+            f"after {first:.3g} s: it stands still and then jumps; check cable and logger",
+            serious=False,
+        )
+    ]
+
+
+def check_saturated(record: Record, rig: Rig) -> list[Remark]:
+    """A sensor at the end of its range: it runs into its largest or least value and stays there."""
+    remarks = []
+    for name in (one for one in COLUMNS if one in record.columns):
+        if name in ("command_v", "temperature_c"):
+            continue
+        column = record.column(name)
+        if np.ptp(column) == 0.0:
+            continue
+        starts, ends = _runs(column)
+        long = ends - starts + 1 >= CLIPPED_SAMPLES
+        steps = np.abs(np.diff(column))
+        usual = float(np.quantile(steps, 0.95))
+        for word, extreme in (("largest", column.max()), ("least", column.min())):
+            at = long & (column[starts] == extreme) & (starts >= 2)
+            # It came in motion: the step before the one that was cut off is no small one.
+            before = steps[np.maximum(starts[at] - 2, 0)]
+            moving = before > 0.1 * usual
+            if usual > 0.0 and np.count_nonzero(moving) >= CLIPPED_RUNS:
+                share = float(np.mean(column == extreme))
+                remarks.append(
+                    Remark(
+                        record.name,
+                        f"{name} stays at its {word} value of {extreme:.4g} for "
+                        f"{100.0 * share:.2g} % of the time, {np.count_nonzero(moving)} times: the "
+                        "sensor is at the end of its range; what is beyond is not compared fairly",
+                    )
+                )
+    return remarks
+
+
+def check_spikes(record: Record, rig: Rig) -> list[Remark]:
+    """Samples far from both neighbours, alone: no motion does that.
+
+    Distance to the median of five (F. Hampel, J. Amer. Statist. Assoc. 69(346), 1974) and to the
+    neighbours' cubic, against what is usual in the channel and near by.
+    """
+    remarks = []
+    for name in (one for one in COLUMNS if one in record.columns):
+        if name in ("command_v", "temperature_c"):
+            continue
+        count = int(np.count_nonzero(spikes(record.column(name))))
+        if count:
+            remarks.append(
+                Remark(
+                    record.name,
+                    f"{name} has {count} spikes ({100.0 * count / len(record):.2g} % of the "
+                    "samples): they count as gap that nothing explains; check cable and ground, or "
+                    "take them out",
+                )
+            )
+    return remarks
+
+
+def spikes(column: FloatArray) -> npt.NDArray[np.bool_]:
+    """Which samples are spikes, shape (N,)."""
+    # Away from the cubic through the four neighbours: at the turns of a motion that is small.
+    weights = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0
+    cubic = np.abs(correlate1d(column, weights, mode="nearest"))
+    usual = float(np.quantile(cubic, 0.95))
+    away = np.abs(column - median_filter(column, size=5, mode="nearest"))
+    away = np.minimum(away, cubic)
+    # Away from the one before and the one after, both on the same side.
+    before = np.diff(column, prepend=column[0])
+    after = np.diff(column, append=column[-1])
+    alone = np.minimum(np.abs(before), np.abs(after)) > 0.7 * away
+    # The most in eleven samples before and eleven after, two on either side left out.
+    near = maximum_filter1d(away, 11, mode="nearest")
+    around = np.maximum(np.roll(near, 8), np.roll(near, -8))
+    # A spike moves the medians of its neighbours, by less than itself.
+    highest = away >= maximum_filter1d(away, 5, mode="nearest")
+    far = away > max(SPIKE_SIZE * usual, SPIKE_MATTERS * float(np.std(column)))
+    alone &= highest & (before * after < 0.0) & (around < SPIKE_ALONE * away)
+    return np.asarray(far & alone)

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""Gate: is the time of a record even, fine and long enough?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ehsid.harness.gap.data.floor import LEAST_SAMPLES, sees_motion
+from ehsid.harness.gap.data.oil_spring import oil_spring_hz
+from ehsid.harness.gap.schema import Remark
+from ehsid.harness.gap.thresholds import (
+    CLOCK_DRIFT,
+    JITTER_SHOWS,
+    LEAST_WINDOWS,
+    SAMPLES_A_PERIOD,
+    SKIP_S,
+    WINDOW_S,
+)
+from ehsid.harness.records import COLUMNS, Record
+from ehsid.harness.rigs import Rig
+
+# No motion is looked for in these.
+SLOW = ("command_v", "temperature_c")
+# Parts of a record whose sampling times are compared.
+PARTS = 10
+
+
+def check_clock(record: Record) -> list[Remark]:
+    """Time at all, jitter, drift, gaps."""
+    if record.time_s is None or record.dt_s is None or record.jitter is None:
+        return [
+            Remark(
+                record.name,
+                "there is no column 'time_s': without the sampling time nothing can be simulated; "
+                "add it, in seconds",
+                serious=True,
+            )
+        ]
+    remarks = []
+    if record.jitter.rms_relative > JITTER_SHOWS:
+        remarks.append(
+            Remark(
+                record.name,
+                f"the time between samples wavers by {100.0 * record.jitter.rms_relative:.2g} % "
+                f"(at most {100.0 * record.jitter.max_relative:.2g} %, at row "
+                f"{record.jitter.worst_row}); the simulation takes it as even, fast motion looks "
+                "noisier than it was",
+            )
+        )
+    if record.gaps:
+        longest = max(record.gaps, key=lambda gap: gap.duration_s)
+        remarks.append(
+            Remark(
+                record.name,
+                f"samples are missing at {len(record.gaps)} places, the longest for "
+                f"{longest.duration_s:.3g} s after {longest.start_s:.4g} s; the parts between are "
+                "taken one by one, those too short are left out",
+            )
+        )
+    else:
+        remarks += _drift(record)
+    return remarks
+
+
+def _drift(record: Record) -> list[Remark]:
+    """Does the sampling time of parts of the record differ by more than its digits?"""
+    assert record.time_s is not None
+    assert record.dt_s is not None
+    assert record.jitter is not None
+    edges = np.linspace(0, len(record) - 1, PARTS + 1).astype(int)
+    if len(record) < 10 * PARTS:
+        return []
+    steps = np.diff(record.time_s[edges]) / np.diff(edges)
+    spread = float(np.ptp(steps) / record.dt_s)
+    # The ends of a part each waver by the jitter of a single sample.
+    by_chance = 4.0 * record.jitter.max_relative / float(np.diff(edges).min())
+    if spread <= max(CLOCK_DRIFT, by_chance):
+        return []
+    return [
+        Remark(
+            record.name,
+            f"the clock drifts: the sampling time changes by {100.0 * spread:.2g} % over the "
+            "record; resample it on an even clock",
+        )
+    ]
+
+
+def check_length(record: Record) -> list[Remark]:
+    """Long enough to fit some windows and hold others out?"""
+    assert record.dt_s is not None
+    seconds = len(record) * record.dt_s
+    needed = SKIP_S + LEAST_WINDOWS * WINDOW_S
+    if seconds < needed * (1.0 - 1e-9):
+        return [
+            Remark(
+                record.name,
+                f"{seconds:.3g} s without a gap are too short: the diagnosis needs {needed:g} s, "
+                f"the first {SKIP_S:g} s and {LEAST_WINDOWS} windows; record for longer",
+                serious=True,
+            )
+        ]
+    if len(record) < LEAST_SAMPLES:
+        return [
+            Remark(
+                record.name,
+                f"{len(record)} samples are too few: the noise floor needs {LEAST_SAMPLES}; sample "
+                "faster, or record for longer",
+                serious=True,
+            )
+        ]
+    return []
+
+
+def check_sampling(record: Record, rig: Rig) -> list[Remark]:
+    """Fine enough for the oil spring, and for telling noise from motion?"""
+    assert record.dt_s is not None
+    remarks = []
+    spring = oil_spring_hz(rig)
+    if spring is not None and spring * record.dt_s > 1.0 / SAMPLES_A_PERIOD:
+        remarks.append(
+            Remark(
+                record.name,
+                f"sampled every {1e3 * record.dt_s:.4g} ms, too rarely for the oil spring of some "
+                f"{spring:.3g} Hz: oil, lags and delays can hardly be told; sample every "
+                f"{1e3 / (SAMPLES_A_PERIOD * spring):.2g} ms",
+            )
+        )
+    blurred = [
+        name
+        for name, column in record.columns.items()
+        if name in COLUMNS and name not in SLOW and sees_motion(column)
+    ]
+    if blurred:
+        remarks.append(
+            Remark(
+                record.name,
+                f"the noise of {', '.join(blurred)} is not white, or cannot be told from motion at "
+                "this sampling time: without stretches at rest its floor is a bound only; record a "
+                "few seconds at rest, too",
+            )
+        )
+    return remarks

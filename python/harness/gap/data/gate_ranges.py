@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: MIT
+"""Gate: are the values what the rig can have, and in the units of the schema?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from ehsid.harness.gap.data.floor import noise_floor
+from ehsid.harness.gap.schema import Remark
+from ehsid.harness.gap.thresholds import (
+    AT_END,
+    AT_END_ALL,
+    BEYOND,
+    BEYOND_SHARE,
+    COMMAND_BEYOND,
+    COMMAND_UNIT,
+    END_ZONE,
+    LIMIT_SHARE,
+    PRESSURE_UNIT,
+    STROKE_BEYOND,
+    SUPPLY_SIGMAS,
+    VACUUM_FLOORS,
+)
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
+
+# Units in which logs come, by what one of them is in the unit of the schema.
+LENGTHS = MappingProxyType({"cm": 1e-2, "mm": 1e-3, "um": 1e-6})
+PRESSURES = MappingProxyType({"kPa": 1e3, "psi": 6894.757, "bar": 1e5, "MPa": 1e6})
+ATMOSPHERE_PA = 101325.0
+CHAMBERS = ("pressure_a_pa", "pressure_b_pa")
+
+
+def _mapping(rig: Rig, name: str, unit: str) -> str:
+    """The line of [columns] that would read this column in that unit."""
+    told = rig.columns.get(name)
+    return f'[columns] {name} = {{ name = "{told.name if told else name}", unit = "{unit}" }}'
+
+
+def _nearest(scale: float, units: Mapping[str, float]) -> str | None:
+    """The unit of nearly that scale, within a factor of three."""
+    unit = min(units, key=lambda one: abs(math.log(units[one] / scale)))
+    return unit if abs(math.log(units[unit] / scale)) < math.log(3.0) else None
+
+
+def check_command(record: Record, rig: Rig) -> list[Remark]:
+    """Beyond rated, or at rated for long?"""
+    rated = rig.values.get("valve.rated_command_v")
+    if rated is None:
+        return []
+    size = np.abs(record.column("command_v"))
+    largest = float(size.max())
+    if largest > COMMAND_UNIT * rated:
+        return [
+            Remark(
+                record.name,
+                f"command_v goes up to {largest:.3g}, but {rated:g} V is the full opening: the "
+                "unit is wrong, or valve.rated_command_v of the rig; with per cent, rated is 100",
+                serious=True,
+            )
+        ]
+    remarks = []
+    beyond = float(np.mean(size > (1.0 + COMMAND_BEYOND) * rated))
+    at_limit = float(np.mean(size > (1.0 - COMMAND_BEYOND) * rated))
+    if beyond > 0.0:
+        remarks.append(
+            Remark(
+                record.name,
+                f"command_v is beyond the rated {rated:g} V for {100.0 * beyond:.2g} % of the time "
+                f"(up to {largest:.3g} V): valves do not open further, the simulated one does; "
+                "check valve.rated_command_v",
+            )
+        )
+    elif at_limit > LIMIT_SHARE:
+        remarks.append(
+            Remark(
+                record.name,
+                f"the command is at its limit for {100.0 * at_limit:.0f} % of the time: there it "
+                "says little; take a smaller reference",
+            )
+        )
+    return remarks
+
+
+def check_position(record: Record, rig: Rig) -> list[Remark]:
+    """Within the stroke, not at its ends, in metres?"""
+    stroke = rig.values.get("cylinder.stroke_m")
+    if stroke is None:
+        return []
+    position = record.column("position_m")
+    low, high = float(position.min()), float(position.max())
+    beyond = max(-low, high - stroke) / stroke
+    if beyond > STROKE_BEYOND:
+        unit = None
+        for name, size in sorted(LENGTHS.items(), key=lambda item: -item[1]):
+            if max(-low, high) * size <= 1.01 * stroke:
+                unit = name
+                break
+        if -low > 0.0 and high - low <= 1.01 * stroke:
+            mend = "it is not counted from the cap end: add what is missing to the column"
+        elif unit is not None:
+            mend = f"perhaps it is in another unit: {_mapping(rig, 'position_m', unit)}"
+        else:
+            mend = "check the column and cylinder.stroke_m"
+        return [
+            Remark(
+                record.name,
+                f"position_m runs from {low:.4g} to {high:.4g}, the stroke from 0 to {stroke:g} m; "
+                f"{mend}",
+                serious=True,
+            )
+        ]
+    remarks = []
+    if beyond > BEYOND:
+        remarks.append(
+            Remark(
+                record.name,
+                f"the rod is {1e3 * beyond * stroke:.2g} mm beyond an end of the stroke of "
+                f"{stroke:g} m: check the sensor's zero and cylinder.stroke_m",
+            )
+        )
+    zone = END_ZONE * stroke
+    at_ends = float(np.mean((position < zone) | (position > stroke - zone)))
+    if at_ends > AT_END:
+        remarks.append(
+            Remark(
+                record.name,
+                f"the rod is at an end of its stroke for {100.0 * at_ends:.2g} % of the time: "
+                "stops are not compared fairly; keep away from them",
+                serious=at_ends > AT_END_ALL,
+            )
+        )
+    return remarks
+
+
+def check_pressures(record: Record, rig: Rig) -> list[Remark]:
+    """Between vacuum and what the supply can give, in pascal, absolute, as the rig says?"""
+    supply = rig.values.get("supply.pressure_pa")
+    if supply is None:
+        return []
+    names = [name for name in (*CHAMBERS, "supply_pressure_pa") if name in record.columns]
+    remarks: list[Remark] = []
+    for name in names:
+        remarks += _pressure(record, rig, name, supply)
+    if any(remark.serious for remark in remarks) or "supply_pressure_pa" not in names:
+        return remarks
+    measured = float(np.median(record.column("supply_pressure_pa")))
+    off = measured / supply - 1.0
+    if abs(off) > SUPPLY_SIGMAS * rig.sigma("supply.pressure_pa"):
+        remarks.append(
+            Remark(
+                record.name,
+                f"the supply is measured at {measured:.4g} Pa, the rig says {supply:.4g} Pa "
+                f"({100.0 * off:+.0f} %), beyond its uncertainty; correct supply.pressure_pa",
+            )
+        )
+    return remarks
+
+
+def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark]:
+    pressure = record.column(name)
+    low, top = float(pressure.min()), float(np.quantile(pressure, 0.99))
+    if top < PRESSURE_UNIT * supply:
+        # A chamber reaches some 70 % of the supply.
+        usual = supply if name == "supply_pressure_pa" else 0.7 * supply
+        unit = _nearest(usual / top, PRESSURES) if top > 0.0 else None
+        mend = (
+            f"perhaps it is in another unit: {_mapping(rig, name, unit)}"
+            if unit
+            else "check the sensor and the unit"
+        )
+        return [
+            Remark(
+                record.name,
+                f"{name} goes up to {top:.3g} Pa, the supply has {supply:.3g} Pa; {mend}",
+                serious=True,
+            )
+        ]
+    remarks = []
+    # Noise goes below zero, too, where oil is near vacuum.
+    if low < -VACUUM_FLOORS * noise_floor(pressure).value:
+        gauge = low > -1.05 * ATMOSPHERE_PA
+        mend = (
+            "the sensor shows pressure above the atmosphere: add 101325 Pa"
+            if gauge
+            else "check the sensor's zero and sign"
+        )
+        remarks.append(
+            Remark(
+                record.name,
+                f"{name} goes down to {low:.3g} Pa, absolute pressure cannot; {mend}",
+                serious=not gauge,
+            )
+        )
+    # A load that pulls can raise one chamber over the supply, by the ratio of the areas at most
+    # where it stands still.
+    bore, rod = rig.values["cylinder.bore_m"], rig.values["cylinder.rod_m"]
+    most = supply * (1.0 if name != "pressure_b_pa" else bore**2 / (bore**2 - rod**2))
+    above = float(
+        np.mean(pressure > (1.0 + SUPPLY_SIGMAS * rig.sigma("supply.pressure_pa")) * most)
+    )
+    if above > BEYOND_SHARE and name in CHAMBERS:
+        remarks.append(
+            Remark(
+                record.name,
+                f"{name} is above what a supply of {supply:.4g} Pa gives for {100.0 * above:.2g} % "
+                "of the time; check the sensor's range and supply.pressure_pa",
+            )
+        )
+    return remarks

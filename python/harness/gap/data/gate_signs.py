@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: MIT
+"""Gate: do command and position point the same way, and are the pressures at the right ports?"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import savgol_filter
+
+from ehsid.harness.gap.data.gate_ranges import CHAMBERS
+from ehsid.harness.gap.schema import Remark
+from ehsid.harness.gap.thresholds import EXCHANGED, FORCE_SMOOTHED_S, OPPOSITE
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def _slopes(record: Record, order: int) -> FloatArray:
+    """Derivative of the position by a parabola over FORCE_SMOOTHED_S."""
+    assert record.dt_s is not None
+    length = max(5, 2 * round(0.5 * FORCE_SMOOTHED_S / record.dt_s) + 1)
+    return np.asarray(
+        savgol_filter(
+            record.column("position_m"), length, polyorder=2, deriv=order, delta=record.dt_s
+        ),
+        dtype=np.float64,
+    )
+
+
+def _deviation(values: FloatArray) -> FloatArray:
+    """Deviation from the mean, in units of the largest value, so that squares are of order one."""
+    scaled = values / np.abs(values).max()
+    return np.asarray(scaled - scaled.mean(), dtype=np.float64)
+
+
+def correlation(first: FloatArray, second: FloatArray) -> float:
+    """Compute the correlation coefficient of two signals in any unit.
+
+    `np.corrcoef` squares the values as they are, which loses very small and very large ones.
+
+    Parameters
+    ----------
+    first, second
+        shape (N,); each has a value other than zero.
+
+    Returns
+    -------
+    float
+        -1 to 1; 0 where a signal is constant.
+    """
+    a, b = _deviation(first), _deviation(second)
+    size = np.sqrt((a @ a) * (b @ b))
+    return float(a @ b / size) if size > 0.0 else 0.0
+
+
+def check_directions(record: Record, rig: Rig) -> list[Remark]:
+    """A positive command extends the rod: a valve makes speed of it, a motor power."""
+    command, speed = record.column("command_v"), _slopes(record, 1)
+    if np.ptp(command) == 0.0 or np.ptp(speed) == 0.0:
+        return []
+    # Power of the drive, but for the mean command, which may hold a load.
+    together = correlation(command, speed)
+    if together > -OPPOSITE:
+        return []
+    return [
+        Remark(
+            record.name,
+            f"the rod moves against the command (correlation {together:.2f}): position counts from "
+            "the cap end, and a positive command must extend; change the sign of one of them",
+            serious=True,
+        )
+    ]
+
+
+def check_ports(record: Record, rig: Rig) -> list[Remark]:
+    """The force balance with the pressures as named, and exchanged."""
+    if rig.plant != "ehs" or any(name not in record.columns for name in CHAMBERS):
+        return []
+    p_a, p_b = (record.column(name) for name in CHAMBERS)
+    if np.ptp(p_a) == 0.0 or np.ptp(p_b) == 0.0:
+        return []
+    cap = 0.25 * np.pi * rig.values["cylinder.bore_m"] ** 2
+    annulus = cap - 0.25 * np.pi * rig.values["cylinder.rod_m"] ** 2
+    speed, acceleration = _slopes(record, 1), _slopes(record, 2)
+    # m a = p_a A_a - p_b A_b - b v - F_c sgn v - k y - F_0: what the right columns leave is small.
+    terms = np.column_stack(
+        [acceleration, speed, np.sign(speed), record.column("position_m"), np.ones(len(record))]
+    )
+    scale = np.abs(terms).max(axis=0)
+    terms = terms / np.where(scale > 0.0, scale, 1.0)
+    named, exchanged = (
+        _balance(terms, cap * one - annulus * other) for one, other in ((p_a, p_b), (p_b, p_a))
+    )
+    # With nearly equal areas exchanging is a change of sign: then the mass tells.
+    wrong = exchanged[0] < EXCHANGED * named[0] or (
+        named[1] < 0.0 < exchanged[1] and named[2] > 0.5 and exchanged[0] < 1.5 * named[0]
+    )
+    if not wrong:
+        return []
+    return [
+        Remark(
+            record.name,
+            "pressure_a_pa and pressure_b_pa are exchanged: only the other way round do they "
+            "balance the motion; A is the cap side",
+            serious=True,
+        )
+    ]
+
+
+def _balance(terms: FloatArray, force: FloatArray) -> tuple[float, float, float]:
+    """Rms that the terms leave of a force, the weight of the first one, and the share explained."""
+    weights, *_ = np.linalg.lstsq(terms, force, rcond=None)
+    left = float(np.std(force - terms @ weights))
+    spread = float(np.std(force))
+    return left, float(weights[0]), 1.0 - (left / spread) ** 2 if spread > 0.0 else 0.0

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""Where a record has been: what it did not visit it cannot speak of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.gap.data.floor import floor_of
+from ehsid.harness.gap.thresholds import NEAR_NULL, SLOW_SHARE
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
+from ehsid.harness.simulation import command_limit, measured_states
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Regimes:
+    """What a record visits; shares of its time unless said otherwise.
+
+    Attributes
+    ----------
+    largest_command
+        fraction of rated command, or of the record's own largest where the drive names no limit.
+    near_null
+        commands within NEAR_NULL of rated.
+    slow
+        speeds within SLOW_SHARE of the largest.
+    command_reversals, motion_reversals
+        counts: turns of the command, and of the rod, by more than a few per cent of their range.
+    travel
+        share of the stroke that the rod covers; None without a stroke.
+    at_ends
+        within a hundredth of the stroke of an end; None without a stroke.
+    load_signs
+        1 or 2: whether the load on the cylinder pushes one way or both; None without pressures.
+    fast_power_hz
+        frequency below which 99 % of the power of the command's changes lies.
+    lowest_pressure_pa, highest_pressure_pa
+        of both chambers; None without pressures.
+    position_floor_m
+        noise of the position sensor, its steps included.
+    """
+
+    largest_command: float
+    near_null: float
+    slow: float
+    command_reversals: int
+    motion_reversals: int
+    travel: float | None
+    at_ends: float | None
+    load_signs: int | None
+    fast_power_hz: float
+    lowest_pressure_pa: float | None
+    highest_pressure_pa: float | None
+    position_floor_m: float
+
+
+def reversals(signal: FloatArray, share: float) -> int:
+    """Turns of a signal, each by more than this share of its range (zigzag)."""
+    least = share * float(np.ptp(signal))
+    if least <= 0.0:
+        return 0
+    turns, direction = 0, 0
+    low = high = float(signal[0])
+    for value in signal.tolist():
+        low, high = min(low, value), max(high, value)
+        if direction <= 0 and value - low > least:
+            turns += direction < 0
+            direction, high = 1, value
+        elif direction >= 0 and high - value > least:
+            turns += direction > 0
+            direction, low = -1, value
+    return turns
+
+
+def visited(record: Record, rig: Rig) -> Regimes:
+    """Look through a record without gaps.
+
+    Raises
+    ------
+    ValueError
+        a record with gaps, or without sampling time.
+    """
+    states = measured_states(record)
+    assert record.dt_s is not None
+    command, position, speed = record.column("command_v"), states[:, 0], states[:, 1]
+    limit = command_limit(rig)
+    rated = limit if np.isfinite(limit) else float(np.abs(command).max())
+    share = np.abs(command) / max(rated, 1e-300)
+    stroke = rig.values.get("cylinder.stroke_m")
+    travel = at_ends = None
+    if stroke is not None:
+        travel = float(np.ptp(position) / stroke)
+        end = 0.01 * stroke
+        at_ends = float(np.mean((position < end) | (position > stroke - end)))
+    load_signs = lowest = highest = None
+    if not np.isnan(states[:, 2:]).any() and "cylinder.bore_m" in rig.values:
+        cap = rig.values["cylinder.bore_m"] ** 2
+        annulus = cap - rig.values["cylinder.rod_m"] ** 2
+        load = states[:, 2] * cap - states[:, 3] * annulus
+        # Both ways where it does so for a twentieth of the time at least.
+        load_signs = 2 if 0.05 < float(np.mean(load > 0.0)) < 0.95 else 1
+        # Noise has no part in it: one sample in a thousand is beyond.
+        lowest, highest = (float(end) for end in np.quantile(states[:, 2:], [0.001, 0.999]))
+    return Regimes(
+        largest_command=float(share.max()),
+        near_null=float(np.mean(share < NEAR_NULL)),
+        slow=float(np.mean(np.abs(speed) < SLOW_SHARE * np.abs(speed).max())),
+        command_reversals=reversals(command, 0.05),
+        motion_reversals=reversals(position, 0.02),
+        travel=travel,
+        at_ends=at_ends,
+        load_signs=load_signs,
+        fast_power_hz=_fast_power(command, record.dt_s),
+        lowest_pressure_pa=lowest,
+        highest_pressure_pa=highest,
+        position_floor_m=floor_of(record, "position_m").value,
+    )
+
+
+def _fast_power(command: FloatArray, dt_s: float) -> float:
+    """Of the changes from sample to sample: a held step counts as what it excites."""
+    power = np.abs(np.fft.rfft(np.diff(command))) ** 2
+    if power.sum() <= 0.0:
+        return 0.0
+    place = int(np.searchsorted(np.cumsum(power), 0.99 * power.sum()))
+    return place / ((command.size - 1) * dt_s)

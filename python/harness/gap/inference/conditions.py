@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: MIT
+"""Conditions under which a servo works, in words with their numbers, and when they hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import find_peaks
+
+from ehsid.harness.gap.model.comparison import Compared
+from ehsid.harness.gap.model.inverse_signals import areas
+from ehsid.harness.gap.thresholds import (
+    AFTER_TURN_S,
+    LOW_PRESSURE_PA,
+    NEAR_NULL,
+    SLOW_SHARE,
+    TURN_OF_COMMAND,
+    TURN_OF_ROD,
+)
+from ehsid.harness.rigs import Rig
+from ehsid.harness.simulation import command_limit, measured_states
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+
+def conditions(records: Sequence[Compared], rig: Rig) -> dict[str, BoolArray]:
+    """When each condition holds, at the samples inside windows, record after record.
+
+    Limits are those of all records together. Conditions on pressures only where every record has
+    them.
+    """
+    states = np.concatenate([measured_states(one.record)[one.used] for one in records])
+    command = np.concatenate([one.record.column("command_v")[one.used] for one in records])
+    position, speed = states[:, 0], states[:, 1]
+    largest = float(np.abs(command).max())
+    limit = command_limit(rig)
+    null = NEAR_NULL * (limit if np.isfinite(limit) else largest)
+    slow = SLOW_SHARE * float(np.abs(speed).max())
+    low, high = np.min(position) + np.ptp(position) * np.array([1.0, 2.0]) / 3.0
+    found: dict[str, BoolArray] = {
+        f"|command| < {null:.3g} V": np.abs(command) < null,
+        f"|command| > {0.5 * largest:.3g} V": np.abs(command) > 0.5 * largest,
+        f"|velocity| < {slow:.2g} m/s": np.abs(speed) < slow,
+        f"velocity > {slow:.2g} m/s": speed > slow,
+        f"velocity < {-slow:.2g} m/s": speed < -slow,
+        f"position < {low:.3g} m": position < low,
+        f"position {low:.3g} to {high:.3g} m": (position >= low) & (position <= high),
+        f"position > {high:.3g} m": position > high,
+    }
+    for what, column, share in (
+        ("command", "command_v", TURN_OF_COMMAND),
+        ("rod", "position_m", TURN_OF_ROD),
+    ):
+        found[f"up to {AFTER_TURN_S:g} s after a turn of the {what}"] = np.concatenate(
+            [
+                after_turns(one.record.column(column), share, round(AFTER_TURN_S / one.dt_s))[
+                    one.used
+                ]
+                for one in records
+            ]
+        )
+    if rig.plant == "ehs" and not np.isnan(states[:, 2:]).any():
+        found |= _of_pressures(states[:, 2], states[:, 3], rig.values)
+    return found
+
+
+def _of_pressures(
+    a: FloatArray, b: FloatArray, values: Mapping[str, float]
+) -> dict[str, BoolArray]:
+    cap, annulus = areas(values)
+    load = a * cap - b * annulus
+    half = 0.5 * float(np.abs(load).max())
+    return {
+        "load against extension (p_a A_a > p_b A_b)": load > 0.0,
+        "load with extension (p_a A_a < p_b A_b)": load < 0.0,
+        f"|load| > {half:.3g} N": np.abs(load) > half,
+        f"a chamber below {LOW_PRESSURE_PA / 1e6:g} MPa": np.minimum(a, b) < LOW_PRESSURE_PA,
+    }
+
+
+def after_turns(signal: FloatArray, share: float, samples: int) -> BoolArray:
+    """Samples that follow a turn of more than this share of the signal's range, shape (N,)."""
+    least = share * float(np.ptp(signal))
+    marks = np.zeros(signal.size)
+    if least > 0.0:
+        for way in (signal, -signal):
+            marks[find_peaks(way, prominence=least)[0]] = 1.0
+    return np.convolve(marks, np.ones(samples + 1))[: signal.size] > 0.5

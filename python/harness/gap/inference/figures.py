@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: MIT
+"""Findings from fits: simulated records, how far, values with intervals, probabilities."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.gap.inference.advantage import above_floor, advantage
+from ehsid.harness.gap.inference.choice import Choice
+from ehsid.harness.gap.inference.how_far import how_far, window_sums
+from ehsid.harness.gap.inference.intervals import in_deviations, interval, scatter_of
+from ehsid.harness.gap.inference.rivals import Rival, decisive
+from ehsid.harness.gap.inference.search import Found
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.model.comparison import Compared
+from ehsid.harness.gap.schema import (
+    CalibratedValue,
+    Candidate,
+    Estimate,
+    FoundEffect,
+    HeldOutRun,
+    HowFar,
+)
+from ehsid.harness.gap.thresholds import (
+    BOOTSTRAP_SEED,
+    DOUBT,
+    MODEL_ERROR,
+    MODEL_ERROR_POSITION,
+    MOVED_FIT,
+    MOVED_TOLD,
+    SURE,
+    TEMPERATURE,
+)
+from ehsid.harness.rigs.parameters import EFFECT_PREFIX, NUISANCE_PREFIX
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def held_out_figures(
+    case: Case, nominal: Rival, calibrated: Rival, best: Rival
+) -> tuple[tuple[HeldOutRun, ...], HowFar]:
+    """Held-out records beside the three simulations, and the figures of the gap."""
+    fine = decisive(case)
+    rivals = (nominal, calibrated, best)
+    problems = [fine.problem(one.effects, held_out=True) for one in rivals]
+    shown = [problem.simulate(one.x) for problem, one in zip(problems, rivals, strict=True)]
+    records = problems[0].records
+    sums = [window_sums(records, one, case.outputs) for one in shown]
+    far = how_far(sums[0], sums[1], sums[2], case.floors, np.random.default_rng(BOOTSTRAP_SEED))
+    runs = []
+    for place, compared in enumerate(records):
+        record = compared.record
+        runs.append(
+            HeldOutRun(
+                record.name,
+                _times(compared),
+                compared.window,
+                record.column("command_v"),
+                {name: compared.outputs[name] for name in case.outputs},
+                *(one[place] for one in shown),
+            )
+        )
+    return tuple(runs), replace(far, carries_over=_by_command(case, runs))
+
+
+def _times(compared: Compared) -> FloatArray:
+    told = compared.record.time_s
+    counted = np.arange(compared.window.size, dtype=np.float64) * compared.dt_s
+    return counted if told is None else told
+
+
+def _by_command(case: Case, runs: Sequence[HeldOutRun]) -> tuple[float, float] | None:
+    """Share of the explainable gap in the windows of smaller and of larger commands."""
+    rows = []
+    for run in runs:
+        numbers = run.window[run.window >= 0]
+        inside = run.window >= 0
+        samples = np.bincount(numbers)
+        size = np.bincount(numbers, np.abs(run.command_v[inside])) / np.maximum(samples, 1)
+        squares = [
+            sum(
+                np.bincount(numbers, (simulated[name] - run.measured[name])[inside] ** 2)
+                / case.floors[name].value ** 2
+                for name in case.outputs
+            )
+            for simulated in (run.calibrated, run.augmented)
+        ]
+        count = samples * len(case.outputs)
+        kept = count > 0
+        rows.append(np.stack([size, *squares, count])[:, kept])
+    size, before, after, count = np.concatenate(rows, axis=1)
+    if size.size < 8:
+        return None
+    large = size > np.median(size)
+    shares = []
+    for half in (~large, large):
+        rms = [math.sqrt(part[half].sum() / count[half].sum()) for part in (before, after)]
+        if rms[0] <= 1.0:
+            return None
+        shares.append((rms[0] - rms[1]) / (rms[0] - 1.0))
+    return shares[0], shares[1]
+
+
+def estimates(case: Case, rival: Rival) -> tuple[dict[str, Estimate], dict[str, bool]]:
+    """Of all fitted values by full name; and whether each has moved from what was told."""
+    scatter, windows = scatter_of(case, rival)
+    model_error = MODEL_ERROR if case.pressures else MODEL_ERROR_POSITION
+    found, moved = {}, {}
+    parameters = case.parameters(rival.effects)
+    for parameter, x, deviation in zip(parameters, rival.x, scatter, strict=True):
+        found[parameter.name] = interval(
+            parameter, float(x), float(deviation), windows, model_error
+        )
+        told, fitted = in_deviations(parameter, float(x), float(deviation))
+        moved[parameter.name] = told >= MOVED_TOLD and fitted >= MOVED_FIT
+    return found, moved
+
+
+def calibration_of(
+    case: Case, found: Mapping[str, Estimate], moved: Mapping[str, bool]
+) -> dict[str, CalibratedValue]:
+    """Of the rig's values and nuisances; a nuisance has no told value to move from."""
+    told = {one.name: one.value(one.centre) for one in case.parameters()}
+    return {
+        name: CalibratedValue(
+            told[name], found[name], moved[name] and not name.startswith(NUISANCE_PREFIX)
+        )
+        for name in told
+    }
+
+
+def probabilities(case: Case, choice: Choice, far: HowFar) -> dict[str, float]:
+    """That each effect of the best set is there.
+
+    Weights exp(-nats / TEMPERATURE) over the set and its equals, and no more than SURE: rivals that
+    nobody thought of are always there, the more so the more of the gap is left.
+    """
+    floor = far.noise_floor[1]
+    room = far.calibrated - floor
+    left = min(max((far.augmented - floor) / room, 0.0), 1.0) if room > 0.0 else 0.0
+    sure = SURE * (1.0 - DOUBT * left)
+    rivals = (choice.best, *choice.equals)
+    weights = [
+        math.exp(-max(advantage(case, choice.best, one).nats, 0.0) / TEMPERATURE) for one in rivals
+    ]
+    total = sum(weights)
+    return {
+        effect: sure
+        * sum(w for w, one in zip(weights, rivals, strict=True) if effect in one.effects)
+        / total
+        for effect in choice.best.effects
+    }
+
+
+def found_effects(
+    case: Case, found: Found, choice: Choice, values: Mapping[str, Estimate], far: HowFar
+) -> tuple[FoundEffect, ...]:
+    """The best set, each with its part in the held-out gain."""
+    best = choice.best
+    sure = probabilities(case, choice, far)
+    gains = {}
+    for effect in best.effects:
+        rest = frozenset(best.effects) - {effect}
+        without = next(
+            (one for one in (found.calibrated, *found.rivals) if frozenset(one.effects) == rest),
+            found.calibrated,
+        )
+        gains[effect] = max(advantage(case, best, without).relative, 1e-6)
+    total = sum(gains.values())
+    effects = []
+    for effect in best.effects:
+        prefix = f"{EFFECT_PREFIX}{effect}."
+        own = {n.removeprefix(prefix): e for n, e in values.items() if n.startswith(prefix)}
+        effects.append(FoundEffect(effect, sure[effect], own, gains[effect] / total))
+    return tuple(effects)
+
+
+def listed(case: Case, found: Found, choice: Choice) -> tuple[Candidate, ...]:
+    """All sets that were fitted, the best first, then those that were only looked at."""
+    equals = {one.effects for one in (choice.best, *choice.equals)}
+    best = min([choice.best, *found.rivals], key=lambda one: one.held_out_cost)
+    room = above_floor(case, found.calibrated)
+    fitted = {frozenset(one.effects) for one in found.rivals}
+    looked = [one for one in found.screened if frozenset(one.effects) not in fitted]
+    candidates = []
+    for one in sorted(
+        (found.calibrated, *found.rivals, *looked), key=lambda one: one.held_out_cost
+    ):
+        gained = advantage(case, one, found.calibrated).relative
+        own = {n: v for n, v in one.values.items() if n.split(".")[1] in one.effects}
+        candidates.append(
+            Candidate(
+                one.effects,
+                max(advantage(case, best, one).nats, 0.0),
+                min(gained / room, 1.0) if room > 0.0 else 0.0,
+                {name.removeprefix(EFFECT_PREFIX): value for name, value in own.items()},
+                one.effects in equals,
+                one.cost,
+                one.held_out_cost,
+                one.x.size,
+            )
+        )
+    return tuple(candidates)

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: MIT
+"""Which effects a record cannot speak of, and why: not visited is not absent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+
+from ehsid.harness.gap.data.regimes import Regimes
+from ehsid.harness.gap.schema import CannotJudge
+from ehsid.harness.gap.thresholds import (
+    FAST_HZ,
+    LARGE_COMMAND,
+    LEAST_REVERSALS,
+    LEAST_SHARE,
+    LEAST_TRAVEL,
+    PRESSURES_VARY,
+)
+from ehsid.harness.rigs.parameters import acts_on
+from ehsid.harness.rigs.parameters import effects as catalogue
+
+
+def _large_commands(regimes: Regimes) -> str | None:
+    if regimes.largest_command >= LARGE_COMMAND:
+        return None
+    return f"command never above {100.0 * regimes.largest_command:.0f} % of rated"
+
+
+def _about_null(regimes: Regimes) -> str | None:
+    if regimes.near_null >= LEAST_SHARE:
+        return None
+    return f"command near null for {100.0 * regimes.near_null:.1f} % of the time only"
+
+
+def _command_turns(regimes: Regimes) -> str | None:
+    if regimes.command_reversals >= LEAST_REVERSALS:
+        return None
+    return f"the command turns {regimes.command_reversals} times only"
+
+
+def _motion_turns(regimes: Regimes) -> str | None:
+    if regimes.motion_reversals >= LEAST_REVERSALS:
+        return None
+    return f"the rod turns {regimes.motion_reversals} times only"
+
+
+def _slow_motion(regimes: Regimes) -> str | None:
+    if regimes.slow >= LEAST_SHARE:
+        return None
+    return f"slow motion for {100.0 * regimes.slow:.1f} % of the time only"
+
+
+def _fast_commands(regimes: Regimes) -> str | None:
+    if regimes.fast_power_hz >= FAST_HZ:
+        return None
+    return f"the command has no power above {regimes.fast_power_hz:.1f} Hz"
+
+
+def _wide_travel(regimes: Regimes) -> str | None:
+    if regimes.travel is None or regimes.travel >= LEAST_TRAVEL:
+        return None
+    return f"the rod covers {100.0 * regimes.travel:.0f} % of the stroke only"
+
+
+def _pressures_vary(regimes: Regimes) -> str | None:
+    low, high = regimes.lowest_pressure_pa, regimes.highest_pressure_pa
+    if low is None or high is None or high >= PRESSURES_VARY * low:
+        return None
+    return f"chamber pressures stay within {low:.2g} to {high:.2g} Pa: air is like softer oil there"
+
+
+# What each effect needs; those not named show in any motion.
+_NEEDS: Mapping[str, tuple[Callable[[Regimes], str | None], ...]] = MappingProxyType(
+    {
+        "transport_delay": (_fast_commands,),
+        "valve_hysteresis": (_command_turns,),
+        "valve_lag": (_fast_commands,),
+        "valve_flow_saturation": (_large_commands,),
+        "valve_dead_band": (_about_null,),
+        "entrained_air": (_pressures_vary,),
+        "supply_droop": (_large_commands,),
+        "coulomb_friction": (_motion_turns,),
+        "stribeck_friction": (_motion_turns, _slow_motion),
+        "load_spring": (_wide_travel,),
+        "sensor_lag": (_fast_commands,),
+        "sensor_backlash": (_motion_turns,),
+    }
+)
+
+
+def cannot_judge(
+    regimes: Sequence[Regimes], effects: Sequence[str], plant: str = "ehs"
+) -> list[CannotJudge]:
+    """Effects for which something is missing in every record, with what is.
+
+    Parameters
+    ----------
+    regimes
+        of each record; what one of them visits is visited.
+    effects
+        ids that are asked for, in the order of the answer.
+    plant
+        of the rig: an effect on a part that it does not have cannot be judged either.
+    """
+    found = []
+    for effect in effects:
+        if not acts_on(catalogue()[effect], plant):
+            part = catalogue()[effect].subsystem
+            article = "a " if part == "valve" else ""
+            found.append(CannotJudge(effect, f'a plant "{plant}" is told without {article}{part}'))
+            continue
+        missing = [
+            reason
+            for need in _NEEDS.get(effect, ())
+            if (reason := _missing_everywhere(need, regimes)) is not None
+        ]
+        if missing:
+            found.append(CannotJudge(effect, "; ".join(missing)))
+    return found
+
+
+def _missing_everywhere(
+    need: Callable[[Regimes], str | None], regimes: Sequence[Regimes]
+) -> str | None:
+    """The reason of the first record, where all of them have one."""
+    reasons = [need(one) for one in regimes]
+    return reasons[0] if reasons and all(reason is not None for reason in reasons) else None
+
+
+def beyond_reach(
+    values: Mapping[str, float], regimes: Sequence[Regimes], effects: Sequence[str]
+) -> list[CannotJudge]:
+    """Of fitted effects those whose size lies beyond what the records reached, with the reason.
+
+    Such a size is a guess from the first bend of a curve, or from what noise hides: other effects
+    bend and hide alike.
+
+    Parameters
+    ----------
+    values
+        of the plant, by full name.
+    regimes
+        of each record.
+    effects
+        ids that were fitted.
+    """
+    command = max(one.largest_command for one in regimes)
+    floor = min(one.position_floor_m for one in regimes)
+    found = []
+    for effect in effects:
+        reason = None
+        match effect:
+            case "valve_flow_saturation":
+                limit = values[f"effects.{effect}.limit"]
+                if limit > command:
+                    reason = (
+                        f"it would begin at {100.0 * limit:.0f} % of full opening, the command "
+                        f"never asks for more than {100.0 * command:.0f} %"
+                    )
+            case "valve_dead_band" | "valve_hysteresis":
+                name = "overlap" if effect == "valve_dead_band" else "half_width"
+                width = values[f"effects.{effect}.{name}"]
+                if width >= command:
+                    reason = (
+                        f"it would be {100.0 * width:.0f} % wide, the command never goes beyond "
+                        f"{100.0 * command:.0f} %"
+                    )
+            case "sensor_backlash":
+                width = values[f"effects.{effect}.half_width_m"]
+                if width < floor:
+                    reason = f"{width:.2g} m are below the sensor's noise of {floor:.2g} m"
+        if reason is not None:
+            found.append(CannotJudge(effect, reason))
+    return found

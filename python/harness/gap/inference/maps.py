@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: MIT
+"""Where in regimes, frequency and time the calibrated error above the noise floor lies.
+
+The outputs count by their errors over the rms of the measured output about its window's mean, as in
+the contract's nrmse; a share is that of the sum of squares above the floor's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.fft import dct
+
+from ehsid.harness.gap.inference.conditions import conditions
+from ehsid.harness.gap.model.comparison import Compared
+from ehsid.harness.gap.schema import BandShare, Estimate, RegimeShare, SpanShare
+from ehsid.harness.gap.thresholds import (
+    BANDS_HZ,
+    BOOTSTRAP_DRAWS,
+    LEAST_TIME,
+    SHRINKAGE_LEVEL,
+    SPAN_EXCESS,
+    SPAN_WINDOWS,
+)
+from ehsid.harness.rigs import Rig
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Maps:
+    """Shares of the gap above the floor; empty where there is nothing above it."""
+
+    regimes: tuple[RegimeShare, ...] = ()
+    frequency: tuple[BandShare, ...] = ()
+    time: tuple[SpanShare, ...] = ()
+
+
+def maps(
+    compared: Sequence[Compared],
+    errors: Mapping[str, FloatArray],
+    floors: Mapping[str, float],
+    rig: Rig,
+    *,
+    seed: int = 0,
+) -> Maps:
+    """Maps of errors inside the windows of all records.
+
+    Parameters
+    ----------
+    compared
+        the records, in the order of the errors.
+    errors
+        simulated minus measured by output, shape (sum of the samples inside windows,), as
+        `Problem.errors` gives them.
+    floors
+        deviation of the noise by output.
+    rig
+        as told.
+    seed
+        of the bootstrap over whole windows.
+    """
+    spread = {
+        name: float(np.mean(np.concatenate([c.centred(c.outputs[name]) for c in compared]) ** 2))
+        for name in errors
+    }
+    window = window_numbers_of(compared)
+    shares = [(e, spread[name], floors[name] ** 2) for name, e in errors.items()]
+    energy = np.sum([(e**2 - f) / s for e, s, f in shares], axis=0)
+    by_window = np.asarray(np.bincount(window, energy), dtype=np.float64)
+    if float(by_window.sum()) <= 0.0:
+        return Maps()
+    draws = np.random.default_rng(seed).integers(
+        by_window.size, size=(BOOTSTRAP_DRAWS, by_window.size)
+    )
+    regimes = []
+    for condition, holds in conditions(compared, rig).items():
+        of_time = float(np.mean(holds))
+        if of_time >= LEAST_TIME:
+            inside = np.asarray(np.bincount(window, energy * holds), dtype=np.float64)
+            regimes.append(RegimeShare(condition, _share(inside, by_window, draws), of_time))
+    regimes.sort(key=lambda one: -one.share_of_gap.value)
+    return Maps(
+        tuple(regimes),
+        tuple(_bands(compared, shares, window, by_window, draws)),
+        tuple(_spans(compared, by_window)),
+    )
+
+
+def window_numbers_of(compared: Sequence[Compared]) -> npt.NDArray[np.int64]:
+    """Number of the window of each sample inside windows, counted through all records."""
+    found: list[npt.NDArray[np.int64]] = []
+    first = 0
+    for one in compared:
+        _, inside = np.unique(one.window[one.used], return_inverse=True)
+        found.append(inside.astype(np.int64) + first)
+        first = int(found[-1][-1]) + 1
+    return np.concatenate(found)
+
+
+def _share(part: FloatArray, whole: FloatArray, draws: npt.NDArray[np.int64]) -> Estimate:
+    """Of sums over windows, with the interval over drawn windows (Künsch 1989); within [0, 1]."""
+    tail = 0.5 * (1.0 - SHRINKAGE_LEVEL)
+    wholes = whole[draws].sum(axis=1)
+    positive = wholes > 0.0
+    drawn = part[draws].sum(axis=1)[positive] / wholes[positive]
+    value = float(part.sum() / whole.sum())
+    low, high = np.quantile(drawn, [tail, 1.0 - tail])
+    ends = np.clip([value, min(low, value), max(high, value)], 0.0, 1.0).tolist()
+    return Estimate(*ends)
+
+
+def _bands(
+    compared: Sequence[Compared],
+    shares: Sequence[tuple[FloatArray, float, float]],
+    window: npt.NDArray[np.int64],
+    by_window: FloatArray,
+    draws: npt.NDArray[np.int64],
+) -> list[BandShare]:
+    """By the cosine transform of each window (DCT-II).
+
+    Orthonormal, so that squares add up to those of the samples, and continued evenly, so that a
+    drift over the window does not leak into all bands as with a Fourier transform (N. Ahmed, T.
+    Natarajan, K. R. Rao, IEEE Trans. Comput. C-23, 1974).
+    """
+    nyquist = 0.5 / max(one.dt_s for one in compared)
+    edges = [edge for edge in BANDS_HZ if edge < nyquist] + [nyquist]
+    inside = np.zeros((len(edges) - 1, by_window.size))
+    dts = np.concatenate([np.full(np.count_nonzero(one.used), one.dt_s) for one in compared])
+    begins = np.flatnonzero(np.diff(window, prepend=-1))
+    for number, (begin, end) in enumerate(zip(begins, [*begins[1:], window.size], strict=True)):
+        # Of n samples, number k turns k / 2 times over the window.
+        hz = 0.5 * np.arange(end - begin) / ((end - begin) * dts[begin])
+        band = np.minimum(np.searchsorted(edges, hz, side="right"), len(edges) - 1) - 1
+        power = np.sum(
+            [(dct(e[begin:end], norm="ortho") ** 2 - f) / s for e, s, f in shares], axis=0
+        )
+        inside[:, number] = np.bincount(band, power, minlength=len(edges) - 1)
+    return [
+        BandShare((float(low), float(high)), _share(part, by_window, draws))
+        for low, high, part in zip(edges, edges[1:], inside, strict=False)
+    ]
+
+
+def _spans(compared: Sequence[Compared], by_window: FloatArray) -> list[SpanShare]:
+    """Stretches of at least SPAN_WINDOWS windows that hold SPAN_EXCESS times their share."""
+    total, done, found = float(by_window.sum()), 0, []
+    least = SPAN_EXCESS * SPAN_WINDOWS / by_window.size
+    ones = np.ones(SPAN_WINDOWS)
+    for one in compared:
+        samples = np.flatnonzero(one.used)
+        numbers, first = np.unique(one.window[samples], return_index=True)
+        ends = samples[np.append(first[1:], samples.size) - 1] + 1
+        share = by_window[done : done + numbers.size] / total
+        done += numbers.size
+        start_s = 0.0 if one.record.time_s is None else float(one.record.time_s[0])
+        # Between blocks that are held out there are others: a stretch does not reach across.
+        for part in np.split(np.arange(numbers.size), np.flatnonzero(np.diff(numbers) > 1) + 1):
+            if part.size < SPAN_WINDOWS:
+                continue
+            loud = np.convolve(share[part], ones, mode="valid") > least
+            member = np.convolve(loud, ones) > 0.5
+            edges = np.flatnonzero(np.diff(np.concatenate([[False], member, [False]])))
+            for begin, end in part[0] + edges.reshape(-1, 2):
+                span_s = (
+                    start_s + float(samples[first[begin]]) * one.dt_s,
+                    start_s + float(ends[end - 1]) * one.dt_s,
+                )
+                held = float(share[begin:end].sum())
+                found.append(SpanShare(one.record.name, span_s, held))
+    return found

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+"""Steps of the position sensor: seen in the record itself, no fit needed, and nothing shrinks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ehsid.harness.gap.data.floor import sensor_step
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.schema import Estimate
+from ehsid.harness.gap.thresholds import (
+    LEAST_STEP,
+    STEP_OF_FLOOR,
+    STEP_OF_TOLD,
+    STEP_SCATTER,
+)
+
+QUANTISATION = "sensor_quantisation"
+
+
+def position_step(case: Case, exclude: Sequence[str] = ()) -> Estimate | None:
+    """Step of the position, m, where it is more than a sensor has anyway; else None.
+
+    It must make most of the noise (q / sqrt(12) of even rounding, W. R. Bennett, Bell Syst. Tech.
+    J. 27(3), 1948), be more than what is told of the sensor, and be the same in all records.
+    """
+    if QUANTISATION in (*case.rig.effects(), *exclude) or "position_m" not in case.floors:
+        return None
+    steps = [sensor_step(record.column("position_m")) for record in case.records]
+    step = min(steps)
+    if step <= 0.0 or max(steps) > (1.0 + STEP_SCATTER) * step:
+        return None
+    noise = step / math.sqrt(12.0)
+    told = case.rig.sensors.get("position_noise_m", 0.0)
+    reach = case.rig.values.get("cylinder.stroke_m") or _travel(case)
+    if (
+        noise < STEP_OF_FLOOR * case.floors["position_m"].value
+        or noise < STEP_OF_TOLD * told
+        or step < LEAST_STEP * reach
+    ):
+        return None
+    return Estimate(step, (1.0 - STEP_SCATTER) * step, (1.0 + STEP_SCATTER) * step)
+
+
+def _travel(case: Case) -> float:
+    positions = [record.column("position_m") for record in case.records]
+    return float(max(p.max() for p in positions) - min(p.min() for p in positions))

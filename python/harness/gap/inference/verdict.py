@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: MIT
+"""From figures to one of six verdicts, with the reasons."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ehsid.harness.gap.inference.advantage import above_floor, advantage
+from ehsid.harness.gap.inference.choice import Choice, decided, one_family, rms
+from ehsid.harness.gap.inference.rivals import Rival
+from ehsid.harness.gap.inference.search import Found
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.schema import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
+from ehsid.harness.gap.thresholds import (
+    LEFT_ABOVE,
+    LEFT_NRMSE,
+    LEFT_NRMSE_SWINGING,
+    LEFT_SHARE,
+    VALUES_SHARE,
+)
+
+
+@dataclass(frozen=True)
+class Ruling:
+    """The verdict, in one plain sentence, and what it rests on."""
+
+    verdict: Verdict
+    sentence: str
+    reasons: tuple[str, ...]
+
+
+def rule(
+    case: Case,
+    found: Found,
+    choice: Choice,
+    far: HowFar,
+    calibration: Mapping[str, CalibratedValue],
+    beyond: Sequence[CannotJudge],
+    untouched: Rival | None = None,
+    step: Estimate | None = None,
+) -> Ruling:
+    """Decide.
+
+    Parameters
+    ----------
+    case, found, choice
+        what was fitted and chosen.
+    far
+        figures on held-out data.
+    calibration
+        values, with those that have moved.
+    beyond
+        chosen effects whose size no record reached.
+    untouched
+        the calibration with the rig's own values as told, where nothing else was found.
+    step
+        of the position sensor where it is coarse, m.
+    """
+    best = choice.best
+    above = above_floor(case, best)
+    floor = far.noise_floor[1]
+    room = far.calibrated - floor
+    left = (far.augmented - floor) / room if best.effects and room > 0.0 else 1.0
+    reasons = [
+        f"On held-out data the gap is {far.nominal:.3g} as told, {far.calibrated:.3g} calibrated"
+        + (f", {far.augmented:.3g} with {named(best.effects)}" if best.effects else "")
+        + f"; the noise floor is {far.noise_floor[0]:.2g} to {floor:.2g}."
+    ]
+    bearable = LEFT_NRMSE_SWINGING if case.all_states else LEFT_NRMSE
+    unexplained = above > LEFT_ABOVE and far.augmented > bearable and left > LEFT_SHARE
+    if unexplained:
+        reasons.append(
+            f"{100.0 * left:.0f} % of it stay above the floor, {math.exp(above):.1f} times the "
+            "noise, whatever of the catalogue is added."
+        )
+    for one in beyond:
+        reasons.append(f"{one.id}: {one.why}.")
+    coarse = ""
+    if step is not None:
+        coarse = f" The position comes in steps of {step.value:.3g} m."
+        reasons.append("Steps of a sensor belong to the floor: no simulator makes them smaller.")
+    if unexplained and best.effects:
+        return Ruling(
+            "outside_catalogue",
+            f"Part of the gap is due to {named(best.effects)}; the rest is nothing "
+            f"that the catalogue knows.{coarse}",
+            tuple(reasons),
+        )
+    if unexplained:
+        return Ruling(
+            "outside_catalogue",
+            "There is a gap that neither other values of the rig nor any effect of the catalogue "
+            "explain.",
+            tuple(reasons),
+        )
+    if best.effects:
+        families = {one_family(one.effects) for one in (best, *choice.equals)}
+        if len(families) > 1:
+            others = "; or ".join(named(one.effects) for one in choice.equals[:3])
+            reasons.append("The data cannot tell these apart; see the next experiment.")
+            return Ruling(
+                "ambiguous",
+                f"The gap is due to {named(best.effects)}, or to {others}.{coarse}",
+                tuple(reasons),
+            )
+        share = far.of_explainable.value if far.of_explainable else 0.0
+        return Ruling(
+            "effects",
+            f"The gap is due to {named(best.effects)}: with it {100.0 * share:.0f} % of what can "
+            f"be explained is gone.{coarse}",
+            tuple(reasons),
+        )
+    if step is not None:
+        return Ruling(
+            "effects",
+            f"The simulator does what the machine does, but for its sensor.{coarse}",
+            tuple(reasons),
+        )
+    moved = [name for name, value in calibration.items() if value.moved]
+    gain = advantage(case, found.calibrated, found.nominal)
+    by_values = 0.0
+    if untouched is not None:
+        scale = case.variation()
+        less = float(np.sum((rms(untouched) - rms(found.calibrated)) / scale))
+        by_values = less / max(float(np.sum(rms(found.nominal) / scale)), 1e-300)
+    if moved and decided(gain) and by_values >= VALUES_SHARE:
+        return Ruling(
+            "parameters",
+            "No effect is missing; values of the rig are other than told: "
+            + ", ".join(
+                f"{name} {calibration[name].found.value:.4g} (told {calibration[name].rig:.4g})"
+                for name in moved[:4]
+            )
+            + ".",
+            tuple(reasons),
+        )
+    if decided(gain):
+        reasons.append(
+            "The calibration gains by what no data sheet tells (edges, seals, oil, spool); "
+            "the rig's own values do as well as told."
+        )
+    return Ruling("no_gap", "The simulator does what the machine does.", tuple(reasons))
+
+
+def named(effects: Sequence[str]) -> str:
+    """Ids in words."""
+    words = [effect.replace("_", " ") for effect in effects]
+    words = [word.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck") for word in words]
+    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]

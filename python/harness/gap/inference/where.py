@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: MIT
+"""Where the structural gap lies: subsystem, regimes, frequency, time; what speaks against it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ehsid.harness.gap.inference.attribution import (
+    Attribution,
+    attribute_equations,
+    attribute_errors,
+)
+from ehsid.harness.gap.inference.maps import maps
+from ehsid.harness.gap.inference.rivals import Rival
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.model.process_noise import NoiseNeeded, noise_needed
+from ehsid.harness.gap.schema import SUBSYSTEMS, Where
+from ehsid.harness.gap.thresholds import SUBSYSTEM_SMALL, SUBSYSTEM_TAKES_PART
+from ehsid.harness.rigs.parameters import effects
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What is known of the place of the gap before any effect is fitted.
+
+    Attributes
+    ----------
+    attribution
+        of the equations where pressures are measured, else of the errors of the position.
+    noise
+        of the process noise that each subsystem would need; None where the equations speak.
+    """
+
+    attribution: Attribution
+    noise: NoiseNeeded | None
+
+    @property
+    def hints(self) -> dict[str, float]:
+        """Gain by id of effect, nats per independent statistic: the order of a search."""
+        return self.attribution.hints
+
+    @property
+    def subsystem(self) -> dict[str, float]:
+        """Shares of the subsystems, sum 1; empty where nothing can be told."""
+        found = dict(self.attribution.subsystem)
+        if not found and self.noise is not None:
+            found = dict(self.noise.subsystem)
+        return found
+
+
+def gather(case: Case, calibrated: Rival, exclude: Sequence[str] = ()) -> Evidence:
+    """Equations of measured signals at the told values; without them the calibrated errors.
+
+    At the told values, for a calibration has already bent to hide an effect where it could.
+
+    Parameters
+    ----------
+    case
+        rig and records.
+    calibrated
+        the fit without effects.
+    exclude
+        ids that are not asked for.
+    """
+    found = attribute_equations(case.records, case.rig, {}, exclude)
+    if found.equations or "position_m" not in case.outputs:
+        return Evidence(found, None)
+    problem = case.problem()
+    found = attribute_errors(problem, calibrated.x, exclude)
+    error = problem.errors(calibrated.x)["position_m"]
+    return Evidence(found, noise_needed(problem, calibrated.values, error))
+
+
+def localise(
+    case: Case,
+    calibrated: Rival,
+    best: Rival | None,
+    *,
+    shares: Mapping[str, float] | None = None,
+    evidence: Evidence | None = None,
+) -> Where:
+    """Put together what the equations, the effects that were found and the maps say.
+
+    Parameters
+    ----------
+    case
+        rig and records.
+    calibrated
+        the fit without effects.
+    best
+        the fit with the effects that were found; None, or without effects, where there are none.
+    shares
+        of the held-out gain by id of effect; by default each the same.
+    evidence
+        of `gather`, where it was asked for before.
+    """
+    if evidence is None:
+        evidence = gather(case, calibrated)
+    problem = case.problem(held_out=True)
+    floors = {name: floor.value for name, floor in case.floors.items()}
+    mapped = maps(problem.records, problem.errors(calibrated.x), floors, case.rig)
+    told = evidence.subsystem
+    notes = [*evidence.attribution.notes, *_of_noise(evidence)]
+    found = best.effects if best is not None else ()
+    if found:
+        subsystem = _of_effects(found, shares)
+        notes = [*_contradictions(subsystem, told, bool(evidence.attribution.equations)), *notes]
+    else:
+        subsystem = told
+    whole = {name: subsystem.get(name, 0.0) for name in SUBSYSTEMS} if subsystem else {}
+    return Where(
+        whole,
+        mapped.regimes,
+        mapped.frequency,
+        mapped.time,
+        evidence.attribution.equations,
+        tuple(notes),
+    )
+
+
+def _of_effects(found: Sequence[str], shares: Mapping[str, float] | None) -> dict[str, float]:
+    """Shares of their subsystems; negative ones count as nothing."""
+    weights = {one: max(shares.get(one, 0.0), 0.0) if shares else 1.0 for one in found}
+    total = sum(weights.values())
+    if total <= 0.0:
+        weights, total = dict.fromkeys(found, 1.0), float(len(found))
+    subsystem: dict[str, float] = {}
+    for one, weight in weights.items():
+        name = effects()[one].subsystem
+        subsystem[name] = subsystem.get(name, 0.0) + weight / total
+    return subsystem
+
+
+def _contradictions(
+    simulated: Mapping[str, float], told: Mapping[str, float], equations: bool
+) -> list[str]:
+    """Subsystems that matter for one and hardly for the other."""
+    basis = "the equations of the measured signals" if equations else "the errors of the position"
+    if not told:
+        return [f"From {basis} alone nothing can be said of the subsystem."] if equations else []
+    missing = [name for name, share in told.items() if share >= SUBSYSTEM_TAKES_PART]
+    missing = [name for name in missing if simulated.get(name, 0.0) < SUBSYSTEM_SMALL]
+    extra = [name for name, share in simulated.items() if share >= SUBSYSTEM_TAKES_PART]
+    extra = [name for name in extra if told.get(name, 0.0) < SUBSYSTEM_SMALL]
+    found = []
+    if missing:
+        listed = ", ".join(f"{name} {100.0 * told[name]:.0f} %" for name in missing)
+        found.append(
+            f"{basis.capitalize()} see a part of the gap where no effect was found: {listed}."
+        )
+    if extra:
+        found.append(
+            f"{basis.capitalize()} do not show the part that was found in: {', '.join(extra)}."
+        )
+    return found
+
+
+def _of_noise(evidence: Evidence) -> list[str]:
+    """What process noise says where nothing else does."""
+    noise = evidence.noise
+    if noise is None or evidence.attribution.subsystem:
+        return []
+    near = [name for name, share in noise.subsystem.items() if share >= SUBSYSTEM_SMALL]
+    if not near:
+        return ["The error of the position is hardly more than the noise of its sensor."]
+    if len(near) == 1:
+        return [
+            f"The error of the position looks like noise in one subsystem: {near[0]}, "
+            f"{1e3 * noise.deviation[near[0]]:.3g} mm rms within a window."
+        ]
+    return [
+        "With the position alone it cannot be told which of these the gap is in: "
+        f"{', '.join(near)}; measured chamber pressures would tell."
+    ]

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: MIT
+"""What is diagnosed: a rig, records to fit and records that are held out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import welch
+
+import ehsid
+from ehsid.harness.gap.data.floor import NoiseFloor, floor_of
+from ehsid.harness.gap.model.comparison import Blocks, compare, varying_outputs
+from ehsid.harness.gap.model.parameters import (
+    STANDS_FOR,
+    Parameter,
+    calibration_parameters,
+    effect_parameters,
+)
+from ehsid.harness.gap.model.problem import Problem
+from ehsid.harness.gap.model.starts import effect_starts
+from ehsid.harness.gap.thresholds import (
+    LEAST_WINDOW_SAMPLES,
+    MOSTLY_SWINGS,
+    SUBSTEPS,
+    SWING_HZ,
+    WINDOW_S,
+    WINDOW_SWINGING_S,
+)
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Everything a fit needs; the same for all rivals.
+
+    Attributes
+    ----------
+    rig
+        as told.
+    training, held_out
+        records; all have the compared outputs.
+    outputs
+        that count: those that vary by more than noise in every record.
+    left_out
+        outputs of the records that do not count.
+    floors
+        by output, over the training records.
+    substeps
+        steps of integration a sample.
+    blocks
+        training and held out are blocks of the same records.
+    window_s, all_states
+        windows as in `compare`.
+    """
+
+    rig: Rig
+    training: tuple[Record, ...]
+    held_out: tuple[Record, ...]
+    outputs: tuple[str, ...]
+    left_out: tuple[str, ...]
+    floors: Mapping[str, NoiseFloor]
+    substeps: int = SUBSTEPS
+    blocks: bool = False
+    window_s: float = WINDOW_S
+    all_states: bool = False
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """Each record once."""
+        return self.training if self.blocks else (*self.training, *self.held_out)
+
+    @property
+    def pressures(self) -> bool:
+        """Whether the pressure of a chamber is compared."""
+        return any(name.startswith("pressure_") for name in self.outputs)
+
+    def variation(self) -> FloatArray:
+        """Rms of the measured outputs about their means in windows, held out, shape (outputs,)."""
+        records = self.problem(held_out=True).records
+        return np.array(
+            [
+                np.sqrt(
+                    np.mean(np.concatenate([one.centred(one.outputs[n]) for one in records]) ** 2)
+                )
+                for n in self.outputs
+            ],
+            dtype=np.float64,
+        )
+
+    def parameters(
+        self, effects: Sequence[str] = (), *, unseen: bool = False
+    ) -> tuple[Parameter, ...]:
+        """Calibration first, then the effects in order; unseen: as `calibration_parameters`."""
+        found = list(calibration_parameters(self.rig, pressures=self.pressures, unseen=unseen))
+        for effect in effects:
+            if effect in STANDS_FOR:
+                # One of the two is enough; the place of the other stays.
+                found = [one.held() if one.name == STANDS_FOR[effect] else one for one in found]
+            start = effect_starts(effect, self.rig)[0]
+            found += [p for p, _ in effect_parameters(effect, start, self.rig.plant)]
+        return tuple(found)
+
+    def problem(
+        self,
+        effects: Sequence[str] = (),
+        *,
+        window_s: float | None = None,
+        held_out: bool = False,
+        all_states: bool | None = None,
+        unseen: bool = False,
+    ) -> Problem:
+        """The cost of calibration and effects together; windows of the case if not told."""
+        window_s = self.window_s if window_s is None else window_s
+        all_states = self.all_states if all_states is None else all_states
+        records = self.held_out if held_out else self.training
+        part: Blocks = ("held out" if held_out else "fit") if self.blocks else "all"
+        return Problem(
+            self.rig,
+            [
+                compare(record, window_s=window_s, all_states=all_states, blocks=part)
+                for record in records
+            ],
+            self.parameters(effects, unseen=unseen),
+            outputs=self.outputs,
+            floors={name: floor.value for name, floor in self.floors.items()},
+            substeps=self.substeps,
+        )
+
+
+def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] = ()) -> Case:
+    """Choose the outputs, measure their floors, choose the steps of integration.
+
+    Without records that are held out, blocks of the others are.
+
+    Raises
+    ------
+    ValueError
+        no record, a record that cannot be compared, or nothing in common that moves.
+    """
+    blocks = not held_out
+    records = [*training, *held_out]
+    if not training:
+        raise ValueError("the diagnosis needs a record")
+    compared = [compare(record) for record in records]
+    common = [name for name in compared[0].outputs if all(name in one.outputs for one in compared)]
+    floors = {name: _floor(training, name) for name in common}
+    values = {name: floor.value for name, floor in floors.items()}
+    varying = [set(varying_outputs(one, values)) for one in compared]
+    outputs = tuple(name for name in common if all(name in found for found in varying))
+    if not outputs:
+        raise ValueError("no output moves by more than its noise: there is nothing to compare")
+    left_out = tuple(name for name in common if name not in outputs)
+    kept = {name: floors[name] for name in outputs}
+    dt_s = max(one.dt_s for one in compared)
+    substeps = max(SUBSTEPS, ehsid.plant_substeps(rig.plant, rig.plant_values(), dt_s))
+    return Case(
+        rig,
+        tuple(training),
+        tuple(training if blocks else held_out),
+        outputs,
+        left_out,
+        kept,
+        substeps,
+        blocks,
+        *_windows(records),
+    )
+
+
+def _windows(records: Sequence[Record]) -> tuple[float, bool]:
+    """Length of the windows, and whether all measured states are put right in each.
+
+    Where a record mostly swings by itself, in a limit cycle, half a second holds so many periods
+    that a servo a little stiffer is out of phase, and the errors say nothing else.
+    """
+    if min(map(_swings, records)) > MOSTLY_SWINGS:
+        return WINDOW_SWINGING_S, True
+    return max(WINDOW_S, LEAST_WINDOW_SAMPLES * max(one.dt_s or 0.0 for one in records)), False
+
+
+def _swings(record: Record) -> float:
+    """Share of the power of the pressure, else the speed, above the frequency of commands."""
+    if "pressure_a_pa" in record.columns:
+        signal = record.column("pressure_a_pa")
+    else:
+        signal = np.diff(record.column("position_m"))
+    assert record.dt_s is not None
+    length = min(signal.size, round(1.0 / record.dt_s))
+    frequency, power = welch(signal, 1.0 / record.dt_s, nperseg=length)
+    # Noise is white; what it leaves in the upper band must not count as a swing.
+    power = np.maximum(power - 2.0 * np.median(power), 0.0)
+    total = float(power.sum())
+    return float(power[frequency > SWING_HZ].sum()) / total if total > 0.0 else 0.0
+
+
+def _floor(records: Sequence[Record], name: str) -> NoiseFloor:
+    """The largest of the records': what is explained in one may be noise in another."""
+    return max((floor_of(record, name) for record in records), key=lambda floor: floor.value)

@@ -1,0 +1,307 @@
+# SPDX-License-Identifier: MIT
+"""What every equation of the servo leaves over, from measured signals and without a fit of effects.
+
+Each equation is regressed on its own: its terms at given values, and their slopes by every value of
+the rig and nuisance that it contains, held by the priors of the calibration. Equations do not share
+values, so that an effect in one of them cannot hide in another.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.gap.data.floor import noise_floor
+from ehsid.harness.gap.model.inverse_servo import CAP, FORCE, ROD, SPOOL, SUPPLY, servo_terms
+from ehsid.harness.gap.model.inverse_signals import Measured, Terms, all_values, areas, measured
+from ehsid.harness.gap.model.parameters import Parameter, calibration_parameters
+from ehsid.harness.gap.model.weak_form import WeakForm, regress
+from ehsid.harness.gap.schema import EquationShare, Estimate
+from ehsid.harness.gap.thresholds import (
+    BOOTSTRAP_DRAWS,
+    EQUATION_LOUD,
+    EQUATION_SETTLES,
+    EQUATION_TOLERANCE,
+    FREE_GAS_TIMES,
+    INDEPENDENT_HZ,
+    MOST_SIGMAS,
+    SEAL_TOLERANCE,
+    SHRINKAGE_LEVEL,
+    SKIP_S,
+    SUPPLY_TOLERANCE,
+    TIMING_S,
+    WINDOW_S,
+    ZERO_ERROR,
+)
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
+
+FloatArray = npt.NDArray[np.float64]
+Values = Mapping[str, float]
+
+# Whose effects show in an equation first; how a continuity is split is said by `hints`.
+SUBSYSTEM = {
+    SPOOL: "valve",
+    CAP: "hydraulics",
+    ROD: "hydraulics",
+    SUPPLY: "hydraulics",
+    FORCE: "mechanics",
+}
+
+
+PRESSURES = ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
+
+
+@dataclass(frozen=True, eq=False)
+class Equation:
+    """An equation over all records, regressed.
+
+    Attributes
+    ----------
+    name
+        of the equation.
+    rows
+        shape (K,), its residual at the given values over sigma.
+    columns
+        shape (K, n), slopes of the rows by the equation's own parameters.
+    sigma
+        shape (K,), what a row may be off: by noise, by what the equations get right of a real
+        servo, by a command that is TIMING_S late, by FREE_GAS_TIMES the gas near vacuum.
+    centre, weight
+        shape (n,), of the prior of their moves in the regression, in squares of rows.
+    moved
+        shape (n,), as regressed, within MOST_SIGMAS of the prior.
+    noise
+        shape (K,), what a draw of sensor noise adds to the residual.
+    largest
+        rms of the largest term.
+    block
+        shape (K,), number of the window of half a second of a row.
+    independent
+        independent rows.
+    """
+
+    name: str
+    rows: FloatArray
+    columns: FloatArray
+    sigma: FloatArray
+    centre: FloatArray
+    weight: FloatArray
+    moved: FloatArray
+    noise: FloatArray
+    largest: float
+    block: npt.NDArray[np.int64]
+    independent: float
+
+    @property
+    def residual(self) -> FloatArray:
+        """Shape (K,), after its own parameters have been moved, over sigma."""
+        return np.asarray(self.rows + self.columns @ self.moved, dtype=np.float64)
+
+    @property
+    def is_loud(self) -> bool:
+        """Is it off by more than it may be, in all of the interval over windows?"""
+        return _rms(self, self.residual).low > EQUATION_LOUD
+
+
+def equations(records: Sequence[Record], rig: Rig, values: Values) -> tuple[Equation, ...]:
+    """All equations for which every record has the measurements.
+
+    Parameters
+    ----------
+    records
+        without gaps.
+    rig
+        as told.
+    values
+        in place of the rig's, by full name: the calibrated ones.
+
+    Raises
+    ------
+    ValueError
+        a record with gaps.
+    """
+    signals = [measured(record, rig) for record in records]
+    told = all_values(rig, values)
+    base = _stacked(signals, told, rig.plant)
+    if not base:
+        return ()
+    noisy = _stacked([_with_noise(one, k) for k, one in enumerate(signals)], told, rig.plant)
+    own = [
+        *(_slope(signals, told, rig.plant, p) for p in calibration_parameters(rig)),
+        *_zero_errors(signals, told, rig.plant),
+    ]
+    late, gas = "effects.transport_delay.delay_s", "nuisance.free_gas"
+    unsure = [
+        residuals(signals, {**told, name: value}, rig.plant)
+        for name, value in ((late, told[late] + TIMING_S), (gas, FREE_GAS_TIMES * told[gas]))
+    ]
+    block = _blocks(signals)
+    seconds = sum(one.command.size * one.dt_s - SKIP_S for one in signals)
+    found = []
+    for name, terms in base.items():
+        residual = _sum(terms)
+        noise = _sum(noisy[name]) - residual
+        largest = max(float(np.sqrt(np.mean(term**2))) for term in terms.values())
+        sigma = np.sqrt(
+            np.mean(noise**2)
+            + _tolerance(name, largest, told, rig.plant) ** 2
+            + np.sum([(one[name] - residual) ** 2 for one in unsure], axis=0)
+        )
+        rows = residual / sigma
+        concerned = [one for one in own if np.any(one.rows[name])]
+        columns = np.array([one.rows[name] / sigma for one in concerned])
+        columns = columns.reshape(-1, rows.size).T
+        centre = np.array([one.centre for one in concerned])
+        precision = np.array([one.sigma**-2 for one in concerned])
+        reach = MOST_SIGMAS * precision**-0.5
+        independent = INDEPENDENT_HZ * seconds
+        weight = moved = np.zeros(centre.size)
+        for _ in range(EQUATION_SETTLES):
+            # The prior counts against n independent rows of the deviation that is left.
+            variance = float(np.mean((rows + columns @ moved) ** 2)) + 1.0
+            weight = variance * rows.size / independent * precision
+            moved = regress(rows, columns, centre, weight, reach)
+        found.append(
+            Equation(
+                name,
+                rows,
+                columns,
+                sigma,
+                centre,
+                weight,
+                moved,
+                noise,
+                largest,
+                block,
+                independent,
+            )
+        )
+    return tuple(found)
+
+
+def equation_shares(
+    records: Sequence[Record], rig: Rig, values: Values
+) -> tuple[EquationShare, ...]:
+    """Residual of every equation beside what the noise of the sensors leaves; see `equations`."""
+    return tuple(share_of(equation) for equation in equations(records, rig, values))
+
+
+def share_of(equation: Equation) -> EquationShare:
+    """Its residual and noise as shares of its largest term."""
+    rms = _rms(equation, equation.residual * equation.sigma / equation.largest)
+    noise = float(np.sqrt(np.mean(equation.noise**2))) / equation.largest
+    return EquationShare(equation.name, SUBSYSTEM[equation.name], rms, noise)
+
+
+def _rms(equation: Equation, rows: FloatArray) -> Estimate:
+    """Interval from whole windows, drawn with replacement (Künsch, Ann. Statist. 17(3), 1989)."""
+    squares, counts = np.bincount(equation.block, rows**2), np.bincount(equation.block)
+    rng = np.random.default_rng(0)
+    drawn = rng.integers(counts.size, size=(BOOTSTRAP_DRAWS, counts.size))
+    tail = 0.5 * (1.0 - SHRINKAGE_LEVEL)
+    low, high = np.quantile(
+        np.sqrt(squares[drawn].sum(axis=1) / counts[drawn].sum(axis=1)), [tail, 1.0 - tail]
+    )
+    return Estimate(float(np.sqrt(np.mean(rows**2))), float(low), float(high))
+
+
+def _tolerance(name: str, largest: float, values: Values, plant: str) -> float:
+    """What the equation gets right of a real servo, in its own unit."""
+    if name == SUPPLY:
+        return SUPPLY_TOLERANCE * largest
+    tolerance = EQUATION_TOLERANCE * largest
+    if name == FORCE and plant == "ehs":
+        tolerance += SEAL_TOLERANCE * values["supply.pressure_pa"] * areas(values)[0]
+    return tolerance
+
+
+def _stacked(signals: Sequence[Measured], values: Values, plant: str) -> dict[str, Terms]:
+    """Terms of the equations that all records have, record after record."""
+    each = [servo_terms(one, values, plant) for one in signals]
+    common = [name for name in each[0] if all(name in one for one in each)]
+    return {
+        name: {term: np.concatenate([one[name][term] for one in each]) for term in each[0][name]}
+        for name in common
+    }
+
+
+def residuals(signals: Sequence[Measured], values: Values, plant: str) -> dict[str, FloatArray]:
+    """Residual rows of the equations at given values, shape (K,) each."""
+    return {name: _sum(terms) for name, terms in _stacked(signals, values, plant).items()}
+
+
+def _sum(terms: Terms) -> FloatArray:
+    return np.asarray(np.sum(list(terms.values()), axis=0), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class _Own:
+    """A value that an equation may move: prior of its move, and slopes of the residual rows."""
+
+    centre: float
+    sigma: float
+    rows: Mapping[str, FloatArray]
+
+
+def _slope(signals: Sequence[Measured], values: Values, plant: str, parameter: Parameter) -> _Own:
+    """Central difference over half a deviation of the prior: roundings bend within it.
+
+    The equations are linear in a value, or in one over it, rather than in its logarithm: there a
+    move of two deviations has a size of (exp(2 sigma) - 1), of which half is taken for one.
+    """
+    x = parameter.place(values[parameter.name])
+    reach = min(0.25 * parameter.sigma, 0.1 * (parameter.high - parameter.low))
+    high, low = min(x + reach, parameter.high), max(x - reach, parameter.low)
+    up = residuals(signals, {**values, parameter.name: parameter.value(high)}, plant)
+    down = residuals(signals, {**values, parameter.name: parameter.value(low)}, plant)
+    slopes = {name: (up[name] - down[name]) / (high - low) for name in up}
+    sigma = parameter.sigma
+    if parameter.logarithmic:
+        sigma = 0.5 * math.expm1(2.0 * sigma)
+    return _Own(parameter.centre - x, sigma, slopes)
+
+
+def _zero_errors(signals: Sequence[Measured], values: Values, plant: str) -> list[_Own]:
+    """Of each pressure sensor, as a share of the supply pressure."""
+    if plant != "ehs":
+        return []
+    base = residuals(signals, values, plant)
+    found = []
+    for name in PRESSURES:
+        if all(name in one.columns for one in signals):
+            step = ZERO_ERROR * values["supply.pressure_pa"]
+            moved = [
+                replace(one, columns={**one.columns, name: one.columns[name] + step})
+                for one in signals
+            ]
+            rows = residuals(moved, values, plant)
+            found.append(_Own(0.0, 1.0, {key: rows[key] - base[key] for key in rows}))
+    return found
+
+
+def _with_noise(signals: Measured, seed: int) -> Measured:
+    """The same signals with another draw of the noise that is in them already."""
+    rng = np.random.default_rng(seed)
+    columns = {
+        name: column + noise_floor(column).value * rng.standard_normal(column.size)
+        for name, column in signals.columns.items()
+        if name != "command_v"
+    }
+    return Measured(signals.dt_s, signals.command, columns)
+
+
+def _blocks(signals: Sequence[Measured]) -> npt.NDArray[np.int64]:
+    found: list[npt.NDArray[np.int64]] = []
+    first = 0
+    for one in signals:
+        skipped = int(np.ceil(SKIP_S / one.dt_s))
+        centres = WeakForm(one.dt_s, first=skipped).centres(one.command.size)
+        number = ((centres - skipped) * one.dt_s / WINDOW_S).astype(np.int64)
+        found.append(first + number)
+        first += int(number[-1]) + 1
+    return np.concatenate(found)

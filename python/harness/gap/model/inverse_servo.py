@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: MIT
+"""The terms of every equation of a servo from what a record measured, in weak form.
+
+Nothing is simulated but the valve's command path: positions and pressures are those of the record.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ehsid.harness.gap.model.inverse_chambers import continuities, supplied, supply_line
+from ehsid.harness.gap.model.inverse_motion import axis_force, cylinder_force
+from ehsid.harness.gap.model.inverse_signals import Measured, Terms, Values
+from ehsid.harness.gap.model.inverse_valve import opening_of, spool_of
+from ehsid.harness.gap.model.weak_form import WeakForm
+from ehsid.harness.gap.thresholds import SKIP_S
+
+SPOOL = "spool"
+CAP = "valve and cap-side continuity"
+ROD = "valve and rod-side continuity"
+SUPPLY = "supply line"
+FORCE = "force balance"
+
+# A chamber pulls no vacuum; noise about it may read less.
+LOWEST_PA = 1e3
+
+
+def servo_terms(signals: Measured, values: Values, plant: str) -> dict[str, Terms]:
+    """Terms of the equations for which there are measurements, by equation.
+
+    Parameters
+    ----------
+    signals
+        of a record.
+    values
+        all of the plant, see `all_values`.
+    plant
+        "ehs" or "axis"; others have no equations here.
+    """
+    weak = WeakForm(signals.dt_s, first=math.ceil(SKIP_S / signals.dt_s))
+    if plant == "axis":
+        return {FORCE: axis_force(signals, values, weak)}
+    if plant != "ehs":
+        return {}
+    found: dict[str, Terms] = {}
+    spool = spool_of(signals, values)
+    if "spool" in signals.columns:
+        found[SPOOL] = {
+            "spool": weak.mean(signals.columns["spool"]),
+            "command": -weak.mean(spool),
+        }
+        spool = signals.columns["spool"]
+    if not {"pressure_a_pa", "pressure_b_pa"} <= signals.columns.keys():
+        return found
+    pressure_a = np.maximum(signals.columns["pressure_a_pa"], LOWEST_PA)
+    pressure_b = np.maximum(signals.columns["pressure_b_pa"], LOWEST_PA)
+    opening = opening_of(spool, values)
+    supply, flows = supplied(signals, opening, pressure_a, pressure_b, values)
+    if "supply_pressure_pa" in signals.columns:
+        found[SUPPLY] = supply_line(supply, flows, values, weak)
+    found[CAP], found[ROD] = continuities(signals, flows, pressure_a, pressure_b, values, weak)
+    found[FORCE] = cylinder_force(signals, pressure_a, pressure_b, values, weak)
+    return found

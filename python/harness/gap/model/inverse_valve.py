@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: MIT
+"""What the command does to the valve's openings and flows, for measured pressures.
+
+The equations are those of the simulator (docs/simulator.md), here without its integration: spool
+from the command, flows from spool and measured pressures.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.signal import cont2discrete, lfilter, ss2tf
+
+from ehsid.harness.gap.model.inverse_signals import KEPT, FloatArray, Measured, Values
+
+
+def play(signal: FloatArray, half_width: float) -> FloatArray:
+    """Play operator: w = min(max(w, u - half_width), u + half_width), from w = 0."""
+    if half_width == 0.0:
+        return signal
+    held, shown = 0.0, []
+    for value in signal.tolist():
+        held = min(max(held, value - half_width), value + half_width)
+        shown.append(held)
+    return np.array(shown)
+
+
+def second_order(held: FloatArray, bandwidth_hz: float, damping: float, dt_s: float) -> FloatArray:
+    """Solve x'' + 2 zeta w x' + w^2 x = w^2 u, u held over each sample; x at the samples."""
+    w = 2.0 * math.pi * bandwidth_hz
+    system = (
+        np.array([[0.0, 1.0], [-w * w, -2.0 * damping * w]]),
+        np.array([[0.0], [w * w]]),
+        np.array([[1.0, 0.0]]),
+        np.array([[0.0]]),
+    )
+    a, b, c, d, _ = cont2discrete(system, dt_s)
+    numerator, denominator = ss2tf(a, b, c, d)
+    return np.asarray(lfilter(numerator[0], denominator, held), dtype=np.float64)
+
+
+def delayed(held: FloatArray, samples: float) -> FloatArray:
+    """Mean of the delayed command over each sample; zero before the first one."""
+    whole = math.floor(samples)
+    share = samples - whole
+    padded = np.concatenate([np.zeros(whole + 1), held])
+    late = padded[1 : held.size + 1] * (1.0 - share) + padded[: held.size] * share
+    return np.asarray(late, dtype=np.float64)
+
+
+def spool_of(signals: Measured, values: Values) -> FloatArray:
+    """Spool at the samples, fraction of rated. Shape (N,)."""
+    bandwidth_hz = values["effects.valve_lag.bandwidth_hz"]
+    damping = values["effects.valve_lag.damping"]
+    if bandwidth_hz == 0.0:
+        bandwidth_hz = values["nuisance.spool_bandwidth_hz"]
+        damping = values["nuisance.spool_damping"]
+    return _spool(
+        signals,
+        values["effects.transport_delay.delay_s"],
+        values["effects.valve_hysteresis.half_width"],
+        bandwidth_hz,
+        damping,
+    )
+
+
+@lru_cache(maxsize=KEPT)
+def _spool(
+    signals: Measured, delay_s: float, half_width: float, bandwidth_hz: float, damping: float
+) -> FloatArray:
+    held = play(delayed(signals.command, delay_s / signals.dt_s), half_width)
+    if bandwidth_hz == 0.0:
+        # A held command jumps at the sample: there it is the mean of before and after.
+        return np.asarray(0.5 * (held + np.concatenate([held[:1], held[:-1]])))
+    return second_order(held, bandwidth_hz, damping, signals.dt_s)
+
+
+def opening_of(spool: FloatArray, values: Values) -> FloatArray:
+    """Null bias and flow saturation behind the spool."""
+    opening = spool + values["effects.valve_null_bias.offset"]
+    limit = values["effects.valve_flow_saturation.limit"]
+    return np.asarray(limit * np.tanh(opening / limit) if limit > 0.0 else opening)
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeFlows:
+    """Through the four metering edges, m^3/s, shape (N,) each; positive with the arrow."""
+
+    supply_a: FloatArray
+    a_tank: FloatArray
+    supply_b: FloatArray
+    b_tank: FloatArray
+
+
+def edge_flows(
+    opening: FloatArray,
+    pressure_a: FloatArray,
+    pressure_b: FloatArray,
+    supply: FloatArray,
+    values: Values,
+) -> EdgeFlows:
+    """Orifices that open past their overlap and turn laminar at small drops.
+
+        q = K a dp / (dp^2 + dp_l^2)^((1 - e) / 2),  a = (s + sqrt(s^2 + r^2)) / 2
+
+    Merritt, Hydraulic Control Systems, Wiley 1967, ch. 3 and 5.
+    """
+    exponent = values["nuisance.flow_exponent"]
+    gain = values["valve.rated_flow_m3_s"] / values["valve.rated_pressure_drop_pa"] ** exponent
+    laminar = values["nuisance.laminar_pressure_pa"] ** 2
+    rounding = values["nuisance.edge_rounding"] ** 2
+    common = values["effects.valve_dead_band.overlap"]
+    tank = values["supply.tank_pressure_pa"]
+
+    def flow(way: float, side: float, to_tank: float, drop: FloatArray) -> FloatArray:
+        overlap = (
+            common
+            + side * values["nuisance.edge_overlap_sides"]
+            + to_tank * values["nuisance.edge_overlap_tank"]
+        )
+        # The edges that extend are those whose way, to the spool, is positive.
+        share = (
+            1.0
+            + way * values["nuisance.edge_gain_direction"]
+            + side * values["nuisance.edge_gain_sides"]
+            + to_tank * values["nuisance.edge_gain_tank"]
+        )
+        past = way * opening - overlap
+        area = 0.5 * share * (past + np.sqrt(past**2 + rounding))
+        return np.asarray(gain * area * drop * (drop**2 + laminar) ** (0.5 * (exponent - 1.0)))
+
+    return EdgeFlows(
+        flow(1.0, 1.0, -1.0, supply - pressure_a),
+        flow(-1.0, 1.0, 1.0, pressure_a - tank),
+        flow(-1.0, -1.0, -1.0, supply - pressure_b),
+        flow(1.0, -1.0, 1.0, pressure_b - tank),
+    )

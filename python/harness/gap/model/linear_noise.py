@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: MIT
+"""The servo about mid-stroke, linearised, and the covariance of its position under a disturbance.
+
+Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6, with both chambers and the spool:
+
+    x'' + 2 zeta w x' + w^2 x = w^2 d_valve,            m v' = A_a p_a - A_b p_b - b v + d_force,
+    V_a / beta p_a' =  K_q x - K_c p_a - A_a v + d_a,
+    V_b / beta p_b' = -K_q x - K_c p_b + A_b v + d_b,   y' = v.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import solve_discrete_lyapunov
+from scipy.signal import cont2discrete
+
+from ehsid.harness.gap.model.inverse_signals import Values, areas
+
+FloatArray = npt.NDArray[np.float64]
+
+# Steps of the covariance in one of the averaged error.
+SUBSTEPS = 4
+
+
+def linear_servo(
+    values: Values, plant: str, opening: float
+) -> tuple[FloatArray, Mapping[str, tuple[FloatArray, ...]]]:
+    """State matrix, position last, and where each subsystem's disturbances enter it.
+
+    Parameters
+    ----------
+    values
+        all of the plant.
+    plant
+        "ehs" or "axis".
+    opening
+        rms of the record's, fraction of full: what gives the orifices their damping.
+    """
+    if plant == "axis":
+        mass, viscous = values["axis.mass_kg"], values["axis.viscous_friction_n_s_m"]
+        state = np.array([[-viscous / mass, 0.0], [1.0, 0.0]])
+        return state, {"mechanics": (np.array([1.0, 0.0]),)}
+    area_a, area_b = areas(values)
+    middle, beta = 0.5 * values["cylinder.stroke_m"], values["fluid.bulk_modulus_pa"]
+    stiff_a = beta / (values["cylinder.dead_volume_a_m3"] + area_a * middle)
+    stiff_b = beta / (values["cylinder.dead_volume_b_m3"] + area_b * middle)
+    per_root = values["valve.rated_flow_m3_s"] / math.sqrt(values["valve.rated_pressure_drop_pa"])
+    drop = 0.5 * values["supply.pressure_pa"]
+    # Pressures in units of this drop, so that the matrix is well scaled.
+    gain = per_root * math.sqrt(drop) / drop
+    loss = 0.5 * per_root * opening / math.sqrt(drop)
+    bandwidth_hz, damping = (
+        values["effects.valve_lag.bandwidth_hz"],
+        values["effects.valve_lag.damping"],
+    )
+    if bandwidth_hz == 0.0:
+        bandwidth_hz = values["nuisance.spool_bandwidth_hz"]
+        damping = values["nuisance.spool_damping"]
+    w = 2.0 * math.pi * bandwidth_hz
+    mass, viscous = values["load.mass_kg"], values["load.viscous_friction_n_s_m"]
+    x, x_rate, p_a, p_b, v, y = range(6)
+    state = np.zeros((6, 6))
+    state[x, x_rate] = w
+    state[x_rate, x], state[x_rate, x_rate] = -w, -2.0 * damping * w
+    state[p_a, [x, p_a, v]] = stiff_a * gain, -stiff_a * loss, -stiff_a * area_a / drop
+    state[p_b, [x, p_b, v]] = -stiff_b * gain, -stiff_b * loss, stiff_b * area_b / drop
+    state[v, [p_a, p_b, v]] = area_a * drop / mass, -area_b * drop / mass, -viscous / mass
+    state[y, v] = 1.0
+    unit = np.eye(6)
+    return state, {
+        "valve": (unit[x_rate],),
+        # In units of the valve's flow.
+        "hydraulics": (stiff_a * gain * unit[p_a], stiff_b * gain * unit[p_b]),
+        "mechanics": (unit[v],),
+    }
+
+
+def position_covariance(
+    state: FloatArray, enters: FloatArray, corner_hz: float, dt_s: float, count: int
+) -> FloatArray:
+    """Of the position at `count` samples after it was put right, all else in its steady state.
+
+    The disturbance is white noise behind a first-order filter of `corner_hz`. Scaled to a mean
+    variance of one; shape (count, count).
+    """
+    order = state.shape[0]
+    whole = np.zeros((order + 1, order + 1))
+    whole[0, 0] = -2.0 * math.pi * corner_hz
+    whole[1:, 0], whole[1:, 1:] = enters, state
+    drive = np.zeros((order + 1, 1))
+    drive[0, 0] = 1.0
+    empty = np.zeros((order + 1, 1))
+    step, kick, *_ = cont2discrete((whole, drive, np.eye(order + 1), empty), dt_s / SUBSTEPS)
+    noise = kick @ kick.T
+    p = np.zeros_like(whole)
+    p[:order, :order] = solve_discrete_lyapunov(
+        step[:order, :order], noise[:order, :order], method="direct"
+    )
+    many = np.linalg.matrix_power(step, SUBSTEPS)
+    # Row of the position in many^k, for all k: cov(y_i+k, y_i) = e' many^k P_i e.
+    rows = [np.eye(order + 1)[-1]]
+    for _ in range(count - 1):
+        rows.append(rows[-1] @ many)
+    ahead = np.array(rows)
+    found = np.empty((count, count))
+    for i in range(count):
+        for _ in range(SUBSTEPS):
+            p = step @ p @ step.T + noise
+        found[i, i:] = found[i:, i] = ahead[: count - i] @ p[:, -1]
+    return np.asarray(found * (count / np.trace(found)))

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: MIT
+"""How far a record sets rivals apart, once each of them has been fitted to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.stats import norm
+
+from ehsid.harness.gap.model.comparison import Compared, compare
+from ehsid.harness.gap.model.fit import fit
+from ehsid.harness.gap.model.parameters import Parameter, calibration_parameters, effect_parameters
+from ehsid.harness.gap.model.problem import Problem
+from ehsid.harness.gap.thresholds import (
+    DESIGN_ERROR,
+    INDEPENDENT_HZ,
+    ITERATIONS,
+    SEPARATED_NATS,
+    SUBSTEPS,
+)
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
+from ehsid.harness.rigs.parameters import EFFECT_PREFIX
+from ehsid.harness.simulation import simulate
+
+FloatArray = npt.NDArray[np.float64]
+# Effects, and values of the plant by full name.
+Rival = tuple[tuple[str, ...], Mapping[str, float]]
+# What an effect is when the rest of its parameters vanish.
+LESSER = {"stribeck_friction": "coulomb_friction", "load_spring": "load_force"}
+
+
+@dataclass(frozen=True)
+class Separation:
+    """How far a record sets a rival apart.
+
+    Attributes
+    ----------
+    nats
+        log-likelihood by which the rival, fitted anew, falls short on all windows.
+    deviation
+        of that sum, by the scatter over the windows and by the noise.
+    """
+
+    nats: float
+    deviation: float
+
+    @property
+    def power(self) -> float:
+        """Probability that the sum comes out beyond SEPARATED_NATS.
+
+        P = Phi((nats - SEPARATED_NATS) / deviation): a sum over windows is nearly normal.
+        """
+        if self.deviation <= 0.0:
+            return float(self.nats > SEPARATED_NATS)
+        return float(norm.cdf((self.nats - SEPARATED_NATS) / self.deviation))
+
+
+def parameters_of(rig: Rig, rival: Rival) -> tuple[tuple[Parameter, ...], FloatArray]:
+    """Calibration and effects of a rival with the x it stands at, as a problem takes them."""
+    effects, values = rival
+    found = list(calibration_parameters(rig))
+    x = [one.place(values[one.name]) if one.name in values else one.centre for one in found]
+    for effect in effects:
+        prefix = f"{EFFECT_PREFIX}{effect}."
+        own = {name[len(prefix) :]: v for name, v in values.items() if name.startswith(prefix)}
+        for parameter, place in effect_parameters(effect, own, rig.plant):
+            found.append(parameter)
+            x.append(place)
+    return tuple(found), np.array(x)
+
+
+def separations(
+    rig: Rig,
+    rivals: Sequence[Rival],
+    record: Record,
+    floors: Mapping[str, float],
+    *,
+    iterations: int = ITERATIONS,
+) -> list[Separation]:
+    """How far a record of the best rival sets each other one apart, all of them fitted to it.
+
+    With ms_w the mean square of the errors in window w, over all windows ms, f the floor:
+
+        nats = sum_w sum_outputs (n_w / 2) (ms_w(other) - ms_w(best)) / v,
+        v = (ms(other) + ms(best)) / 2 + 2 f^2,
+
+    which is the difference of the cost (n / 2) ln(ms + f^2), on records with noise of deviation f,
+    to first order about the middle of both. Its variance is that over windows and that of the
+    noise, n_w |ms_w(other) - ms_w(best)| f^2 / v^2.
+
+    A rival that contains the best one can always do what that one does: there the question is
+    whether the best one could hide it, so that its outputs, on the same command, are the record.
+
+    Parameters
+    ----------
+    rig
+        the machine.
+    rivals
+        effects and values, the best first; two at least.
+    record
+        without noise: command, and outputs of the best rival.
+    floors
+        deviation of the noise, by output that is measured.
+    iterations
+        of each fit.
+    """
+    best, compared = rivals[0], compare(record)
+    errors = _fitted_errors(rig, best, compared, floors, iterations)
+    found = []
+    for other in rivals[1:]:
+        if contains(other[0], best[0]):
+            theirs = compare(_replayed(rig, other, record))
+            pair = [_fitted_errors(rig, one, theirs, floors, iterations) for one in (other, best)]
+            found.append(_separation(theirs, floors, *pair))
+        else:
+            fitted = _fitted_errors(rig, other, compared, floors, iterations)
+            found.append(_separation(compared, floors, errors, fitted))
+    return found
+
+
+def contains(larger: Sequence[str], smaller: Sequence[str]) -> bool:
+    """Can the larger set of effects do all that the smaller does?"""
+    able = {*larger, *(LESSER[effect] for effect in larger if effect in LESSER)}
+    return set(smaller) <= able
+
+
+def _replayed(rig: Rig, rival: Rival, record: Record) -> Record:
+    """Outputs of a rival on the command of a record, from the same start."""
+    assert record.dt_s is not None
+    start = float(record.column("position_m")[0])
+    command = record.column("command_v")
+    return simulate(rig, command, dt_s=record.dt_s, position0_m=start, values=dict(rival[1])).record
+
+
+def _fitted_errors(
+    rig: Rig, rival: Rival, compared: Compared, floors: Mapping[str, float], iterations: int
+) -> dict[str, FloatArray]:
+    """Errors in the windows after calibration and effects were fitted, from the rival's values."""
+    parameters, x = parameters_of(rig, rival)
+    problem = Problem(
+        rig,
+        [compared],
+        parameters,
+        outputs=tuple(floors),
+        floors=floors,
+        substeps=SUBSTEPS,
+        fixed=dict(rival[1]),
+    )
+    return problem.errors(fit(problem, x, iterations=iterations).x)
+
+
+def _separation(
+    compared: Compared,
+    floors: Mapping[str, float],
+    best: Mapping[str, FloatArray],
+    other: Mapping[str, FloatArray],
+) -> Separation:
+    if any(_rms(best[name]) > _bearable(compared, name, floor) for name, floor in floors.items()):
+        # Steps of integration as the fits take them are too long for this record: it tells nothing.
+        return Separation(0.0, 0.0)
+    number = compared.window[compared.used]
+    counts = np.bincount(number)
+    n_w = INDEPENDENT_HZ * compared.dt_s * counts
+    gains, noise = np.zeros(counts.size), 0.0
+    for name, floor in floors.items():
+        squares = [np.bincount(number, errors[name] ** 2) for errors in (best, other)]
+        v = 0.5 * float(squares[0].sum() + squares[1].sum()) / number.size + 2.0 * floor**2
+        longer = (squares[1] - squares[0]) / counts
+        gains += 0.5 * n_w * longer / v
+        noise += float(np.sum(n_w * np.abs(longer))) * floor**2 / v**2
+    scatter = gains.size * float(np.var(gains, ddof=1)) if gains.size > 1 else 0.0
+    return Separation(float(gains.sum()), float(np.sqrt(scatter + noise)))
+
+
+def _rms(errors: FloatArray) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
+
+
+def _bearable(compared: Compared, name: str, floor: float) -> float:
+    """Error of the best rival on its own record that is still no matter."""
+    spread = _rms(compared.centred(compared.outputs[name]))
+    return max(floor, DESIGN_ERROR * spread)

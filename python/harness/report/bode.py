@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: MIT
+"""Bode diagram of an identified model: magnitude, phase, their bands, margins in a loop."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ehsid.harness.identification import EstimatedResponse, FrequencyResponse
+from ehsid.harness.identification.loop import LoopAnalysis
+
+
+def bode_figure(
+    response: EstimatedResponse,
+    truth: FrequencyResponse | None,
+    dt_s: float | None,
+    input_band: tuple[float, float] | None = None,
+    loop: LoopAnalysis | None = None,
+) -> Figure:
+    """Magnitude and phase with the band of 95 %, beside the rig's where it is known.
+
+    Shaded grey: outside `input_band`. With `loop`: the margins with half the limit gain.
+    """
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    f = response.frequency_hz
+    for axes, centre, band in (
+        (upper, response.magnitude_db, response.magnitude_band_db()),
+        (lower, response.phase_deg, response.phase_band_deg()),
+    ):
+        beyond: str | None = "outside the input's band"
+        axes.fill_between(f, band[:, 0], band[:, 1], alpha=0.3, linewidth=0, label="95 % band")
+        axes.semilogx(f, centre, label="model", linewidth=1.5)
+        axes.grid(True, which="both", alpha=0.25)
+        axes.margins(x=0.0)
+        if input_band is not None:
+            for start, stop in ((f[0], input_band[0]), (input_band[1], f[-1])):
+                if start < stop:
+                    axes.axvspan(start, stop, color="0.5", alpha=0.12, linewidth=0, label=beyond)
+                    beyond = None
+    low, high = float(np.min(response.magnitude_db)), float(np.max(response.magnitude_db))
+    if truth is not None:
+        # Unwrapped each by itself, the phases can be whole turns apart.
+        nearest = int(np.argmin(np.abs(f - truth.frequency_hz[0])))
+        turns = np.round((response.phase_deg[nearest] - truth.phase_deg[0]) / 360.0)
+        for axes, values in (
+            (upper, truth.magnitude_db),
+            (lower, truth.phase_deg + 360.0 * turns),
+        ):
+            axes.semilogx(truth.frequency_hz, values, "k.", markersize=4.0, label=truth.source)
+        low = min(low, float(np.min(truth.magnitude_db)))
+        high = max(high, float(np.max(truth.magnitude_db)))
+    # A band without bounds, where the model is hardly determined, must not flatten the rest.
+    upper.set_ylim(low - 6.0, high + 6.0)
+    middle = response.phase_deg
+    lower.set_ylim(float(np.min(middle)) - 60.0, float(np.max(middle)) + 60.0)
+    if loop is not None:
+        _margins(upper, lower, response, loop)
+    upper.set_ylabel("magnitude in dB")
+    lower.set_ylabel("phase in degrees")
+    lower.set_xlabel("frequency in cycles a sample" if dt_s is None else "frequency in Hz")
+    upper.legend(fontsize="small")
+    return figure
+
+
+def _margins(upper: Axes, lower: Axes, response: EstimatedResponse, loop: LoopAnalysis) -> None:
+    """Both margins of the loop with half the limit gain, as arrows between the curves and 1/k."""
+    half, turnover = loop.half, loop.phase_crossover_hz
+    if half is None or turnover is None or loop.limit_gain is None:
+        return
+    red = "tab:red"
+    f = np.log(response.frequency_hz)
+    level, lowest = (-20.0 * np.log10(np.abs(k)) for k in (half.gain, loop.limit_gain))
+    upper.axhline(level, color=red, linestyle="--", linewidth=1.0, label="1/k")
+    upper.annotate(
+        "", (turnover, lowest), (turnover, level), arrowprops={"arrowstyle": "<->", "color": red}
+    )
+    for axes in (upper, lower):
+        axes.axvline(turnover, color=red, linestyle=":", linewidth=1.0)
+        if half.gain_crossover_hz is not None:
+            axes.axvline(half.gain_crossover_hz, color=red, linestyle=":", linewidth=1.0)
+    # -180 degrees of k G: with a negative k that is 0 of G; a whole turn more is the same phase.
+    border = -180.0 if half.gain > 0.0 else 0.0
+    at = float(np.interp(np.log(turnover), f, response.phase_deg))
+    border += 360.0 * round((at - border) / 360.0)
+    lower.axhline(border, color=red, linestyle="--", linewidth=1.0, label="phase of k G: -180")
+    words = f"gain margin {20.0 * np.log10(half.gain_margin):.1f} dB"
+    if half.gain_crossover_hz is not None and half.phase_margin_deg is not None:
+        lower.annotate(
+            "",
+            (half.gain_crossover_hz, border),
+            (half.gain_crossover_hz, border + half.phase_margin_deg),
+            arrowprops={"arrowstyle": "<->", "color": red},
+        )
+        words += f", phase margin {half.phase_margin_deg:.1f} degrees"
+    upper.set_title(f"proportional control with k = {half.gain:.4g}: {words}", fontsize="medium")
+    upper.legend(fontsize="small")
+    lower.legend(fontsize="small")

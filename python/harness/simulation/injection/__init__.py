@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: MIT
+"""Known effects put into logs of real machines, without touching what the machine did.
+
+>>> injected = inject(record, rig, {"valve_dead_band": {"overlap": 0.04}})
+>>> injected.answer.effects
+{'valve_dead_band': {'overlap': 0.04}}
+"""
+
+from ehsid.harness.simulation.injection.answer import Answer
+from ehsid.harness.simulation.injection.effects import InjectError, injectable
+from ehsid.harness.simulation.injection.inject import Injected, inject
+from ehsid.harness.simulation.injection.writing import answer_path, write_injected
+
+__all__ = [
+    "Answer",
+    "InjectError",
+    "Injected",
+    "answer_path",
+    "inject",
+    "injectable",
+    "write_injected",
+]

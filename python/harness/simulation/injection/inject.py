@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: MIT
+"""Effects put into a log.
+
+A machine got the command u and moved as was recorded. A machine that had an effect besides, in
+front of all its own, and was sent u' with effect(u') = u, would have done exactly the same. So the
+record with u' in place of u is a log of that machine. In a closed loop u' is what a controller of
+that machine would have had to send. An effect of the sensor changes the position alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ehsid.harness.records import Record, make_record
+from ehsid.harness.rigs import Rig
+from ehsid.harness.simulation.injection import command as on_command
+from ehsid.harness.simulation.injection import position as on_position
+from ehsid.harness.simulation.injection.answer import Answer, file_of
+from ehsid.harness.simulation.injection.delay import before_delay, behind_delay
+from ehsid.harness.simulation.injection.effects import (
+    COMMAND,
+    DOES_NOT_PASS,
+    GAIN_OF,
+    OWN,
+    POSITION,
+    InjectError,
+    Sizes,
+    check,
+)
+from ehsid.harness.simulation.injection.lag import before_lag
+from ehsid.harness.simulation.injection.notes import FloatArray, Note, Step
+
+# Behind the spool: a spool that was measured has to be where these want it, too.
+BEHIND_SPOOL = ("gain", "valve_dead_band", "valve_null_bias")
+# Outputs that a late position would be late against.
+OTHER_OUTPUTS = (
+    "pressure_a_pa",
+    "pressure_b_pa",
+    "supply_pressure_pa",
+    "spool",
+    "velocity_m_s",
+    "force_n",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Injected:
+    """The record with the effects in it, and what to find in it."""
+
+    record: Record
+    answer: Answer
+
+
+def inject(record: Record, rig: Rig, effects: Mapping[str, Sizes]) -> Injected:
+    """Put effects into a log.
+
+    Parameters
+    ----------
+    record
+        with time, `command_v` and `position_m`, without gaps.
+    rig
+        of the machine: its plant, and what counts as 1 of the command.
+    effects
+        by id (see `injectable`), each with all its parameters, SI. Several act together, in the
+        order of the catalogue.
+
+    Returns
+    -------
+    A record of the same columns, shorter by the delays; the answer.
+
+    Raises
+    ------
+    InjectError
+        an effect or a size that cannot be used, a record with gaps or without time, a command that
+        no machine with these effects could have been sent.
+    RecordError
+        a column is missing.
+    """
+    check(effects, rig)
+    before, position = record.column("command_v"), record.column("position_m")
+    if record.dt_s is None or record.time_s is None:
+        raise InjectError(f"{record.name} has no time_s: add the column")
+    if len(record.segments) > 1:
+        raise InjectError(
+            f"{record.name} has {len(record.gaps)} gaps: give one stretch without a gap"
+        )
+    dt_s, rated = record.dt_s, rated_command_v(rig)
+    columns = {"time_s": record.time_s, **record.columns}
+    notes = [*_passing(effects, rig)]
+
+    # In fractions of rated, from the machine back to the controller.
+    sent = before / rated
+    for effect in (one for one in COMMAND if one in effects):
+        step = _pre_image(effect, effects[effect], sent, rig, dt_s)
+        sent = step.signal
+        notes += step.notes
+        if effect in BEHIND_SPOOL and "spool" in columns:
+            columns["spool"] = _pre_image(
+                effect, effects[effect], columns["spool"], rig, dt_s
+            ).signal
+    at_end = before.size - sent.size
+    for effect in (one for one in POSITION if one in effects):
+        step = _sensor(effect, effects[effect], position, dt_s)
+        position = step.signal
+        notes += step.notes
+    at_start = before.size - position.size
+    if at_start + at_end > 0.5 * before.size:
+        raise InjectError("the delays are more than half of the record")
+
+    kept = slice(at_start, before.size - at_end)
+    columns = {name: column[kept].copy() for name, column in columns.items()}
+    columns["command_v"] = (sent * rated)[at_start:]
+    columns["position_m"] = position[: position.size - at_end]
+    found, outside, more = _expected(effects, rig, record)
+    notes += more
+    limit = math.inf if rig.plant == "axis" else rated
+    largest = np.abs(columns["command_v"])
+    beyond = float(np.mean(largest > limit))
+    if beyond > 0.0:
+        notes.append(
+            Note(
+                f"the command is beyond the rated {rated:g} V for {100.0 * beyond:.2g} % of the "
+                f"time, up to {float(largest.max()):.3g} V: a machine with these effects could not "
+                "have been sent it"
+            )
+        )
+    answer = Answer(
+        put_in={effect: dict(sizes) for effect, sizes in effects.items()},
+        effects=found,
+        parameters={GAIN_OF[rig.plant]: effects["gain"]["factor"]} if "gain" in effects else {},
+        outside=outside,
+        not_exact=tuple(note.text for note in notes if not note.exact),
+        remarks=tuple(note.text for note in notes if note.exact),
+        rig=rig.name,
+        plant=rig.plant,
+        source=file_of(record.source),
+        sha256=record.sha256,
+        command={
+            "rated_v": None if math.isinf(limit) else rated,
+            "largest_v_before": float(np.abs(before).max()),
+            "largest_v": float(largest.max()),
+            "share_beyond_rated": beyond,
+        },
+        samples={
+            "source": before.size,
+            "dropped_at_start": at_start,
+            "dropped_at_end": at_end,
+            "written": largest.size,
+        },
+    )
+    return Injected(make_record(columns, name=record.name), answer)
+
+
+def rated_command_v(rig: Rig) -> float:
+    """What counts as 1 of the command, V."""
+    if rig.plant == "axis":
+        return 1.0
+    if rig.plant == "linear":
+        return 1.0 / rig.values["linear.spool_gain_1_v"]
+    return rig.values["valve.rated_command_v"]
+
+
+def _pre_image(effect: str, sizes: Sizes, signal: FloatArray, rig: Rig, dt_s: float) -> Step:
+    match effect:
+        case "load_force":
+            # gain u' - force = gain u
+            return Step(signal + sizes["force_n"] / rig.values["axis.force_per_volt"], [])
+        case "gain":
+            return on_command.before_gain(signal, sizes["factor"])
+        case "valve_dead_band":
+            return on_command.before_dead_band(signal, sizes["overlap"])
+        case "valve_null_bias":
+            return on_command.before_bias(signal, sizes["offset"])
+        case "valve_lag":
+            return before_lag(signal, sizes["bandwidth_hz"], sizes["damping"], dt_s, limit=1.0)
+        case "valve_hysteresis":
+            return on_command.before_play(signal, sizes["half_width"])
+        case _:
+            return before_delay(signal, sizes["delay_s"], dt_s)
+
+
+def _sensor(effect: str, sizes: Sizes, position: FloatArray, dt_s: float) -> Step:
+    match effect:
+        case "position_bias":
+            return on_position.behind_bias(position, sizes["offset_m"])
+        case "sensor_backlash":
+            return on_position.behind_play(position, sizes["half_width_m"])
+        case "sensor_lag":
+            return on_position.behind_lag(position, sizes["time_constant_s"], dt_s)
+        case "position_delay":
+            return behind_delay(position, sizes["delay_s"], dt_s)
+        case _:
+            return on_position.behind_quantisation(position, sizes["step_m"])
+
+
+def _passing(effects: Mapping[str, Sizes], rig: Rig) -> list[Note]:
+    """What stands on the wrong side of an effect that the rig tells."""
+    return [
+        Note(
+            f"'{effect}' is put on the near side of the '{own}' that the rig tells, the catalogue "
+            "has them the other way round, and they do not commute",
+            exact=False,
+        )
+        for effect in effects
+        for own in DOES_NOT_PASS.get(effect, ())
+        if own in rig.effects()
+    ]
+
+
+def _expected(
+    effects: Mapping[str, Sizes], rig: Rig, record: Record
+) -> tuple[dict[str, dict[str, float]], tuple[str, ...], list[Note]]:
+    """Effects of the catalogue that a diagnosis is to find, what is outside of it, notes."""
+    found = {effect: dict(sizes) for effect, sizes in effects.items() if effect not in OWN}
+    outside: list[str] = []
+    notes = []
+    if "position_delay" in effects:
+        late = effects["position_delay"]["delay_s"]
+        if any(name in record.columns for name in OTHER_OUTPUTS):
+            outside.append("position_delay")
+        else:
+            before = found.get("transport_delay", {}).get("delay_s", 0.0)
+            found["transport_delay"] = {"delay_s": before + late}
+            notes.append(Note("where nothing else is measured a late position is a late command"))
+    if "position_bias" in effects:
+        outside.append("position_bias")
+        notes.append(
+            Note(
+                "a bias of the position shows as no effect: it moves the chambers' volumes"
+                if rig.plant == "ehs"
+                else "a bias of the position shows as no effect: the plant is the same everywhere"
+            )
+        )
+    return found, tuple(outside), notes

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+"""Effects of a sensor on a position that was logged, as the catalogue defines them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.signal import lfilter
+
+from ehsid.harness.simulation.injection.notes import FloatArray, Note, Step
+
+
+def behind_bias(position: FloatArray, offset_m: float) -> Step:
+    """Moved by the offset."""
+    return Step(position + offset_m, [])
+
+
+def behind_play(position: FloatArray, half_width_m: float) -> Step:
+    """m_k = min(max(m_{k-1}, y_k - h), y_k + h), at rest at the first sample."""
+    shown = np.empty_like(position)
+    held = position[0]
+    for k, (low, high) in enumerate(
+        zip(position - half_width_m, position + half_width_m, strict=True)
+    ):
+        held = min(max(held, low), high)
+        shown[k] = held
+    return Step(shown, [])
+
+
+def behind_lag(position: FloatArray, time_constant_s: float, dt_s: float) -> Step:
+    """Of tau m' = y - m at the samples, exact where y runs along straight lines between them.
+
+    With s the slope and d = exp(-dt / tau): m_k = d (m_{k-1} - y_{k-1} + tau s) + y_k - tau s.
+    """
+    decay = math.exp(-dt_s / time_constant_s)
+    ahead = time_constant_s / dt_s * (1.0 - decay)
+    away, _ = lfilter([1.0 - ahead, ahead - decay], [1.0, -decay], position - position[0], zi=[0.0])
+    return Step(
+        position[0] + away,
+        [Note("noise that was in the position has gone through the lag, too")],
+    )
+
+
+def behind_quantisation(position: FloatArray, step_m: float) -> Step:
+    """In whole steps: step round(y / step), halves away from zero."""
+    steps = position / step_m
+    return Step(step_m * np.sign(steps) * np.floor(np.abs(steps) + 0.5), [])

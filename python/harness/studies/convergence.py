@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: MIT
+"""Start from an offline model and from nothing, on model (16), whose truth is known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
+from ehsid.harness.deploy.export.seeding import configure_from_record
+from ehsid.harness.identification import IoData
+from ehsid.harness.studies import MODEL_16, KnownPlant
+from ehsid.harness.studies.claims import ORDERS, SAMPLES, Input, excite
+from ehsid.harness.studies.comparison import Samples, known_records, settling
+
+FloatArray = npt.NDArray[np.float64]
+
+ALL = slice(None)
+B = slice(ORDERS.na, None)
+# The offline record of a run is another draw.
+OFFLINE_SEEDS = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Starts:
+    """Errors from both starts on the same records.
+
+    Attributes
+    ----------
+    seeded, vague
+        shape (runs, N), |theta_hat - theta| / |theta| after each sample, of the scaled parameters
+        that were judged.
+    """
+
+    seeded: FloatArray
+    vague: FloatArray
+
+    def settled(
+        self, tolerance: float = 0.05, start: int = 0
+    ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Samples after `start` until the error stays within tolerance, each shape (runs,)."""
+        return settling(self.seeded, tolerance, start), settling(self.vague, tolerance, start)
+
+
+def _error(
+    configuration: EstimatorConfiguration, record: Samples, truth: FloatArray, judged: slice
+) -> FloatArray:
+    u, y = (np.asarray(signal, dtype=np.float32) for signal in record)
+    theta = configuration.estimator().run(u, y).theta.astype(np.float64)
+    scaling = configuration.scaling
+    gain = scaling.command_scale / scaling.position_scale
+    weights = np.array([1.0] * ORDERS.na + [gain] * ORDERS.nb)
+    size = np.linalg.norm((truth * weights)[:, judged], axis=1)
+    error: FloatArray = np.linalg.norm(((theta - truth) * weights)[:, judged], axis=1) / size
+    return error
+
+
+def compare_starts(
+    forgetting: ehsid.Forgetting,
+    seeds: Iterable[int],
+    *,
+    noise: float,
+    model_b: float = 1.0,
+    inflation: float | None = None,
+    change: tuple[int, float] | None = None,
+    judged: slice = ALL,
+) -> Starts:
+    """Model (16), one run a seed: from the model of 50 s of another record, and from nothing.
+
+    Parameters
+    ----------
+    forgetting
+        policy.
+    seeds
+        one run each.
+    noise
+        deviation of the equation error e(k).
+    model_b
+        factor on the b of the offline model before it is used; 1 leaves it as identified.
+    inflation
+        as in `configure_from_record`.
+    change
+        (k, factor): from sample k on the plant's b are multiplied.
+    judged
+        parameters whose error is looked at: `ALL`, or `B`, which are small beside the a.
+    """
+    plant = KnownPlant.of(ORDERS, MODEL_16)
+    running = plant
+    if change is not None:
+        at, factor = change
+        running = plant.changed(at, np.array(MODEL_16) * _on_b(factor))
+    seeds = list(seeds)
+    excited = partial(excite, Input.multisine)
+    truth = running.theta_path(SAMPLES)
+    offline = known_records(plant, excited, noise, [OFFLINE_SEEDS + seed for seed in seeds])
+    online = known_records(running, excited, noise, seeds)
+    seeded, vague = [], []
+    for (u, y), record in zip(offline, online, strict=True):
+        half = IoData.from_arrays(u[: SAMPLES // 2], y[: SAMPLES // 2])
+        made = configure_from_record(half, ORDERS, forgetting=forgetting, inflation=inflation)
+        seed = made.configuration.seed
+        assert seed is not None
+        used = replace(made.configuration, seed=replace(seed, theta=seed.theta * _on_b(model_b)))
+        seeded.append(_error(used, record, truth, judged))
+        vague.append(_error(replace(used, seed=None), record, truth, judged))
+    return Starts(np.stack(seeded), np.stack(vague))
+
+
+def _on_b(factor: float) -> FloatArray:
+    return np.where(np.arange(ORDERS.n_parameters) < ORDERS.na, 1.0, factor)

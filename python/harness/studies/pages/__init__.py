@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Sections and pictures of the report on the published experiment."""

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: MIT
+"""Maps of the claims: where the varying factor wins, and where not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from ehsid.harness.studies.claims import Input, Judged, ResetJudged
+from ehsid.harness.studies.evidence import Comparison, Finding
+
+COLOURS = {
+    Finding.holds: "#2b7bba",
+    Finding.fails: "#d1492e",
+    Finding.equal: "#d9d9d9",
+    Finding.neither: "#ffffff",
+    Finding.undecided: "#f2d58a",
+}
+
+
+def _draw(axes: Any, cells: Sequence[Sequence[Comparison]]) -> None:
+    """Colours by finding, median ratios as text; rows upwards."""
+    order = list(COLOURS)
+    values = [[order.index(cell.finding) for cell in row] for row in cells]
+    axes.imshow(
+        values,
+        cmap=ListedColormap(list(COLOURS.values())),
+        vmin=-0.5,
+        vmax=len(order) - 0.5,
+        origin="lower",
+        aspect="auto",
+    )
+    for i, row in enumerate(cells):
+        for j, cell in enumerate(row):
+            if cell.finding is not Finding.neither:
+                ratio = cell.ratio.median
+                text = f"{ratio:.2f}" if ratio < 10.0 else f"{ratio:.0f}"
+                axes.text(j, i, text, ha="center", va="center", fontsize=6.5)
+
+
+def _legend(figure: Figure) -> None:
+    figure.legend(
+        handles=[
+            Patch(facecolor=colour, edgecolor="0.6", label=finding.value)
+            for finding, colour in COLOURS.items()
+        ],
+        loc="outside lower center",
+        ncols=len(COLOURS),
+        fontsize="small",
+    )
+
+
+def claims_figure(
+    judged: Sequence[Judged], claims: dict[str, Callable[[Judged], Comparison]], kind: Input
+) -> Figure:
+    """A row for each claim, a panel for each lambda0: P0 against noise, for one input."""
+    cells = {
+        (c.condition.p0, c.condition.noise, c.condition.lambda0): c
+        for c in judged
+        if c.condition.input is kind
+    }
+    p0s = sorted({p0 for p0, _, _ in cells})
+    noises = sorted({noise for _, noise, _ in cells})
+    lambda0s = sorted({lambda0 for _, _, lambda0 in cells})
+    figure = Figure(figsize=(12.0, 2.6 * len(claims) + 0.4), layout="constrained")
+    blocks = figure.subfigures(len(claims), 1, squeeze=False)[:, 0]
+    for block, (claim, of) in zip(blocks, claims.items(), strict=True):
+        block.suptitle(claim, fontsize=10)
+        panels = block.subplots(1, len(lambda0s), sharey=True, squeeze=False)[0]
+        for axes, lambda0 in zip(panels, lambda0s, strict=True):
+            _draw(axes, [[of(cells[p0, noise, lambda0]) for p0 in p0s] for noise in noises])
+            axes.set_xticks(range(len(p0s)), [f"{p0:g}" for p0 in p0s], rotation=60, fontsize=7)
+            axes.set_yticks(range(len(noises)), [f"{noise:g}" for noise in noises], fontsize=7)
+            axes.set_title(f"lambda0 = {lambda0:g}", fontsize=8)
+            axes.set_xlabel("P0", fontsize=8)
+        panels[0].set_ylabel("noise", fontsize=8)
+    _legend(figure)
+    return figure
+
+
+def start_figure(judged: Sequence[Judged], published: float) -> Figure:
+    """Error of lambda = 1 after 100 s over P0, one curve a noise; dashed the paper's column."""
+    figure = Figure(figsize=(8, 4), layout="constrained")
+    axes = figure.subplots()
+    noises = sorted({cell.condition.noise for cell in judged})
+    for number, noise in enumerate(noises):
+        curve = {
+            cell.condition.p0: cell.error_of_one
+            for cell in judged
+            if cell.condition.noise == noise and cell.condition.input is Input.multisine
+        }
+        p0s = sorted(curve)
+        axes.plot(
+            p0s,
+            [100.0 * curve[p0].median for p0 in p0s],
+            marker="o",
+            markersize=3,
+            color=f"C{number}",
+            label=f"noise {noise:g}",
+        )
+        axes.fill_between(
+            p0s,
+            [100.0 * curve[p0].low for p0 in p0s],
+            [100.0 * curve[p0].high for p0 in p0s],
+            color=f"C{number}",
+            alpha=0.15,
+            linewidth=0,
+        )
+    axes.axhline(100.0 * published, color="0.3", linestyle="--", label="the paper's column")
+    axes.set_xscale("log")
+    axes.set_xlabel("P0")
+    axes.set_ylabel("error of lambda = 1 after 100 s in %")
+    axes.grid(True, alpha=0.3)
+    axes.legend(fontsize="small")
+    return figure
+
+
+def reset_figure(resets: Sequence[ResetJudged]) -> Figure:
+    """Size of the change against noise: with reset to without; below, how often it fired."""
+    noises = sorted({cell.noise for cell in resets})
+    factors = sorted({cell.factor for cell in resets})
+    cells = {(cell.noise, cell.factor): cell for cell in resets}
+    figure = Figure(figsize=(9, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True)
+    _draw(left, [[cells[noise, factor].sooner for factor in factors] for noise in noises])
+    fired = np.array([[cells[noise, factor].fired for factor in factors] for noise in noises])
+    right.imshow(100.0 * fired, origin="lower", aspect="auto", cmap="Blues", vmin=0, vmax=100)
+    for i in range(len(noises)):
+        for j in range(len(factors)):
+            dark = fired[i, j] > 0.6
+            right.text(
+                j,
+                i,
+                f"{100.0 * fired[i, j]:.0f}",
+                ha="center",
+                va="center",
+                fontsize=7,
+                color="white" if dark else "black",
+            )
+    for axes, title in (
+        (left, "samples with reset over without"),
+        (right, "reset fired, % of the runs"),
+    ):
+        axes.set_xticks(range(len(factors)), [f"{factor:g}" for factor in factors])
+        axes.set_yticks(range(len(noises)), [f"{noise:g}" for noise in noises])
+        axes.set_xlabel("all b times")
+        axes.set_title(title, fontsize="small")
+    left.set_ylabel("noise")
+    _legend(figure)
+    return figure

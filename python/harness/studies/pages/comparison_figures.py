@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: MIT
+"""Figures of a comparison on a known plant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ehsid.harness.studies import Outcome
+
+
+def _widths(n: int) -> list[float]:
+    """Line widths from thick to thin: a curve that lies on an earlier one leaves it visible."""
+    return [float(width) for width in np.linspace(3.0, 1.0, n)]
+
+
+def error_figure(outcomes: Mapping[str, Outcome], dt_s: float) -> Figure:
+    """Parameter error over time, median and 5 to 95 % of runs; forgetting factor of the first."""
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
+    widths = _widths(len(outcomes))
+    lowest = np.inf
+    for (name, outcome), width in zip(outcomes.items(), widths, strict=True):
+        time = np.arange(outcome.error.shape[1]) * dt_s
+        low, median, high = 100.0 * np.quantile(outcome.error, [0.05, 0.5, 0.95], axis=0)
+        (line,) = upper.semilogy(time, median, label=name, linewidth=width)
+        upper.fill_between(time, low, high, color=line.get_color(), alpha=0.12, linewidth=0)
+        lower.plot(time, outcome.forgetting_factor, color=line.get_color(), linewidth=width)
+        lowest = min(lowest, float(low.min()))
+    # Before the first dozen equations the error is many times the parameters: out of the picture.
+    upper.set_ylim(0.8 * lowest, 200.0)
+    upper.margins(x=0.0)
+    upper.set_ylabel("parameter error in %")
+    upper.grid(True, which="major", alpha=0.3)
+    upper.legend(fontsize="small")
+    lower.set_ylabel("lambda")
+    lower.set_xlabel("time in s")
+    return figure
+
+
+def change_figure(
+    pairs: Mapping[str, tuple[Outcome, Outcome]], dt_s: float, change: int, window: slice
+) -> Figure:
+    """Parameter error around a change of the plant, without (dashed) and with the reset (solid).
+
+    pairs: (without, with) by name; change: sample of the change; window: samples shown.
+    """
+    figure = Figure(figsize=(9, 4.5), layout="constrained")
+    axes = figure.subplots()
+    widths = _widths(len(pairs))
+    for number, (name, (without, with_reset)) in enumerate(pairs.items()):
+        for outcome, style, label in (
+            (with_reset, "-", f"{name}, with reset"),
+            (without, "--", f"{name}, without"),
+        ):
+            time = np.arange(outcome.error.shape[1]) * dt_s
+            median = 100.0 * np.median(outcome.error, axis=0)
+            axes.semilogy(
+                time[window],
+                median[window],
+                style,
+                color=f"C{number}",
+                label=label,
+                linewidth=widths[number],
+            )
+    axes.margins(x=0.0)
+    axes.axvline(change * dt_s, color="0.5", linewidth=0.8)
+    axes.set_xlabel("time in s")
+    axes.set_ylabel("parameter error in %")
+    axes.grid(True, alpha=0.3)
+    axes.legend(fontsize="small", ncols=2)
+    return figure

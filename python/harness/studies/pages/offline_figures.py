@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: MIT
+"""Figures of the offline procedure: outputs, residual tests, poles and zeros, Bode."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Ellipse
+
+from ehsid.harness.identification import (
+    IdentificationResult,
+    PolesZeros,
+    Roots,
+)
+from ehsid.harness.studies.attempts import Attempt
+
+# 95 % of a normal pair of values lie within this of the centre, squared, in deviations.
+CHI2_2_95 = 5.991
+DEVIATIONS_95 = 1.960
+
+
+def outputs_figure(attempt: Attempt, dt_s: float | None, output: str) -> Figure:
+    """Measured and simulated output on the validation part, and what either prediction misses."""
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
+    if attempt.one_step is None or attempt.simulated is None:
+        return figure
+    step = dt_s or 1.0
+    upper.plot(
+        attempt.simulated.index * step, attempt.simulated.measured, label="measured", linewidth=2.0
+    )
+    upper.plot(
+        attempt.simulated.index * step,
+        attempt.simulated.predicted,
+        label=f"simulated, fit {attempt.simulation_fit_percent:.2f} %",
+        linewidth=1.0,
+    )
+    upper.set_ylabel(output)
+    upper.legend(fontsize="small")
+    for prediction, label in (
+        (attempt.simulated, "simulation"),
+        (attempt.one_step, f"one step ahead, fit {attempt.one_step_fit_percent:.2f} %"),
+    ):
+        colour = "tab:orange" if prediction is attempt.simulated else "tab:gray"
+        lower.plot(
+            prediction.index * step, prediction.residual, label=label, color=colour, linewidth=0.9
+        )
+    lower.set_ylabel("measured less predicted")
+    lower.set_xlabel("sample" if dt_s is None else "time in s")
+    lower.legend(fontsize="small")
+    for axes in (upper, lower):
+        axes.margins(x=0.0)
+        axes.grid(True, alpha=0.3)
+    return figure
+
+
+def residual_figure(result: IdentificationResult) -> Figure:
+    """Autocorrelation of the residual and its correlation with the input, with their bands."""
+    figure = Figure(figsize=(9, 5), layout="constrained")
+    upper, lower = figure.subplots(2, 1)
+    white, independent = result.whiteness, result.independence
+    for axes, test in ((upper, white), (lower, independent)):
+        label = "99 % band of a single lag"
+        axes.axhspan(-test.band, test.band, color="tab:orange", alpha=0.25, label=label)
+        axes.axhline(0.0, color="0.5", linewidth=0.8)
+        outside = np.abs(test.correlation) > test.band
+        for which, colour in ((~outside, "tab:blue"), (outside, "tab:red")):
+            axes.vlines(test.lags[which], 0.0, test.correlation[which], color=colour, linewidth=3.0)
+        axes.margins(x=0.02)
+    for sign in (-1.0, 1.0):
+        lower.axhline(
+            sign * independent.family_band,
+            color="tab:orange",
+            linestyle="--",
+            linewidth=1.0,
+            label="of lags 0 and up together" if sign > 0 else None,
+        )
+    upper.set_title("autocorrelation of the residual", fontsize="medium", loc="left")
+    lower.set_title(
+        "correlation of residual and input (positive lags: earlier input)",
+        fontsize="medium",
+        loc="left",
+    )
+    lower.set_xlabel("lag in samples")
+    upper.legend(fontsize="small", loc="upper right")
+    lower.legend(fontsize="small", loc="upper right")
+    return figure
+
+
+def poles_zeros_figure(found: PolesZeros) -> Figure:
+    """Poles and zeros with their regions of 95 %, whole and around z = 1."""
+    figure = Figure(figsize=(9, 4.8), layout="constrained")
+    whole, near = figure.subplots(1, 2)
+    values = np.concatenate((found.poles.values, found.zeros.values, [1.0]))
+    widest = min(1.15 * max(1.0, float(np.max(np.abs(values)))), 2.0)
+    closest = found.poles.values[np.argmin(np.abs(found.poles.values - 1.0))]
+    reach = max(float(np.abs(closest - 1.0)), _spread(found.poles), 1e-6)
+    for axes, centre, half in ((whole, 0.0, widest), (near, 1.0, min(3.0 * reach, 0.5))):
+        axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color="0.5", linewidth=0.8))
+        axes.axhline(0.0, color="0.8", linewidth=0.6)
+        _roots(axes, found.poles, "x", "tab:blue", "poles")
+        _roots(axes, found.zeros, "o", "tab:red", "zeros")
+        axes.set_xlim(centre - half, centre + half)
+        axes.set_ylim(-half, half)
+        axes.set_aspect("equal")
+        axes.set_xlabel("real part")
+    outside = int(np.sum(np.abs(values) > widest))
+    whole.set_title(
+        "unit circle" + (f" ({outside} beyond the frame)" if outside else ""), fontsize="medium"
+    )
+    near.set_title("around z = 1", fontsize="medium")
+    near.tick_params(axis="x", labelrotation=30)
+    whole.set_ylabel("imaginary part")
+    whole.legend(fontsize="small", loc="upper left")
+    return figure
+
+
+def _roots(axes: Axes, roots: Roots, marker: str, colour: str, label: str) -> None:
+    axes.plot(
+        roots.values.real,
+        roots.values.imag,
+        marker,
+        color=colour,
+        markerfacecolor="none",
+        markersize=8.0,
+        linestyle="none",
+        label=label,
+    )
+    for value, spread, reliable in zip(roots.values, roots.covariance, roots.reliable, strict=True):
+        if not reliable:
+            continue
+        if value.imag == 0.0:
+            half = DEVIATIONS_95 * float(np.sqrt(spread[0, 0]))
+            axes.plot([value.real - half, value.real + half], [0.0, 0.0], color=colour, alpha=0.5)
+            continue
+        size, direction = np.linalg.eigh(spread)
+        width, height = 2.0 * np.sqrt(CHI2_2_95 * np.maximum(size, 0.0))
+        angle = float(np.degrees(np.arctan2(direction[1, 0], direction[0, 0])))
+        axes.add_patch(
+            Ellipse(
+                (value.real, value.imag),
+                float(width),
+                float(height),
+                angle=angle,
+                color=colour,
+                alpha=0.25,
+            )
+        )
+
+
+def _spread(roots: Roots) -> float:
+    nearest = int(np.argmin(np.abs(roots.values - 1.0)))
+    if not roots.reliable[nearest]:
+        return 0.1
+    return DEVIATIONS_95 * float(np.sqrt(np.trace(roots.covariance[nearest])))

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: MIT
+"""K, omega_n and xi while the estimator runs."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ehsid.harness.studies.reading import SIGMAS, Reading
+
+NAMES = ("K in m/(s V)", "omega_n in rad/s", "xi")
+
+
+def reading_figure(reading: Reading) -> Figure:
+    """Each with its 95 % band; grey where theta is no servo."""
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    panels = figure.subplots(3, 1, sharex=True)
+    known = np.isfinite(reading.value).all(axis=1) & np.isfinite(reading.deviation).all(axis=1)
+    for i, (axes, name) in enumerate(zip(panels, NAMES, strict=True)):
+        value, deviation = reading.value[:, i], reading.deviation[:, i]
+        axes.plot(reading.time_s, value, linewidth=1.2)
+        axes.fill_between(
+            reading.time_s, value - SIGMAS * deviation, value + SIGMAS * deviation, alpha=0.25
+        )
+        if known.any():
+            # The first readings swing by orders of magnitude; the axis follows the rest.
+            late = value[known][known.sum() // 5 :]
+            middle, reach = float(np.median(late)), float(np.ptp(late))
+            margin = 0.5 * reach + 3.0 * float(np.median(deviation[known])) + 1e-12
+            axes.set_ylim(min(late.min(), middle) - margin, max(late.max(), middle) + margin)
+        for time, status in zip(reading.time_s, reading.status, strict=True):
+            if status != "ok":
+                axes.axvspan(time - reading.time_s[0], time, color="0.9", linewidth=0)
+        axes.set_ylabel(name)
+        axes.margins(x=0.0)
+        axes.grid(True, alpha=0.3)
+    panels[-1].set_xlabel("time in s")
+    return figure

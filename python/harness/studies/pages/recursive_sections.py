@@ -1,0 +1,277 @@
+# SPDX-License-Identifier: MIT
+"""The recursive half of the experiment as sections of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ehsid.harness.report.loop_blocks import loop_blocks
+from ehsid.harness.report.page import Picture, Section, Table, Words
+from ehsid.harness.studies.evidence import Interval
+from ehsid.harness.studies.experiment import KnownPlantFindings, RigFindings
+from ehsid.harness.studies.pages.comparison_figures import change_figure, error_figure
+from ehsid.harness.studies.pages.reading_figure import reading_figure
+from ehsid.harness.studies.published import DT_S, MODEL_16, RECURSIVE
+from ehsid.harness.studies.reading import Reading, RigReading
+from ehsid.harness.studies.recursive import B_AFTER, QUIET_NOISE, Changed, Recursive
+from ehsid.harness.studies.sampled_servo import SampledServo
+from ehsid.harness.studies.summary import (
+    RunSummary,
+    summarise,
+    summarise_change,
+)
+
+THETA_NAMES = ("a1", "a2", "a3", "b1", "b2", "b3")
+
+
+def interval_text(interval: Interval, scale: float = 1.0, digits: int = 3) -> str:
+    """Median, and its interval in brackets."""
+    middle, low, high = (
+        f"{scale * value:.{digits}g}" for value in (interval.median, interval.low, interval.high)
+    )
+    return f"{middle} [{low}, {high}]"
+
+
+def speed_table(summaries: Mapping[str, RunSummary], caption: str, unit: str = "s") -> Table:
+    """How close, how fast, how calm."""
+    rows = []
+    for name, summary in summaries.items():
+        settled = interval_text(summary.settled_s)
+        if summary.never == 1.0:
+            settled = "never"
+        elif summary.never > 0.5:
+            settled = f"not in {100.0 * summary.never:.0f} % of the runs"
+        elif not np.isfinite(summary.settled_s.low):  # too few runs for an interval
+            settled = f"{summary.settled_s.median:.3g}"
+        rows.append(
+            (
+                name,
+                *(f"{100.0 * at.median:.2f}" for at in summary.error_at.values()),
+                settled,
+                f"{100.0 * summary.spread.median:.3g}",
+                f"{summary.rmse.median:.3g}",
+            )
+        )
+    return Table(
+        caption,
+        (
+            "lambda",
+            *(f"{t:g} {unit}" for t in next(iter(summaries.values())).error_at),
+            f"settled, {unit}",
+            "spread, %",
+            "RMSE",
+        ),
+        rows,
+    )
+
+
+SPEED_CAPTION = (
+    "Parameter error |theta_hat - theta| / |theta| in %, median of the runs; time after which it "
+    "stays below 5 %, with the 95 % interval of the median; spread of the estimate over the last "
+    "quarter; RMSE of the innovation. The intervals of the others are in the JSON file."
+)
+
+
+def change_table(changed: Changed) -> Table:
+    """Samples until the estimate has followed, and what the reset did."""
+    rows = []
+    for name, summary in summarise_change(changed).items():
+
+        def cell(interval: Interval, never: float) -> str:
+            return "not in most runs" if never > 0.5 else interval_text(interval)
+
+        rows.append(
+            (
+                name,
+                cell(summary.without, summary.never_without),
+                cell(summary.with_reset, summary.never_with),
+                f"{100.0 * summary.fired:.0f} %",
+                "" if summary.delay is None else interval_text(summary.delay),
+                f"{100.0 * summary.false_alarms:.0f} %",
+            )
+        )
+    return Table(
+        "Samples after the change until the error stays below 5 %; runs in which the reset fired, "
+        "its delay in samples, and runs with a reset before the change.",
+        ("lambda", "without reset", "with reset", "fired", "delay", "false alarms"),
+        rows,
+    )
+
+
+def _change_window(changed: Changed) -> slice:
+    return slice(changed.at - round(2.0 / DT_S), changed.at + round(15.0 / DT_S))
+
+
+def parameter_table(run: Recursive, summaries: Mapping[str, RunSummary]) -> Table:
+    """Truth, ours, and the paper's columns as the paper's."""
+    rows = []
+    for i, parameter in enumerate(THETA_NAMES):
+        ours = [f"{summary.theta[i]:.4f}" for summary in summaries.values()]
+        published = [f"{column.theta[i]:.4f}" for column in RECURSIVE.values()]
+        rows.append((parameter, f"{MODEL_16[i]:.4f}", *ours, *published))
+    ours = [f"{summary.rmse.median:.4f}" for summary in summaries.values()]
+    rows.append(("RMSE", "", *ours, *(f"{column.rmse:.4f}" for column in RECURSIVE.values())))
+    return Table(
+        f"Table 3 for P(0) = {run.p0:.2g} I: parameters after 100 s and RMSE of the innovation, "
+        "median of the runs. The paper's columns are of its own rig, whose data were not "
+        "published, and no target.",
+        ("", "truth", *summaries, *(f"paper, {name}" for name in RECURSIVE)),
+        rows,
+    )
+
+
+def known_plant_sections(found: KnownPlantFindings, runs: int) -> list[Section]:
+    """Part (a)."""
+    blocks: list[Words | Table | Picture] = [
+        Words(
+            f"Third-order ARX at 50 ms for 100 s, {runs} runs (seeds 0 to {runs - 1}), float32, "
+            "multisine of 0.05 to 5 Hz and rms 1.5. White equation error of deviation "
+            f"{found.noise:.4f}: with it the offline model's simulation fits as the paper's. "
+            "The three of the paper are Eqs. (12)-(14) and nothing else; the default policy runs "
+            "with its guards. All start from theta = 0."
+        )
+    ]
+    for run in found.runs:
+        start = "a vague start" if run.p0 > 1.0 else "the start behind the paper's column"
+        summaries = {name: summarise(o, DT_S) for name, o in run.outcomes.items()}
+        blocks += [
+            Words(f"P(0) = {run.p0:.2g} I, {start}:"),
+            Picture(
+                error_figure(run.outcomes, DT_S),
+                "Figs. 9 and 10: error of the parameters, median and 5 to 95 % of the runs; below, "
+                "the forgetting factor of the first run.",
+                f"Parameter error over 100 s on a logarithmic axis, P0 = {run.p0:.2g}",
+            ),
+            speed_table(summaries, SPEED_CAPTION),
+            parameter_table(run, summaries),
+        ]
+    change = Section(
+        "A change of model (16), without and with the reset of Fig. 4",
+        [
+            Words(
+                f"At 50 s all b grow by {100.0 * (B_AFTER - 1.0):.0f} %; equation error "
+                f"{QUIET_NOISE:g}; vague start."
+            ),
+            Picture(
+                change_figure(
+                    found.changed.outcomes, DT_S, found.changed.at, _change_window(found.changed)
+                ),
+                "Fig. 11: error of the parameters around the change, median of the runs; dashed "
+                "without, solid with reset.",
+                "Curves of the parameter error from 2 s before to 15 s after the change",
+            ),
+            change_table(found.changed),
+        ],
+    )
+    plant = Section("Model (16) as a plant", loop_blocks(found.loop, DT_S))
+    return [plant, Section("Recursive, on model (16) as the known truth", blocks), change]
+
+
+def rig_sections(found: RigFindings, runs: int, name: str) -> list[Section]:
+    """Part (b)."""
+    blocks: list[Words | Table | Picture] = [
+        Words(
+            f"{runs} records of 100 s of {name}, each with a multisine and noise of its own. The "
+            "reference is the offline model of the first part; errors are of the scaled "
+            "parameters, signals divided by their standard deviations."
+        )
+    ]
+    for run in found.runs:
+        summaries = {contender: summarise(o, DT_S) for contender, o in run.outcomes.items()}
+        blocks += [
+            Words(f"P(0) = {run.p0:.2g} I:"),
+            Picture(
+                error_figure(run.outcomes, DT_S),
+                "Error against the offline model, median and 5 to 95 % of the runs; below, the "
+                "forgetting factor of the first run.",
+                f"Parameter error over 100 s on a logarithmic axis, P0 = {run.p0:.2g}",
+            ),
+            speed_table(summaries, SPEED_CAPTION),
+        ]
+    told = ", ".join(f"{key} = {value:g}" for key, value in found.change.items())
+    change = Section(
+        "A change of the rig, without and with the reset",
+        [
+            Words(f"From 50 s on {told}; the reference is then the offline model of that rig."),
+            Picture(
+                change_figure(
+                    found.changed.outcomes, DT_S, found.changed.at, _change_window(found.changed)
+                ),
+                "Error of the parameters around the change, median of the runs; dashed without, "
+                "solid with reset.",
+                "Curves of the parameter error from 2 s before to 15 s after the change",
+            ),
+            change_table(found.changed),
+        ],
+    )
+    return [
+        Section("Recursive, on the nonlinear rig", blocks),
+        change,
+        reading_section(found.reading, found.rig_reading, found.sampled),
+    ]
+
+
+def reading_section(
+    reading: Reading, rig: RigReading | None, sampled: SampledServo | None
+) -> Section:
+    """Part 4: K, omega_n, xi over time, and what they say of the rig."""
+    refused = {status for status in reading.status if status != "ok"}
+    share = sum(status == "ok" for status in reading.status) / len(reading.status)
+    blocks: list[Words | Table | Picture] = [
+        Words(
+            "Varying factor on the record of the offline part; theta is a servo (5) in "
+            f"{100.0 * share:.0f} % of the readings"
+            + (f"; else: {', '.join(sorted(refused))}." if refused else ".")
+        ),
+        Picture(
+            reading_figure(reading),
+            "K, omega_n and xi with their 95 % bands; grey where theta is no servo.",
+            "Three curves over time with bands that narrow",
+        ),
+    ]
+    if rig is None:
+        blocks.append(Words("Of oil and load it says nothing: no reading, or no rig to compare."))
+    else:
+        blocks.append(
+            Table(
+                "What the last reading says of the rig, with the 95 % interval that the estimate's "
+                "covariance gives; what else the rig tells counts as known.",
+                ("", "found", "low", "high"),
+                [
+                    (name, *(f"{scale * value:.4g}" for value in triple))
+                    for name, triple, scale in (
+                        ("velocity gain K in m/(s V)", rig.velocity_gain, 1.0),
+                        (
+                            "bulk modulus in MPa, from omega_n and mass",
+                            rig.bulk_modulus_pa,
+                            1e-6,
+                        ),
+                        ("mass in kg, from omega_n and the bulk modulus", rig.mass_kg, 1.0),
+                    )
+                ],
+            )
+        )
+    if sampled is not None:
+        blocks.append(_sampled_table(sampled))
+    return Section("Physical reading", blocks)
+
+
+def _sampled_table(sampled: SampledServo) -> Table:
+    """The estimate beside the sampled servo that was read from it."""
+    columns = (sampled.estimate, sampled.ours, sampled.by_control)
+    difference = float(np.max(np.abs(sampled.ours - sampled.by_control)))
+    return Table(
+        f"The servo (5) of the last reading, K = {sampled.gain:.4g} m/(s V), omega_n = "
+        f"{sampled.omega_n:.4g} rad/s, xi = {sampled.xi:.3g}, sampled with a zero-order hold: by "
+        "ehsid.discretise and by python-control, which differ by "
+        f"{difference:.1g} at most. The a of the estimate differ by its integrator, which is not "
+        "exactly at z = 1; its b differ where the plant is not a sampled servo, or where they are "
+        "uncertain.",
+        ("", "estimate", "ehsid.discretise", "python-control"),
+        [
+            (name, *(f"{value:.6g}" for value in row))
+            for name, row in zip(THETA_NAMES, np.column_stack(columns), strict=True)
+        ],
+    )

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""What a start from the offline model is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ehsid.harness.report.page import Picture, Section, Table, Words
+from ehsid.harness.studies.convergence import Starts
+from ehsid.harness.studies.evidence import median_interval
+from ehsid.harness.studies.pages.recursive_sections import interval_text
+from ehsid.harness.studies.published import DT_S
+
+
+def _figure(starts: Mapping[float, Starts]) -> Figure:
+    figure = Figure(figsize=(9, 3.6), layout="constrained")
+    panels = figure.subplots(1, len(starts), sharey=True, squeeze=False)[0]
+    for axes, (noise, start) in zip(panels, starts.items(), strict=True):
+        for errors, label in ((start.vague, "from nothing"), (start.seeded, "from the model")):
+            time = np.arange(errors.shape[1]) * DT_S
+            low, median, high = 100.0 * np.quantile(errors, [0.05, 0.5, 0.95], axis=0)
+            (line,) = axes.loglog(time + DT_S, median, label=label)
+            axes.fill_between(time + DT_S, low, high, color=line.get_color(), alpha=0.15)
+        axes.set_title(f"noise {noise:.3g}", fontsize="small")
+        axes.set_ylim(1e-2, 200.0)
+        axes.set_xlabel("time in s")
+        axes.grid(True, alpha=0.3)
+    panels[0].set_ylabel("parameter error in %")
+    panels[0].legend(fontsize="small")
+    return figure
+
+
+def seeding_section(starts: Mapping[float, Starts], runs: int) -> Section:
+    """Both starts, by noise."""
+    rows = []
+    for noise, start in starts.items():
+        seeded, vague = start.settled()
+        rows.append(
+            (
+                f"{noise:.3g}",
+                interval_text(median_interval(vague)),
+                interval_text(median_interval(seeded)),
+            )
+        )
+    return Section(
+        "Seeded from the offline model",
+        [
+            Words(
+                f"Model (16), default policy, {runs} runs: from nothing, and from a model of 50 s "
+                "of another record and its covariance, as `ehsid export` writes it for "
+                "the firmware."
+            ),
+            Picture(
+                _figure(starts),
+                "Error of the parameters, median and 5 to 95 % of the runs.",
+                "Two curves for each noise: the seeded one starts where the other arrives",
+            ),
+            Table(
+                "Samples until the error stays below 5 %, median with its 95 % interval.",
+                ("noise", "from nothing", "from the model"),
+                rows,
+            ),
+        ],
+    )

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""Figures of the published experiment, to stand beside ours; none of them is a target.
+
+R. Ghazali, Y. M. Sam, M. F. Rahmat, Zulfatman, "Recursive parameter estimation for discrete-time
+model of an electro-hydraulic servo system with varying forgetting factor", International Journal
+of Physical Sciences 6(30), 2011, pp. 6829-6842.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+SOURCE = (
+    "R. Ghazali, Y. M. Sam, M. F. Rahmat, Zulfatman, Int. J. Physical Sciences 6(30), 2011, "
+    "pp. 6829-6842"
+)
+
+DT_S = 0.05
+"""Sampling time of the experiment."""
+
+DURATION_S = 100.0
+"""Length of its record; one half to estimate, the other to validate."""
+
+MODEL_16 = (-2.2390, 1.7820, -0.5427, 0.3850, -0.5810, 0.2954)
+"""Eq. (16), the identified model: a1, a2, a3, b1, b2, b3; na = nb = 3, nk = 1."""
+
+
+@dataclass(frozen=True)
+class PublishedOrder:
+    """A row of the table of orders."""
+
+    order: int
+    fit_percent: float
+    fpe: float
+    loss: float
+
+
+ORDERS = (
+    PublishedOrder(2, 91.27, 0.0325882, 0.0323295),
+    PublishedOrder(3, 95.48, 0.0230747, 0.0228011),
+    PublishedOrder(4, 95.53, 0.0217047, 0.0213629),
+    PublishedOrder(5, 95.51, 0.0215606, 0.0211378),
+)
+
+
+@dataclass(frozen=True)
+class PublishedRun:
+    """A column of the table of recursive estimates."""
+
+    theta: tuple[float, ...]
+    rmse: float
+
+
+RECURSIVE = {
+    "varying": PublishedRun((-2.2553, 1.8098, -0.5545, 0.3753, -0.5660, 0.2878), 0.1817),
+    "0.99": PublishedRun((-2.2502, 1.8148, -0.5642, 0.3760, -0.5694, 0.2924), 0.3878),
+    "1": PublishedRun((-2.2020, 1.6833, -0.4813, 0.0344, 0.1058, -0.0678), 0.6967),
+}
+"""Final parameters and RMSE with varying forgetting factor, lambda = 0.99 and lambda = 1."""

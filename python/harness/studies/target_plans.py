@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+"""The recursive half of the experiment as runs with the hardware in the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+import ehsid
+from ehsid.harness.deploy.hil.plan import WATCHDOG_MS, Plan, open_plan
+from ehsid.harness.rigs import Rig
+from ehsid.harness.simulation import PositionController, draw_noise
+from ehsid.harness.studies.comparison import Contender
+from ehsid.harness.studies.published import DT_S
+from ehsid.harness.studies.recursive import CONTENDERS
+from ehsid.harness.studies.rig_records import SAMPLES, excitation_of, trim
+
+MASS = "load.mass_kg"
+# The factors of the experiment by the folder of their run.
+FACTORS = dict(zip(("varying", "lambda_0.99", "lambda_1", "f_ratio"), CONTENDERS, strict=True))
+# A rig takes up a second load as heavy as its own; so often with and without the reset of Fig. 4.
+CHANGED_LOAD = 2.0
+CHANGED = {"changed": False, "changed_reset": True}
+
+
+def experiment_plans(
+    rig: Rig,
+    controller: PositionController,
+    seed: int,
+    *,
+    values: Mapping[str, float] | None = None,
+    watchdog_ms: int = WATCHDOG_MS,
+) -> dict[str, Plan]:
+    """The recursive half of the published experiment, by folder.
+
+    2000 samples of 50 ms of a random-phase multisine, the record of
+    `ehsid.harness.studies.rig_records.rig_record` with this seed: once for each forgetting
+    factor, and for the varying one twice more with a load that doubles at half time, without and
+    with the reset of Fig. 4 (a rig without `load.mass_kg`: not).
+    """
+    # In this order, so that it is the record of that seed.
+    rng = np.random.default_rng(seed)
+    command = excitation_of(rig, rng)
+    command = command + trim(rig, command)
+    plan = open_plan(
+        rig,
+        command,
+        controller,
+        dt_s=DT_S,
+        noise=draw_noise(rig, SAMPLES, rng),
+        values=values,
+        watchdog_ms=watchdog_ms,
+    )
+    plans = {
+        folder: _with_factor(plan, factor, CONTENDERS[factor]) for folder, factor in FACTORS.items()
+    }
+    if MASS not in rig.values:
+        return plans
+    varying = FACTORS["varying"]
+    for folder, reset in CHANGED.items():
+        contender = replace(CONTENDERS[varying], reset=reset)
+        words = f"{varying}, load doubled, {'with' if reset else 'no'} reset"
+        changed = _with_factor(plan, words, contender)
+        plans[folder] = replace(changed, change={MASS: CHANGED_LOAD})
+    return plans
+
+
+def _with_factor(plan: Plan, words: str, contender: Contender) -> Plan:
+    told = plan.configuration
+    estimator = replace(
+        told.estimator,
+        forgetting=contender.forgetting,
+        rls=contender.options,
+        reset=ehsid.RmseResetOptions() if contender.reset else None,
+    )
+    return replace(
+        plan,
+        name=f"{plan.rig.name}, lambda: {words}",
+        configuration=replace(told, estimator=estimator),
+    )

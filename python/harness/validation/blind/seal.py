@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""The seal: digests of everything a check was made with, so that nothing can change unseen."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import ehsid
+from ehsid.harness.validation.blind.settings import Settings
+
+SEAL = "seal.json"
+ANSWERS = "answers.json"
+CASES, TRANSFER, RESULTS = "cases", "transfer", "results"
+
+
+@dataclass(frozen=True)
+class Seal:
+    """Attributes
+    ----------
+    answers_sha256
+        of `answers.json`.
+    files
+        SHA-256 by path below the check's folder: all of `cases` and `transfer`.
+    settings
+        the cases were made with.
+    ehsid_version
+        that made them.
+    """
+
+    answers_sha256: str
+    files: dict[str, str]
+    settings: Settings
+    ehsid_version: str
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _sealed_files(out: Path) -> Iterator[Path]:
+    for name in (CASES, TRANSFER):
+        yield from sorted(path for path in (out / name).rglob("*") if path.is_file())
+
+
+def write_seal(out: Path, settings: Settings) -> Seal:
+    """Seal the answers, cases and transfer records that are in the folder."""
+    seal = Seal(
+        _digest(out / ANSWERS),
+        {path.relative_to(out).as_posix(): _digest(path) for path in _sealed_files(out)},
+        settings,
+        ehsid.__version__,
+    )
+    plain = {
+        "answers_sha256": seal.answers_sha256,
+        "files": seal.files,
+        "settings": settings.plain(),
+        "ehsid_version": seal.ehsid_version,
+    }
+    unfinished = out / f".{SEAL}.part"
+    unfinished.write_text(json.dumps(plain, indent=1) + "\n", encoding="utf-8")
+    unfinished.replace(out / SEAL)
+    return seal
+
+
+def read_seal(out: Path) -> Seal:
+    """The seal of a check.
+
+    Raises
+    ------
+    ValueError
+        there is none, or it cannot be read.
+    """
+    path = out / SEAL
+    try:
+        plain = json.loads(path.read_text(encoding="utf-8"))
+        return Seal(
+            str(plain["answers_sha256"]),
+            dict(plain["files"]),
+            Settings.of_plain(plain["settings"]),
+            str(plain["ehsid_version"]),
+        )
+    except FileNotFoundError:
+        raise ValueError(f"{path}: there is no such file; this folder holds no check") from None
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"{path}: not a seal: {error}; make the check anew elsewhere") from None
+
+
+def verify(out: Path) -> Seal:
+    """The seal, after every file was compared with it.
+
+    Raises
+    ------
+    ValueError
+        a file has changed, is missing or was added: which one.
+    """
+    seal = read_seal(out)
+    mend = "restore it, or make the check anew in another folder"
+    told = {ANSWERS: seal.answers_sha256, **seal.files}
+    for name, digest in told.items():
+        path = out / name
+        if not path.is_file():
+            raise ValueError(f"{path}: sealed, and now missing; {mend}")
+        if _digest(path) != digest:
+            raise ValueError(f"{path}: changed since it was sealed; {mend}")
+    for path in _sealed_files(out):
+        if path.relative_to(out).as_posix() not in seal.files:
+            raise ValueError(f"{path}: added since the check was sealed; move it away")
+    return seal

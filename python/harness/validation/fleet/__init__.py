@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Many machines side by side: each is diagnosed, then they are ranked."""

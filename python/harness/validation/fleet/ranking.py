@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: MIT
+"""Many machines side by side: whose gap is largest, and which effects they share."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ehsid.harness.gap.schema import Estimate
+from ehsid.harness.validation.blind.running import DIAGNOSIS
+from ehsid.harness.validation.jobs import ERROR
+
+
+@dataclass(frozen=True)
+class FleetEffect:
+    """An effect of a machine; `share_of_gap` of its structural gap, in [0, 1]."""
+
+    id: str
+    probability: float
+    parameters: Mapping[str, Estimate]
+    share_of_gap: float
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine and its diagnosis in short.
+
+    Attributes
+    ----------
+    name
+        of its folder.
+    verdict, sentence
+        of its diagnosis.
+    nominal, calibrated, augmented
+        gaps on held-out data, nrmse: as told, values fitted, with effects; NaN where not judged.
+    noise_floor
+        lowest and highest.
+    structural
+        calibrated gap above the highest floor, not below zero; NaN where not judged.
+    effects
+        that were named.
+    ambiguity_set
+        sets of ids that explain the records equally well, the named one first.
+    cannot_judge
+        why, by id.
+    why
+        what the verdict rests on.
+    """
+
+    name: str
+    verdict: str
+    sentence: str
+    nominal: float
+    calibrated: float
+    augmented: float
+    noise_floor: tuple[float, float]
+    structural: float
+    effects: tuple[FleetEffect, ...]
+    ambiguity_set: tuple[tuple[str, ...], ...]
+    cannot_judge: Mapping[str, str]
+    why: tuple[str, ...]
+
+    @property
+    def judged(self) -> bool:
+        """There is a gap to rank it by."""
+        return math.isfinite(self.structural)
+
+    @property
+    def rivals(self) -> tuple[str, ...]:
+        """Ids that were not named and explain the records as well."""
+        named = {one.id for one in self.effects}
+        others = [one for group in self.ambiguity_set for one in group if one not in named]
+        return tuple(dict.fromkeys(others))
+
+
+@dataclass(frozen=True)
+class Shared:
+    """An effect and the machines in which it was named, and in which it is one of several rivals;
+    both in the order of their gaps.
+    """
+
+    id: str
+    named: tuple[str, ...]
+    rival: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """Attributes
+    ----------
+    ranked
+        machines that were judged, the largest structural gap first.
+    not_judged
+        whose records do not allow it.
+    failed
+        messages of folders that could not be diagnosed, by name.
+    shared
+        effects, the most common first.
+    """
+
+    ranked: tuple[Machine, ...]
+    not_judged: tuple[Machine, ...]
+    failed: Mapping[str, str]
+    shared: tuple[Shared, ...]
+
+
+def read_fleet(out: Path, names: Iterable[str]) -> Fleet:
+    """From the results of these machines.
+
+    Raises
+    ------
+    ValueError
+        a result that cannot be read.
+    """
+    machines, failed = [], {}
+    for name in names:
+        folder = out / name
+        if (folder / DIAGNOSIS).is_file():
+            machines.append(_read(folder / DIAGNOSIS))
+        elif (folder / ERROR).is_file():
+            lines = (folder / ERROR).read_text(encoding="utf-8").strip().splitlines()
+            failed[name] = lines[-1] if lines else "no message"
+    judged = [one for one in machines if one.judged]
+    ranked = sorted(judged, key=lambda one: (-one.structural, one.name))
+    return Fleet(
+        ranked=tuple(ranked),
+        not_judged=tuple(one for one in machines if not one.judged),
+        failed=failed,
+        shared=_shared(ranked),
+    )
+
+
+def _read(path: Path) -> Machine:
+    try:
+        return _machine(path.parent.name, json.loads(path.read_text(encoding="utf-8")))
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(
+            f"{path}: not a diagnosis: {type(error).__name__} {error}; remove its folder and "
+            "start again"
+        ) from None
+
+
+def _machine(name: str, plain: Mapping[str, Any]) -> Machine:
+    far, which = plain["how_far"], plain["which"]
+    low, high = (_number(end) for end in far["noise_floor"])
+    calibrated = _number(far["calibrated"])
+    judged = plain["verdict"] != "insufficient_data"
+    return Machine(
+        name=name,
+        verdict=plain["verdict"],
+        sentence=plain["sentence"],
+        nominal=_number(far["nominal"]),
+        calibrated=calibrated,
+        augmented=_number(far["augmented"]),
+        noise_floor=(low, high),
+        structural=max(0.0, calibrated - high) if judged else math.nan,
+        effects=tuple(_effect(one) for one in which["effects"]),
+        ambiguity_set=tuple(tuple(group) for group in which["ambiguity_set"]),
+        cannot_judge={one["id"]: one["why"] for one in which["cannot_judge"]},
+        why=tuple(plain["reasons"]),
+    )
+
+
+def _effect(plain: Mapping[str, Any]) -> FleetEffect:
+    return FleetEffect(
+        plain["id"],
+        _number(plain["probability"]),
+        {
+            name: Estimate(_number(size["value"]), *(_number(end) for end in size["ci90"]))
+            for name, size in plain["parameters"].items()
+        },
+        min(1.0, max(0.0, _number(plain["share_of_shrinkage"]))),
+    )
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+def _shared(ranked: Iterable[Machine]) -> tuple[Shared, ...]:
+    machines = list(ranked)
+    ids = dict.fromkeys(
+        [effect.id for one in machines for effect in one.effects]
+        + [rival for one in machines for rival in one.rivals]
+    )
+    found = [
+        Shared(
+            effect,
+            tuple(one.name for one in machines if effect in {e.id for e in one.effects}),
+            tuple(one.name for one in machines if effect in one.rivals),
+        )
+        for effect in ids
+    ]
+    return tuple(sorted(found, key=lambda one: (-len(one.named), -len(one.rival), one.id)))

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT
+"""A folder of machines: which are to be diagnosed, and the diagnosis of each, kept at once."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import ehsid
+from ehsid.harness.records.formats import FORMATS
+from ehsid.harness.validation.blind.running import DIAGNOSIS, run_and_keep
+from ehsid.harness.validation.jobs import ERROR, Diagnose, Job, Outcome, Write, one_line, run_job
+
+RIG = "rig.toml"
+INPUTS = "inputs.json"
+HELD_OUT = "validate"
+
+# Reads a machine's folder; ValueError or OSError in words where it cannot.
+Read = Callable[[Path], Job]
+
+
+def machine_folders(folder: Path) -> list[Path]:
+    """One sub-folder a machine, by name; hidden ones are left alone.
+
+    Raises
+    ------
+    ValueError
+        there is none.
+    """
+    if not folder.is_dir():
+        raise ValueError(f"{folder}: there is no such folder")
+    found = sorted(
+        path for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")
+    )
+    if not found:
+        raise ValueError(f"{folder}: has no sub-folders; expected one a machine, each with {RIG}")
+    return found
+
+
+def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
+    """Records of a machine to be fitted, and those held out, by their names.
+
+    Raises
+    ------
+    ValueError
+        there is no rig file, or no record to be fitted.
+    """
+    if not (folder / RIG).is_file():
+        raise ValueError(f"{folder}: has no {RIG}")
+    endings = tuple(f".{ending}" for ending in FORMATS)
+    records = sorted(
+        path
+        for path in folder.iterdir()
+        if path.is_file() and path.name.lower().endswith(endings) and path.name[0] != "."
+    )
+    held_out = [path for path in records if path.name.lower().startswith(HELD_OUT)]
+    fitted = [path for path in records if path not in held_out]
+    if not fitted:
+        also = f" beside those that start with '{HELD_OUT}' and are held out" if held_out else ""
+        raise ValueError(f"{folder}: has no record ({', '.join(endings)}){also}")
+    return fitted, held_out
+
+
+def inputs_of(folder: Path, exclude: Sequence[str]) -> bytes:
+    """What decides the result of a machine: files by digest, effects left out, version."""
+    files = {
+        path.name: hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.iterdir())
+        if path.is_file()
+    }
+    plain = {"files": files, "exclude": list(exclude), "ehsid_version": ehsid.__version__}
+    return (json.dumps(plain, indent=1) + "\n").encode()
+
+
+def is_finished(result: Path, inputs: bytes) -> bool:
+    """There is a diagnosis of the same inputs."""
+    kept = result / INPUTS
+    return (result / DIAGNOSIS).is_file() and kept.is_file() and kept.read_bytes() == inputs
+
+
+def check_results(folders: Iterable[Path], out: Path) -> None:
+    """What stands where results go are results: they will be replaced.
+
+    Raises
+    ------
+    ValueError
+        a folder of something else.
+    """
+    for folder in folders:
+        result = out / folder.name
+        there = {path.name for path in result.iterdir()} if result.is_dir() else set()
+        if there and not there & {INPUTS, ERROR}:
+            raise ValueError(
+                f"--out {out}: {result} is there already and is no result; name another folder"
+            )
+
+
+def unfinished_machines(folders: Iterable[Path], out: Path, exclude: Sequence[str]) -> list[Path]:
+    """Without a diagnosis of what their folders hold now; those with an error are tried again."""
+    return [
+        folder
+        for folder in folders
+        if not is_finished(out / folder.name, inputs_of(folder, exclude))
+    ]
+
+
+def run_fleet(
+    folders: Iterable[Path],
+    out: Path,
+    exclude: Sequence[str],
+    read: Read,
+    diagnose: Diagnose,
+    write: Write,
+) -> Iterator[Outcome]:
+    """Diagnose each machine; what `write` makes is in OUT/NAME before the outcome is given."""
+    tasks = (_task(folder, exclude, read, diagnose, write) for folder in folders)
+    return run_and_keep(tasks, out)
+
+
+def _task(
+    folder: Path, exclude: Sequence[str], read: Read, diagnose: Diagnose, write: Write
+) -> Callable[[], Outcome]:
+    try:
+        job = replace(read(folder), exclude=tuple(exclude))
+        return functools.partial(run_machine, job, diagnose, write, inputs_of(folder, exclude))
+    except (ValueError, OSError) as error:
+        message = one_line(str(error))
+        files = {ERROR: f"{message}\n".encode()}
+        return functools.partial(Outcome, folder.name, files, message, 0.0)
+
+
+def run_machine(job: Job, diagnose: Diagnose, write: Write, inputs: bytes) -> Outcome:
+    """Diagnose one machine; beside the files of the result, what it was made of."""
+    outcome = run_job(job, diagnose, write)
+    return replace(outcome, files=outcome.files | {INPUTS: inputs})

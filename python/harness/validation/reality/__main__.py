@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: MIT
+"""`python -m ehsid.harness.validation.reality`: write blind cases, and their answers elsewhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, cast
+
+import typer
+from rich.progress import Progress
+
+from ehsid.harness.validation.reality.batch import write_cases
+from ehsid.harness.validation.reality.case import COLUMNS, KINDS, Kind, Sensors
+from ehsid.harness.validation.reality.structure import GRADES, Grade
+from ehsid.harness.validation.reality.told import PLANTS, PlantKind
+
+
+def _one_of(name: str, value: str | None, known: tuple[str, ...]) -> None:
+    if value is not None and value not in known:
+        raise typer.BadParameter(f"'{value}' is not one of {', '.join(known)}", param_hint=name)
+
+
+def command(
+    out: Annotated[Path, typer.Option(help="folder of the cases, one folder each")],
+    answers: Annotated[Path, typer.Option(help="JSON file of the answers, outside of --out")],
+    seed: Annotated[int, typer.Option(min=0, help="of the first case; the others count on")] = 1,
+    count: Annotated[int, typer.Option(min=1, help="number of cases")] = 20,
+    grade: Annotated[str, typer.Option(help=", ".join(GRADES))] = "plain",
+    kind: Annotated[str | None, typer.Option(help=f"{', '.join(KINDS)}; a mix if left out")] = None,
+    sensors: Annotated[
+        str | None, typer.Option(help=f"{', '.join(COLUMNS)}; a mix if left out")
+    ] = None,
+    plant: Annotated[str, typer.Option(help=", ".join(PLANTS))] = "ehs",
+) -> None:
+    """Write blind cases: rig.toml, train.csv and validate.csv of machines with withheld effects."""
+    _one_of("--grade", grade, GRADES)
+    _one_of("--kind", kind, KINDS)
+    _one_of("--sensors", sensors, tuple(COLUMNS))
+    _one_of("--plant", plant, PLANTS)
+    with Progress(transient=True) as bar:
+        task = bar.add_task("cases", total=1.0)
+        try:
+            write_cases(
+                out,
+                answers,
+                range(seed, seed + count),
+                cast(Grade, grade),
+                cast(Kind | None, kind),
+                cast(Sensors | None, sensors),
+                cast(PlantKind, plant),
+                progress=lambda share: bar.update(task, completed=share),
+            )
+        except (ValueError, OSError) as error:
+            raise typer.BadParameter(str(error)) from error
+    typer.echo(f"{count} cases in {out}, answers in {answers}")
+
+
+app = typer.Typer(add_completion=False)
+app.command()(command)
+
+if __name__ == "__main__":
+    app()

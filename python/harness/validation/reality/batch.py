@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""Many blind cases at once: kinds mixed, folders named by chance, answers in a separate file."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ehsid.harness.parallel import run_tasks
+from ehsid.harness.validation.reality.case import KINDS, Kind, Sensors, make_case
+from ehsid.harness.validation.reality.structure import Grade
+from ehsid.harness.validation.reality.told import PlantKind
+from ehsid.harness.validation.reality.writing import record_text, write_case, write_whole
+
+SHARES = {"one": 0.5, "two": 0.15, "none": 0.1, "params": 0.1, "open": 0.15}
+
+
+def draw_kind(seed: int) -> Kind:
+    """Of the case with this seed, in a mix: half of them with one effect."""
+    stream = np.random.default_rng((seed, 7))
+    return KINDS[int(stream.choice(len(KINDS), p=[SHARES[kind] for kind in KINDS]))]
+
+
+def draw_sensors(seed: int, grade: Grade) -> Sensors:
+    """Smooth and small records have the position only; of the others every third."""
+    if grade == "confusable":
+        return "position"
+    stream = np.random.default_rng((seed, 8))
+    return ("pressures+supply", "pressures", "position")[int(stream.integers(3))]
+
+
+def draw_seconds(seed: int) -> float:
+    """Length of the records of a case, 8 to 20 s; says nothing of the effect."""
+    return round(float(np.random.default_rng((seed, 9)).uniform(8.0, 20.0)), 1)
+
+
+def write_one(
+    folder: Path,
+    seed: int,
+    grade: Grade,
+    kind: Kind | None,
+    sensors: Sensors | None,
+    plant: PlantKind = "ehs",
+    seconds: float | None = None,
+    effects: Sequence[str] | None = None,
+    transfer: Path | None = None,
+) -> tuple[str, dict[str, Any]]:
+    """One case; its transfer record goes to `transfer`/NAME.csv. Returns its name and answer."""
+    case = make_case(
+        seed,
+        grade,
+        kind or draw_kind(seed),
+        effects,
+        sensors="position" if plant == "axis" else sensors or draw_sensors(seed, grade),
+        plant=plant,
+        seconds=draw_seconds(seed) if seconds is None else seconds,
+    )
+    write_case(case, folder / case.name)
+    if transfer is not None:
+        transfer.mkdir(parents=True, exist_ok=True)
+        write_whole(transfer / f"{case.name}.csv", record_text(case.transfer))
+    return case.name, dict(case.answer)
+
+
+def write_cases(
+    folder: str | os.PathLike[str],
+    answers: str | os.PathLike[str],
+    seeds: Sequence[int],
+    grade: Grade = "plain",
+    kind: Kind | None = None,
+    sensors: Sensors | None = None,
+    plant: PlantKind = "ehs",
+    seconds: float | None = 20.0,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Write folders of cases, and their answers by name to a file outside of them.
+
+    Parameters
+    ----------
+    kind, sensors
+        of all cases; drawn for each where None.
+    seconds
+        length of each record; drawn for each case, 8 to 20 s, where None.
+    progress
+        called with the share that is done.
+
+    Raises
+    ------
+    ValueError
+        the answers would lie among the cases.
+    """
+    target, sealed = Path(folder).resolve(), Path(answers).resolve()
+    if target == sealed.parent or target in sealed.parents:
+        raise ValueError(f"answers must not lie among the cases: {sealed} is in {target}")
+    tasks = [
+        functools.partial(write_one, target, seed, grade, kind, sensors, plant, seconds)
+        for seed in seeds
+    ]
+    found = dict(run_tasks(tasks, progress))
+    sealed.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(sealed, json.dumps(dict(sorted(found.items())), indent=1) + "\n")

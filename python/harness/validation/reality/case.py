@@ -1,0 +1,311 @@
+# SPDX-License-Identifier: MIT
+"""A blind case: a rig as told, records of the machine as it is, and the answer apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.validation.reality import machine as equations
+from ehsid.harness.validation.reality.effects import CATALOGUE, TWINS, Effect, Sizes
+from ehsid.harness.validation.reality.excitation import EXCITATIONS, Excitation, Task, draw_task
+from ehsid.harness.validation.reality.noise import Noise, draw_noise
+from ehsid.harness.validation.reality.outside import OUTSIDE, Faults, faults
+from ehsid.harness.validation.reality.structure import Grade, build, draw_structure
+from ehsid.harness.validation.reality.told import (
+    LAG,
+    PlantKind,
+    Told,
+    draw_told,
+    draw_true_values,
+    rig_text,
+)
+from ehsid.harness.validation.reality.truth import Truth
+
+FloatArray = npt.NDArray[np.float64]
+Kind = Literal["one", "two", "none", "params", "open"]
+Sensors = Literal["position", "pressures", "pressures+supply", "pressures+supply+spool"]
+KINDS: tuple[Kind, ...] = ("one", "two", "none", "params", "open")
+BEFORE_S = 1.0  # runs before the record begins
+
+COLUMNS: Mapping[Sensors, tuple[str, ...]] = MappingProxyType(
+    {
+        "position": (),
+        "pressures": ("pressure_a_pa", "pressure_b_pa"),
+        "pressures+supply": ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa"),
+        "pressures+supply+spool": (
+            "pressure_a_pa",
+            "pressure_b_pa",
+            "supply_pressure_pa",
+            "spool",
+        ),
+    }
+)
+
+
+@dataclass(frozen=True)
+class RealityCase:
+    """Attributes
+    ----------
+    name
+        of the folder; drawn, says nothing.
+    rig_toml
+        what is told.
+    train, validate
+        columns of the record schema by name, each (n,), SI.
+    transfer
+        a third record, under an excitation of another kind; withheld like the answer, to see
+        whether what was found carries over.
+    answer
+        what is withheld; plain data.
+    truth, healthy
+        constants of the machine, and what they would be without the effects.
+    """
+
+    name: str
+    rig_toml: str
+    train: Mapping[str, FloatArray]
+    validate: Mapping[str, FloatArray]
+    transfer: Mapping[str, FloatArray]
+    answer: Mapping[str, Any]
+    truth: Truth
+    healthy: Truth
+
+
+def make_case(
+    seed: int,
+    grade: Grade = "plain",
+    kind: Kind = "one",
+    effects: Sequence[str] | Mapping[str, Sizes] | None = None,
+    sensors: Sensors = "pressures+supply",
+    excitation: tuple[Excitation, Excitation] | None = None,
+    plant: PlantKind = "ehs",
+    seconds: float = 20.0,
+    dt_s: float = 0.001,
+) -> RealityCase:
+    """A case of its own, the same for the same arguments.
+
+    Rig, excitation and noise come from streams of their own: with another kind or effect they stay.
+    The transfer record has streams of its own, too, and is never small: a wrong cause that shrinks
+    the gap at small amplitudes does not at large ones.
+
+    Parameters
+    ----------
+    seed
+        not negative.
+    effects
+        ids, for kinds with effects; with sizes if they are to be given, too; drawn where None.
+    excitation
+        of the first two records; drawn where None.
+
+    Raises
+    ------
+    ValueError
+        an unknown effect, or a number of effects that the kind does not have.
+    """
+    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(7)]
+    rig_stream, inside, asked, noisy, hidden, broken, apart = streams
+    told = draw_told(rig_stream, plant)
+    name = f"{int(rig_stream.integers(2**32)):08x}"
+    chosen = _sizes(hidden, told, kind, effects)
+    if "valve_lag" in chosen:  # what is told is no gap
+        told = replace(told, values={k: v for k, v in told.values.items() if k not in LAG})
+    accuracy: Literal["exact", "within", "moved"] = "within"
+    if kind == "none":
+        accuracy = "exact"
+    elif kind == "params":
+        accuracy = "moved"
+    true = draw_true_values(inside, told, accuracy)
+    structure = draw_structure(inside, told, grade)
+    machine = build(told, true, structure)
+    if grade == "hard":  # saturates by another curve, 2.2 % of the limit from the tanh at most
+        machine = machine._replace(limit_power=2.7)
+    healthy = machine
+    for one, sizes in chosen.items():
+        machine = _known(one).put(machine, sizes, structure["bristle_m"])
+
+    kinds = excitation or _draw_excitation(asked, grade)
+    opened = (False, bool(asked.random() < 0.25))
+    samples = round((seconds + BEFORE_S) / dt_s)
+
+    def record(
+        one_kind: Excitation, loop_open: bool, small: bool, draws: Draws
+    ) -> dict[str, FloatArray]:
+        task = draw_task(draws.task, told, one_kind, samples, dt_s, small, loop_open)
+        noise = draw_noise(draws.noise, told, samples, dt_s, grade == "hard")
+        wrong = faults(chosen, draws.faults, samples, dt_s)
+        step = max(noise.position_step_m, chosen.get("sensor_quantisation", {}).get("step_m", 0.0))
+        reading = machine._replace(sensor_step_m=step)
+        return _record(reading, told, task, noise, wrong, sensors, dt_s)
+
+    draws, small = Draws(asked, noisy, broken), grade == "confusable"
+    train, validate = (
+        record(one, is_open, small, draws) for one, is_open in zip(kinds, opened, strict=True)
+    )
+    third = _another_excitation(apart, kinds)
+    transfer = record(third, False, False, Draws(*apart.spawn(3)))
+    answer = {
+        "kind": kind,
+        "plant": plant,
+        "grade": grade,
+        "effects": {one: dict(sizes) for one, sizes in chosen.items()},
+        "subsystem": [_known(one).subsystem for one in chosen],
+        "excitation": list(kinds),
+        "transfer_excitation": third,
+        "open_loop": list(opened),
+        "seconds": seconds,
+        "largest_command": [
+            float(np.abs(one["command_v"]).max()) / told.values.get("valve.rated_command_v", 10.0)
+            for one in (train, validate)
+        ],
+        "sensors": sensors,
+        "seed": seed,
+        "dt_s": dt_s,
+        "true": true,
+        "told": dict(told.values),
+        "structure": structure,
+    }
+    return RealityCase(
+        name, rig_text(told, f"rig-{name}"), train, validate, transfer, answer, machine, healthy
+    )
+
+
+class Draws(NamedTuple):
+    """Random streams of a record."""
+
+    task: np.random.Generator
+    noise: np.random.Generator
+    faults: np.random.Generator
+
+
+def _known(effect: str) -> Effect:
+    found = CATALOGUE.get(effect) or OUTSIDE.get(effect)
+    if found is None:
+        raise ValueError(
+            f"effect '{effect}' is not known; there are {', '.join([*CATALOGUE, *OUTSIDE])}"
+        )
+    return found
+
+
+def _sizes(
+    rng: np.random.Generator,
+    told: Told,
+    kind: Kind,
+    wanted: Sequence[str] | Mapping[str, Sizes] | None,
+) -> dict[str, Sizes]:
+    """Effects with their sizes."""
+    count = {"one": 1, "two": 2, "none": 0, "params": 0, "open": 1}[kind]
+    pool = OUTSIDE if kind == "open" else CATALOGUE
+    names = [name for name, one in pool.items() if one.axis or told.plant == "ehs"]
+    drawn = [str(name) for name in rng.permutation(names)[:count]]
+    if frozenset(drawn) in TWINS:
+        drawn[1] = "transport_delay"
+    chosen = list(wanted) if wanted is not None else drawn
+    if len(chosen) != count:
+        raise ValueError(f"kind '{kind}' has {count} effects, {len(chosen)} are given: {chosen}")
+    given = wanted if isinstance(wanted, Mapping) else {}
+    return {name: given.get(name) or _known(name).draw(rng, told) for name in chosen}
+
+
+def _draw_excitation(rng: np.random.Generator, grade: Grade) -> tuple[Excitation, Excitation]:
+    if grade == "confusable":
+        return "multisine", "multisine"
+    first, second = (str(kind) for kind in rng.permutation(list(EXCITATIONS))[:2])
+    return first, second  # type: ignore[return-value]
+
+
+def _another_excitation(
+    rng: np.random.Generator, used: tuple[Excitation, Excitation]
+) -> Excitation:
+    """Of a kind that none of the used ones is."""
+    free = [kind for kind in EXCITATIONS if kind not in used]
+    return free[int(rng.integers(len(free)))]
+
+
+def _record(
+    machine: Truth,
+    told: Told,
+    task: Task,
+    noise: Noise,
+    wrong: Faults,
+    sensors: Sensors,
+    dt_s: float,
+) -> dict[str, FloatArray]:
+    sent, out = _run(machine, task, noise, wrong, dt_s)
+    first = round(BEFORE_S / dt_s)
+    rated = told.values.get("valve.rated_command_v", 10.0)
+    record: dict[str, FloatArray] = {
+        "time_s": np.asarray(dt_s * np.arange(sent.size - first)),
+        "command_v": rated * sent[first:],
+        "position_m": out[first:, equations.OUT_Y],
+    }
+    if told.plant == "axis":
+        return record
+    for name, column in (
+        ("pressure_a_pa", equations.OUT_P_A),
+        ("pressure_b_pa", equations.OUT_P_B),
+        ("supply_pressure_pa", equations.OUT_P_S),
+    ):
+        if name in COLUMNS[sensors]:
+            noisy = out[first:, column] + noise.pressures_pa[name][first:]
+            record[name] = noise.pressure_step_pa * np.rint(noisy / noise.pressure_step_pa)
+    if "spool" in COLUMNS[sensors]:
+        record["spool"] = out[first:, equations.OUT_X] + noise.spool[first:]
+    return record
+
+
+def _run(
+    machine: Truth, task: Task, noise: Noise, wrong: Faults, dt_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """Commands and outputs.
+
+    Steps of integration are chosen from the state before a sample. A large step of the command
+    makes a stiff machine stiffer within the sample than that state tells, and once in hundreds of
+    records the integration goes to infinity: then with steps a quarter as long.
+    """
+    for fine in (2, 8):
+        try:
+            sent, out = equations.run(
+                machine,
+                start_state(machine, float(task.reference[0])),
+                dt_s,
+                task.forward,
+                task.reference,
+                task.gain,
+                noise.command_step,
+                noise.position_m + wrong.error,
+                noise.late_s,
+                wrong.lost,
+                fine,
+            )
+        except ZeroDivisionError:
+            continue
+        if np.isfinite(out).all():
+            return sent, out
+    raise ValueError("the machine cannot be integrated; take another seed")
+
+
+def start_state(machine: Truth, position: float) -> FloatArray:
+    """At rest, valve shut, chambers in balance with the load."""
+    s = np.zeros(equations.STATES)
+    s[equations.Y] = s[equations.Y_2] = s[equations.M] = position
+    if machine.force_per_unit_n > 0.0:
+        return s
+    atmosphere = equations.ATMOSPHERE_PA
+    load = machine.load_n + machine.spring_n_m * (position - 0.5 * machine.stroke_m)
+    low = 0.5 * machine.source_pa * machine.area_a_m2 / (machine.area_a_m2 + machine.area_b_m2)
+    p_b = max(low, 5e5 - load / machine.area_b_m2)
+    p_a = atmosphere + (machine.area_b_m2 * (p_b - atmosphere) + load) / machine.area_a_m2
+    for state, p in ((equations.C_A, p_a), (equations.C_B, p_b)):
+        s[state] = equations.compression(
+            max(p, 1e5), machine.bulk_slope, machine.bulk_modulus_0_pa, machine.gas_fraction
+        )
+    s[equations.P_S] = machine.source_pa
+    assert math.isfinite(s.sum())
+    return s

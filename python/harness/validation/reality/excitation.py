@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: MIT
+"""References of a position servo: what an experimenter would ask of the machine.
+
+Nothing here knows of an effect; sizes follow from what the rig file tells.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.validation.reality.told import Told, spread
+
+FloatArray = npt.NDArray[np.float64]
+Excitation = Literal["multisine", "steps", "triangle", "chirp", "prbs"]
+EXCITATIONS: tuple[Excitation, ...] = ("multisine", "steps", "triangle", "chirp", "prbs")
+TRAVEL = 0.28  # of the stroke, to each side of the place where it works
+
+
+@dataclass(frozen=True)
+class Task:
+    """What the controller is given: (n,) fractions of rated command, (n,) m, fraction per m."""
+
+    forward: FloatArray
+    reference: FloatArray
+    gain: float
+
+
+def draw_task(
+    rng: np.random.Generator,
+    told: Told,
+    kind: Excitation,
+    samples: int,
+    dt_s: float,
+    small: bool,
+    open_loop: bool,
+) -> Task:
+    """A reference with its feed-forward, and a gain that the rig as told would bear.
+
+    Parameters
+    ----------
+    small
+        slow and small: up to 1.5 Hz and 15 % of rated command.
+    open_loop
+        the command is given; the loop only keeps the rod from drifting away.
+    """
+    place = told.stroke_m * float(rng.uniform(0.42, 0.58)) if told.plant == "ehs" else 0.0
+    bandwidth = float(np.clip(rng.uniform(0.25, 0.6) * told.damping_1_s, 1.5, 25.0))
+    if open_loop:
+        bandwidth = 1.5
+    gain = bandwidth / told.speed_m_s
+    size = float(rng.uniform(0.05, 0.15) if small else rng.uniform(0.6, 1.0))
+    speed = told.speed_m_s
+    if kind == "steps":
+        levels = place + _steps(rng, told, samples, dt_s, size / gain)
+        return Task(np.zeros(samples), levels, gain)
+    wish = {
+        "multisine": _multisine,
+        "triangle": _triangle,
+        "chirp": _chirp,
+        "prbs": _prbs,
+    }[kind](rng, told, samples, dt_s, size, small)
+    wish = wish - wish.mean()
+    path = speed * dt_s * np.concatenate(([0.0], np.cumsum(wish)[:-1]))
+    path -= 0.5 * (path.max() + path.min())
+    shrink = min(1.0, TRAVEL * told.stroke_m / max(float(np.abs(path).max()), 1e-9))
+    return Task(shrink * wish, place + shrink * path, gain)
+
+
+def _lowest_hz(told: Told, size: float) -> float:
+    """At which a sine of this size just stays within the travel."""
+    return told.speed_m_s * size / (2.0 * math.pi * TRAVEL * told.stroke_m)
+
+
+def _multisine(
+    rng: np.random.Generator, told: Told, samples: int, dt_s: float, size: float, small: bool
+) -> FloatArray:
+    """Random phases, odd multiples of a base frequency; speeds with a flat spectrum."""
+    low = max(0.15, 0.5 * _lowest_hz(told, size))
+    high = min(1.5 if small else spread(rng, 4.0, 14.0), 0.2 / dt_s)
+    count = 6 if small else int(rng.integers(10, 25))
+    base = 1.0 / float(rng.choice([5.0, 10.0]))
+    tones = np.unique(np.rint(np.geomspace(low, max(high, 2.0 * low), count) / base / 2.0)) * 2 + 1
+    time = dt_s * np.arange(samples)
+    phases = rng.uniform(0.0, 2.0 * math.pi, tones.size)
+    wave = np.sin(2.0 * math.pi * base * np.outer(time, tones) + phases).sum(axis=1)
+    return np.asarray(size * wave / np.abs(wave).max())
+
+
+def _triangle(
+    rng: np.random.Generator, told: Told, samples: int, dt_s: float, size: float, small: bool
+) -> FloatArray:
+    """Slow, at one to three speeds, back and forth."""
+    wish = np.empty(samples)
+    k = 0
+    direction = float(rng.choice([-1.0, 1.0]))
+    while k < samples:
+        speed = (0.3 if not small else 0.6) * size * float(rng.uniform(0.15, 1.0))
+        half = int(rng.uniform(0.5, 2.0) / dt_s)
+        for _ in range(4):
+            wish[k : k + half] = direction * speed
+            direction = -direction
+            k += half
+    return wish
+
+
+def _chirp(
+    rng: np.random.Generator, told: Told, samples: int, dt_s: float, size: float, small: bool
+) -> FloatArray:
+    """Sweep up, even in the logarithm of the frequency."""
+    low = max(0.2, 1.1 * _lowest_hz(told, size))
+    high = min(1.5 if small else spread(rng, 5.0, 15.0), 0.2 / dt_s)
+    high = max(high, 2.0 * low)
+    share = np.arange(samples) / samples
+    rise = math.log(high / low)
+    phase = 2.0 * math.pi * low * samples * dt_s / rise * np.expm1(rise * share)
+    return np.asarray(size * np.sin(phase + rng.uniform(0.0, 2.0 * math.pi)))
+
+
+def _prbs(
+    rng: np.random.Generator, told: Told, samples: int, dt_s: float, size: float, small: bool
+) -> FloatArray:
+    """Two levels, held for a random number of clock periods; amplitude changes now and then."""
+    clock = max(int(rng.uniform(0.03, 0.1) / dt_s), 1) * (8 if small else 1)
+    count = samples // clock + 1
+    signs = rng.choice([-1.0, 1.0], count)
+    # Every second bit mirrors the one before: no long way to either side.
+    signs[1::2] = -signs[: 2 * (count // 2) : 2]
+    levels = np.repeat(rng.uniform(0.2, 1.0, count // 20 + 1), 20)[:count]
+    # Full reversals in no time pull the rod side empty: nobody drives a machine like that.
+    return np.asarray(np.repeat(0.7 * size * signs * levels, clock)[:samples])
+
+
+def _steps(
+    rng: np.random.Generator, told: Told, samples: int, dt_s: float, largest: float
+) -> FloatArray:
+    """Levels held for a while; each step no larger than the controller can ask for."""
+    travel = TRAVEL * told.stroke_m
+    level, k = 0.0, 0
+    out = np.empty(samples)
+    while k < samples:
+        step = largest * float(rng.uniform(0.1, 1.0)) * float(rng.choice([-1.0, 1.0]))
+        if abs(level + step) > travel:
+            step = -step
+        level = float(np.clip(level + step, -travel, travel))
+        hold = int(rng.uniform(0.3, 1.6) / dt_s)
+        out[k : k + hold] = level
+        k += hold
+    return out

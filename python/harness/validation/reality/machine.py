@@ -1,0 +1,374 @@
+# SPDX-License-Identifier: MIT
+"""Equations of the blind machine and their solution by the classical Runge-Kutta method.
+
+All compiled functions stand in this one file: numba's cache looks for changes in the file of the
+function it compiled and would miss those of a file that this one calls.
+
+Sources: C. Canudas de Wit et al., A new model for control of systems with friction, IEEE Trans.
+Automatic Control 40(3), 1995 (friction); H. Olsson, Control systems with friction, Lund 1996
+(its damping that fades with speed); A. Ellman, R. Piche, A two regime orifice flow formula for
+numerical simulation, J. Dyn. Syst. Meas. Control 121(4), 1999, and W. Borutzky et al., Simulation
+Modelling Practice and Theory 10(3-4), 2002 (flow); F. D. Murnaghan, PNAS 30(9), 1944 (oil).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.validation.reality.compiled import compiled
+from ehsid.harness.validation.reality.truth import Truth
+
+FloatArray = npt.NDArray[np.float64]
+
+# States: spool and its rate, compression of the oil on both sides, accumulator pressure, position,
+# speed, bristle, lagging position sensor, position and speed of a second mass, valve's drive.
+X, X_RATE, C_A, C_B, P_S, Y, V, Z, M, Y_2, V_2, DRIVE = range(12)
+STATES = 12
+# Outputs at the samples.
+OUT_Y, OUT_P_A, OUT_P_B, OUT_P_S, OUT_X, OUT_V = range(6)
+OUTPUTS = 6
+
+ATMOSPHERE_PA = 101325.0
+POLYTROPIC = 1.3
+ACCUMULATOR_POLYTROPIC = 1.2
+STOP_RAD_S = 1500.0  # stiffness of the end stops over the mass, as a frequency
+
+
+@compiled
+def compression(p: float, slope: float, bulk_0: float, gas: float) -> float:
+    """Relative volume change from zero pressure, of oil (Murnaghan) and free gas (polytropic)."""
+    # c = ln(1 + n p / B) / n - alpha (p0 / p)^(1/1.3)
+    return math.log1p(slope * p / bulk_0) / slope - gas * math.pow(
+        ATMOSPHERE_PA / p, 1.0 / POLYTROPIC
+    )
+
+
+@compiled
+def pressure(c: float, slope: float, bulk_0: float, gas: float, balance: float) -> float:
+    """The inverse of `compression`, to 1e-11 of the pressure.
+
+    Both terms are increasing and concave in p: Newton's method from the left stays left of the root
+    and converges monotonically. balance is the root for c = 0.
+    """
+    if c >= 0.0:
+        p = max(bulk_0 * math.expm1(slope * c) / slope, balance)
+    else:  # the gas holds at least -c, and at most that and the oil's part at balance
+        oil = math.log1p(slope * balance / bulk_0) / slope
+        p = ATMOSPHERE_PA * math.pow(gas / (oil - c), POLYTROPIC)
+    for _ in range(60):
+        share = gas * math.pow(ATMOSPHERE_PA / p, 1.0 / POLYTROPIC)
+        value = math.log1p(slope * p / bulk_0) / slope - share
+        step = (c - value) / (1.0 / (bulk_0 + slope * p) + share / (POLYTROPIC * p))
+        p += step
+        if abs(step) <= 1e-11 * p:
+            break
+    return p
+
+
+@compiled
+def edge(s: float, width: float) -> float:
+    """Opening of a metering edge: a parabola from -width to width, 0 before, s after."""
+    if s <= -width:
+        return 0.0
+    if s >= width:
+        return s
+    return (s + width) * (s + width) / (4.0 * width)
+
+
+@compiled
+def orifice(drop: float, exponent: float, transition: float) -> float:
+    """|drop|^exponent with its sign; below the transition a parabola that meets it smoothly."""
+    size = abs(drop)
+    if size >= transition:
+        q = math.pow(size, exponent)
+    else:
+        r = size / transition
+        q = math.pow(transition, exponent) * r * ((2.0 - exponent) + (exponent - 1.0) * r)
+    return q if drop >= 0.0 else -q
+
+
+@compiled
+def opening(x: float, t: Truth) -> float:
+    """Null bias, then flow saturation."""
+    o = x + t.null_bias
+    if t.opening_limit > 0.0:
+        r = o / t.opening_limit
+        if t.limit_power > 0.0:
+            o = o / (1.0 + abs(r) ** t.limit_power) ** (1.0 / t.limit_power)
+        else:
+            o = t.opening_limit * math.tanh(r)
+    return o
+
+
+@compiled
+def sliding_friction(v: float, t: Truth) -> float:
+    """Steady friction force at speed v (Stribeck), without its viscous part."""
+    r = v / t.stribeck_m_s
+    return t.coulomb_n + (t.static_n - t.coulomb_n) * math.exp(-r * r)
+
+
+@compiled
+def tightness(y: float, t: Truth) -> float:
+    """By which friction is more at position y."""
+    r = (y - t.local_at_m) / t.local_width_m
+    return 1.0 + t.local_share * math.exp(-r * r)
+
+
+@compiled
+def warmth(time: float, t: Truth) -> float:
+    """Share of the warming that is done."""
+    return 1.0 - math.exp(-time / t.warming_s)
+
+
+@compiled
+def chamber_pressures(time: float, s: FloatArray, t: Truth) -> tuple[float, float]:
+    """Pressures on both sides."""
+    bulk = t.bulk_modulus_0_pa * (1.0 + t.warming_bulk * warmth(time, t))
+    return (
+        pressure(s[C_A], t.bulk_slope, bulk, t.gas_fraction, t.balance_pa),
+        pressure(s[C_B], t.bulk_slope, bulk, t.gas_fraction, t.balance_pa),
+    )
+
+
+@compiled
+def valve_pressure(time: float, s: FloatArray, t: Truth) -> float:
+    """Supply pressure at the valve: accumulator and hum of the pump."""
+    return float(s[P_S]) * (1.0 + t.hum_share * math.sin(2.0 * math.pi * t.hum_hz * time))
+
+
+@compiled
+def slope_of(
+    time: float, s: FloatArray, command: float, seen: float, t: Truth, d: FloatArray
+) -> None:
+    """Write the derivative of the state s to d, both (12,).
+
+    command: what the spool is asked for, a fraction. seen: where the play of the sensor stands, m.
+    """
+    y, v = s[Y], s[V]
+    warm = warmth(time, t)
+    if t.force_per_unit_n > 0.0:  # a motor
+        drive = t.force_per_unit_n * command
+        for i in (X, X_RATE, C_A, C_B, P_S, DRIVE):
+            d[i] = 0.0
+    else:
+        current = command
+        d[DRIVE] = 0.0
+        if t.amplifier_s > 0.0:
+            current = s[DRIVE]
+            d[DRIVE] = (command - current) / t.amplifier_s
+        # x'' = w^2 (u - x) - 2 zeta w x', |x'| <= slew
+        rate = min(max(s[X_RATE], -t.spool_slew_1_s), t.spool_slew_1_s)
+        d[X] = rate
+        d[X_RATE] = t.spool_rad_s * (
+            t.spool_rad_s * (current - s[X]) - 2.0 * t.spool_damping * s[X_RATE]
+        )
+        p_a, p_b = chamber_pressures(time, s, t)
+        p_v = valve_pressure(time, s, t)
+        o = opening(s[X], t)
+        e, tr, k, w = t.flow_exponent, t.transition_pa, t.flow_gain, t.round_width
+        q_pa = k * t.gain_pa * edge(o - t.overlap_pa, w) * orifice(p_v - p_a, e, tr)
+        q_at = k * t.gain_at * edge(-o - t.overlap_at, w) * orifice(p_a - t.tank_pa, e, tr)
+        q_pb = k * t.gain_pb * edge(-o - t.overlap_pb, w) * orifice(p_v - p_b, e, tr)
+        q_bt = k * t.gain_bt * edge(o - t.overlap_bt, w) * orifice(p_b - t.tank_pa, e, tr)
+        q_ab = (t.leak_ab_m3_s_pa + t.warming_leak_m3_s_pa * warm) * (p_a - p_b)
+        q_a = q_pa - q_at - q_ab - t.leak_a_m3_s_pa * (p_a - t.tank_pa)
+        q_b = q_pb - q_bt + q_ab - t.leak_b_m3_s_pa * (p_b - t.tank_pa)
+        # c' = (q -+ A v) / V
+        d[C_A] = (q_a - t.area_a_m2 * v) / (t.dead_volume_a_m3 + t.area_a_m2 * y)
+        d[C_B] = (q_b + t.area_b_m2 * v) / (t.dead_volume_b_m3 + t.area_b_m2 * (t.stroke_m - y))
+        # Accumulator: p V^n constant, hence C = C_0 (p_0 / p)^(1 + 1/n)
+        capacity = t.accumulator_m3_pa * (t.source_pa / s[P_S]) ** (
+            1.0 + 1.0 / ACCUMULATOR_POLYTROPIC
+        )
+        supplied = (t.source_pa - s[P_S]) / t.source_resistance_pa_s_m3
+        d[P_S] = (supplied - q_pa - q_pb) / capacity
+        drive = t.area_a_m2 * (p_a - ATMOSPHERE_PA) - t.area_b_m2 * (p_b - ATMOSPHERE_PA)
+
+    force = drive - t.load_n - t.spring_n_m * (y - 0.5 * t.stroke_m)
+    force -= t.viscous_n_s_m * (1.0 + t.warming_viscous * warm) * v
+    # LuGre: z' = v - s0 |v| z / g(v);  F = s0 z + s1(v) z',  s1 fading with speed
+    g = sliding_friction(v, t)
+    if g > 0.0:
+        d[Z] = v - t.bristle_n_m * abs(v) * s[Z] / g
+        r = v / t.stribeck_m_s
+        bristle = t.bristle_n_m * s[Z] + t.bristle_n_s_m * math.exp(-r * r) * d[Z]
+        force -= tightness(y, t) * bristle
+    else:
+        d[Z] = 0.0
+    if t.force_per_unit_n == 0.0:
+        beyond = y if y < 0.0 else max(y - t.stroke_m, 0.0)
+        if beyond != 0.0:
+            stiffness = t.mass_kg * STOP_RAD_S * STOP_RAD_S
+            force -= stiffness * beyond + 0.6 * t.mass_kg * STOP_RAD_S * v
+    if t.second_mass_kg > 0.0:
+        pull = t.second_spring_n_m * (s[Y_2] - y) + t.second_damper_n_s_m * (s[V_2] - v)
+        force += pull
+        d[Y_2] = s[V_2]
+        d[V_2] = -pull / t.second_mass_kg
+    else:
+        d[Y_2] = 0.0
+        d[V_2] = 0.0
+    d[Y] = v
+    d[V] = force / t.mass_kg
+    # m' = (y with play - m) / T
+    if t.sensor_lag_s > 0.0:
+        played = min(max(seen, y - t.sensor_play_m), y + t.sensor_play_m)
+        d[M] = (played - s[M]) / t.sensor_lag_s
+    else:
+        d[M] = 0.0
+
+
+@compiled
+def steps_per_second(s: FloatArray, t: Truth, fine: int) -> float:
+    """In a step a swing turns by 1 / (3 fine) of a radian, a decay falls by exp(-1.3) at most.
+
+    A decay so fast has followed its input long before; the method is stable up to exp(-2.78).
+    """
+    swing = 0.0
+    decay = 0.0
+    if t.force_per_unit_n == 0.0:
+        volume_a = t.dead_volume_a_m3 + t.area_a_m2 * max(s[Y], 0.0)
+        volume_b = t.dead_volume_b_m3 + t.area_b_m2 * max(t.stroke_m - s[Y], 0.0)
+        bulk = t.bulk_modulus_0_pa + t.bulk_slope * t.source_pa
+        stiff = bulk * (t.area_a_m2**2 / volume_a + t.area_b_m2**2 / volume_b)
+        swing = math.sqrt(stiff / t.mass_kg)
+        steepest = (2.0 - t.flow_exponent) * t.transition_pa ** (t.flow_exponent - 1.0)
+        conductance = t.flow_gain * steepest * (abs(opening(s[X], t)) + 0.05)
+        decay = conductance * max(bulk / min(volume_a, volume_b), 1.0 / t.accumulator_m3_pa)
+        decay = max(decay, 1.0 / (t.source_resistance_pa_s_m3 * t.accumulator_m3_pa))
+        if t.amplifier_s > 0.0:
+            decay = max(decay, 1.0 / t.amplifier_s)
+        swing = max(swing, t.spool_rad_s, 2.0 * math.pi * t.hum_hz if t.hum_share > 0.0 else 0.0)
+        if s[Y] < 0.002 * t.stroke_m or s[Y] > 0.998 * t.stroke_m:
+            swing = max(swing, STOP_RAD_S)
+    if t.static_n > 0.0:
+        tight = 1.0 + t.local_share
+        swing = max(swing, math.sqrt(tight * t.bristle_n_m / t.mass_kg))
+        decay = max(decay, t.bristle_n_m * abs(s[V]) / sliding_friction(s[V], t))
+        decay = max(decay, tight * t.bristle_n_s_m / t.mass_kg)
+    if t.second_mass_kg > 0.0:
+        lighter = min(t.mass_kg, t.second_mass_kg)
+        swing = max(swing, math.sqrt(2.0 * t.second_spring_n_m / lighter))
+    if t.sensor_lag_s > 0.0:
+        decay = max(decay, 1.0 / t.sensor_lag_s)
+    return max(3.0 * fine * swing, decay / 1.3)
+
+
+@compiled
+def advance(
+    time: float, span: float, s: FloatArray, command: float, seen: float, t: Truth, fine: int
+) -> float:
+    """Move s on by span with the command held; returns the state of the sensor's play.
+
+    The classical method of fourth order, with so many steps as the state at the start asks for.
+    """
+    n = math.ceil(span * steps_per_second(s, t, fine))
+    n = min(max(n, fine), 5000)
+    h = span / n
+    d1, d2, d3, d4 = np.empty(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
+    w = np.empty(STATES)
+    for _ in range(n):
+        slope_of(time, s, command, seen, t, d1)
+        for i in range(STATES):
+            w[i] = s[i] + 0.5 * h * d1[i]
+        slope_of(time + 0.5 * h, w, command, seen, t, d2)
+        for i in range(STATES):
+            w[i] = s[i] + 0.5 * h * d2[i]
+        slope_of(time + 0.5 * h, w, command, seen, t, d3)
+        for i in range(STATES):
+            w[i] = s[i] + h * d3[i]
+        slope_of(time + h, w, command, seen, t, d4)
+        for i in range(STATES):
+            s[i] += h / 6.0 * (d1[i] + 2.0 * (d2[i] + d3[i]) + d4[i])
+        time += h
+        seen = min(max(seen, s[Y] - t.sensor_play_m), s[Y] + t.sensor_play_m)
+    return seen
+
+
+@compiled
+def run(
+    t: Truth,
+    start: FloatArray,
+    dt_s: float,
+    forward: FloatArray,
+    reference: FloatArray,
+    gain: float,
+    command_step: float,
+    error: FloatArray,
+    late: FloatArray,
+    lost: npt.NDArray[np.bool_],
+    fine: int,
+) -> tuple[FloatArray, FloatArray]:
+    """Controller, machine and sensor, sample by sample.
+
+    Parameters
+    ----------
+    t, start
+        the machine and its state (12,) at the first sample.
+    dt_s
+        sampling period.
+    forward, reference
+        (n,) feed-forward as a fraction of rated command, and position asked for, m.
+    gain
+        of the position controller, fraction of rated command per m.
+    command_step
+        of the digital output, fraction.
+    error
+        (n,) added to the position by the sensor, m.
+    late
+        (n,) time by which a sample is taken late, s; small against dt_s.
+    lost
+        (n,) whether a command does not arrive; the one before is held.
+    fine
+        steps are so many times smaller than a swing needs at least.
+
+    Returns
+    -------
+    commands (n,), as fractions, as sent; outputs (n, 6), the position as read.
+    """
+    n = reference.size
+    sent, arrived = np.empty(n), np.empty(n)
+    out = np.empty((n, OUTPUTS))
+    s = start.copy()
+    d = np.empty(STATES)
+    seen = s[Y]
+    whole = math.floor(t.delay_s / dt_s)
+    part = t.delay_s - whole * dt_s
+    asked = 0.0  # of the spool, after play or stiction
+    for k in range(n):
+        time = k * dt_s
+        played = min(max(seen, s[Y] - t.sensor_play_m), s[Y] + t.sensor_play_m)
+        # Sampled a little late: one step of Euler, second order in a few microseconds.
+        slope_of(time, s, asked, seen, t, d)
+        moved = d[M] * late[k] if t.sensor_lag_s > 0.0 else s[V] * late[k]
+        reading = (s[M] if t.sensor_lag_s > 0.0 else played) + moved + error[k]
+        reading = t.sensor_step_m * np.rint(reading / t.sensor_step_m)
+        u = min(max(forward[k] + gain * (reference[k] - reading), -1.0), 1.0)
+        sent[k] = command_step * np.rint(u / command_step)
+        arrived[k] = arrived[k - 1] if lost[k] and k > 0 else sent[k]
+        out[k, OUT_Y] = reading
+        p_a, p_b = ATMOSPHERE_PA, ATMOSPHERE_PA
+        if t.force_per_unit_n == 0.0:
+            p_a, p_b = chamber_pressures(time + late[k], s + late[k] * d, t)
+        out[k, OUT_P_A] = p_a
+        out[k, OUT_P_B] = p_b
+        out[k, OUT_P_S] = valve_pressure(time + late[k], s, t)
+        out[k, OUT_X] = s[X]
+        out[k, OUT_V] = s[V]
+        # The delayed command changes at t_k + part, exactly there.
+        for piece in range(2):
+            span = part if piece == 0 else dt_s - part
+            if span <= 0.0:
+                continue
+            u = arrived[max(k - whole - (1 if piece == 0 else 0), 0)]
+            if t.stick > 0.0:
+                if abs(u - asked) > t.stick:
+                    asked = u
+            else:
+                asked = min(max(asked, u - t.play), u + t.play)
+            seen = advance(time, span, s, asked, seen, t, fine)
+            time += span
+    return sent, out

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""What sensors and clocks add: coloured noise, steps of converters, samples taken a little late."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import lfilter
+
+from ehsid.harness.validation.reality.told import Told, spread
+
+FloatArray = npt.NDArray[np.float64]
+POSITION_STEPS_M = (1e-7, 2e-7, 5e-7, 1e-6, 2e-6)
+PRESSURE_STEPS_PA = (1000.0, 2000.0, 2500.0, 5000.0)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """(n,) each; spool and command as fractions."""
+
+    position_m: FloatArray
+    pressures_pa: Mapping[str, FloatArray]
+    spool: FloatArray
+    late_s: FloatArray
+    position_step_m: float
+    pressure_step_pa: float
+    command_step: float
+
+
+def coloured(rng: np.random.Generator, samples: int, share: float, pole: float) -> FloatArray:
+    """Of variance 1: white, and a share of the variance from a first-order filter."""
+    white = rng.standard_normal(samples)
+    slow = lfilter([np.sqrt(1.0 - pole**2)], [1.0, -pole], rng.standard_normal(samples))
+    return np.asarray(np.sqrt(1.0 - share) * white + np.sqrt(share) * slow)
+
+
+def draw_noise(
+    rng: np.random.Generator, told: Told, samples: int, dt_s: float, hard: bool
+) -> Noise:
+    """Sizes go with the machine: position 2e-5 of the stroke, pressures 1e-3 of the supply."""
+    share, pole = (0.5, 0.9) if hard else (0.15, 0.6)
+    position = 2e-5 * told.stroke_m * spread(rng, 0.6, 1.6)
+    supply = told.values.get("supply.pressure_pa", 1e7)
+    pressure = 1e-3 * supply * spread(rng, 0.6, 1.6)
+    late = (0.02 if hard else 0.002) * dt_s
+    return Noise(
+        position_m=position * coloured(rng, samples, share, pole),
+        pressures_pa={
+            name: pressure * coloured(rng, samples, share, pole)
+            for name in ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
+        },
+        spool=2e-3 * coloured(rng, samples, share, pole),
+        late_s=late * rng.random(samples),
+        position_step_m=min(POSITION_STEPS_M, key=lambda step: abs(step - 3e-6 * told.stroke_m)),
+        pressure_step_pa=min(PRESSURE_STEPS_PA, key=lambda step: abs(step - 2e-4 * supply)),
+        command_step=2.0**-15,
+    )

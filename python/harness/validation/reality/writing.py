@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""Folders of blind cases: rig.toml, train.csv, validate.csv. What is withheld goes elsewhere."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.validation.reality.case import RealityCase
+
+FORMATS = {
+    "time_s": "%.6g",
+    "command_v": "%.5f",
+    "position_m": "%.7f",
+    "spool": "%.5f",
+}
+
+
+def record_text(record: Mapping[str, npt.NDArray[np.float64]]) -> str:
+    """The record as CSV with a header."""
+    text = io.StringIO()
+    np.savetxt(
+        text,
+        np.column_stack(list(record.values())),
+        fmt=[FORMATS.get(name, "%.0f") for name in record],
+        delimiter=",",
+        header=",".join(record),
+        comments="",
+    )
+    return text.getvalue()
+
+
+def write_case(case: RealityCase, folder: str | os.PathLike[str]) -> None:
+    """Write the three files, each whole or not at all; the folder is made."""
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    for name, text in (
+        ("rig.toml", case.rig_toml),
+        ("train.csv", record_text(case.train)),
+        ("validate.csv", record_text(case.validate)),
+    ):
+        write_whole(target / name, text)
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Under a temporary name first."""
+    unfinished = path.with_name(path.name + ".part")
+    unfinished.write_text(text, encoding="utf-8")
+    unfinished.replace(path)

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""Negative control: answers dealt out anew among the cases must score no better than chance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.validation.scoring.judged_case import Scored, by
+from ehsid.harness.validation.scoring.reading import Answer, Said
+from ehsid.harness.validation.scoring.right import judge
+
+DEALS = 10_000
+SEED = 6
+
+FloatArray = npt.NDArray[np.float64]
+# Is what was said right for this answer?
+Test = Callable[[Answer, Said], bool]
+
+
+@dataclass(frozen=True)
+class Control:
+    """Attributes
+    ----------
+    words
+        what is counted.
+    real
+        share of cases of the check.
+    chance
+        the exact mean of the share over all deals of the answers among cases of the same sensors.
+    mean, low, high
+        of the deals that were tried; low and high hold 90 % of them.
+    p_value
+        deals, the real one among them, that do as well or better; never 0 (B. Phipson, G. Smyth,
+        Stat. Appl. Genet. Mol. Biol. 9(1), 2010).
+    deals
+        number of them.
+    """
+
+    words: str
+    real: float
+    chance: float
+    mean: float
+    low: float
+    high: float
+    p_value: float
+    deals: int
+
+
+def controls(cases: Sequence[Scored]) -> tuple[Control, ...]:
+    """Of the whole answer, and of the first name.
+
+    Nothing without cases, nor where the true effect was left out: what is left out then tells it.
+    """
+    if not cases or any(case.left_out for case in cases):
+        return ()
+    return (
+        control("verdict and effects right", cases, lambda a, s: judge(a, s).right),
+        control("effect named first", cases, lambda a, s: judge(a, s).effect_first is True),
+    )
+
+
+def control(
+    words: str, cases: Sequence[Scored], test: Test, *, deals: int = DEALS, seed: int = SEED
+) -> Control:
+    """Deal the answers anew among cases of the same sensors, many times.
+
+    Everything else stays: who answers, how often each answer is given, how often each is true.
+    """
+    rng = np.random.default_rng(seed)
+    real, chance, dealt = 0.0, 0.0, np.zeros(deals)
+    for group in by(cases, lambda case: case.answer.sensors).values():
+        right = _table(group, test)
+        n = len(group)
+        real += float(np.trace(right))
+        chance += float(right.mean(axis=0).sum())
+        said = np.arange(n)
+        dealt += np.array([right[rng.permutation(n), said].sum() for _ in range(deals)])
+    as_good = int(np.count_nonzero(dealt >= real))
+    low, high = np.quantile(dealt, [0.05, 0.95]) / len(cases)
+    return Control(
+        words,
+        real / len(cases),
+        chance / len(cases),
+        float(dealt.mean()) / len(cases),
+        float(low),
+        float(high),
+        (as_good + 1) / (deals + 1),
+        deals,
+    )
+
+
+def _table(group: Sequence[Scored], test: Test) -> FloatArray:
+    """Row: whose answer; column: who says it."""
+    return np.array([[test(a.answer, s.said) for s in group] for a in group], dtype=np.float64)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT
+"""How far found sizes and values lie from the true ones, and whether their intervals hold these."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from ehsid.harness.gap.schema import Estimate
+from ehsid.harness.rigs.parameters import effects
+from ehsid.harness.validation.scoring.judged_case import Scored
+
+
+@dataclass(frozen=True)
+class SizeError:
+    """Of one parameter of an effect that was named and is there, or of one value of the rig.
+
+    Attributes
+    ----------
+    case, of, parameter
+        name of the case, the effect ("" of a value of the rig), and the parameter.
+    primary
+        the first parameter of the effect in the catalogue, which says how large it is.
+    relative
+        |found - true| / |true|; infinite where the true size is 0 and the found one is not.
+    inside
+        the interval of 90 % holds the truth.
+    """
+
+    case: str
+    of: str
+    parameter: str
+    primary: bool
+    relative: float
+    inside: bool
+
+
+def effect_errors(cases: Sequence[Scored]) -> tuple[SizeError, ...]:
+    """Of all parameters of the effects that carry the name of a true one."""
+    return tuple(error for case in cases for error in _of_effects(case))
+
+
+def rig_errors(cases: Sequence[Scored]) -> tuple[SizeError, ...]:
+    """Of the values of the rig that were calibrated.
+
+    Left out: machines with an effect outside of the catalogue, whose values mean something else,
+    and nuisances, which have no true value.
+    """
+    return tuple(
+        _error(case.name, "", name, True, found, case.answer.true[name])
+        for case in cases
+        if case.answer.kind != "open"
+        for name, found in case.said.calibration.items()
+        if name in case.answer.true and math.isfinite(found.value)
+    )
+
+
+def _of_effects(case: Scored) -> Iterator[SizeError]:
+    for named in case.said.named:
+        true = case.answer.effects.get(named.id, {})
+        for name, found in named.sizes.items():
+            if name in true and math.isfinite(found.value):
+                first = named.id in effects() and effects()[named.id].parameters[0].name == name
+                yield _error(case.name, named.id, name, first, found, true[name])
+
+
+def _error(case: str, of: str, name: str, primary: bool, found: Estimate, true: float) -> SizeError:
+    off = abs(found.value - true)
+    relative = off / abs(true) if true else (math.inf if off else 0.0)
+    return SizeError(case, of, name, primary, relative, found.low <= true <= found.high)

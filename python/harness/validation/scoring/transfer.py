@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT
+"""Shrinkage that was promised against what the found rig reaches on a record nobody has seen.
+
+The third record of the same machine, under another excitation, is simulated in the windows of the
+diagnosis with the rig as told, with the found rig, and with the found rig without the found
+effects. The last one stands for the calibrated rig, which a diagnosis does not write: its values
+were fitted together with the effects, so that what it leaves is, as a rule, more than a
+calibration of its own would, and `of_explainable` comes out too large. `from_nominal` needs no such
+stand-in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+import ehsid
+from ehsid.harness.gap.data.floor import floor_of
+from ehsid.harness.gap.inference.how_far import how_far, window_sums
+from ehsid.harness.gap.model.comparison import compare
+from ehsid.harness.gap.model.problem import Problem
+from ehsid.harness.gap.schema import Estimate
+from ehsid.harness.gap.thresholds import BOOTSTRAP_SEED, DECISION_SUBSTEPS, INDEPENDENT_HZ
+from ehsid.harness.records import Record, read_record
+from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS
+from ehsid.harness.rigs import Rig, read_rig
+from ehsid.harness.rigs.parameters import EFFECT_PREFIX
+from ehsid.harness.validation.blind.seal import CASES, RESULTS, TRANSFER
+from ehsid.harness.validation.scoring.reading import Said
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """What the found rig is worth on the third record.
+
+    Attributes
+    ----------
+    from_nominal, of_explainable
+        realised shrinkage; the second is None where nothing lies above the floor or no effect was
+        named.
+    nominal, augmented
+        gap on the third record.
+    """
+
+    from_nominal: Estimate
+    of_explainable: Estimate | None
+    nominal: float
+    augmented: float
+
+
+def realised(told: Rig, found: Rig, record: Record, said: Said) -> Transfer | None:
+    """Simulate the third record; None where it has none of the outputs that were compared."""
+    settings = said.settings
+    compared = compare(
+        record,
+        window_s=float(settings.get("window_s", 0.5)),
+        all_states=settings.get("reset") == "estimate",
+    )
+    outputs = tuple(name for name in settings.get("outputs", ()) if name in compared.outputs)
+    if not outputs:
+        return None
+    floors = {name: floor_of(record, name) for name in outputs}
+    named = [one.id for one in said.named]
+    sums = []
+    for rig in (told, without(found, told, named), found):
+        substeps = ehsid.plant_substeps(rig.plant, rig.plant_values(), compared.dt_s)
+        problem = Problem(
+            rig,
+            [compared],
+            (),
+            outputs=outputs,
+            floors={name: floor.value for name, floor in floors.items()},
+            substeps=max(DECISION_SUBSTEPS, substeps),
+        )
+        sums.append(window_sums([compared], problem.simulate(np.zeros(0)), outputs))
+    nominal, calibrated, augmented = sums
+    far = how_far(nominal, calibrated, augmented, floors, np.random.default_rng(BOOTSTRAP_SEED))
+    return Transfer(
+        far.from_nominal, far.of_explainable if named else None, far.nominal, far.augmented
+    )
+
+
+def without(found: Rig, told: Rig, effects: list[str]) -> Rig:
+    """The found rig with the effects off, but for what the rig tells."""
+    prefixes = tuple(f"{EFFECT_PREFIX}{effect}." for effect in effects)
+    off: Mapping[str, float] = {
+        name: told.values.get(name, 0.0) for name in found.values if name.startswith(prefixes)
+    }
+    return found.with_values(off) if off else found
+
+
+def transfer_of(out: Path, name: str, said: Said) -> Transfer | None:
+    """Of a case in the folder of a check; None where a file of it was not kept."""
+    record = out / TRANSFER / f"{name}.csv"
+    found = out / RESULTS / name / "rig.augmented.toml"
+    told = out / CASES / name / "rig.toml"
+    if not (record.is_file() and found.is_file() and told.is_file()):
+        return None
+    rig = read_rig(told)
+    needed = (*REQUIRED_COLUMNS, "position_m")
+    read = read_record(record, columns=list(COLUMNS), required=needed, layout=rig.columns)
+    return realised(rig, read_rig(found), read, said)
+
+
+def independent_samples(out: Path, name: str, said: Said) -> float | None:
+    """Independent errors in the fitted record, as the cost of a fit counts them.
+
+    n = INDEPENDENT_HZ T by output, T the seconds of the record; None where it was not kept.
+    """
+    path = out / CASES / name / "train.csv"
+    if not path.is_file():
+        return None
+    time_s = pl.read_csv(path, columns=["time_s"])["time_s"].to_numpy()
+    seconds = float(time_s[-1] - time_s[0])
+    return INDEPENDENT_HZ * seconds * max(1, len(said.settings.get("outputs", ())))
