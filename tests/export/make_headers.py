@@ -4,9 +4,9 @@
 tests/cpp/test_exported_header.cpp configures the C++ estimator from the headers and must make the
 bits of trajectories.csv from examples/data/hydraulic_crane.csv; tests/c must make those of the C++
 headers from the C headers; tests/compile/firmware compiles them as a controller would;
-tests/python/test_export.py checks that this script still makes these files. A row: header, sample,
-then in hexadecimal the status and the bits of innovation and theta. Bits that part do not meet
-again, so every 16th sample is enough.
+tests/python/deploy/export/test_export.py checks that this script still makes these files. A row:
+header, sample, then in hexadecimal the status and the bits of innovation and theta. Bits that part
+do not meet again, so every 16th sample is enough.
 `python tests/export/make_headers.py` writes all anew.
 """
 

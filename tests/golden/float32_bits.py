@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Float32 estimates as hashes of their bits, for every policy.
 
-tests/python/test_float32_bits.py compares the Python package with float32_bits.inc, and
+tests/python/core/test_float32_bits.py compares the Python package with float32_bits.inc, and
 tests/cpp/test_float32_bits.cpp what a C++ program makes of the same samples, on every compiler: so
 all agree to the last bit. `python tests/golden/float32_bits.py` writes the table anew after a
 change of the recursion that is meant to change digits.

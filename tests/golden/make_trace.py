@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """A float32 servo estimator sample by sample, as bits: trace.csv.
 
-tests/python/test_golden.py and tests/cpp/test_golden.cpp step through it and must make the same
-bits, so a difference shows at the sample and in the number where it begins. One row a sample and
-policy; every number is the bits of a float32 in hexadecimal, the status its code. The run meets
+tests/python/core/test_golden.py and tests/cpp/test_golden.cpp step through it and must make the
+same bits, so a difference shows at the sample and in the number where it begins. One row a sample
+and policy; every number is the bits of a float32 in hexadecimal, the status its code. The run meets
 what a controller meets: filling, a lost measurement, an implausible command, a hold, a disturbance
 and a change of the plant. `python tests/golden/make_trace.py` writes the trace anew after a change
 of the recursion that is meant to change digits.

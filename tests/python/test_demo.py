@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from test_page import read
+from offline_pages import read
 
 from ehsid.harness.identification import IoData, identify
 from ehsid.harness.records import read_record

@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: MIT
 """The walls between the rooms, read off the sources."""
 
-import ast
 import re
 from pathlib import Path
 
 import pytest
+from sources import HARNESS, ROOT, imported, imported_below
 
-ROOT = Path(__file__).resolve().parents[2]
 INCLUDE = ROOT / "cpp" / "include"
-HARNESS = ROOT / "python" / "harness"
 
 HEADERS = sorted(
     path.relative_to(INCLUDE).as_posix()
@@ -40,24 +38,6 @@ def reachable(header: str) -> set[str]:
     return seen
 
 
-def imported(source: str) -> set[str]:
-    """Return the full names of all modules that a Python text imports, anywhere in it."""
-    names: set[str] = set()
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, "relative imports hide where a name comes from"
-            names |= {node.module or ""} | {f"{node.module}.{alias.name}" for alias in node.names}
-    return names
-
-
-def imported_below(folder: Path) -> set[str]:
-    return set().union(
-        *(imported(path.read_text(encoding="utf-8")) for path in folder.rglob("*.py"))
-    )
-
-
 def test_headers_were_found() -> None:
     assert "ehsid/ehsid.hpp" in HEADERS
     assert "ehsid/types.hpp" in reachable("ehsid/ehsid.hpp")
@@ -81,34 +61,147 @@ def test_estimator_headers_never_reach_streams_or_the_heap(header: str) -> None:
     assert not forbidden & reachable(header)
 
 
-WRITING = ("check", "cli", "report", "export")
-COMPUTING = sorted(
-    folder.name
-    for folder in HARNESS.iterdir()
-    if (folder / "__init__.py").is_file() and folder.name not in WRITING
+# What each room may import of the others, from the ground up: no room imports one below it in this
+# table, so no two import each other. `cli` alone may import all of them. The first word of a line
+# with a stroke is a room inside a room.
+ROOMS: dict[str, set[str]] = {
+    "records": set(),
+    "rigs": {"records"},
+    "excitation": set(),
+    "identification": {"records"},
+    "estimation": {"identification"},
+    "simulation": {"records", "rigs"},
+    "gap/tables": {"records", "rigs"},
+    "gap/data": {"gap/tables", "records", "rigs", "simulation"},
+    "gap/model": {"gap/data", "gap/tables", "records", "rigs", "simulation"},
+    "gap/inference": {"gap/data", "gap/model", "gap/tables", "records", "rigs", "simulation"},
+    "gap/design": {
+        "excitation",
+        "gap/data",
+        "gap/model",
+        "gap/tables",
+        "records",
+        "rigs",
+        "simulation",
+    },
+    "gap": {
+        "gap/data",
+        "gap/design",
+        "gap/inference",
+        "gap/model",
+        "gap/tables",
+        "records",
+        "rigs",
+    },
+    "deploy": {"estimation", "identification", "records", "rigs", "simulation"},
+    "validation/reality": set(),
+    "validation": {"gap/tables", "records", "rigs"},
+    "validation/blind": {
+        "gap",
+        "gap/tables",
+        "records",
+        "rigs",
+        "validation",
+        "validation/reality",
+    },
+    "validation/fleet": {"gap/tables", "records", "validation", "validation/blind"},
+    "validation/scoring": {
+        *("gap/data", "gap/inference", "gap/model", "gap/tables"),
+        *("records", "rigs", "validation/blind"),
+    },
+    "report": {
+        *("deploy", "estimation", "gap", "gap/model", "gap/tables", "identification", "records"),
+        *("rigs", "validation/fleet", "validation/scoring"),
+    },
+    "studies": {
+        *("deploy", "excitation", "identification", "records", "report", "rigs", "simulation"),
+    },
+}
+# Of gap: what comes out, and the numbers that decide.
+TABLES = {"schema.py", "thresholds.py"}
+# Modules of no room, which every room may use.
+SHARED = {"encoding", "parallel"}
+
+
+def room_of(path: Path) -> str:
+    """The room of a file of the harness, or its name where it stands beside the rooms."""
+    parts = path.relative_to(HARNESS).parts
+    if parts[0] == "gap" and parts[1] in TABLES:
+        return "gap/tables"
+    for depth in (2, 1):
+        name = "/".join(parts[:depth])
+        if len(parts) > depth and (name in ROOMS or depth == 1):
+            return name
+    return path.stem
+
+
+def imports() -> dict[str, set[tuple[str, str]]]:
+    """By room: the modules of other rooms that it imports, each with the room it is of."""
+    found: dict[str, set[tuple[str, str]]] = {name: set() for name in ROOMS}
+    for path in HARNESS.rglob("*.py"):
+        room = room_of(path)
+        if room not in ROOMS:
+            continue
+        for name in imported(path.read_text(encoding="utf-8")):
+            of = HARNESS.joinpath(*name.split(".")[2:])
+            if not name.startswith("ehsid.harness."):
+                continue
+            if of.is_dir():
+                of = of / "__init__.py"
+            elif of.with_suffix(".py").is_file():
+                of = of.with_suffix(".py")
+            else:  # a name in a module, which is in the list by itself
+                continue
+            if room_of(of) not in (room, *SHARED):
+                found[room].add((room_of(of), name))
+    return found
+
+
+IMPORTS = imports()
+
+
+def test_every_folder_is_a_room() -> None:
+    folders = {room_of(path) for path in HARNESS.rglob("*.py")} - SHARED
+    assert folders == {*ROOMS, "cli", "__init__"}
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_imports_only_what_its_walls_let_in(room: str) -> None:
+    others = {of for of, _ in IMPORTS[room]}
+    assert others <= ROOMS[room], sorted(IMPORTS[room])
+
+
+def test_rooms_stand_on_those_before_them() -> None:
+    before: set[str] = set()
+    for room, allowed in ROOMS.items():
+        assert allowed <= before, (room, allowed - before)
+        before.add(room)
+
+
+DRAWING = ("matplotlib", "bokeh", "jinja2", "ehsid.harness.report")
+
+
+@pytest.mark.parametrize(
+    "room", [room for room in ROOMS if room not in ("gap/tables", "report", "studies")]
 )
-
-
-@pytest.mark.parametrize("room", COMPUTING)
 def test_computing_rooms_draw_nothing(room: str) -> None:
-    folder = HARNESS / room
-    drawing = ("matplotlib", "jinja2", "ehsid.harness.report")
-    assert not [name for name in imported_below(folder) if name.startswith(drawing)]
-
-
-def test_only_what_people_see_uses_the_checks() -> None:
-    users = {
-        folder.name
-        for folder in HARNESS.iterdir()
-        if folder.is_dir()
-        and [name for name in imported_below(folder) if name.startswith("ehsid.harness.check")]
-    }
-    assert users <= {"check", "cli", "report"}
+    names = imported_below(HARNESS / room)
+    if room == "deploy":  # its headers are made of templates
+        names -= {name for name in names if name.startswith("jinja2")}
+    assert not [name for name in names if name.startswith(DRAWING)]
 
 
 def test_reality_never_imports_the_simulator() -> None:
-    folder = HARNESS / "reality"
-    if not folder.is_dir():
-        pytest.skip("no reality yet")
-    forbidden = ("ehsid._core", "ehsid.harness.gap", "ehsid.harness.rigs", "ehsid.harness.simulat")
-    assert not [name for name in imported_below(folder) if name.startswith(forbidden)]
+    folder = HARNESS / "validation" / "reality"
+    allowed = ("ehsid.harness.validation.reality", "ehsid.harness.parallel")
+    ours = {name for name in imported_below(folder) if name.startswith("ehsid")}
+    assert ours
+    assert not [name for name in ours if not name.startswith(allowed)]
+
+
+def test_tests_stand_where_what_they_test_does() -> None:
+    """Beside `core`, the compiled module, every folder of tests is one of the harness."""
+    here = Path(__file__).parent
+    folders = {path.parent.relative_to(here).as_posix() for path in here.rglob("test_*.py")}
+    harness = {path.relative_to(HARNESS).as_posix() for path in HARNESS.rglob("*") if path.is_dir()}
+    assert folders - {".", "core"} <= harness

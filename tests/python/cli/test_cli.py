@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ehsid.harness.cli import app
+
+CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"
+COLUMNS = ["--input", "valve_opening", "--output", "oil_pressure"]
+
+
+@pytest.mark.parametrize("verb", ["estimate", "identify"])
+def test_real_record_gives_json_and_picture(verb: str, tmp_path: Path) -> None:
+    arguments = [verb, str(CRANE), *COLUMNS, "--json", "--out", str(tmp_path)]
+    outcome = CliRunner().invoke(app, arguments)
+    assert outcome.exit_code == 0, outcome.output
+    assert json.loads(outcome.stdout) == json.loads((tmp_path / f"{verb}.json").read_text())
+    assert (tmp_path / f"{verb}.png").stat().st_size > 10_000
+    names = [f"{verb}.json", f"{verb}.png", *(["identify_bode.png"] if verb == "identify" else [])]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
+
+
+def test_identify_draws_the_frequency_response_and_tells_the_limit_of_the_gain(
+    tmp_path: Path,
+) -> None:
+    rng = np.random.default_rng(4)
+    u = np.repeat(rng.choice([-1.0, 1.0], size=300), 4)
+    y = 0.02 * np.concatenate([[0.0, 0.0], np.cumsum(u)[:-2]]) + 1e-6 * rng.normal(size=u.size)
+    rows = "".join(f"{i / 100},{a},{b}\n" for i, (a, b) in enumerate(zip(u, y, strict=True)))
+    path = tmp_path / "integrator.csv"
+    path.write_text("time_s,command_v,position_m\n" + rows)
+    arguments = ["identify", str(path), "--orders", "1", "--out", str(tmp_path / "out")]
+    outcome = CliRunner().invoke(app, arguments, env={"COLUMNS": "400"})
+    assert outcome.exit_code == 0, outcome.output
+    assert (tmp_path / "out" / "identify_bode.png").stat().st_size > 10_000
+    found = re.search(
+        r"stable up to k = ([\d.]+), where it oscillates at ([\d.]+) Hz", outcome.stdout
+    )
+    assert found is not None, outcome.stdout
+    # With y(k) = y(k-1) + 0.02 u(k-2): z^2 - z + 0.02 k, whose roots leave the circle at |z|^2 = 1.
+    assert float(found[1]) == pytest.approx(1.0 / 0.02, rel=0.02)
+    # z + 1/z = 1: an angle of 60 degrees, a sixth of 100 Hz.
+    assert float(found[2]) == pytest.approx(100.0 / 6.0, rel=0.02)
+
+
+@pytest.mark.parametrize("verb", ["estimate", "identify"])
+def test_missing_file_is_one_message_and_code_2(verb: str) -> None:
+    outcome = CliRunner().invoke(app, [verb, "nowhere.csv"])
+    assert outcome.exit_code == 2
+    assert "nowhere.csv" in outcome.stderr
+    assert "Traceback" not in outcome.output
+
+
+def test_order_outside_the_compiled_range_names_the_range() -> None:
+    outcome = CliRunner().invoke(app, ["estimate", str(CRANE), *COLUMNS, "--na", "7"])
+    assert outcome.exit_code == 2
+    assert "na must be in 1..6, got 7" in outcome.stderr
+
+
+def test_constant_input_is_named(tmp_path: Path) -> None:
+    rows = "".join(f"1.0,{y}\n" for y in np.random.default_rng(1).normal(size=300))
+    path = tmp_path / "constant.csv"
+    path.write_text("u,y\n" + rows)
+    outcome = CliRunner().invoke(app, ["estimate", str(path), "--input", "u", "--output", "y"])
+    assert outcome.exit_code == 2
+    assert "u is constant" in outcome.stderr

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""Start of the command: what the overview says, and which libraries are imported for what."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from ehsid.harness.cli import VERBS, app
+from ehsid.harness.cli.lazy import Verb
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+RECORD = str(EXAMPLES / "data" / "hydraulic_crane.csv")
+CRANE = [RECORD, "--input", "valve_opening", "--output", "oil_pressure"]
+BENCH = str(EXAMPLES / "rigs" / "bench.toml")
+
+DRAWING = {"matplotlib", "bokeh", "jinja2"}
+HEAVY = DRAWING | {"control", "distributed", "joblib", "numba", "pandas", "pint", "polars", "scipy"}
+
+# In a process of its own: this one has imported everything.
+RUN = """
+import json, sys
+from ehsid.harness.cli import main
+try:
+    main()
+except SystemExit as stop:
+    code = stop.code
+print(json.dumps([code, sorted(sys.modules)]), file=sys.stderr)
+"""
+
+
+def imported_by(*arguments: str) -> set[str]:
+    """Return the names of all modules that are there when the command has ended well."""
+    command = [sys.executable, "-c", RUN, *arguments]
+    outcome = subprocess.run(command, capture_output=True, text=True, check=False)
+    code, modules = json.loads(outcome.stderr.splitlines()[-1])
+    assert code in (None, 0), outcome.stderr
+    return set(modules)
+
+
+@pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
+def test_the_overview_has_the_first_line_of_the_docstring(verb: Verb) -> None:
+    stem = verb.name.replace("-", "_")
+    module = importlib.import_module(f"ehsid.harness.cli.{stem}")
+    told = inspect.getdoc(getattr(module, f"{stem}_command"))
+    assert told is not None
+    assert verb.summary == told.splitlines()[0]
+
+
+def test_the_overview_lists_every_verb_in_order() -> None:
+    text = CliRunner().invoke(app, ["--help"]).stdout
+    places = [text.index(f" {verb.name} ") for verb in VERBS]
+    assert places == sorted(places)
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"]])
+def test_the_overview_imports_no_verb_and_no_library(arguments: list[str]) -> None:
+    modules = imported_by(*arguments)
+    assert not modules & (HEAVY | {"numpy"})
+    assert not modules & {f"ehsid.harness.cli.{verb.name.replace('-', '_')}" for verb in VERBS}
+
+
+@pytest.mark.parametrize("verb", [verb.name for verb in VERBS])
+def test_the_help_of_a_verb_imports_no_library(verb: str) -> None:
+    modules = imported_by(verb, "--help")
+    assert f"ehsid.harness.cli.{verb.replace('-', '_')}" in modules
+    assert not modules & HEAVY
+
+
+@pytest.mark.parametrize(
+    ("arguments", "unused"),
+    [
+        (["effects"], HEAVY),
+        (["identify", *CRANE], HEAVY - {"polars", "scipy"} | {"scipy.io"}),
+        (["estimate", *CRANE], HEAVY - {"polars", "scipy"} | {"scipy.io"}),
+        (["export", *CRANE, "--out"], HEAVY - {"polars", "scipy", "jinja2"} | {"scipy.io"}),
+        (["simulate", BENCH, "--excitation", "steps"], HEAVY - {"scipy"} | {"scipy.io"}),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else "",
+)
+def test_a_verb_that_draws_nothing_imports_nothing_to_draw_with(
+    arguments: list[str], unused: set[str], tmp_path: Path
+) -> None:
+    if arguments[-1] == "--out":
+        arguments = [*arguments, str(tmp_path / "servo.hpp")]
+    assert not imported_by(*arguments) & unused
+
+
+@pytest.mark.slow
+def test_identify_imports_what_draws_where_there_is_something_to_draw(tmp_path: Path) -> None:
+    assert {"matplotlib", "control"} <= imported_by("identify", *CRANE, "--out", str(tmp_path))
+
+
+def test_the_package_itself_is_light() -> None:
+    command = [sys.executable, "-c", "import ehsid, sys; print(*sys.modules)"]
+    modules = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    assert "ehsid._core" in modules
+    assert not HEAVY & set(modules)
+
+
+def test_an_unknown_verb_is_told_with_the_nearest() -> None:
+    outcome = CliRunner().invoke(app, ["identfy"])
+    assert outcome.exit_code == 2
+    assert "No such command 'identfy'" in outcome.output
+    assert "'identify'" in outcome.output

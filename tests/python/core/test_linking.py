@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: MIT
+"""Files for build systems that nothing here runs: what they name is there and agrees."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import ehsid
+
+ROOT = Path(__file__).resolve().parents[3]
+SOURCES = {
+    path.relative_to(ROOT).as_posix()
+    for path in [ROOT / "cpp/src/c_api.cpp", *(ROOT / "cpp/src/c_kernels").glob("*.cpp")]
+}
+
+
+def text(path: str) -> str:
+    return (ROOT / path).read_text(encoding="utf-8")
+
+
+def listed(path: str) -> set[str]:
+    """The sources of the C API that a CMake file names."""
+    return {f"cpp/src/{name}" for name in re.findall(r"cpp/src/(c_[a-z_/]+\.cpp)", text(path))}
+
+
+@pytest.mark.parametrize("path", ["cmake/CApi.cmake", "zephyr/CMakeLists.txt"])
+def test_every_source_of_the_c_api_is_listed(path: str) -> None:
+    assert len(SOURCES) == 7
+    assert listed(path) == SOURCES
+
+
+def test_platformio_names_this_version_and_what_is_there() -> None:
+    library = json.loads(text("library.json"))
+    assert library["version"] == ehsid.__version__
+    assert library["license"] == "MIT"
+    build = library["build"]
+    assert all((ROOT / build["includeDir"] / header).is_file() for header in library["headers"])
+    excluded, *included = build["srcFilter"]
+    assert excluded == "-<*>"
+    found = {
+        path.relative_to(ROOT).as_posix()
+        for pattern in included
+        for path in (ROOT / build["srcDir"]).glob(pattern.removeprefix("+<").removesuffix(">"))
+    }
+    assert found == SOURCES
+    export = library["export"]
+    assert all((ROOT / path).exists() for path in export["include"] + export["exclude"])
+
+
+def test_zephyr_module_names_what_is_there() -> None:
+    # Flat enough to be read without a YAML library; another shape would fail here.
+    lines = [line for line in text("zephyr/module.yml").splitlines() if not line.startswith("#")]
+    assert lines[:2] == ["name: ehsid", "build:"]
+    entries = dict(line.strip().split(": ") for line in lines[2:])
+    assert set(entries) == {"cmake", "kconfig"}
+    assert (ROOT / entries["cmake"] / "CMakeLists.txt").is_file()
+    assert (ROOT / entries["kconfig"]).is_file()
+
+
+def test_zephyr_options_are_those_that_cmake_asks_for() -> None:
+    defined = set(re.findall(r"^config (\w+)$", text("zephyr/Kconfig"), flags=re.MULTILINE))
+    asked = set(re.findall(r"CONFIG_(\w+)", text("zephyr/CMakeLists.txt")))
+    assert defined == asked == {"EHSID", "EHSID_C"}
+
+
+def test_presets_name_toolchains_that_are_there() -> None:
+    presets = json.loads(text("CMakePresets.json"))["configurePresets"]
+    files = {preset["toolchainFile"] for preset in presets if "toolchainFile" in preset}
+    assert {Path(file).name for file in files} == {"arm-none-eabi.cmake", "cortex-m7.cmake"}
+    assert all((ROOT / file.removeprefix("${sourceDir}/")).is_file() for file in files)
+    assert {"m4f-o2", "m4f-os", "m7-o2", "m7-os"} <= {preset["name"] for preset in presets}
+
+
+def test_the_c_example_of_the_document_is_the_one_that_is_compiled() -> None:
+    blocks = re.findall(r"```c\n(.*?)```", text("docs/linking.md"), flags=re.DOTALL)
+    compiled = text("tests/install/consumer_c/controller.c").split("\n", 1)[1]
+    assert compiled in blocks

@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: MIT
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ehsid.harness.excitation import multisine
+from ehsid.harness.gap.data.gate import gate, longest_stretch, stretch
+from ehsid.harness.gap.data.gate_channels import spikes
+from ehsid.harness.gap.data.gate_signs import correlation
+from ehsid.harness.gap.data.oil_spring import oil_spring_hz
+from ehsid.harness.records import make_record
+from ehsid.harness.rigs import Rig, read_rig
+from ehsid.harness.simulation import draw_noise, simulate
+
+RIGS = Path(__file__).parents[4] / "examples" / "rigs"
+DT_S = 1e-3
+N = 6000
+BENCH = read_rig(RIGS / "bench.toml")
+NOISE = {
+    "position_noise_m": 5e-6,
+    "pressure_a_noise_pa": 1e4,
+    "pressure_b_noise_pa": 1e4,
+    "supply_pressure_noise_pa": 1e4,
+}
+RIG = Rig("bench", "ehs", BENCH.values, sensors=NOISE)
+Columns = dict[str, np.ndarray]
+AMPLITUDE = 3.0
+
+
+def columns_of(seed: int = 1) -> Columns:
+    rng = np.random.default_rng(seed)
+    command = multisine(N, DT_S, band_hz=(0.5, 10.0), peak=AMPLITUDE, rng=rng)
+    run = simulate(
+        RIG, command, dt_s=DT_S, substeps=4, noise=draw_noise(RIG, N, rng), position0_m=0.1
+    ).record
+    names = ("command_v", "position_m", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
+    assert run.time_s is not None
+    return {"time_s": run.time_s, **{name: run.column(name).copy() for name in names}}
+
+
+CLEAN = columns_of()
+
+
+def remarks(change: Callable[[Columns], None], rig: Rig = RIG) -> list[tuple[str, bool]]:
+    columns = {name: column.copy() for name, column in CLEAN.items()}
+    change(columns)
+    found = gate([make_record(columns, name="one")], rig)
+    assert all(remark.record == "one" for remark in found)
+    return [(remark.what, remark.serious) for remark in found]
+
+
+def test_clean_records_pass_without_a_word() -> None:
+    records = [make_record(CLEAN, name="one"), make_record(columns_of(2), name="two")]
+    assert gate(records, RIG) == ()
+
+
+def test_a_record_of_a_motor_passes() -> None:
+    rig = read_rig(RIGS / "axis.toml")
+    rng = np.random.default_rng(3)
+    command = multisine(N, DT_S, band_hz=(0.5, 10.0), peak=3.0, rng=rng)
+    assert gate([simulate(rig, command, dt_s=DT_S).record], rig) == ()
+
+
+def _set(name: str, function: Callable[[np.ndarray], np.ndarray]) -> Callable[[Columns], None]:
+    def change(columns: Columns) -> None:
+        columns[name] = function(columns[name])
+
+    return change
+
+
+def _each(*names: str, by: float) -> Callable[[Columns], None]:
+    def change(columns: Columns) -> None:
+        for name in names:
+            columns[name] = columns[name] * by
+
+    return change
+
+
+def _exchanged(columns: Columns) -> None:
+    columns["pressure_a_pa"], columns["pressure_b_pa"] = (
+        columns["pressure_b_pa"],
+        columns["pressure_a_pa"],
+    )
+
+
+def _part(samples: int) -> Callable[[Columns], None]:
+    def change(columns: Columns) -> None:
+        for name in columns:
+            columns[name] = columns[name][:samples]
+
+    return change
+
+
+def _thinned(columns: Columns) -> None:
+    for name in columns:
+        columns[name] = columns[name][::20]
+
+
+def _frozen(column: np.ndarray) -> np.ndarray:
+    column[2000:2400] = column[2000]
+    return column
+
+
+def _spiked(column: np.ndarray) -> np.ndarray:
+    column[[500, 2500, 4000]] += 2e-3
+    return column
+
+
+def _clipped(column: np.ndarray) -> np.ndarray:
+    return np.minimum(column, np.quantile(column, 0.95))
+
+
+def _wavering(time: np.ndarray) -> np.ndarray:
+    return time + 4e-6 * np.random.default_rng(0).uniform(-1.0, 1.0, time.size)
+
+
+def _drifting(time: np.ndarray) -> np.ndarray:
+    return np.append(0.0, np.cumsum(DT_S * np.linspace(0.998, 1.002, time.size - 1)))
+
+
+PRESSURES = ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
+UNIT = '[columns] {} = {{ name = "{}", unit = "{}" }}'.format
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "serious"),
+    [
+        (_part(2000), "2 s without a gap are too short: the diagnosis needs 2.3 s", True),
+        (_set("command_v", lambda c: 0.0 * c + 1.0), "command_v is constant", True),
+        (_set("position_m", lambda c: 0.0 * c + 0.1), "position_m is constant", True),
+        (
+            _set("position_m", lambda c: 0.1 + 1e-6 * np.random.default_rng(0).normal(size=N)),
+            "there is no motion to compare",
+            True,
+        ),
+        (_set("pressure_a_pa", lambda c: 0.0 * c + 5e6), "pressure_a_pa is constant", False),
+        (
+            _set("command_v", lambda c: 10.0 * c),
+            "beyond the rated 10 V for 31 %",
+            False,
+        ),
+        (_set("command_v", lambda c: 100.0 / AMPLITUDE * c), "with per cent, rated is 100", True),
+        (_each("position_m", by=1e3), UNIT("position_m", "position_m", "mm"), True),
+        (_each("position_m", by=1e2), UNIT("position_m", "position_m", "cm"), True),
+        (_each("pressure_a_pa", by=1e-5), UNIT("pressure_a_pa", "pressure_a_pa", "bar"), True),
+        (_each("supply_pressure_pa", by=1e-6), '"supply_pressure_pa", unit = "MPa"', True),
+        (_set("position_m", lambda c: c - 0.15), "not counted from the cap end", True),
+        (_set("position_m", lambda c: c - c.min() - 0.004), "4 mm beyond an end", False),
+        (_set("position_m", lambda c: c - np.quantile(c, 0.2)), "at an end of its stroke", False),
+        (_set("supply_pressure_pa", lambda c: 0.8 * c), "(-20 %), beyond its uncertainty", False),
+        (_set("pressure_a_pa", lambda c: c - c.min() - 9e4), "add 101325 Pa", False),
+        (_set("pressure_a_pa", lambda c: c - c.min() - 9e5), "the sensor's zero and sign", True),
+        (_set("pressure_a_pa", lambda c: 3.0 * c), "above what a supply of 1.2e+07 Pa", False),
+        (_set("pressure_a_pa", _frozen), "pressure_a_pa froze 1 times, for 0.4 s", False),
+        (_set("position_m", _frozen), "position_m froze 1 times, for 0.4 s", False),
+        (_set("position_m", _spiked), "position_m has 3 spikes", False),
+        (_set("pressure_b_pa", _clipped), "pressure_b_pa stays at its largest value", False),
+        (_set("position_m", _clipped), "position_m stays at its largest value", False),
+        (_set("command_v", np.negative), "the rod moves against the command", True),
+        (_set("position_m", lambda c: 0.3 - c), "the rod moves against the command", True),
+        (_exchanged, "are exchanged", True),
+        (_set("time_s", _wavering), "the time between samples wavers by 0.3", False),
+        (_set("time_s", _drifting), "the clock drifts: the sampling time changes by 0.36 %", False),
+        (lambda c: c.pop("time_s"), "there is no column 'time_s'", True),
+        (lambda c: c.pop("position_m"), "there is no column 'position_m'", True),
+        (_thinned, "too rarely for the oil spring", False),
+    ],
+)
+def test_each_fault_is_named(change: Callable[[Columns], None], words: str, serious: bool) -> None:
+    found = remarks(change)
+    named = [one for one in found if words in one[0]]
+    assert [one[1] for one in named] == [serious], found
+    # The serious ones come first, and a fault that is not serious brings none that is.
+    assert [one[1] for one in found] == sorted((one[1] for one in found), reverse=True)
+    assert serious or not any(one[1] for one in found)
+
+
+def test_equal_areas_tell_exchanged_ports_by_the_mass() -> None:
+    rig = RIG.with_values({"cylinder.rod_m": 0.0})
+    rng = np.random.default_rng(5)
+    command = multisine(N, DT_S, band_hz=(0.5, 10.0), peak=3.0, rng=rng)
+    noise = draw_noise(rig, N, rng)
+    run = simulate(rig, command, dt_s=DT_S, substeps=4, noise=noise).record
+    assert run.time_s is not None
+    columns = {"time_s": run.time_s, **dict(run.columns)}
+    assert gate([make_record(columns)], rig) == ()
+    _exchanged(columns)
+    (found,) = gate([make_record(columns)], rig)
+    assert found.serious
+    assert "are exchanged" in found.what
+
+
+def test_a_gap_is_said_and_the_rest_is_looked_at() -> None:
+    keep = np.r_[0:1500, 1900:N]
+    columns = {name: column[keep] for name, column in CLEAN.items()}
+    record = make_record(columns, name="one")
+    (found,) = gate([record], RIG)
+    assert not found.serious
+    assert "missing at 1 places, the longest for 0.401 s after 1.499 s" in found.what
+    part = longest_stretch(record)
+    assert len(part) == N - 1900
+    assert part.time_s is not None
+    assert part.time_s[0] == CLEAN["time_s"][1900]
+    assert len(part.segments) == 1
+    first = stretch(record, record.segments[0])
+    assert np.array_equal(first.column("position_m"), CLEAN["position_m"][:1500])
+    # Parts that are all too short are no record.
+    keep = np.concatenate([np.arange(k, k + 900) for k in range(0, N - 900, 1000)])
+    short = make_record({name: column[keep] for name, column in CLEAN.items()}, name="one")
+    assert any(remark.serious and "too short" in remark.what for remark in gate([short], RIG))
+
+
+def test_records_that_differ_in_noise_or_sampling_are_named() -> None:
+    louder = columns_of(2)
+    louder["pressure_a_pa"] += 1e5 * np.random.default_rng(0).standard_normal(N)
+    (found,) = gate([make_record(CLEAN, name="one"), make_record(louder, name="two")], RIG)
+    assert found.record == ""
+    # Two digits of medians that scatter by 2.5 %.
+    numbers = re.match(
+        r"the noise of pressure_a_pa is (\S+) in 'two' and (\S+) in 'one'", found.what
+    )
+    assert numbers is not None
+    assert [float(number) for number in numbers.groups()] == pytest.approx([1e5, 1e4], rel=0.1)
+    half = {name: column[::2] for name, column in columns_of(2).items()}
+    found = gate([make_record(CLEAN, name="one"), make_record(half, name="two")], RIG)[-1]
+    assert "sampled every 1 to 2 ms" in found.what
+
+
+def test_noise_near_vacuum_is_no_fault_of_the_sensor() -> None:
+    def near_vacuum(column: np.ndarray) -> np.ndarray:
+        emptied = np.maximum(column - np.quantile(column, 0.1), 0.0) + 2e3
+        return emptied + 1e4 * np.random.default_rng(0).standard_normal(N)
+
+    assert remarks(_set("pressure_a_pa", near_vacuum)) == []
+
+
+@given(
+    seed=st.integers(0, 1000),
+    size=st.floats(60.0, 1e4),
+    sign=st.sampled_from([-1.0, 1.0]),
+    place=st.integers(60, 3900),
+    frequency=st.floats(0.1, 40.0),
+)
+def test_spikes_are_found_and_motion_is_not(
+    seed: int, size: float, sign: float, place: int, frequency: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    # Motion of a thousand times the noise at up to 40 Hz: within the five samples of the median it
+    # bends by less than the spike is high.
+    amplitude = min(1000.0, 20.0 / (2.0 * np.pi * frequency * 2.0 * DT_S) ** 2)
+    signal = amplitude * np.sin(2.0 * np.pi * frequency * np.arange(4000) * DT_S)
+    signal += rng.standard_normal(4000)
+    assert not spikes(signal).any()
+    signal[place] += sign * size
+    if size > 200.0:
+        assert np.flatnonzero(spikes(signal)).tolist() == [place]
+
+
+@pytest.mark.parametrize("unit", [1e-300, 1.0, 1e150, 1e300])
+def test_a_correlation_does_not_depend_on_the_unit(unit: float) -> None:
+    # Both sum 400 products, each with an error of a few 1e-16 of the sum of their sizes.
+    rng = np.random.default_rng(3)
+    speed = rng.standard_normal(400)
+    noisy = speed + rng.standard_normal(400)
+    wanted = np.corrcoef(speed, noisy)[0, 1]
+    assert correlation(unit * noisy, speed) == pytest.approx(wanted, rel=1e-12)
+    assert correlation(speed, -unit * noisy) == pytest.approx(-wanted, rel=1e-12)
+    assert correlation(np.full(400, unit), speed) == 0.0
+
+
+@given(
+    data=st.data(),
+    n=st.integers(2, 400),
+    dt_s=st.sampled_from([1e-4, 1e-3, 0.05, 1.0]),
+    plant=st.sampled_from(["bench", "axis", "linear"]),
+    scale=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 1e7, 1e150]),
+)
+def test_whatever_comes_nothing_is_raised(
+    data: st.DataObject, n: int, dt_s: float, plant: str, scale: float
+) -> None:
+    rng = np.random.default_rng(data.draw(st.integers(0, 1000)))
+    names = ["command_v", "position_m", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa"]
+    kept = data.draw(st.lists(st.sampled_from([*names, "velocity_m_s", "spool"]), min_size=1))
+    columns = {name: scale * rng.standard_normal(n) for name in kept}
+    if data.draw(st.booleans()):
+        time = np.arange(n) * dt_s
+        if data.draw(st.booleans()):
+            time[n // 2 :] += 10.0 * dt_s
+        columns["time_s"] = time
+    rig = read_rig(RIGS / f"{plant}.toml")
+    record = make_record(columns, name="one")
+    for remark in gate([record, record], rig):
+        assert remark.record in ("", "one")
+        # A sentence: what was found, and what to do.
+        assert len(remark.what) > 40
+    # Too short, or without what is needed, is never passed over.
+    if n * dt_s < 2.3 or "time_s" not in columns or not {"command_v", "position_m"} <= set(kept):
+        assert any(remark.serious for remark in gate([record], rig))
+
+
+def test_the_oil_spring_is_that_of_the_linear_servo() -> None:
+    linear = read_rig(RIGS / "linear.toml")
+    # Equal chambers at mid-stroke: (1) of the servo model, beta (A^2/V + A^2/V) / m with V = V_t/2.
+    v = linear.values
+    half = 0.5 * v["linear.volume_m3"]
+    area = v["linear.area_m2"]
+    bore = np.sqrt(4.0 * area / np.pi)
+    like = RIG.with_values(
+        {
+            "cylinder.bore_m": bore,
+            "cylinder.rod_m": 0.0,
+            "cylinder.dead_volume_a_m3": half - area * 0.5 * BENCH.values["cylinder.stroke_m"],
+            "cylinder.dead_volume_b_m3": half - area * 0.5 * BENCH.values["cylinder.stroke_m"],
+            "load.mass_kg": v["linear.mass_kg"],
+            "fluid.bulk_modulus_pa": v["linear.bulk_modulus_pa"],
+        }
+    )
+    assert oil_spring_hz(like) == pytest.approx(oil_spring_hz(linear))
+    assert oil_spring_hz(read_rig(RIGS / "axis.toml")) is None

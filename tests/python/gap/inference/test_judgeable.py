@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: MIT
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ehsid
+from ehsid.harness.excitation import odd_multisine, random_steps, triangle
+from ehsid.harness.gap.data.regimes import Regimes, visited
+from ehsid.harness.gap.inference.judgeable import beyond_reach, cannot_judge
+from ehsid.harness.rigs import read_rig
+from ehsid.harness.simulation import simulate
+
+RIG = read_rig(Path(__file__).parents[4] / "examples" / "rigs" / "bench.toml")
+IDS = [effect.id for effect in ehsid.effects()]
+DT_S = 1e-3
+RICH = Regimes(
+    largest_command=0.8,
+    near_null=0.1,
+    slow=0.1,
+    command_reversals=20,
+    motion_reversals=20,
+    travel=0.5,
+    at_ends=0.0,
+    load_signs=2,
+    fast_power_hz=50.0,
+    lowest_pressure_pa=2e6,
+    highest_pressure_pa=9e6,
+    position_floor_m=1e-5,
+)
+
+
+def test_a_rich_record_can_speak_of_everything() -> None:
+    assert cannot_judge([RICH], IDS) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "effects", "words"),
+    [
+        (
+            {"largest_command": 0.26},
+            ["valve_flow_saturation", "supply_droop"],
+            "never above 26 % of rated",
+        ),
+        ({"near_null": 0.001}, ["valve_dead_band"], "near null for 0.1 %"),
+        ({"command_reversals": 1}, ["valve_hysteresis"], "turns 1 times only"),
+        (
+            {"motion_reversals": 0},
+            ["coulomb_friction", "stribeck_friction", "sensor_backlash"],
+            "the rod turns 0 times",
+        ),
+        ({"slow": 0.0}, ["stribeck_friction"], "slow motion for 0.0 %"),
+        (
+            {"fast_power_hz": 1.0},
+            ["transport_delay", "valve_lag", "sensor_lag"],
+            "no power above 1.0 Hz",
+        ),
+        ({"travel": 0.02}, ["load_spring"], "covers 2 % of the stroke"),
+        ({"lowest_pressure_pa": 6e6}, ["entrained_air"], "within 6e+06 to 9e+06 Pa"),
+    ],
+)
+def test_what_was_not_visited_is_named(
+    change: dict[str, float], effects: list[str], words: str
+) -> None:
+    poor = replace(RICH, **change)
+    found = cannot_judge([poor], IDS)
+    assert sorted(one.id for one in found) == sorted(effects)
+    assert all(words in one.why for one in found)
+    # Another record that was there is enough.
+    assert cannot_judge([poor, RICH], IDS) == []
+
+
+def test_reasons_add_up() -> None:
+    poor = replace(RICH, motion_reversals=1, slow=0.0)
+    (found,) = [one for one in cannot_judge([poor], IDS) if one.id == "stribeck_friction"]
+    assert "turns 1 times" in found.why
+    assert "slow motion" in found.why
+
+
+def test_only_what_is_asked_for_is_answered() -> None:
+    poor = replace(RICH, largest_command=0.1)
+    assert [one.id for one in cannot_judge([poor], ["supply_droop"])] == ["supply_droop"]
+    assert cannot_judge([poor], ["coulomb_friction"]) == []
+
+
+def test_a_motor_has_neither_valve_nor_oil() -> None:
+    found = {one.id: one.why for one in cannot_judge([RICH], IDS, "axis")}
+    assert found["valve_dead_band"] == 'a plant "axis" is told without a valve'
+    assert found["entrained_air"] == 'a plant "axis" is told without hydraulics'
+    subsystems = {effect.id: effect.subsystem for effect in ehsid.effects()}
+    assert {subsystems[one] for one in found} == {"valve", "hydraulics"}
+    assert len(found) == sum(part in ("valve", "hydraulics") for part in subsystems.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "inside", "outside"),
+    [
+        ("valve_flow_saturation.limit", 0.6, 0.9),
+        ("valve_dead_band.overlap", 0.05, 0.85),
+        ("valve_hysteresis.half_width", 0.05, 0.85),
+        ("sensor_backlash.half_width_m", 1e-4, 2e-6),
+    ],
+)
+def test_a_size_that_no_record_reached_is_beyond_reach(
+    name: str, inside: float, outside: float
+) -> None:
+    effect = name.split(".")[0]
+    poor = replace(RICH, largest_command=0.01, position_floor_m=1.0)
+    for records in ([RICH], [poor, RICH]):
+        assert beyond_reach({f"effects.{name}": inside}, records, [effect]) == []
+        (found,) = beyond_reach({f"effects.{name}": outside}, records, [effect])
+        assert found.id == effect
+    assert beyond_reach({}, [RICH], ["coulomb_friction"]) == []
+
+
+def test_signals_show_what_the_page_on_excitation_says() -> None:
+    def missing(command: np.ndarray) -> set[str]:
+        record = simulate(RIG, command, dt_s=DT_S).record
+        return {one.id for one in cannot_judge([visited(record, RIG)], IDS)}
+
+    slow = missing(triangle(10000, DT_S, amplitude=0.8, period_s=2.5))  # four periods
+    assert {"valve_flow_saturation", "supply_droop"} <= slow
+    assert not {"coulomb_friction", "valve_dead_band"} & slow
+    rng = np.random.default_rng(2)
+    small = missing(odd_multisine(8000, DT_S, band_hz=(0.5, 60.0), peak=1.5, rng=rng).samples)
+    assert "valve_flow_saturation" in small
+    assert not {"valve_lag", "transport_delay", "valve_dead_band"} & small
+    large = missing(random_steps(8000, amplitude=6.0, hold=(100, 400), rng=rng))
+    assert not {"valve_flow_saturation", "supply_droop", "coulomb_friction"} & large

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: MIT
+"""Sizes that matter."""
+
+from __future__ import annotations
+
+import pytest
+from gap_rig import RIG
+
+import ehsid
+from ehsid.harness.gap.inference.sizes import matters, scales
+
+FITTED = [info for info in ehsid.effects() if info.id != "sensor_quantisation"]
+
+
+def test_scales_by_hand() -> None:
+    force, flow, pressure = scales(RIG)
+    assert force == pytest.approx(3.1172e-3 * 12e6, rel=1e-4)
+    # 6.33e-4 sqrt(6 MPa / 3.5 MPa)
+    assert flow == pytest.approx(8.288e-4, rel=1e-3)
+    assert pressure == 12e6
+
+
+@pytest.mark.parametrize("effect", FITTED, ids=lambda info: info.id)
+def test_typical_sizes_of_the_catalogue_matter(effect: ehsid.EffectInfo) -> None:
+    values = {f"effects.{effect.id}.{p.name}": p.typical for p in effect.parameters}
+    assert matters(effect.id, values, RIG)
+
+
+@pytest.mark.parametrize("effect", FITTED, ids=lambda info: info.id)
+def test_an_effect_as_good_as_off_does_not(effect: ehsid.EffectInfo) -> None:
+    """Off is zero, but for a lag, which is off where it is fast, and a limit that is never met."""
+    off = {"valve_lag": 500.0, "valve_flow_saturation": 2.0}.get(effect.id, 0.0)
+    values = {f"effects.{effect.id}.{p.name}": off for p in effect.parameters}
+    assert not matters(effect.id, values, RIG)
+
+
+def test_stribeck_friction_without_a_rise_is_not_one() -> None:
+    values = {
+        "effects.stribeck_friction.coulomb_n": 800.0,
+        "effects.stribeck_friction.static_n": 810.0,
+        "effects.stribeck_friction.stribeck_velocity_m_s": 0.02,
+    }
+    assert not matters("stribeck_friction", values, RIG)
+    assert matters(
+        "stribeck_friction", values | {"effects.stribeck_friction.static_n": 1200.0}, RIG
+    )

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: MIT
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import ehsid
+from ehsid.harness.gap import calibration_parameters, effect_parameters
+from ehsid.harness.gap.thresholds import (
+    HELD,
+    LOGARITHMIC_NUISANCES,
+    MOST_SIGMAS,
+    NUISANCE_SIGMA,
+    SEEN_BY_PRESSURES,
+    UNSEEN_CENTRE,
+)
+from ehsid.harness.rigs import Rig, read_rig
+from ehsid.harness.rigs.parameters import effects, plant_parameters
+
+RIGS = Path(__file__).parents[4] / "examples" / "rigs"
+
+
+@pytest.fixture(params=["bench", "axis", "linear"])
+def rig(request: pytest.FixtureRequest) -> Rig:
+    return read_rig(RIGS / f"{request.param}.toml")
+
+
+def test_what_moves_is_what_is_told_and_uncertain(rig: Rig) -> None:
+    found = calibration_parameters(rig)
+    names = [parameter.name for parameter in found]
+    assert len(set(names)) == len(names)
+    assert not set(names) & set(HELD)
+    told = {name for name, value in rig.values.items() if value != 0.0} - set(HELD)
+    assert told <= set(names)
+    assert set(names) - told <= set(NUISANCE_SIGMA)
+    for parameter in found:
+        assert parameter.low <= parameter.centre <= parameter.high
+        info = plant_parameters()[parameter.name]
+        rounding = 1e-12 * abs(info.maximum)
+        assert parameter.value(parameter.low) >= info.minimum - rounding
+        assert parameter.value(parameter.high) <= info.maximum + rounding
+        if parameter.name in rig.values:
+            assert parameter.value(parameter.centre) == pytest.approx(rig.values[parameter.name])
+
+
+def test_a_value_moves_by_its_own_uncertainty() -> None:
+    rig = read_rig(RIGS / "bench.toml")
+    bulk = next(p for p in calibration_parameters(rig) if p.name == "fluid.bulk_modulus_pa")
+    sigma = rig.sigma("fluid.bulk_modulus_pa")
+    assert bulk.sigma == sigma
+    assert bulk.value(bulk.centre + sigma) == pytest.approx(1.1e9 * math.exp(sigma))
+    assert bulk.high - bulk.centre == pytest.approx(MOST_SIGMAS * sigma)
+
+
+def test_a_lag_that_is_told_takes_the_place_of_the_hidden_spool() -> None:
+    told = read_rig(RIGS / "bench.toml")
+    untold = told.with_values(
+        {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
+    )
+    names = {p.name for p in calibration_parameters(told)}
+    assert "effects.valve_lag.bandwidth_hz" in names
+    assert names.isdisjoint({"nuisance.spool_bandwidth_hz", "nuisance.spool_damping"})
+    # Its speed has a limit all the same.
+    assert "nuisance.spool_slew_1_s" in names
+    names = {p.name for p in calibration_parameters(untold)}
+    assert "effects.valve_lag.bandwidth_hz" not in names
+    assert {"nuisance.spool_bandwidth_hz", "nuisance.spool_damping"} <= names
+
+
+def test_without_pressures_what_only_they_show_stays_typical(rig: Rig) -> None:
+    seen = calibration_parameters(rig)
+    unseen = calibration_parameters(rig, pressures=False)
+    kept = [one for one in seen if one.name not in SEEN_BY_PRESSURES]
+    assert [one.name for one in unseen] == [one.name for one in kept]
+    for one, other in zip(unseen, kept, strict=True):
+        if one.name not in UNSEEN_CENTRE:
+            assert one == other
+        else:
+            assert one.centre == UNSEEN_CENTRE[one.name]
+    if rig.plant == "ehs":
+        assert set(SEEN_BY_PRESSURES) <= {one.name for one in seen}
+
+
+def test_nuisances_have_a_place_for_each_name() -> None:
+    """Every nuisance of the plant is given room, and none that is not of the plant."""
+    names = {name for name in plant_parameters() if name.startswith("nuisance.")}
+    assert set(NUISANCE_SIGMA) == names
+    assert set(LOGARITHMIC_NUISANCES) | set(SEEN_BY_PRESSURES) <= names
+    # A size that is positive is known by a factor, what may be of either sign by an amount.
+    for name in LOGARITHMIC_NUISANCES:
+        assert plant_parameters()[name].minimum > 0.0
+
+
+@pytest.mark.parametrize("effect", [effect.id for effect in ehsid.effects()])
+@given(share=st.floats(0.0, 1.0))
+def test_effects_start_at_their_size_and_stay_in_range(effect: str, share: float) -> None:
+    info = next(e for e in ehsid.effects() if e.id == effect)
+    start = {p.name: p.minimum + share * (p.maximum - p.minimum) for p in info.parameters}
+    for (parameter, x), told in zip(effect_parameters(effect, start), info.parameters, strict=True):
+        assert parameter.low <= x <= parameter.high
+        assert parameter.sigma == math.inf
+        value = parameter.value(x)
+        assert value == pytest.approx(max(start[told.name], parameter.value(parameter.low)))
+        h = 1e-6
+        slope = (parameter.value(x + h) - parameter.value(x - h)) / (2.0 * h)
+        assert parameter.slope(x) == pytest.approx(slope, rel=1e-6)
+
+
+def test_an_axis_has_no_valve_to_blame() -> None:
+    with pytest.raises(ValueError, match="'valve_dead_band' cannot act"):
+        effect_parameters("valve_dead_band", {"overlap": 0.02}, "axis")
+
+
+def test_forces_have_either_sign() -> None:
+    ((force, x),) = effect_parameters("load_force", {"force_n": -300.0})
+    assert force.value(x) == -300.0
+    assert force.low < 0.0 < force.high
+    assert np.isfinite([force.low, force.high]).all()
+
+
+@pytest.mark.parametrize("effect", [info.id for info in ehsid.effects()])
+def test_ends_of_a_logarithm_are_inside_the_range_of_the_plant(effect: str) -> None:
+    """A fit that stops at a bound gives a rig that can be written and run."""
+    rig = read_rig(RIGS / "bench.toml")
+    ranges = {info.name: info for info in ehsid.plant_parameters()}
+    start = {one.name: one.typical for one in effects()[effect].parameters}
+    found = [one for one, _ in effect_parameters(effect, start)]
+    for one in (*found, *calibration_parameters(rig)):
+        info = ranges[one.name]
+        assert info.minimum <= one.value(one.low), one.name
+        assert one.value(one.high) <= info.maximum, one.name

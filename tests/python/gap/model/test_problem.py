@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: MIT
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import approx_fprime
+
+from ehsid.harness.excitation import multisine
+from ehsid.harness.gap import (
+    Problem,
+    calibration_parameters,
+    effect_parameters,
+    fit,
+    gap_figure,
+    noise_floor,
+)
+from ehsid.harness.gap.model.comparison import Compared, compare, varying_outputs
+from ehsid.harness.gap.model.problem import Linear
+from ehsid.harness.records import make_record
+from ehsid.harness.rigs import Rig, read_rig
+from ehsid.harness.simulation import draw_noise, simulate, simulate_windows
+
+DT_S = 1e-3
+BENCH = read_rig(Path(__file__).parents[4] / "examples" / "rigs" / "bench.toml").with_values(
+    {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
+)
+RIG = Rig(
+    "bench",
+    "ehs",
+    BENCH.values,
+    sensors={
+        "position_noise_m": 5e-6,
+        "pressure_a_noise_pa": 1e4,
+        "pressure_b_noise_pa": 1e4,
+        "spool_noise": 1e-3,
+    },
+)
+# A rig that differs from what is told by about one deviation each.
+TRUE = {
+    "fluid.bulk_modulus_pa": 0.9e9,
+    "load.viscous_friction_n_s_m": 1200.0,
+    "valve.rated_flow_m3_s": 6.8e-4,
+    "supply.pressure_pa": 12.3e6,
+}
+
+
+def made(values: dict[str, float], seed: int = 0, seconds: float = 4.0) -> Compared:
+    rng = np.random.default_rng(seed)
+    n = round(seconds / DT_S)
+    command = multisine(n, DT_S, band_hz=(0.5, 25.0), rms=2.0, rng=rng)
+    run = simulate(
+        RIG, command, dt_s=DT_S, values=values, substeps=8, noise=draw_noise(RIG, n, rng)
+    )
+    return compare(run.record)
+
+
+def problem(record: Compared, extra: tuple = (), substeps: int = 4) -> Problem:
+    floors = {name: noise_floor(column).value for name, column in record.outputs.items()}
+    return Problem(
+        RIG,
+        [record],
+        [*calibration_parameters(RIG), *extra],
+        outputs=varying_outputs(record, floors),
+        floors=floors,
+        substeps=substeps,
+    )
+
+
+def test_outputs_that_are_noise_do_not_count() -> None:
+    record = made({})
+    # Supply pressure is constant, spool and pressures move.
+    assert problem(record).outputs == ("position_m", "pressure_a_pa", "pressure_b_pa", "spool")
+
+
+def test_gradient_is_that_of_the_cost() -> None:
+    record = made(TRUE)
+    subject = problem(record)
+    x = subject.centre()
+    step = subject.step(x)
+    assert step.cost == pytest.approx(subject.cost(x), rel=1e-12)
+    scale = np.array([min(p.sigma, 1.0) for p in subject.parameters])
+    by_differences = approx_fprime(x, subject.cost, 1e-5 * scale)
+    # One-sided differences of 1e-5 sigma: rounding of a cost of 1e4 by 1e-12 over 1e-5, and the
+    # curvature, up to 1e4 a sigma^2, times half the step.
+    np.testing.assert_allclose(step.gradient * scale, by_differences * scale, rtol=5e-3, atol=1.0)
+
+
+@pytest.fixture(scope="module")
+def of_two_records() -> Problem:
+    """Two records of different length, the second with a window that is shorter."""
+    records = [made(TRUE, 1, 3.3), made({}, 2, 2.5)]
+    floors = {"position_m": 5e-6, "pressure_a_pa": 1e4, "spool": 1e-3}
+    parameters = calibration_parameters(RIG)
+    return Problem(RIG, records, parameters, outputs=tuple(floors), floors=floors, substeps=4)
+
+
+def test_squares_of_the_windows_add_up_to_the_errors(of_two_records: Problem) -> None:
+    subject = of_two_records
+    errors = subject.errors(subject.centre())
+    squares, counts = subject.window_squares(errors)
+    # 3 s are 6 windows of half a second, 2.2 s are 4 and one of 0.2 s.
+    np.testing.assert_array_equal(counts, [500.0] * 10 + [200.0])
+    assert squares.shape == (11, 3)
+    for column, name in enumerate(subject.outputs):
+        assert squares[:, column].sum() == pytest.approx(np.sum(errors[name] ** 2), rel=1e-12)
+        # The first window of the second record, by hand.
+        by_hand = np.sum(errors[name][3000:3500] ** 2)
+        assert squares[6, column] == pytest.approx(by_hand, rel=1e-12)
+
+
+def test_gradients_of_the_windows_add_up_to_that_of_the_cost(of_two_records: Problem) -> None:
+    subject = of_two_records
+    x = subject.centre()
+    x[:5] += 0.01
+    step, by_window = subject.window_gradients(x)
+    assert by_window.shape == (11, x.size)
+    # What the windows do not have is the prior: of x - centre over sigma^2.
+    prior = subject.information() * (x - subject.centre())
+    scale = np.max(np.abs(step.gradient))
+    np.testing.assert_allclose(by_window.sum(axis=0) + prior, step.gradient, atol=1e-9 * scale)
+    alone = subject.step(x)
+    np.testing.assert_array_equal(step.gradient, alone.gradient)
+    # One window by finite differences of its own squares, weighted as in the cost:
+    #   n / (2 N (mse + floor^2)) d(sum of squares) / dx
+    errors = subject.errors(x)
+    independent = 20.0 * sum(record.seconds for record in subject.records)
+    place = [one.name for one in subject.parameters].index("fluid.bulk_modulus_pa")
+    shift = np.zeros_like(x)
+    shift[place] = 1e-4
+    ends = [subject.window_squares(subject.errors(x + side * shift))[0] for side in (1.0, -1.0)]
+    slopes = (ends[0] - ends[1]) / 2e-4
+    expected = np.zeros(11)
+    for column, name in enumerate(subject.outputs):
+        e = errors[name]
+        weight = 0.5 * independent / (e.size * (np.mean(e**2) + subject.floors[name] ** 2))
+        expected += weight * slopes[:, column]
+    # Central differences over 1e-4 of ln: their error is some 1e-6 of the largest.
+    worst = np.max(np.abs(expected))
+    assert worst > 1.0
+    np.testing.assert_allclose(by_window[:, place], expected, atol=1e-4 * worst)
+
+
+def test_hessian_is_positive_and_symmetric() -> None:
+    subject = problem(made(TRUE))
+    hessian = subject.step(subject.centre()).hessian
+    np.testing.assert_allclose(hessian, hessian.T, rtol=1e-9)
+    assert np.linalg.eigvalsh(hessian).min() > 0.0
+
+
+def test_calibration_finds_the_rig_behind_a_record() -> None:
+    record = made(TRUE)
+    subject = problem(record)
+    found = fit(subject, subject.centre())
+    assert found.converged
+    values = dict(zip([p.name for p in subject.parameters], found.x, strict=True))
+    for parameter in subject.parameters:
+        told = TRUE.get(parameter.name)
+        if told is not None:
+            away = parameter.value(values[parameter.name]) / told - 1.0
+            assert abs(away) < 0.02, parameter.name
+    # What is left is the noise: white, of the deviation that went in.
+    errors = subject.errors(found.x)
+    assert np.std(errors["position_m"]) == pytest.approx(5e-6, rel=0.1)
+    assert np.std(errors["pressure_a_pa"]) == pytest.approx(1e4, rel=0.1)
+
+
+def test_an_effect_is_found_with_its_size_and_without_it_the_gap_stays() -> None:
+    record = made({**TRUE, "effects.coulomb_friction.force_n": 400.0})
+    alone = problem(record)
+    calibrated = fit(alone, alone.centre())
+    added = effect_parameters("coulomb_friction", {"force_n": 150.0})
+    joint = problem(record, tuple(parameter for parameter, _ in added))
+    found = fit(joint, np.concatenate([calibrated.x, [x for _, x in added]]))
+    # Hundreds of nats; one is a standard error.
+    assert calibrated.cost - found.cost > 100.0
+    assert joint.parameters[-1].value(found.x[-1]) == pytest.approx(400.0, rel=0.05)
+
+
+def test_bounds_hold() -> None:
+    record = made({"fluid.bulk_modulus_pa": 0.2e9})
+    subject = problem(record)
+    found = fit(subject, subject.centre())
+    assert np.all(found.x >= subject.low)
+    assert np.all(found.x <= subject.high)
+
+
+def test_gap_is_that_of_the_contract() -> None:
+    """Recomputed sample by sample from the words of the contract."""
+    record = made(TRUE, seconds=2.0)
+    run = simulate_windows(RIG, record.record)
+    simulated = {name: run.outputs[name][0] for name in record.outputs}
+    found = gap_figure(record, simulated, ("position_m", "pressure_a_pa"))
+    for name in ("position_m", "pressure_a_pa"):
+        squares, spread, count = 0.0, 0.0, 0
+        measured = record.outputs[name]
+        for number in range(int(record.window.max()) + 1):
+            inside = [k for k in range(measured.size) if record.window[k] == number]
+            mean = sum(measured[k] for k in inside) / len(inside)
+            squares += sum((simulated[name][k] - measured[k]) ** 2 for k in inside)
+            spread += sum((measured[k] - mean) ** 2 for k in inside)
+            count += len(inside)
+        assert found.per_output[name] == pytest.approx(np.sqrt(squares / spread))
+        assert count == np.count_nonzero(record.used)
+    assert found.mean == pytest.approx(np.mean(list(found.per_output.values())))
+
+
+def test_centred_errors_have_no_mean_in_any_window() -> None:
+    record = made({}, seconds=2.0)
+    rng = np.random.default_rng(1)
+    errors = rng.standard_normal((len(record.record), 3)) + 5.0
+    centred = record.centred(errors)
+    windows = record.window[record.used]
+    for number in np.unique(windows):
+        assert np.max(np.abs(centred[windows == number].mean(axis=0))) < 1e-12
+
+
+def test_records_with_gaps_are_refused() -> None:
+    time = np.arange(2000) * DT_S
+    time[1000:] += 1.0
+    columns = {"time_s": time, "command_v": np.zeros(2000), "position_m": np.full(2000, 0.1)}
+    with pytest.raises(ValueError, match="cut the record at its gaps"):
+        compare(make_record(columns))
+
+
+def test_sensitivities_that_overflow_give_no_warning() -> None:
+    subject = problem(made(TRUE))
+    x = subject.centre()
+    errors = subject.errors(x)
+    huge = {name: np.full((error.size, x.size), 1e200) for name, error in errors.items()}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        step = subject.form(x, Linear(errors, huge))
+    assert not np.isfinite(step.hessian).any()
+    assert np.isfinite(step.cost)
