@@ -9,8 +9,10 @@ from functools import cache
 import numpy as np
 
 from ehsid.harness.gap.data.floor import noise_floor
+from ehsid.harness.gap.inference.figures import in_sigmas
 from ehsid.harness.gap.inference.how_far import how_far, window_sums
 from ehsid.harness.gap.model.comparison import compare
+from ehsid.harness.gap.model.parameters import calibration_parameters
 from ehsid.harness.gap.schema import (
     BandShare,
     CalibratedValue,
@@ -147,16 +149,27 @@ def _spans(run: HeldOutRun) -> tuple[SpanShare, ...]:
     return tuple(found)
 
 
-CALIBRATION = {
-    "load.mass_kg": CalibratedValue(120.0, Estimate(131.0, 129.5, 132.6), moved=True),
-    "load.viscous_friction_n_s_m": CalibratedValue(900.0, Estimate(921.0, 830.0, 1013.0), False),
-    "fluid.bulk_modulus_pa": CalibratedValue(1.1e9, Estimate(0.96e9, 0.91e9, 1.01e9), moved=True),
-    "valve.rated_flow_m3_s": CalibratedValue(6.33e-4, Estimate(6.31e-4, 6.29e-4, 6.33e-4), False),
-    "cylinder.dead_volume_a_m3": CalibratedValue(2.5e-4, Estimate(2.4e-4, 1.9e-4, 2.9e-4), False),
-    "supply.pressure_pa": CalibratedValue(12e6, Estimate(11.97e6, 11.8e6, 12.1e6), False),
-    "nuisance.presliding_m": CalibratedValue(20e-6, Estimate(24e-6, 15e-6, 37e-6), False),
-    "nuisance.edge_rounding": CalibratedValue(0.005, Estimate(0.004, 0.001, 0.009), False),
+# As told, found with its interval, moved.
+CALIBRATED = {
+    "load.mass_kg": (120.0, Estimate(131.0, 129.5, 132.6), True),
+    "load.viscous_friction_n_s_m": (900.0, Estimate(921.0, 830.0, 1013.0), False),
+    "fluid.bulk_modulus_pa": (1.1e9, Estimate(0.96e9, 0.91e9, 1.01e9), True),
+    "valve.rated_flow_m3_s": (6.33e-4, Estimate(6.31e-4, 6.29e-4, 6.33e-4), False),
+    "cylinder.dead_volume_a_m3": (2.5e-4, Estimate(2.4e-4, 1.9e-4, 2.9e-4), False),
+    "supply.pressure_pa": (12e6, Estimate(11.97e6, 11.8e6, 12.1e6), False),
+    "nuisance.presliding_m": (20e-6, Estimate(24e-6, 15e-6, 37e-6), False),
+    "nuisance.edge_rounding": (0.005, Estimate(0.004, 0.001, 0.009), False),
 }
+
+
+def calibration() -> dict[str, CalibratedValue]:
+    """Each value beside the prior of the rig."""
+    priors = {one.name: one for one in calibration_parameters(bench())}
+    return {
+        name: CalibratedValue(told, found, moved, in_sigmas(priors[name], found))
+        for name, (told, found, moved) in CALIBRATED.items()
+    }
+
 
 CANDIDATES = (
     (("coulomb_friction",), 0.0, 0.97),
@@ -255,7 +268,7 @@ def made_diagnosis(
         ),
         next_experiment=_next(augmented) if verdict == "ambiguous" else None,
         how_far=far if judged else None,
-        calibration=CALIBRATION if judged else {},
+        calibration=calibration() if judged else {},
         remarks=(
             Remark("fit", "jitter of 0.3 % of the sampling time: it does not matter here"),
             Remark("held_out", "pressure A reaches 98 % of the supply at 3.1 s"),

@@ -252,11 +252,15 @@ class CalibratedValue:
         in the same unit.
     moved
         the move matters in size and in significance.
+    in_sigmas
+        `found` less the centre of the prior that the fit used, in standard deviations of this
+        prior; None where the prior has no bounded deviation.
     """
 
     rig: float
     found: Estimate
     moved: bool
+    in_sigmas: Estimate | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ehsid.harness.gap.model.parameters import Parameter, calibration_parameters
 from ehsid.harness.gap.schema import CalibratedValue, Diagnosis, Estimate, HowFar, SpanShare
 from ehsid.harness.report.gap_words import (
     SIMULATIONS,
@@ -106,32 +105,31 @@ def gap_bars(far: HowFar, kinds: Sequence[str]) -> list[Bar]:
 
 def parameter_dots(diagnosis: Diagnosis, *, nuisances: bool) -> list[Dot]:
     """Fitted values, those that moved first."""
-    known = {parameter.name: parameter for parameter in calibration_parameters(diagnosis.rig)}
     dots = [
-        _dot(name, value, known.get(name))
+        _dot(name, value)
         for name, value in diagnosis.calibration.items()
         if name.startswith("nuisance.") == nuisances
     ]
     return sorted(dots, key=lambda dot: not dot.moved)
 
 
-def _dot(name: str, value: CalibratedValue, prior: Parameter | None) -> Dot:
+def _dot(name: str, value: CalibratedValue) -> Dot:
     unit = unit_of(name)
     found, ends = interval(value.found, unit)
     places: tuple[float | None, ...] = (None, None, None)
-    if prior is not None and math.isfinite(prior.sigma) and prior.sigma > 0.0:
+    if value.in_sigmas is not None:
         places = tuple(
-            _on_axis(prior, end) for end in (value.found.value, value.found.low, value.found.high)
+            _on_axis(end)
+            for end in (value.in_sigmas.value, value.in_sigmas.low, value.in_sigmas.high)
         )
     words = value_name(name)
     meaning = plant_parameters()[name].meaning if name in plant_parameters() else ""
     return Dot(name, words, meaning, quantity(value.rig, unit), found, ends, value.moved, *places)
 
 
-def _on_axis(prior: Parameter, value: float) -> float | None:
-    if not math.isfinite(value):
+def _on_axis(sigmas: float) -> float | None:
+    if not math.isfinite(sigmas):
         return None
-    sigmas = (prior.place(value) - prior.centre) / prior.sigma
     return _inside(50.0 + 50.0 * sigmas / AXIS_SIGMAS)
 
 

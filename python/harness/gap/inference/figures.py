@@ -18,6 +18,7 @@ from ehsid.harness.gap.inference.rivals import Rival, decisive
 from ehsid.harness.gap.inference.search import Found
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.comparison import Compared
+from ehsid.harness.gap.model.parameters import Parameter
 from ehsid.harness.gap.schema import (
     CalibratedValue,
     Candidate,
@@ -125,13 +126,26 @@ def calibration_of(
     case: Case, found: Mapping[str, Estimate], moved: Mapping[str, bool]
 ) -> dict[str, CalibratedValue]:
     """Of the rig's values and nuisances; a nuisance has no told value to move from."""
-    told = {one.name: one.value(one.centre) for one in case.parameters()}
     return {
-        name: CalibratedValue(
-            told[name], found[name], moved[name] and not name.startswith(NUISANCE_PREFIX)
+        one.name: CalibratedValue(
+            one.value(one.centre),
+            found[one.name],
+            moved[one.name] and not one.name.startswith(NUISANCE_PREFIX),
+            in_sigmas(one, found[one.name]),
         )
-        for name in told
+        for one in case.parameters()
     }
+
+
+def in_sigmas(parameter: Parameter, estimate: Estimate) -> Estimate | None:
+    """An estimate in standard deviations of the parameter's prior, from its centre."""
+    if not (math.isfinite(parameter.sigma) and parameter.sigma > 0.0):
+        return None
+    value, low, high = (
+        (parameter.place(end) - parameter.centre) / parameter.sigma if math.isfinite(end) else end
+        for end in (estimate.value, estimate.low, estimate.high)
+    )
+    return Estimate(value, low, high)
 
 
 def probabilities(case: Case, choice: Choice, far: HowFar) -> dict[str, float]:
