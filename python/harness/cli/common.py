@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
+from ehsid.harness.files import replacing, write_text
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -58,14 +60,11 @@ def write_results(folder: Path, stem: str, findings: dict[str, Any], figure: Fig
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"--out {folder}: this is a file; give the name of a folder")
     folder.mkdir(parents=True, exist_ok=True)
-    unfinished = folder / f".{stem}.json.part"
-    unfinished.write_text(json.dumps(findings, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    unfinished.replace(folder / f"{stem}.json")
+    write_text(folder / f"{stem}.json", json.dumps(findings, indent=2, allow_nan=False) + "\n")
     write_figure(folder / f"{stem}.png", figure)
 
 
 def write_figure(path: Path, figure: Figure) -> None:
     """Write a PNG under a temporary name, then rename."""
-    unfinished = path.with_name(f".{path.name}.part")
-    figure.savefig(unfinished, dpi=120, format="png")
-    unfinished.replace(path)
+    with replacing(path) as unfinished:
+        figure.savefig(unfinished, dpi=120, format="png")

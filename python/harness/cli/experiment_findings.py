@@ -11,6 +11,7 @@ from typing import Any
 
 import ehsid
 from ehsid.harness.encoding import to_plain
+from ehsid.harness.files import write_text
 from ehsid.harness.identification import ArxOrders, IoData, Preprocessing, fit_arx
 from ehsid.harness.records import read_record
 from ehsid.harness.report.page import Section, write_page, write_pictures
@@ -191,6 +192,4 @@ def write_findings(folder: Path, findings: Findings, provenance: Mapping[str, An
     write_page(folder / "experiment.html", page)
     write_pictures(folder / "figures", page)
     for name, text in texts.items():
-        unfinished = folder / f".{name}.part"
-        unfinished.write_text(text, encoding="utf-8")
-        unfinished.replace(folder / name)
+        write_text(folder / name, text)

@@ -31,6 +31,7 @@ from ehsid.harness.deploy.hil.recording import Recording
 from ehsid.harness.deploy.hil.run import run_plan
 from ehsid.harness.deploy.hil.session import Session
 from ehsid.harness.encoding import to_plain
+from ehsid.harness.files import write_text
 from ehsid.harness.identification import ArxOrders
 from ehsid.harness.report.hil_files import plain_identity, plain_run, run_row
 from ehsid.harness.report.hil_page import Runs, hil_page, lead
@@ -142,9 +143,7 @@ def write_reports(out: Path, identity: Identity, runs: Runs, provenance: Mapping
         "provenance": dict(provenance),
     }
     text = json.dumps(to_plain(findings), indent=2, allow_nan=False) + "\n"
-    unfinished = out / f".{REPORTS[1]}.part"
-    unfinished.write_text(text, encoding="utf-8")
-    unfinished.replace(out / REPORTS[1])
+    write_text(out / REPORTS[1], text)
     return text
 
 

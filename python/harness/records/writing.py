@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import gzip
 import os
-import tempfile
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.files import replacing
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.formats import Format, format_of
 from ehsid.harness.records.record import Record
@@ -78,21 +78,10 @@ def _check_mat_names(columns: dict[str, npt.NDArray[np.float64]], path: Path) ->
 
 
 def _replace(path: Path, content: bytes) -> None:
-    temporary: Path | None = None
     try:
-        with tempfile.NamedTemporaryFile(
-            dir=path.parent, prefix=f".{path.name}.", suffix=".part", delete=False
-        ) as file:
-            temporary = Path(file.name)
-            file.write(content)
-        # A temporary file is private; the record gets the permissions any new file would have.
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o666 & ~mask)
-        temporary.replace(path)
+        with replacing(path) as unfinished:
+            unfinished.write_bytes(content)
     except OSError as error:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
         raise RecordError(
             path,
             f"the file cannot be written ({error.strerror})",

@@ -10,6 +10,7 @@ from typing import Any
 
 import ehsid
 from ehsid.harness.encoding import to_plain
+from ehsid.harness.files import write_text
 from ehsid.harness.report import page as pages
 from ehsid.harness.report.check_plots import (
     confusion_drawing,
@@ -45,16 +46,10 @@ def write_page(score: Score, out: Path) -> Path:
     page = check_page(score)
     out.mkdir(parents=True, exist_ok=True)
     pictures = write_pictures(out, page)
-    _write(out / "score.json", json.dumps(plain_score(score), indent=1, allow_nan=False) + "\n")
-    _write(out / "check.md", markdown(page, pictures))
+    write_text(out / "score.json", json.dumps(plain_score(score), indent=1, allow_nan=False) + "\n")
+    write_text(out / "check.md", markdown(page, pictures))
     pages.write_page(out / "report.html", page)
     return out / "report.html"
-
-
-def _write(path: Path, text: str) -> None:
-    unfinished = path.with_name(f".{path.name}.part")
-    unfinished.write_text(text, encoding="utf-8")
-    unfinished.replace(path)
 
 
 def plain_score(score: Score) -> dict[str, Any]:

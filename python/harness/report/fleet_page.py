@@ -10,6 +10,7 @@ from typing import Any
 
 import ehsid
 from ehsid.harness.encoding import to_plain
+from ehsid.harness.files import write_text
 from ehsid.harness.report import page as pages
 from ehsid.harness.report.fleet_figure import fleet_figure
 from ehsid.harness.report.gap_words import (
@@ -60,9 +61,7 @@ def write_fleet(fleet: Fleet, out: Path) -> Path:
     """Write fleet.json and fleet.html, each whole or not at all; returns the page."""
     text = json.dumps(plain_fleet(fleet), indent=2, allow_nan=False, ensure_ascii=False)
     out.mkdir(parents=True, exist_ok=True)
-    unfinished = out / ".fleet.json.part"
-    unfinished.write_text(text + "\n", encoding="utf-8")
-    unfinished.replace(out / "fleet.json")
+    write_text(out / "fleet.json", text + "\n")
     pages.write_page(out / "fleet.html", fleet_page(fleet))
     return out / "fleet.html"
 

@@ -15,6 +15,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 import ehsid
+from ehsid.harness.files import replacing, write_text
 
 
 @dataclass(frozen=True)
@@ -111,9 +112,7 @@ def render_page(page: Page) -> str:
 def write_page(path: Path, page: Page) -> None:
     """Write the page under a temporary name, then rename: a reader never sees half of it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(f".{path.name}.part")
-    unfinished.write_text(render_page(page), encoding="utf-8")
-    unfinished.replace(path)
+    write_text(path, render_page(page))
 
 
 def write_pictures(folder: Path, page: Page) -> list[Path]:
@@ -125,8 +124,7 @@ def write_pictures(folder: Path, page: Page) -> list[Path]:
         for block in section.blocks:
             if isinstance(block, Picture):
                 path = folder / f"{len(written) + 1:02d}_{slug}.png"
-                unfinished = path.with_name(f".{path.name}.part")
-                block.figure.savefig(unfinished, dpi=110, format="png")
-                unfinished.replace(path)
+                with replacing(path) as unfinished:
+                    block.figure.savefig(unfinished, dpi=110, format="png")
                 written.append(path)
     return written

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 
+from ehsid.harness.files import write_text
 from ehsid.harness.rigs.errors import RigError
 from ehsid.harness.rigs.rig import Rig
 
@@ -44,12 +44,8 @@ def write_rig(rig: Rig, path: str | os.PathLike[str]) -> None:
         the file system refuses.
     """
     path = Path(path)
-    unfinished = path.with_name(f".{path.name}.part")
     try:
-        unfinished.write_text(rig_text(rig), encoding="utf-8")
-        unfinished.replace(path)
+        write_text(path, rig_text(rig))
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the path
-        with contextlib.suppress(OSError, ValueError):  # there may be no such folder at all
-            unfinished.unlink()
         reason = error.strerror if isinstance(error, OSError) else error
         raise RigError(path, [f"cannot be written ({reason})"]) from None

@@ -13,6 +13,7 @@ import numpy as np
 import ehsid
 from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Seed
 from ehsid.harness.deploy.export.trace import GoldenTrace
+from ehsid.harness.files import write_text
 
 # Of C++20 too, so that a header does not stop to compile when the firmware moves on.
 KEYWORDS = (
@@ -205,6 +206,4 @@ def write_header(path: Path, text: str) -> None:
         raise ValueError(f"{path} is a folder; give the name of a file, e.g. servo.hpp")
     if not path.parent.is_dir():
         raise ValueError(f"{path}: there is no folder {path.parent}; make it first")
-    unfinished = path.with_name(f".{path.name}.part")
-    unfinished.write_text(text, encoding="utf-8", newline="\n")
-    unfinished.replace(path)
+    write_text(path, text)

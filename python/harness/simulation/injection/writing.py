@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import os
 from pathlib import Path
 
+from ehsid.harness.files import replacing
 from ehsid.harness.records import write_record
 from ehsid.harness.simulation.injection.effects import InjectError
 from ehsid.harness.simulation.injection.inject import Injected
@@ -38,24 +38,20 @@ def write_injected(injected: Injected, path: str | os.PathLike[str]) -> Path:
         the record cannot.
     """
     path, answer = Path(path), answer_path(path)
-    unfinished = answer.with_name(f".{answer.name}.part")
     try:
-        unfinished.write_text("", encoding="utf-8")
-        write_record(injected.record, path)
-        plain = injected.answer.plain()
-        plain["record"] = {
-            "file": path.name,
-            "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
-        }
-        text = json.dumps(plain, indent=2, allow_nan=False) + "\n"
-        unfinished.write_text(text, encoding="utf-8")
-        unfinished.replace(answer)
+        with replacing(answer) as unfinished:
+            unfinished.write_text("", encoding="utf-8")
+            write_record(injected.record, path)
+            plain = injected.answer.plain()
+            plain["record"] = {
+                "file": path.name,
+                "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+            }
+            text = json.dumps(plain, indent=2, allow_nan=False) + "\n"
+            unfinished.write_text(text, encoding="utf-8")
     except OSError as error:
         raise InjectError(
             f"{answer}: cannot be written ({error.strerror}); name a folder that exists and may be "
             "written to"
         ) from None
-    finally:
-        with contextlib.suppress(OSError):
-            unfinished.unlink()
     return answer

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import ehsid
+from ehsid.harness.files import write_text
 from ehsid.harness.validation.blind.settings import Settings
 
 SEAL = "seal.json"
@@ -61,9 +62,7 @@ def write_seal(out: Path, settings: Settings) -> Seal:
         "settings": settings.plain(),
         "ehsid_version": seal.ehsid_version,
     }
-    unfinished = out / f".{SEAL}.part"
-    unfinished.write_text(json.dumps(plain, indent=1) + "\n", encoding="utf-8")
-    unfinished.replace(out / SEAL)
+    write_text(out / SEAL, json.dumps(plain, indent=1) + "\n")
     return seal
 
 

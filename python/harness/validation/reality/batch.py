@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from ehsid.harness.files import write_text
 from ehsid.harness.parallel import run_tasks
 from ehsid.harness.validation.reality.case import KINDS, Kind, Sensors, make_case
 from ehsid.harness.validation.reality.structure import Grade
 from ehsid.harness.validation.reality.told import PlantKind
-from ehsid.harness.validation.reality.writing import record_text, write_case, write_whole
+from ehsid.harness.validation.reality.writing import record_text, write_case
 
 SHARES = {"one": 0.5, "two": 0.15, "none": 0.1, "params": 0.1, "open": 0.15}
 
@@ -64,7 +65,7 @@ def write_one(
     write_case(case, folder / case.name)
     if transfer is not None:
         transfer.mkdir(parents=True, exist_ok=True)
-        write_whole(transfer / f"{case.name}.csv", record_text(case.transfer))
+        write_text(transfer / f"{case.name}.csv", record_text(case.transfer))
     return case.name, dict(case.answer)
 
 
@@ -104,4 +105,4 @@ def write_cases(
     ]
     found = dict(run_tasks(tasks, progress))
     sealed.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(sealed, json.dumps(dict(sorted(found.items())), indent=1) + "\n")
+    write_text(sealed, json.dumps(dict(sorted(found.items())), indent=1) + "\n")

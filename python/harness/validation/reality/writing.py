@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.files import write_text
 from ehsid.harness.validation.reality.case import RealityCase
 
 FORMATS = {
@@ -44,11 +45,4 @@ def write_case(case: RealityCase, folder: str | os.PathLike[str]) -> None:
         ("train.csv", record_text(case.train)),
         ("validate.csv", record_text(case.validate)),
     ):
-        write_whole(target / name, text)
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Under a temporary name first."""
-    unfinished = path.with_name(path.name + ".part")
-    unfinished.write_text(text, encoding="utf-8")
-    unfinished.replace(path)
+        write_text(target / name, text)
