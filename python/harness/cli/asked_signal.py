@@ -7,15 +7,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.cli.making_signals import make_signal
 from ehsid.harness.cli.signals import SignalName
 from ehsid.harness.excitation import fit_to_travel
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import PositionController, command_limit, velocity_gain
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification import (
     ArxModel,
     ArxOrders,
@@ -18,8 +19,6 @@ from ehsid.harness.identification import (
     fit_percent,
     simulate,
 )
-
-FloatArray = npt.NDArray[np.float64]
 
 # Half width of a two-sided 95 % interval of a normal distribution, in standard deviations.
 NORMAL_95 = 1.959963984540054

@@ -10,10 +10,9 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
-
-FloatArray = npt.NDArray[np.float64]
 
 Verdict = Literal[
     "no_gap", "parameters", "effects", "ambiguous", "outside_catalogue", "insufficient_data"

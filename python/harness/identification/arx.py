@@ -7,15 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import scipy.stats
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.encoding import to_plain
 from ehsid.harness.identification.data import IoData
 from ehsid.harness.identification.orders import ArxOrders
 from ehsid.harness.identification.regression import least_squares, regression
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

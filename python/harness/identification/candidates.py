@@ -5,17 +5,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.arx import ArxModel, fit_arx
 from ehsid.harness.identification.criteria import Criteria, criteria, fit_percent
 from ehsid.harness.identification.data import IoData
 from ehsid.harness.identification.errors import UnexcitedError
 from ehsid.harness.identification.orders import ArxOrders
 from ehsid.harness.identification.simulation import predict_one_step, simulate
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

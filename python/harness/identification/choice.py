@@ -6,12 +6,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 import scipy.stats
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.candidates import Candidate
-
-FloatArray = npt.NDArray[np.float64]
 
 # One-sided level at which one delay counts as worse than another.
 DELAY_LEVEL = 0.99

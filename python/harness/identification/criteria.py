@@ -14,9 +14,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from ehsid.harness.arrays import FloatArray
 
 
 def loss(residual: FloatArray) -> float:

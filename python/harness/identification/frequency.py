@@ -10,11 +10,11 @@ import numpy.typing as npt
 import scipy.signal
 import scipy.stats
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.arx import ArxModel
 from ehsid.harness.identification.data import IoData
 from ehsid.harness.identification.errors import IdentificationError
 
-FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
 POWER_SHARE = 0.99

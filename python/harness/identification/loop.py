@@ -12,7 +12,7 @@ import control
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from ehsid.harness.arrays import FloatArray
 
 # Where crossovers are looked for: shares of half the sampling rate, close enough to each other
 # for the splines through them.

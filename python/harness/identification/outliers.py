@@ -18,13 +18,12 @@ import numpy.typing as npt
 import scipy.signal
 import scipy.stats
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.arx import ArxModel, fit_arx
 from ehsid.harness.identification.data import IoData
 from ehsid.harness.identification.errors import TooFewSamplesError, UnexcitedError
 from ehsid.harness.identification.orders import ArxOrders
 from ehsid.harness.identification.simulation import predict_one_step
-
-FloatArray = npt.NDArray[np.float64]
 
 # Probability that a record without spikes has a sample replaced at all. Residuals that a linear
 # model leaves of a nonlinear plant are no normal noise: on records of the simulated rigs their

@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.encoding import to_plain
 from ehsid.harness.identification.arx import ArxModel
 from ehsid.harness.identification.data import IoData
@@ -16,7 +17,6 @@ from ehsid.harness.identification.errors import IdentificationError
 from ehsid.harness.identification.outliers import Outliers, replace_outliers
 from ehsid.harness.identification.simulation import Prediction
 
-FloatArray = npt.NDArray[np.float64]
 Trend = Literal["none", "mean", "linear"]
 
 # A signal that moves by less than this share of its size is constant but for rounding.

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.data import IoData
 from ehsid.harness.identification.errors import (
     IdentificationError,
@@ -16,8 +17,6 @@ from ehsid.harness.identification.errors import (
     UnexcitedError,
 )
 from ehsid.harness.identification.orders import ArxOrders
-
-FloatArray = npt.NDArray[np.float64]
 
 # A parameter belongs to an undetermined combination when its share in it is at least this part of
 # the largest share. Rounding spreads shares of the order of 1e-12, so that any small number does.

@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 import scipy.stats
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.errors import TooFewSamplesError
-
-FloatArray = npt.NDArray[np.float64]
 
 MAX_LAG = 25
 LEVEL = 0.99

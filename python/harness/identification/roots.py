@@ -10,9 +10,9 @@ import numpy.typing as npt
 import scipy.optimize
 import scipy.stats
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.arx import ArxModel
 
-FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
 # The delta method takes a root for a linear function of the coefficients. Near another root it is

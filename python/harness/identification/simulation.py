@@ -9,11 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import scipy.signal
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.arx import ArxModel
 from ehsid.harness.identification.data import IoData
 from ehsid.harness.identification.regression import regression
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,12 +6,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.schema import HeldOutRun
 from ehsid.harness.report.thinning import kept_samples
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def curves_of(

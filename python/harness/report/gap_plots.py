@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from bokeh.core.enums import LineDashType
 from bokeh.embed import components
 from bokeh.models import (
@@ -28,13 +27,12 @@ from bokeh.models import (
 from bokeh.plotting import figure
 from bokeh.resources import Resources
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.schema import HeldOutRun
 from ehsid.harness.records import Record
 from ehsid.harness.report.gap_curves import curves_of
 from ehsid.harness.report.gap_words import SIMULATIONS, channel
 from ehsid.harness.report.thinning import kept_samples
-
-FloatArray = npt.NDArray[np.float64]
 
 # Apart for those who do not see red and green (Okabe, Ito, 2008); the same in the page's bars.
 COLOURS = {

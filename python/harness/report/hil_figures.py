@@ -11,10 +11,9 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.deploy.hil.comparison import Agreement
 from ehsid.harness.deploy.hil.run import RunResult
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def _time(run: RunResult) -> FloatArray:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation.controller import PositionController
 from ehsid.harness.simulation.outputs import OUTPUTS, QUANTISATION
@@ -21,7 +22,6 @@ from ehsid.harness.simulation.run import (
     simulate,
 )
 
-FloatArray = npt.NDArray[np.float64]
 POSITION = OUTPUTS.index("position_m")
 REPORTS = 100
 

@@ -7,11 +7,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.rigs import Rig
-
-FloatArray = npt.NDArray[np.float64]
 
 # Columns of what ehsid.simulate_plant and ehsid.Plant give.
 OUTPUTS = (

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.checks import check_together, check_values
@@ -21,7 +22,6 @@ from ehsid.harness.simulation.outputs import (
     columns_of,
 )
 
-FloatArray = npt.NDArray[np.float64]
 Progress = Callable[[float], None]
 
 # Steps a sample beyond which a rig is taken for one that cannot be integrated: at 1 kHz they

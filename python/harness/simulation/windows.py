@@ -13,13 +13,12 @@ import numpy.typing as npt
 from scipy.signal import savgol_filter
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import plant_parameters
 from ehsid.harness.simulation.outputs import OUTPUTS_OF
 from ehsid.harness.simulation.run import prepare
-
-FloatArray = npt.NDArray[np.float64]
 
 # What a window can start from, in the order of `aligned` of ehsid.simulate_plant.
 STATES = ("position_m", "velocity_m_s", "pressure_a_pa", "pressure_b_pa")

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import scipy.stats
 
 from ehsid.harness.encoding import to_plain
@@ -28,8 +27,6 @@ from ehsid.harness.identification import (
 from ehsid.harness.identification.choice import orders_added
 from ehsid.harness.identification.selection import ROUNDING
 from ehsid.harness.studies.problems import Finding, Problem, model_problems
-
-FloatArray = npt.NDArray[np.float64]
 
 # One-sided level at which one attempt counts as better than another, as for the choice of delay.
 LEVEL = 0.99

@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.excitation import multisine, prbs, random_steps
 from ehsid.harness.identification import ArxOrders
 from ehsid.harness.parallel import Progress, run_tasks
@@ -40,8 +41,6 @@ from ehsid.harness.studies.evidence import (
 )
 from ehsid.harness.studies.known_plant import KnownPlant
 from ehsid.harness.studies.published import DT_S, DURATION_S, MODEL_16
-
-FloatArray = npt.NDArray[np.float64]
 
 ORDERS = ArxOrders(3, 3, 1)
 SAMPLES = round(DURATION_S / DT_S)

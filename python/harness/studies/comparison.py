@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification import ArxOrders
 from ehsid.harness.studies.known_plant import KnownPlant
 
-FloatArray = npt.NDArray[np.float64]
 Samples = tuple[FloatArray, FloatArray]
 
 

@@ -11,14 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
 from ehsid.harness.deploy.export.seeding import configure_from_record
 from ehsid.harness.identification import IoData
 from ehsid.harness.studies import MODEL_16, KnownPlant
 from ehsid.harness.studies.claims import ORDERS, SAMPLES, Input, excite
 from ehsid.harness.studies.comparison import Samples, known_records, settling
-
-FloatArray = npt.NDArray[np.float64]
 
 ALL = slice(None)
 B = slice(ORDERS.na, None)

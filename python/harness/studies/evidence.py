@@ -10,8 +10,6 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import binom
 
-FloatArray = npt.NDArray[np.float64]
-
 # A difference below this is none in practice.
 MATTERS = 0.05
 LEVEL = 0.95

@@ -13,15 +13,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from ehsid.harness.excitation import odd_multisine
 from ehsid.harness.identification import FrequencyResponse
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import SimulationError
 from ehsid.harness.simulation.run import prepare
-
-FloatArray = npt.NDArray[np.float64]
 
 PERIOD = 400  # samples
 MOST_PERIODS = 60

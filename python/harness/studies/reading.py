@@ -8,13 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.rigs import Rig
 from ehsid.harness.studies.comparison import Contender, Samples, Setting
 
-FloatArray = npt.NDArray[np.float64]
 Triple = tuple[float, float, float]  # value, low, high
 
 # Between two readings, samples: twice a second at 50 ms.

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import brentq
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification import ArxModel, ArxOrders, IoData, fit_arx, fit_percent, simulate
 from ehsid.harness.parallel import Progress, run_tasks
 from ehsid.harness.records import Record
@@ -36,8 +36,6 @@ from ehsid.harness.studies.known_plant import KnownPlant
 from ehsid.harness.studies.published import MODEL_16
 from ehsid.harness.studies.published import ORDERS as PUBLISHED_ORDERS
 from ehsid.harness.studies.rig_records import changed_record, rig_record
-
-FloatArray = npt.NDArray[np.float64]
 
 CHANGE = SAMPLES // 2
 # Of the known plant: all b grow by half.

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import brentq
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.excitation import multisine
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
@@ -19,8 +19,6 @@ from ehsid.harness.simulation.outputs import as_measured, columns_of
 from ehsid.harness.simulation.run import prepare
 from ehsid.harness.simulation.windows import STATES
 from ehsid.harness.studies.published import DT_S, DURATION_S
-
-FloatArray = npt.NDArray[np.float64]
 
 SAMPLES = round(DURATION_S / DT_S)
 BAND_HZ = (0.05, 5.0)

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 import control
 import numpy as np
-import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.systems import servo_system
 from ehsid.harness.studies.reading import Reading
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

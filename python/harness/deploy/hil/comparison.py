@@ -10,10 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
 from ehsid.harness.deploy.hil.run import RunResult
-
-FloatArray = npt.NDArray[np.float64]
 
 # Of one sample besides theta_hat, in this order.
 SCALARS = ("innovation", "forgetting_factor", "residual_variance", "excitation")

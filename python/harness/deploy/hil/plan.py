@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
 from ehsid.harness.deploy.hil.configuration import Configuration, ControllerSettings
 from ehsid.harness.identification import ArxOrders
@@ -22,8 +22,6 @@ from ehsid.harness.simulation import (
     simulate_closed_loop,
     velocity_gain,
 )
-
-FloatArray = npt.NDArray[np.float64]
 
 # A third-order model about a working point that is not known beforehand.
 THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)

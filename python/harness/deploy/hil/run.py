@@ -14,9 +14,9 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.deploy.hil.answers import Result
 from ehsid.harness.deploy.hil.errors import HilError, TargetReset
 from ehsid.harness.deploy.hil.plan import Plan
@@ -26,8 +26,6 @@ from ehsid.harness.deploy.hil.session import Counters, Session
 from ehsid.harness.rigs.parameters import INITIAL_PREFIX
 from ehsid.harness.simulation.outputs import OUTPUTS, OUTPUTS_OF, as_measured
 from ehsid.harness.simulation.run import prepare
-
-FloatArray = npt.NDArray[np.float64]
 
 POSITION = OUTPUTS.index("position_m")
 MOST_RESTARTS = 3

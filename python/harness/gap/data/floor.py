@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.data.repeats import repeat_errors
 from ehsid.harness.gap.data.rest import rest_errors
 from ehsid.harness.gap.thresholds import (
@@ -18,8 +19,6 @@ from ehsid.harness.gap.thresholds import (
     REST_WINDOWS,
 )
 from ehsid.harness.records import Record
-
-FloatArray = npt.NDArray[np.float64]
 
 # Order of the differences. A motion of w rad/s is left with (2 sin(w dt / 2))^7 / sqrt(C(14, 7)) of
 # its amplitude: 6e-5 for an oil spring of 70 Hz at 1 kHz, where third differences leave 2 %.

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import correlate1d, maximum_filter1d, median_filter
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.data.floor import floor_of
 from ehsid.harness.gap.schema import Remark
 from ehsid.harness.gap.thresholds import (
@@ -21,8 +22,6 @@ from ehsid.harness.gap.thresholds import (
 )
 from ehsid.harness.records import COLUMNS, Record
 from ehsid.harness.rigs import Rig
-
-FloatArray = npt.NDArray[np.float64]
 
 NEEDED = ("command_v", "position_m")
 

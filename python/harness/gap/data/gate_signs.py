@@ -4,16 +4,14 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.signal import savgol_filter
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.data.gate_ranges import CHAMBERS
 from ehsid.harness.gap.schema import Remark
 from ehsid.harness.gap.thresholds import EXCHANGED, FORCE_SMOOTHED_S, OPPOSITE
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def _slopes(record: Record, order: int) -> FloatArray:

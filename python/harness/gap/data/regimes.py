@@ -6,15 +6,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.data.floor import floor_of
 from ehsid.harness.gap.thresholds import NEAR_NULL, SLOW_SHARE
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import command_limit, measured_states
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.thresholds import (
     REPEAT_DRIFT,
     REPEAT_DRIFT_EVEN,
@@ -19,8 +20,6 @@ from ehsid.harness.gap.thresholds import (
     WINDOW_S,
 )
 from ehsid.harness.records import Record
-
-FloatArray = npt.NDArray[np.float64]
 
 # Samples that are looked for again; a word of this length with several values is no accident.
 WORD = 24

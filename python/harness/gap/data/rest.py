@@ -4,12 +4,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.thresholds import REST_COMMAND, REST_SPEED, WINDOW_S
 from ehsid.harness.records import Record
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def rest_windows(record: Record) -> list[slice]:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.excitation import chirp, multisine, random_steps, triangle
 from ehsid.harness.gap.thresholds import (
     DESIGN_FAST_HZ,
@@ -28,7 +28,6 @@ from ehsid.harness.simulation import (
     velocity_gain,
 )
 
-FloatArray = npt.NDArray[np.float64]
 # Makes a shape in [-1, 1] of n samples at dt_s.
 Shape = Callable[[int, float], FloatArray]
 SEED = 7

@@ -6,13 +6,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.rivals import Rival
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.thresholds import BOOTSTRAP_DRAWS, BOOTSTRAP_SEED, INDEPENDENT_HZ
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

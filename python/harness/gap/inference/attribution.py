@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.maps import window_numbers_of
 from ehsid.harness.gap.inference.suspects import Suspect, suspects
 from ehsid.harness.gap.model.equations import (
@@ -39,8 +39,6 @@ from ehsid.harness.gap.thresholds import (
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import effects
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.advantage import Advantage, above_floor, advantage
 from ehsid.harness.gap.inference.intervals import scatter_of
 from ehsid.harness.gap.inference.rivals import Rival
@@ -28,7 +28,6 @@ from ehsid.harness.gap.thresholds import (
 )
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
-FloatArray = npt.NDArray[np.float64]
 FORCE = "load_force"
 FRICTION = frozenset(("coulomb_friction", "stribeck_friction"))
 

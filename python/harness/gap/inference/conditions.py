@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import find_peaks
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.comparison import Compared
 from ehsid.harness.gap.model.inverse_signals import areas
 from ehsid.harness.gap.thresholds import (
@@ -22,7 +23,6 @@ from ehsid.harness.gap.thresholds import (
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import command_limit, measured_states
 
-FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 

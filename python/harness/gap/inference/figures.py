@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.advantage import above_floor, advantage
 from ehsid.harness.gap.inference.choice import Choice
 from ehsid.harness.gap.inference.how_far import how_far, window_sums
@@ -38,8 +38,6 @@ from ehsid.harness.gap.thresholds import (
     TEMPERATURE,
 )
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX, NUISANCE_PREFIX
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def held_out_figures(

@@ -11,16 +11,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from scipy.stats import t as student
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.rivals import Rival, decisive
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.parameters import Parameter
 from ehsid.harness.gap.model.problem import Problem
 from ehsid.harness.gap.schema import Estimate
 
-FloatArray = npt.NDArray[np.float64]
 LEVEL = 0.9
 
 

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.fft import dct
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.conditions import conditions
 from ehsid.harness.gap.model.comparison import Compared
 from ehsid.harness.gap.schema import BandShare, Estimate, RegimeShare, SpanShare
@@ -26,8 +27,6 @@ from ehsid.harness.gap.thresholds import (
     SPAN_WINDOWS,
 )
 from ehsid.harness.rigs import Rig
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import Fit, fit
 from ehsid.harness.gap.model.parameters import effect_parameters
@@ -25,7 +25,6 @@ from ehsid.harness.gap.thresholds import (
 )
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX, NUISANCE_PREFIX
 
-FloatArray = npt.NDArray[np.float64]
 SLEW = "nuisance.spool_slew_1_s"
 
 

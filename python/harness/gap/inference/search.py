@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.advantage import above_floor, advantage
 from ehsid.harness.gap.inference.quantised import QUANTISATION
 from ehsid.harness.gap.inference.rivals import Rival, as_told, base, calibrate, polish, screen
@@ -30,8 +30,6 @@ from ehsid.harness.gap.thresholds import (
 from ehsid.harness.parallel import Progress, run_tasks
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import acts_on, effects
-
-FloatArray = npt.NDArray[np.float64]
 
 # It shows in the record itself.
 NOT_FITTED = (QUANTISATION,)

@@ -12,16 +12,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.trials import SIZES, candidates, full_names, scaled
 from ehsid.harness.gap.model.equations import Equation
 from ehsid.harness.gap.model.weak_form import regress
 from ehsid.harness.gap.thresholds import SUSPECT_DEVIATIONS, SUSPECT_TURNS
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import acts_on, effects
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

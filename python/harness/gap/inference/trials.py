@@ -6,14 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-import numpy as np
-import numpy.typing as npt
-
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.starts import effect_starts
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX
-
-FloatArray = npt.NDArray[np.float64]
 
 # Sizes of what is not in proportion to its parameter, a factor of two apart; in between the factor
 # of the column does well enough to rank.

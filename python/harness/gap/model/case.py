@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.signal import welch
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.data.floor import NoiseFloor, floor_of
 from ehsid.harness.gap.model.comparison import Blocks, compare, varying_outputs
 from ehsid.harness.gap.model.parameters import (
@@ -31,8 +31,6 @@ from ehsid.harness.gap.thresholds import (
 )
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

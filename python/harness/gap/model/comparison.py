@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import savgol_filter
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.thresholds import BLOCK_S, BLOCKS_TURN, SKIP_S, WINDOW_S
 from ehsid.harness.records import Record
 from ehsid.harness.simulation.windows import (
@@ -21,7 +22,6 @@ from ehsid.harness.simulation.windows import (
     window_numbers,
 )
 
-FloatArray = npt.NDArray[np.float64]
 Blocks = Literal["all", "fit", "held out"]
 
 # Outputs that are compared where the record has them. The supply pressure is measured to settle

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.data.floor import noise_floor
 from ehsid.harness.gap.model.inverse_servo import CAP, FORCE, ROD, SPOOL, SUPPLY, servo_terms
 from ehsid.harness.gap.model.inverse_signals import Measured, Terms, all_values, areas, measured
@@ -40,7 +41,6 @@ from ehsid.harness.gap.thresholds import (
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
-FloatArray = npt.NDArray[np.float64]
 Values = Mapping[str, float]
 
 # Whose effects show in an equation first; how a continuity is split is said by `hints`.

@@ -11,11 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.problem import Linear, Problem, Step
-
-FloatArray = npt.NDArray[np.float64]
 
 DAMPING = 1e-2
 LESS, MORE = 1.0 / 6.0, 8.0

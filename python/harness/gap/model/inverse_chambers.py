@@ -12,9 +12,9 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.signal import lfilter
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.inverse_signals import (
     ATMOSPHERE_PA,
-    FloatArray,
     Measured,
     Terms,
     Values,

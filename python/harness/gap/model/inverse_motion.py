@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.inverse_signals import (
     ATMOSPHERE_PA,
-    FloatArray,
     Measured,
     Terms,
     Values,

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 from scipy.signal import savgol_filter
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.thresholds import EQUATIONS_DT_S
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
@@ -19,7 +19,6 @@ from ehsid.harness.rigs.parameters import plant_parameters
 from ehsid.harness.simulation import command_limit
 from ehsid.harness.simulation.windows import SMOOTHED_S
 
-FloatArray = npt.NDArray[np.float64]
 Values = Mapping[str, float]
 
 # Terms of an equation, shape (K,) each; they add up to its residual.

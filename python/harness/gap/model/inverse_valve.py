@@ -14,7 +14,12 @@ from functools import lru_cache
 import numpy as np
 from scipy.signal import cont2discrete, lfilter, ss2tf
 
-from ehsid.harness.gap.model.inverse_signals import KEPT, FloatArray, Measured, Values
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.gap.model.inverse_signals import (
+    KEPT,
+    Measured,
+    Values,
+)
 
 
 def play(signal: FloatArray, half_width: float) -> FloatArray:

@@ -14,13 +14,11 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import solve_discrete_lyapunov
 from scipy.signal import cont2discrete
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.inverse_signals import Values, areas
-
-FloatArray = npt.NDArray[np.float64]
 
 # Steps of the covariance in one of the averaged error.
 SUBSTEPS = 4

@@ -16,14 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.comparison import Compared
 from ehsid.harness.gap.model.parameters import Parameter
 from ehsid.harness.gap.thresholds import INDEPENDENT_HZ
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import plant_parameters
 from ehsid.harness.simulation.outputs import OUTPUTS
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import eigh
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.inverse_signals import all_values
 from ehsid.harness.gap.model.linear_noise import linear_servo, position_covariance
 from ehsid.harness.gap.model.problem import Problem
@@ -32,8 +32,6 @@ from ehsid.harness.gap.thresholds import (
     PROCESS_NOISE_S,
 )
 from ehsid.harness.simulation import command_limit, measured_states
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

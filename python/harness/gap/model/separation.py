@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.stats import norm
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.comparison import Compared, compare
 from ehsid.harness.gap.model.fit import fit
 from ehsid.harness.gap.model.parameters import Parameter, calibration_parameters, effect_parameters
@@ -26,7 +26,6 @@ from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 from ehsid.harness.simulation import simulate
 
-FloatArray = npt.NDArray[np.float64]
 # Effects, and values of the plant by full name.
 Rival = tuple[tuple[str, ...], Mapping[str, float]]
 # What an effect is when the rest of its parameters vanish.

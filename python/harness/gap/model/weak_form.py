@@ -18,9 +18,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.polynomial import Polynomial
 from scipy.optimize import lsq_linear
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.thresholds import WEAK_FORM_ORDER, WEAK_FORM_S, WEAK_FORM_SAMPLES
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class WeakForm:

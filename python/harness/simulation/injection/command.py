@@ -5,7 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ehsid.harness.simulation.injection.notes import FloatArray, Note, Step
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.simulation.injection.notes import (
+    Note,
+    Step,
+)
 
 
 def before_dead_band(command: FloatArray, overlap: float) -> Step:

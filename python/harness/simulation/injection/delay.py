@@ -7,8 +7,13 @@ import math
 
 import numpy as np
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.simulation.injection.effects import InjectError
-from ehsid.harness.simulation.injection.notes import FloatArray, Note, Step, rms
+from ehsid.harness.simulation.injection.notes import (
+    Note,
+    Step,
+    rms,
+)
 
 # A delay counts as whole where it is so within a thousandth of a sample: clocks are no better.
 WHOLE = 1e-3

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation.injection import command as on_command
@@ -32,7 +33,10 @@ from ehsid.harness.simulation.injection.effects import (
     check,
 )
 from ehsid.harness.simulation.injection.lag import before_lag
-from ehsid.harness.simulation.injection.notes import FloatArray, Note, Step
+from ehsid.harness.simulation.injection.notes import (
+    Note,
+    Step,
+)
 
 # Behind the spool: a spool that was measured has to be where these want it, too.
 BEHIND_SPOOL = ("gain", "valve_dead_band", "valve_null_bias")

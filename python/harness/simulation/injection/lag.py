@@ -18,8 +18,13 @@ import numpy.typing as npt
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.linalg import expm
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.simulation.injection.effects import InjectError
-from ehsid.harness.simulation.injection.notes import FloatArray, Note, Step, rms
+from ehsid.harness.simulation.injection.notes import (
+    Note,
+    Step,
+    rms,
+)
 
 ComplexArray = npt.NDArray[np.complex128]
 

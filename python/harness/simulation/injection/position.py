@@ -8,7 +8,11 @@ import math
 import numpy as np
 from scipy.signal import lfilter
 
-from ehsid.harness.simulation.injection.notes import FloatArray, Note, Step
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.simulation.injection.notes import (
+    Note,
+    Step,
+)
 
 
 def behind_bias(position: FloatArray, offset_m: float) -> Step:

@@ -10,8 +10,8 @@ from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.validation.reality import machine as equations
 from ehsid.harness.validation.reality.effects import CATALOGUE, TWINS, Effect, Sizes
 from ehsid.harness.validation.reality.excitation import EXCITATIONS, Excitation, Task, draw_task
@@ -28,7 +28,6 @@ from ehsid.harness.validation.reality.told import (
 )
 from ehsid.harness.validation.reality.truth import Truth
 
-FloatArray = npt.NDArray[np.float64]
 Kind = Literal["one", "two", "none", "params", "open"]
 Sensors = Literal["position", "pressures", "pressures+supply", "pressures+supply+spool"]
 KINDS: tuple[Kind, ...] = ("one", "two", "none", "params", "open")

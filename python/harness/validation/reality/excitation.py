@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.validation.reality.told import Told, spread
 
-FloatArray = npt.NDArray[np.float64]
 Excitation = Literal["multisine", "steps", "triangle", "chirp", "prbs"]
 EXCITATIONS: tuple[Excitation, ...] = ("multisine", "steps", "triangle", "chirp", "prbs")
 TRAVEL = 0.28  # of the stroke, to each side of the place where it works

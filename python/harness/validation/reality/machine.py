@@ -18,10 +18,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.validation.reality.compiled import compiled
 from ehsid.harness.validation.reality.truth import Truth
-
-FloatArray = npt.NDArray[np.float64]
 
 # States: spool and its rate, compression of the oil on both sides, accumulator pressure, position,
 # speed, bristle, lagging position sensor, position and speed of a second mass, valve's drive.

@@ -7,12 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.signal import lfilter
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.validation.reality.told import Told, spread
 
-FloatArray = npt.NDArray[np.float64]
 POSITION_STEPS_M = (1e-7, 2e-7, 5e-7, 1e-6, 2e-6)
 PRESSURE_STEPS_PA = (1000.0, 2000.0, 2500.0, 5000.0)
 

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.validation.reality.effects import Effect, Sizes, _rated
 from ehsid.harness.validation.reality.structure import with_friction
 from ehsid.harness.validation.reality.told import Told, spread
 from ehsid.harness.validation.reality.truth import Truth
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def _same(machine: Truth, sizes: Sizes, _: float) -> Truth:

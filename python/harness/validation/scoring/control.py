@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.validation.scoring.judged_case import Scored, by
 from ehsid.harness.validation.scoring.reading import Answer, Said
 from ehsid.harness.validation.scoring.right import judge
@@ -16,7 +16,6 @@ from ehsid.harness.validation.scoring.right import judge
 DEALS = 10_000
 SEED = 6
 
-FloatArray = npt.NDArray[np.float64]
 # Is what was said right for this answer?
 Test = Callable[[Answer, Said], bool]
 
