@@ -18,7 +18,7 @@ from ehsid.harness.rigs import Rig
 
 ERROR = "error.txt"
 
-# `ehsid.harness.gap.diagnosis`, or what stands in for it.
+# `ehsid.harness.gap.diagnose`, or what stands in for it.
 Diagnose = Callable[..., Diagnosis]
 # Writes the files of a diagnosis into a folder: folder, diagnosis, records, rig file.
 Write = Callable[[Path, Diagnosis, Sequence[Record], str], object]

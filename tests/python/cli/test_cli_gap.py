@@ -55,7 +55,7 @@ class FakeDiagnose:
 @pytest.fixture
 def diagnose(monkeypatch: pytest.MonkeyPatch) -> FakeDiagnose:
     fake = FakeDiagnose(made_diagnosis("effects"))
-    monkeypatch.setattr("ehsid.harness.gap.diagnosis", fake, raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", fake, raising=False)
     return fake
 
 
@@ -222,7 +222,7 @@ def test_what_the_diagnosis_refuses_is_a_message(
     def refuses(*_: Any, **__: Any) -> Diagnosis:
         raise ValueError("one.csv: too short for a window")
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnosis", refuses, raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", refuses, raising=False)
     outcome = run("one.csv", "--rig", "rig.toml", "--out", "out")
     assert outcome.exit_code == 2
     assert "too short for a window" in outcome.stderr
@@ -240,7 +240,7 @@ def diagnose(*_, progress, **__):
     print("started", file=sys.stderr, flush=True)
     run_tasks([partial(time.sleep, 60.0)] * 8, progress)
 
-ehsid.harness.gap.diagnosis = diagnose
+ehsid.harness.gap.diagnose = diagnose
 from ehsid.harness.cli import main
 sys.argv = ["ehsid", "gap", "one.csv", "--rig", "rig.toml", "--out", "out"]
 main()

@@ -24,7 +24,7 @@ TINY = ("--count", "3", "--seconds", "2", "--seed", "7")
 
 @pytest.fixture(autouse=True)
 def stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ehsid.harness.gap.diagnosis", StandIn(), raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", StandIn(), raising=False)
 
 
 def run(*arguments: str, workers: str | None = "1") -> Any:
@@ -81,7 +81,7 @@ def test_the_same_command_goes_on_and_then_only_scores(
     def never(*_: Any, **__: Any) -> Diagnosis:
         raise AssertionError("nothing is left to diagnose")
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnosis", never, raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", never, raising=False)
     outcome = run("--out", str(out), *TINY, "--json")
     assert outcome.exit_code == 0, outcome.output
     assert outcome.stdout == (out / "score.json").read_text(encoding="utf-8")
@@ -137,7 +137,7 @@ def test_a_changed_answer_is_refused_before_and_after_the_run(
             (out / "answers.json").write_text("{}")
             return super().__call__(records, rig, **options)
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnosis", Cheats(), raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", Cheats(), raising=False)
     outcome = run("--out", str(out), *TINY)
     assert outcome.exit_code == 2
     assert "answers.json: changed since it was sealed" in words(outcome.stderr)
@@ -240,7 +240,7 @@ def test_errors_are_results_and_the_exit_code_is_none(
         def __call__(self, *_: Any, **__: Any) -> Diagnosis:
             raise FloatingPointError("overflow")
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnosis", Fails(), raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", Fails(), raising=False)
     outcome = run("--out", str(tmp_path / "check"), *TINY)
     assert outcome.exit_code == 0, outcome.output
     assert outcome.stderr.count("FloatingPointError: overflow") == 3

@@ -30,7 +30,7 @@ MACHINES = {"press1": "effects", "press2": "effects", "saw": "no_gap", "lift": "
 
 @pytest.fixture(autouse=True)
 def stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ehsid.harness.gap.diagnosis", StandIn(), raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", StandIn(), raising=False)
 
 
 @pytest.fixture
@@ -113,7 +113,7 @@ def test_what_is_done_is_not_done_again_until_a_file_changes(
             asked.append(rig.name)
             return super().__call__(records, rig, **options)
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnosis", Counts(), raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", Counts(), raising=False)
     outcome = run("fleet", "--out", "out", "--json")
     assert outcome.exit_code == 0, outcome.output
     assert asked == []
@@ -150,7 +150,7 @@ def test_a_folder_with_an_error_is_listed_and_the_others_go_on(
     (fleet / ".git").mkdir()
     add_machine(fleet / "poor", "insufficient_data-poor", 9)
     fails = StandIn(fails=("effects-press1",))
-    monkeypatch.setattr("ehsid.harness.gap.diagnosis", fails, raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", fails, raising=False)
     outcome = run("fleet", "--out", "out")
     assert outcome.exit_code == 0, outcome.output
     plain = json.loads((here / "out" / "fleet.json").read_text(encoding="utf-8"))
@@ -173,7 +173,7 @@ def test_a_folder_with_an_error_is_listed_and_the_others_go_on(
 
     # Once mended it is diagnosed, and nothing else is.
     shutil.copy(fleet / "saw" / "rig.toml", fleet / "typo" / "rig.toml")
-    monkeypatch.setattr("ehsid.harness.gap.diagnosis", StandIn(), raising=False)
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", StandIn(), raising=False)
     outcome = run("fleet", "--out", "out")
     assert outcome.exit_code == 0, outcome.output
     plain = json.loads((here / "out" / "fleet.json").read_text(encoding="utf-8"))

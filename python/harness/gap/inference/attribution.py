@@ -49,8 +49,6 @@ class Attribution:
     ----------
     equations
         before any suspect; empty without pressures.
-    suspects
-        of the first round, strongest first.
     taken
         those that were put in one after another.
     subsystem
@@ -60,15 +58,9 @@ class Attribution:
     """
 
     equations: tuple[EquationShare, ...]
-    suspects: tuple[Suspect, ...]
     taken: tuple[Suspect, ...]
     subsystem: Mapping[str, float]
     notes: tuple[str, ...]
-
-    @property
-    def hints(self) -> dict[str, float]:
-        """Gain of each suspect by id: what a search should try first."""
-        return {one.effect: one.gain for one in self.suspects}
 
 
 def attribute_equations(
@@ -79,18 +71,16 @@ def attribute_equations(
     told = all_values(rig, values)
     found = equations(records, rig, told)
     first = tuple(share_of(equation) for equation in found)
-    ranked: tuple[Suspect, ...] = ()
     taken: list[Suspect] = []
     weights: dict[str, float] = {}
     notes: list[str] = []
-    for turn in range(MOST_SUSPECTS):
+    for _ in range(MOST_SUSPECTS):
         asked = suspects(
             found,
             partial(_changed, signals, told, rig.plant),
             rig,
             [*exclude, *(one.effect for one in taken)],
         )
-        ranked = asked if turn == 0 else ranked
         if not asked or asked[0].gain < SUSPECT_GAIN:
             break
         taken.append(asked[0])
@@ -117,7 +107,7 @@ def attribute_equations(
                 f'The equation "{share.equation}" is left with {times:.1f} times what it may be '
                 "off, whatever effect of the catalogue is put in."
             )
-    return Attribution(first, ranked, tuple(taken), _shares(weights), tuple(notes))
+    return Attribution(first, tuple(taken), _shares(weights), tuple(notes))
 
 
 def attribute_errors(problem: Problem, x: FloatArray, exclude: Sequence[str] = ()) -> Attribution:
@@ -143,7 +133,7 @@ def attribute_errors(problem: Problem, x: FloatArray, exclude: Sequence[str] = (
             f"The speed of the calibrated simulation is off by {100.0 * speeds[0] / speeds[1]:.0f} "
             "% of the rod's: its errors do not say to what subsystem they belong."
         )
-        return Attribution((), (), (), {}, (note,))
+        return Attribution((), (), {}, (note,))
     found = _error_equation(problem, x, rows)
 
     def change(effect: Mapping[str, float]) -> Mapping[str, FloatArray]:
@@ -161,10 +151,10 @@ def attribute_errors(problem: Problem, x: FloatArray, exclude: Sequence[str] = (
     asked = suspects([found], change, problem.rig, exclude)
     taken = asked[:1] if asked and asked[0].gain >= SUSPECT_GAIN else ()
     if not taken:
-        return Attribution((), asked, (), {}, ())
+        return Attribution((), (), {}, ())
     weights: dict[str, float] = {}
     notes = _share_out(weights, asked)
-    return Attribution((), asked, tuple(taken), _shares(weights), tuple(notes))
+    return Attribution((), tuple(taken), _shares(weights), tuple(notes))
 
 
 def _changed(

@@ -36,11 +36,6 @@ class Evidence:
     noise: NoiseNeeded | None
 
     @property
-    def hints(self) -> dict[str, float]:
-        """Gain by id of effect, nats per independent statistic: the order of a search."""
-        return self.attribution.hints
-
-    @property
     def subsystem(self) -> dict[str, float]:
         """Shares of the subsystems, sum 1; empty where nothing can be told."""
         found = dict(self.attribution.subsystem)

@@ -43,7 +43,7 @@ from ehsid.harness.rigs import Rig
 
 Values = Mapping[str, float]
 
-# Whose effects show in an equation first; how a continuity is split is said by `hints`.
+# Whose effects show in an equation first.
 SUBSYSTEM = {
     SPOOL: "valve",
     CAP: "hydraulics",
@@ -182,13 +182,6 @@ def equations(records: Sequence[Record], rig: Rig, values: Values) -> tuple[Equa
             )
         )
     return tuple(found)
-
-
-def equation_shares(
-    records: Sequence[Record], rig: Rig, values: Values
-) -> tuple[EquationShare, ...]:
-    """Residual of every equation beside what the noise of the sensors leaves; see `equations`."""
-    return tuple(share_of(equation) for equation in equations(records, rig, values))
 
 
 def share_of(equation: Equation) -> EquationShare:

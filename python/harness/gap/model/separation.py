@@ -14,6 +14,7 @@ from ehsid.harness.gap.model.comparison import Compared, compare
 from ehsid.harness.gap.model.fit import fit
 from ehsid.harness.gap.model.parameters import Parameter, calibration_parameters, effect_parameters
 from ehsid.harness.gap.model.problem import Problem
+from ehsid.harness.gap.model.starts import SIMPLER
 from ehsid.harness.gap.thresholds import (
     DESIGN_ERROR,
     INDEPENDENT_HZ,
@@ -28,8 +29,6 @@ from ehsid.harness.simulation import simulate
 
 # Effects, and values of the plant by full name.
 Rival = tuple[tuple[str, ...], Mapping[str, float]]
-# What an effect is when the rest of its parameters vanish.
-LESSER = {"stribeck_friction": "coulomb_friction", "load_spring": "load_force"}
 
 
 @dataclass(frozen=True)
@@ -123,7 +122,7 @@ def separations(
 
 def contains(larger: Sequence[str], smaller: Sequence[str]) -> bool:
     """Can the larger set of effects do all that the smaller does?"""
-    able = {*larger, *(LESSER[effect] for effect in larger if effect in LESSER)}
+    able = {*larger, *(SIMPLER[effect] for effect in larger if effect in SIMPLER)}
     return set(smaller) <= able
 
 

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: MIT
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 import pytest
 from servo_records import AXIS, EFFECTS, OTHER, RIG, WITH_PRESSURES, full, made
 
-from ehsid.harness.gap.model.equations import equation_shares, residuals
+from ehsid.harness.gap.model.equations import equations, residuals, share_of
 from ehsid.harness.gap.model.inverse_servo import CAP, FORCE, ROD, SPOOL, SUPPLY, servo_terms
 from ehsid.harness.gap.model.inverse_signals import all_values, measured
-from ehsid.harness.records import make_record
+from ehsid.harness.gap.schema import EquationShare
+from ehsid.harness.records import Record, make_record
+from ehsid.harness.rigs import Rig
 
 # Largest residual, and how many times as much without the effect, where a smoothed position counts.
 LOSSY = {
@@ -16,6 +20,13 @@ LOSSY = {
     "sensor_backlash": (0.15, 2.0),
     "sensor_lag": (0.07, 10.0),
 }
+
+
+def equation_shares(
+    records: Sequence[Record], rig: Rig, values: Mapping[str, float]
+) -> tuple[EquationShare, ...]:
+    """Residual of every equation beside what the noise of the sensors leaves."""
+    return tuple(share_of(equation) for equation in equations(records, rig, values))
 
 
 def rms(rows: np.ndarray) -> float:
