@@ -9,7 +9,14 @@ from pathlib import Path
 from ehsid.harness.deploy.hil import Emulator
 
 ROOT = Path(__file__).parents[2]
-ON_HOST = ROOT / "build" / "dev" / "examples" / "firmware" / "servo_host"
+# By gcc for `script/test --quick`, by clang for the whole: the one that was built last.
+ON_HOST = max(
+    (
+        ROOT / "build" / preset / "examples" / "firmware" / "servo_host"
+        for preset in ("dev", "clang")
+    ),
+    key=lambda path: path.stat().st_mtime if path.exists() else 0.0,
+)
 ON_TARGET = ROOT / "build" / "arm" / "examples" / "firmware" / "servo_an386.elf"
 
 
