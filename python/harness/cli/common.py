@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""What the verbs share: reading the two columns, clear errors, files written whole."""
+"""What the verbs share: reading the two columns, refusals, files written whole."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -24,18 +22,6 @@ def refuse(message: str) -> NoReturn:
     """Say what is wrong on stderr and end with code 2."""
     typer.echo(f"ehsid: {message}", err=True)
     raise typer.Exit(2)
-
-
-@contextmanager
-def clear_errors() -> Iterator[None]:
-    """Bad input ends in one message and exit code 2, never in a traceback.
-
-    The errors of records, rigs, identification and simulation are all ValueErrors.
-    """
-    try:
-        yield
-    except (ValueError, OSError) as error:
-        refuse(str(error))
 
 
 def parse_range(text: str, option: str) -> range:

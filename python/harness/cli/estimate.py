@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 import ehsid
-from ehsid.harness.cli.common import clear_errors, read_io, write_results
+from ehsid.harness.cli.common import read_io, write_results
 
 if TYPE_CHECKING:
     from ehsid.harness.estimation import EstimationResult
@@ -83,14 +83,13 @@ def estimate_command(
     from ehsid.harness.estimation import estimate
     from ehsid.harness.identification import ArxOrders
 
-    with clear_errors():
-        data = read_io(record, input_name, output_name)
-        orders = ArxOrders(na, nb, nk, offset=False)
-        result = estimate(data, orders, forgetting=make_policy(forgetting, lambda0), reset=reset)
-        if out is not None:
-            from ehsid.harness.report.figures import estimation_figure
+    data = read_io(record, input_name, output_name)
+    orders = ArxOrders(na, nb, nk, offset=False)
+    result = estimate(data, orders, forgetting=make_policy(forgetting, lambda0), reset=reset)
+    if out is not None:
+        from ehsid.harness.report.figures import estimation_figure
 
-            write_results(out, "estimate", result.to_dict(), estimation_figure(result, data.dt_s))
+        write_results(out, "estimate", result.to_dict(), estimation_figure(result, data.dt_s))
     if as_json:
         typer.echo(json.dumps(result.to_dict(), allow_nan=False))
         return

@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 import ehsid
-from ehsid.harness.cli.common import clear_errors, parse_range
+from ehsid.harness.cli.common import parse_range
 from ehsid.harness.cli.progress import stages
 
 
@@ -73,36 +73,35 @@ def experiment_command(
     from ehsid.harness.rigs.published import published_rig
 
     began = time.monotonic()
-    with clear_errors():
-        offline = Offline(
-            parse_range(orders, "--orders"),
-            parse_range(delays, "--delays"),
-            Preprocessing(trend.value, outliers, scaling),
-        )
-        rig = None if rig_file is None else read_rig(rig_file)
-        if record is not None:
-            findings = on_record(record, rig, offline, input_name, output_name)
-        else:
-            rig = rig or published_rig()
-            if rig.plant != "ehs":
-                raise ValueError(
-                    f'{rig_file}: the experiment needs a plant "ehs", this is "{rig.plant}"; give '
-                    "a record of it with --record"
-                )
-            with stages() as progress:
-                findings = redo(rig, offline, runs, progress)
-        provenance = {
-            "ehsid_version": ehsid.__version__,
-            "record": None if record is None else str(record),
-            "rig": "published" if rig_file is None else str(rig_file),
-            "orders": orders,
-            "delays": delays,
-            "preprocessing": str(offline.preprocessing),
-            "runs": runs,
-            "offline_seed": OFFLINE_SEED,
-            "seconds": round(time.monotonic() - began, 1),
-        }
-        write_findings(out, findings, provenance)
+    offline = Offline(
+        parse_range(orders, "--orders"),
+        parse_range(delays, "--delays"),
+        Preprocessing(trend.value, outliers, scaling),
+    )
+    rig = None if rig_file is None else read_rig(rig_file)
+    if record is not None:
+        findings = on_record(record, rig, offline, input_name, output_name)
+    else:
+        rig = rig or published_rig()
+        if rig.plant != "ehs":
+            raise ValueError(
+                f'{rig_file}: the experiment needs a plant "ehs", this is "{rig.plant}"; give '
+                "a record of it with --record"
+            )
+        with stages() as progress:
+            findings = redo(rig, offline, runs, progress)
+    provenance = {
+        "ehsid_version": ehsid.__version__,
+        "record": None if record is None else str(record),
+        "rig": "published" if rig_file is None else str(rig_file),
+        "orders": orders,
+        "delays": delays,
+        "preprocessing": str(offline.preprocessing),
+        "runs": runs,
+        "offline_seed": OFFLINE_SEED,
+        "seconds": round(time.monotonic() - began, 1),
+    }
+    write_findings(out, findings, provenance)
     if as_json:
         typer.echo((out / "experiment.json").read_text(encoding="utf-8"))
     else:

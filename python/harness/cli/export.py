@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 import ehsid
-from ehsid.harness.cli.common import clear_errors, read_io
+from ehsid.harness.cli.common import read_io
 from ehsid.harness.cli.estimate import ForgettingName, make_policy
 
 if TYPE_CHECKING:
@@ -121,28 +121,27 @@ def export_command(
         write_header,
     )
 
-    with clear_errors():
-        check_name(name)
-        policy = make_policy(forgetting, lambda0)
-        data = read_io(record, input_name, output_name)
-        orders = _orders(data, (na, nb, nk), choose, offset)
-        export = configure_from_record(
-            data, orders, forgetting=policy, inflation=inflation, reset=reset
+    check_name(name)
+    policy = make_policy(forgetting, lambda0)
+    data = read_io(record, input_name, output_name)
+    orders = _orders(data, (na, nb, nk), choose, offset)
+    export = configure_from_record(
+        data, orders, forgetting=policy, inflation=inflation, reset=reset
+    )
+    provenance = _provenance(record, data, export)
+    path = out or Path(f"servo_configuration.{'h' if c else 'hpp'}")
+    if c:
+        text = render_c_header(
+            export.configuration, name=name, dt_s=data.dt_s, provenance=provenance
         )
-        provenance = _provenance(record, data, export)
-        path = out or Path(f"servo_configuration.{'h' if c else 'hpp'}")
-        if c:
-            text = render_c_header(
-                export.configuration, name=name, dt_s=data.dt_s, provenance=provenance
-            )
-            tested = "no self-test"
-        else:
-            trace = GoldenTrace.of(export.configuration, *liveliest(data))
-            text = render_header(
-                export.configuration, trace, name=name, dt_s=data.dt_s, provenance=provenance
-            )
-            tested = f"self-test over {trace.command.size} samples"
-        write_header(path, text)
+        tested = "no self-test"
+    else:
+        trace = GoldenTrace.of(export.configuration, *liveliest(data))
+        text = render_header(
+            export.configuration, trace, name=name, dt_s=data.dt_s, provenance=provenance
+        )
+        tested = f"self-test over {trace.command.size} samples"
+    write_header(path, text)
     Console().print(
         f"{path}: {orders}, {policy!r}; started from {export.model.n_rows} equations that count "
         f"for {export.counts_for:.0f} samples; {tested}",

@@ -12,7 +12,6 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from ehsid.harness.cli.common import clear_errors
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.parallel import workers as using
 from ehsid.harness.records import Record, read_record
@@ -119,22 +118,21 @@ def gap_command(
     from ehsid.harness.report.diagnosis_files import write_diagnosis
     from ehsid.harness.report.gap_terminal import print_diagnosis
 
-    with clear_errors():
-        check_folder(out)
-        excluded = tuple(dict.fromkeys(exclude_effect or ()))
-        check_excluded(excluded)
-        rig = read_rig(rig_file)
-        fitted, held_out = read_for(rig, records), read_for(rig, validate or [])
-        named = told_apart([*fitted, *held_out])
-        with progress_of(f"diagnosing {rig.name}") as progress, using(workers):
-            diagnosis = diagnose(
-                named[: len(fitted)],
-                rig,
-                validate=named[len(fitted) :],
-                exclude=excluded,
-                progress=progress,
-            )
-        write_diagnosis(out, diagnosis, named, str(rig_file))
+    check_folder(out)
+    excluded = tuple(dict.fromkeys(exclude_effect or ()))
+    check_excluded(excluded)
+    rig = read_rig(rig_file)
+    fitted, held_out = read_for(rig, records), read_for(rig, validate or [])
+    named = told_apart([*fitted, *held_out])
+    with progress_of(f"diagnosing {rig.name}") as progress, using(workers):
+        diagnosis = diagnose(
+            named[: len(fitted)],
+            rig,
+            validate=named[len(fitted) :],
+            exclude=excluded,
+            progress=progress,
+        )
+    write_diagnosis(out, diagnosis, named, str(rig_file))
     if as_json:
         typer.echo((out / "diagnosis.json").read_text(encoding="utf-8"), nl=False)
     else:

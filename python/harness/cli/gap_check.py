@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 import ehsid
-from ehsid.harness.cli.common import clear_errors, refuse
+from ehsid.harness.cli.common import refuse
 from ehsid.harness.cli.gap import check_folder
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.parallel import on_cluster
@@ -128,23 +128,22 @@ def gap_check_command(
 
     Example: ehsid gap-check --out check --count 40 --seed 5
     """
-    with clear_errors():
-        check_folder(out)
-        given = {
-            "count": count,
-            "seed": seed,
-            "grades": tuple(grade) if grade else None,
-            "sensors": sensors,
-            "seconds": seconds,
-            "exclude_truth": exclude_truth,
-        }
-        try:
-            seal = made_or_found(out, given, workers)
-        except ImportError as error:  # says which extra is missing
-            refuse(str(error))
-        typer.echo(f"answers sealed, sha256 {seal.answers_sha256}", err=True)
-        run_cases(out, seal, dask, workers)
-        _score(out, workers, as_json)
+    check_folder(out)
+    given = {
+        "count": count,
+        "seed": seed,
+        "grades": tuple(grade) if grade else None,
+        "sensors": sensors,
+        "seconds": seconds,
+        "exclude_truth": exclude_truth,
+    }
+    try:
+        seal = made_or_found(out, given, workers)
+    except ImportError as error:  # says which extra is missing
+        refuse(str(error))
+    typer.echo(f"answers sealed, sha256 {seal.answers_sha256}", err=True)
+    run_cases(out, seal, dask, workers)
+    _score(out, workers, as_json)
 
 
 def _score(out: Path, workers: int | None, as_json: bool) -> None:

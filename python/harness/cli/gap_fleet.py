@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ehsid.harness.cli.common import clear_errors, refuse
+from ehsid.harness.cli.common import refuse
 from ehsid.harness.cli.gap import check_excluded, check_folder, read_for, told_apart
 from ehsid.harness.cli.gap_check import on
 from ehsid.harness.rigs import read_rig
@@ -91,24 +91,23 @@ def gap_fleet_command(
         unfinished_machines,
     )
 
-    with clear_errors():
-        check_folder(out)
-        excluded = tuple(dict.fromkeys(exclude_effect or ()))
-        check_excluded(excluded)
-        folders = machine_folders(folder)
-        check_apart(folder, out)
-        check_results(folders, out)
-        todo = unfinished_machines(folders, out, excluded)
-        if len(todo) < len(folders):
-            done = len(folders) - len(todo)
-            typer.echo(f"{done} of {len(folders)} machines are finished; going on", err=True)
-        if todo:
-            with on(dask, workers):
-                outcomes = run_fleet(todo, out, excluded, read_machine, diagnose, write_diagnosis)
-                for _ in shown(outcomes, len(todo), len(folders)):
-                    pass
-        fleet = read_fleet(out, [one.name for one in folders])
-        page = write_fleet(fleet, out)
+    check_folder(out)
+    excluded = tuple(dict.fromkeys(exclude_effect or ()))
+    check_excluded(excluded)
+    folders = machine_folders(folder)
+    check_apart(folder, out)
+    check_results(folders, out)
+    todo = unfinished_machines(folders, out, excluded)
+    if len(todo) < len(folders):
+        done = len(folders) - len(todo)
+        typer.echo(f"{done} of {len(folders)} machines are finished; going on", err=True)
+    if todo:
+        with on(dask, workers):
+            outcomes = run_fleet(todo, out, excluded, read_machine, diagnose, write_diagnosis)
+            for _ in shown(outcomes, len(todo), len(folders)):
+                pass
+    fleet = read_fleet(out, [one.name for one in folders])
+    page = write_fleet(fleet, out)
     if as_json:
         typer.echo((out / "fleet.json").read_text(encoding="utf-8"), nl=False)
     else:

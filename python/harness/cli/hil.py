@@ -11,7 +11,6 @@ import typer
 from rich.console import Console
 
 import ehsid
-from ehsid.harness.cli.common import clear_errors
 from ehsid.harness.cli.estimate import ForgettingName, make_policy
 from ehsid.harness.cli.hil_loop import HilLoop
 from ehsid.harness.cli.signals import SignalName
@@ -111,45 +110,44 @@ def hil_command(
     from ehsid.harness.simulation import parse_settings
 
     began = time.monotonic()
-    with clear_errors():
-        if not dt > 0.0:
-            raise ValueError(f"--dt {dt:g}: expected > 0")
-        if out.exists() and not out.is_dir():
-            raise ValueError(f"--out {out}: this is a file; give the name of a folder")
-        rig = published_rig() if rig_file is None else read_rig(rig_file)
-        asked = Asked(
-            loop,
-            AskedSignal(excitation, duration, dt, amplitude, seed),
-            bandwidth,
-            make_policy(forgetting, lambda0),
-            ArxOrders(na, nb, nk, offset=True),
-            retune,
-            parse_settings(effect or []),
-            WATCHDOG_MS + (round(2000.0 * dt) if real_time else 0),
-        )
-        plans = asked.plans(rig, rig if actual is None else read_rig(actual))
-        console = Console(stderr=True)
-        try:
-            with target(port, qemu, machine) as address, open_line(address, baud) as line:
-                session = Session(line, on_event=lambda text: console.print(text, highlight=False))
-                identity = session.hello()
-                for name in REPORTS:  # of an earlier run: they would not be those of these records
-                    (out / name).unlink(missing_ok=True)
-                runs = run_all(plans, session, out, console, real_time)
-        except KeyboardInterrupt:
-            typer.echo(f"ehsid: interrupted; {out} holds the samples so far", err=True)
-            raise typer.Exit(130) from None
-        provenance = {
-            "ehsid_version": ehsid.__version__,
-            "rig": "published" if rig_file is None else str(rig_file),
-            "actual": None if actual is None else str(actual),
-            "effects": dict(asked.values),
-            "line": port if qemu is None else f"{qemu} in QEMU, {machine}",
-            "loop": loop.value,
-            "seed": seed,
-            "seconds": round(time.monotonic() - began, 1),
-        }
-        text = write_reports(out, identity, runs, provenance)
+    if not dt > 0.0:
+        raise ValueError(f"--dt {dt:g}: expected > 0")
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"--out {out}: this is a file; give the name of a folder")
+    rig = published_rig() if rig_file is None else read_rig(rig_file)
+    asked = Asked(
+        loop,
+        AskedSignal(excitation, duration, dt, amplitude, seed),
+        bandwidth,
+        make_policy(forgetting, lambda0),
+        ArxOrders(na, nb, nk, offset=True),
+        retune,
+        parse_settings(effect or []),
+        WATCHDOG_MS + (round(2000.0 * dt) if real_time else 0),
+    )
+    plans = asked.plans(rig, rig if actual is None else read_rig(actual))
+    console = Console(stderr=True)
+    try:
+        with target(port, qemu, machine) as address, open_line(address, baud) as line:
+            session = Session(line, on_event=lambda text: console.print(text, highlight=False))
+            identity = session.hello()
+            for name in REPORTS:  # of an earlier run: they would not be those of these records
+                (out / name).unlink(missing_ok=True)
+            runs = run_all(plans, session, out, console, real_time)
+    except KeyboardInterrupt:
+        typer.echo(f"ehsid: interrupted; {out} holds the samples so far", err=True)
+        raise typer.Exit(130) from None
+    provenance = {
+        "ehsid_version": ehsid.__version__,
+        "rig": "published" if rig_file is None else str(rig_file),
+        "actual": None if actual is None else str(actual),
+        "effects": dict(asked.values),
+        "line": port if qemu is None else f"{qemu} in QEMU, {machine}",
+        "loop": loop.value,
+        "seed": seed,
+        "seconds": round(time.monotonic() - began, 1),
+    }
+    text = write_reports(out, identity, runs, provenance)
     if as_json:
         typer.echo(text, nl=False)
     else:

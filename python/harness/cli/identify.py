@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from ehsid.harness.cli.common import clear_errors, parse_range, read_io, write_figure, write_results
+from ehsid.harness.cli.common import parse_range, read_io, write_figure, write_results
 
 if TYPE_CHECKING:
     from ehsid.harness.identification import IdentificationResult, IoData
@@ -78,23 +78,22 @@ def identify_command(
     """
     from ehsid.harness.identification import identify
 
-    with clear_errors():
-        data = read_io(record, input_name, output_name)
-        result = identify(
-            data, orders=parse_range(orders, "--orders"), delays=parse_range(delays, "--delays")
-        )
-        lines = [
-            result.reason,
-            result.delay_reason,
-            result.whiteness.verdict,
-            result.independence.verdict,
-            *result.advice,
-        ]
-        if out is not None:
-            from ehsid.harness.report.figures import identification_figure
+    data = read_io(record, input_name, output_name)
+    result = identify(
+        data, orders=parse_range(orders, "--orders"), delays=parse_range(delays, "--delays")
+    )
+    lines = [
+        result.reason,
+        result.delay_reason,
+        result.whiteness.verdict,
+        result.independence.verdict,
+        *result.advice,
+    ]
+    if out is not None:
+        from ehsid.harness.report.figures import identification_figure
 
-            write_results(out, "identify", result.to_dict(), identification_figure(result))
-            lines.append(_write_bode(out / "identify_bode.png", result, data))
+        write_results(out, "identify", result.to_dict(), identification_figure(result))
+        lines.append(_write_bode(out / "identify_bode.png", result, data))
     if as_json:
         typer.echo(json.dumps(result.to_dict(), allow_nan=False))
         return

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from ehsid.harness.cli.common import clear_errors
-
 if TYPE_CHECKING:
     from ehsid.harness.simulation.injection import Answer
 
@@ -71,16 +69,15 @@ def inject_command(
     from ehsid.harness.rigs import read_rig
     from ehsid.harness.simulation.injection import InjectError, inject, write_injected
 
-    with clear_errors():
-        rig = read_rig(rig_file)
-        asked = parse_sizes(effect or [], sizes or [], rig.plant)
-        record = read_record(
-            record_file, required=(*REQUIRED_COLUMNS, "position_m"), layout=rig.columns
-        )
-        if out.exists() and out.samefile(record_file):
-            raise InjectError(f"--out {out}: this is the record itself; give another name")
-        injected = inject(record, rig, asked)
-        answer = write_injected(injected, out)
+    rig = read_rig(rig_file)
+    asked = parse_sizes(effect or [], sizes or [], rig.plant)
+    record = read_record(
+        record_file, required=(*REQUIRED_COLUMNS, "position_m"), layout=rig.columns
+    )
+    if out.exists() and out.samefile(record_file):
+        raise InjectError(f"--out {out}: this is the record itself; give another name")
+    injected = inject(record, rig, asked)
+    answer = write_injected(injected, out)
     if as_json:
         typer.echo(answer.read_text(encoding="utf-8"), nl=False)
     else:

@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
+
+from ehsid.harness.cli.common import refuse
 
 
 @dataclass(frozen=True)
@@ -37,8 +40,27 @@ class Verb:
         stem = self.name.replace("-", "_")
         module = importlib.import_module(f"ehsid.harness.cli.{stem}")
         app = typer.Typer(add_completion=False)
-        app.command(self.name, cls=self.command_class)(getattr(module, f"{stem}_command"))
+        function = errors_told(getattr(module, f"{stem}_command"))
+        app.command(self.name, cls=self.command_class)(function)
         return typer.main.get_command(app)
+
+
+def errors_told(function: Callable[..., None]) -> Callable[..., None]:
+    """Bad input ends in one message and exit code 2, never in a traceback: here, for every command.
+
+    The errors of records, rigs, identification and simulation are all ValueErrors.
+    """
+
+    @functools.wraps(function)
+    def told(*arguments: Any, **options: Any) -> None:
+        try:
+            function(*arguments, **options)
+        except BrokenPipeError:  # of `ehsid ... | head`: typer ends without a word
+            raise
+        except (ValueError, OSError) as error:
+            refuse(str(error))
+
+    return told
 
 
 # The contexts and commands of click are `Any` here: some versions of typer bring a click of their

@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from ehsid.harness.cli.common import clear_errors, write_figure
+from ehsid.harness.cli.common import write_figure
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.cli.signals import SignalName
 
@@ -119,46 +119,45 @@ def simulate_command(
         simulate_closed_loop,
     )
 
-    with clear_errors():
-        if (command is None) == (excitation is None):
-            raise ValueError("give either --command REC or --excitation NAME")
-        if command is not None and loop is not LoopName.open:
-            raise ValueError("--loop: a logged command drives the rig as it is; use --excitation")
-        values = parse_settings(effect or [])
-        rig = read_rig(rig_file)
-        volts, asked, limited = None, None, None
-        if command is not None:
-            volts, dt = _logged_command(command, rig.columns)
-            samples = volts.size
+    if (command is None) == (excitation is None):
+        raise ValueError("give either --command REC or --excitation NAME")
+    if command is not None and loop is not LoopName.open:
+        raise ValueError("--loop: a logged command drives the rig as it is; use --excitation")
+    values = parse_settings(effect or [])
+    rig = read_rig(rig_file)
+    volts, asked, limited = None, None, None
+    if command is not None:
+        volts, dt = _logged_command(command, rig.columns)
+        samples = volts.size
+    else:
+        assert excitation is not None
+        asked = AskedSignal(excitation, duration, dt, amplitude, seed)
+        samples = asked.samples
+    with progress_of(f"simulating {rig.name}") as progress:
+        more: dict[str, Any] = {"values": values, "progress": progress}
+        if noise:
+            if not any(rig.sensors.values()):
+                raise ValueError(
+                    f"--noise: {rig_file} tells none; add position_noise_m to its sensors"
+                )
+            # Another stream than that of the signal.
+            more["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
+        if asked is not None and loop is not LoopName.open:
+            controller = _controller(rig, loop, bandwidth)
+            reference = as_reference(rig, asked, controller, position0)
+            closed = simulate_closed_loop(rig, reference, controller, dt_s=dt, **more)
+            run, limited = closed.run, float(np.mean(closed.limited))
         else:
-            assert excitation is not None
-            asked = AskedSignal(excitation, duration, dt, amplitude, seed)
-            samples = asked.samples
-        with progress_of(f"simulating {rig.name}") as progress:
-            more: dict[str, Any] = {"values": values, "progress": progress}
-            if noise:
-                if not any(rig.sensors.values()):
-                    raise ValueError(
-                        f"--noise: {rig_file} tells none; add position_noise_m to its sensors"
-                    )
-                # Another stream than that of the signal.
-                more["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
-            if asked is not None and loop is not LoopName.open:
-                controller = _controller(rig, loop, bandwidth)
-                reference = as_reference(rig, asked, controller, position0)
-                closed = simulate_closed_loop(rig, reference, controller, dt_s=dt, **more)
-                run, limited = closed.run, float(np.mean(closed.limited))
-            else:
-                if asked is not None:
-                    volts = as_command(rig, asked, position0)
-                    more["keep_inside"] = True
-                assert volts is not None
-                run = simulate(rig, volts, dt_s=dt, position0_m=position0, **more)
-        if out is not None:
-            from ehsid.harness.report.record_figure import record_figure
+            if asked is not None:
+                volts = as_command(rig, asked, position0)
+                more["keep_inside"] = True
+            assert volts is not None
+            run = simulate(rig, volts, dt_s=dt, position0_m=position0, **more)
+    if out is not None:
+        from ehsid.harness.report.record_figure import record_figure
 
-            write_record(run.record, out)
-            write_figure(out.with_suffix(".png"), record_figure(run.record))
+        write_record(run.record, out)
+        write_figure(out.with_suffix(".png"), record_figure(run.record))
     if as_json:
         findings = {"samples": len(run.record), "dt_s": dt, "substeps": run.substeps}
         if limited is not None:

@@ -110,3 +110,26 @@ def test_an_unknown_verb_is_told_with_the_nearest() -> None:
     assert outcome.exit_code == 2
     assert "No such command 'identfy'" in outcome.output
     assert "'identify'" in outcome.output
+
+
+@pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
+def test_errors_of_every_verb_end_in_one_place(verb: Verb, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever it is asked for: what its function raises becomes a message."""
+
+    def fails() -> None:
+        raise ValueError("no such thing")
+
+    stem = verb.name.replace("-", "_")
+    monkeypatch.setattr(f"ehsid.harness.cli.{stem}.{stem}_command", fails)
+    outcome = CliRunner().invoke(app, [verb.name])
+    assert outcome.exit_code == 2
+    assert outcome.stderr == "ehsid: no such thing\n"
+
+
+def test_a_reader_that_has_gone_is_no_error() -> None:
+    command = [sys.executable, "-c", "from ehsid.harness.cli import main; main()", "effects"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""
