@@ -60,7 +60,7 @@ def which_table(diagnosis: Diagnosis) -> Table:
     return Table(
         "Which: the effects of the catalogue, each fitted to one record and judged on the other. "
         "Marked: the best, and those that the data cannot tell from it.",
-        ("tried", "explained of the gap", "behind the best, nats"),
+        ("candidate", "share of the remaining gap removed", "behind the best, nats"),
         rows,
         marked=[i for i, one in enumerate(best) if one.in_confidence_set],
     )
@@ -79,12 +79,13 @@ def how_far_table(diagnosis: Diagnosis) -> Table:
     explained = (
         ""
         if far.of_explainable is None
-        else f" Explained of what can be: {percent_interval(far.of_explainable)}."
+        else " Of the gap above the noise floor that the fitted values left, the effect removes "
+        f"{percent_interval(far.of_explainable)}."
     )
     return Table(
         "How far: error of the simulation on the record that was not fitted, as a share of the "
         f"output's own spread. Sensor noise alone leaves {floor}.{explained}",
-        ("output", "rig as told", "values fitted", "with the effect"),
+        ("output", "simulator as configured", "rig values fitted", "with the effect"),
         rows,
         marked=[len(rows) - 1],
     )
@@ -98,7 +99,7 @@ def error_figure(diagnosis: Diagnosis) -> Figure:
     # A line would join the end of a window to the start of the next one.
     ends = np.flatnonzero(np.diff(run.window, append=-1) != 0)
     kinds = (
-        ("values fitted", "C1", run.calibrated),
+        ("rig values fitted", "C1", run.calibrated),
         ("with the effect", "C0", run.augmented),
     )
     for panel, (name, measured) in zip(panels, run.measured.items(), strict=True):
@@ -139,7 +140,7 @@ def answer_table(diagnosis: Diagnosis) -> Table:
         )
     return Table(
         "The answer: what the machine really is, and what the diagnosis made of its records.",
-        ("value", "rig as told", "truth", "found", "90 % interval"),
+        ("value", "rig file", "truth", "found", "90 % interval"),
         rows,
         marked=range(sum(len(sizes) for sizes in answer["effects"].values())),
     )

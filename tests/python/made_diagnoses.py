@@ -51,7 +51,7 @@ NOISE = {"position_noise_m": 1e-5, "pressure_a_noise_pa": 2e4, "pressure_b_noise
 
 
 def bench() -> Rig:
-    """The rig as told: a bench servo."""
+    """The rig as configured: a bench servo."""
     values = {
         "cylinder.bore_m": 0.063,
         "cylinder.rod_m": 0.035,
@@ -86,7 +86,7 @@ def measured_record(name: str, seed: int, *, seconds: float, dt_s: float) -> Rec
 
 
 def held_out_run(record: Record, rig: Rig) -> tuple[HeldOutRun, HowFar]:
-    """Windows of the rig as told, calibrated, augmented, and the figures of the gap."""
+    """Windows of the rig as configured, calibrated, augmented, and the figures of the gap."""
     sets = ({}, FOUND, FOUND | FRICTION)
     shown = simulate_windows(rig, record, value_sets=sets)
     compared = compare(record)
@@ -219,7 +219,7 @@ SENTENCES: dict[Verdict, str] = {
     "the error on held-out data falls to the noise of the sensors.",
     "ambiguous": "Friction explains the gap, but these records cannot tell Coulomb from Stribeck "
     "friction: none of them is slow enough.",
-    "no_gap": "The rig as told explains these records down to the noise of the sensors.",
+    "no_gap": "The simulator as configured explains these records down to the sensor noise.",
     "parameters": "The load is heavier (131 kg) and the oil softer (960 MPa) than told; nothing is "
     "missing in the model.",
     "outside_catalogue": "Something in the mechanics is missing that no effect of the catalogue "

@@ -215,7 +215,7 @@ class HowFar:
     Attributes
     ----------
     nominal, calibrated, augmented
-        of the rig as told, with its values fitted, and with the effects that were found.
+        of the rig as configured, with its values fitted, and with the effects that were found.
     noise_floor
         lowest and highest.
     of_explainable

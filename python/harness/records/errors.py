@@ -70,7 +70,7 @@ class RecordError(ValueError):
         if self.expected:
             message += f" Expected: {self.expected}."
         if self.mend:
-            message += f" To mend: {self.mend}."
+            message += f" To fix it: {self.mend}."
         return message
 
 

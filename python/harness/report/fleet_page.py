@@ -118,7 +118,7 @@ def _ranking(machines: Sequence[Machine]) -> Section:
         ]
         for one in machines
     ]
-    columns = ["machine", "structural gap", "rig as told", "values fitted", "with effects"]
+    columns = ["machine", "structural gap", "as configured", "rig values fitted", "with effects"]
     return Section(
         "Machines by their gap",
         [

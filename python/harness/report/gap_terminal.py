@@ -102,14 +102,18 @@ def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
 def _gap(diagnosis: Diagnosis) -> Table:
     far = diagnosis.how_far
     assert far is not None
-    table = _table("gap on held-out data", "rig as told", "values fitted", "with effects", "floor")
+    headings = ("as configured", "rig values fitted", "with effects", "floor")
+    table = _table("gap on held-out data", *headings)
     floor = f"{percent(far.noise_floor[0])} to {percent(far.noise_floor[1])}"
     means = (far.nominal, far.calibrated, far.augmented)
     table.add_row("all outputs", *(percent(gap) for gap in means), floor)
     for name, gaps in far.per_output.items():
         table.add_row(f"  {channel(name)[0]}", *(percent(gap) for gap in gaps), "")
     if far.of_explainable is not None:
-        table.caption = f"explained of what can be: {percent_interval(far.of_explainable)}"
+        table.caption = (
+            "of the gap above the noise floor that the fitted values left, the effects remove "
+            f"{percent_interval(far.of_explainable)}"
+        )
     return table
 
 

@@ -79,8 +79,8 @@ EDGES = MappingProxyType(
 # The three simulations as the page names them.
 SIMULATIONS = MappingProxyType(
     {
-        "nominal": "rig as told",
-        "calibrated": "values fitted",
+        "nominal": "simulator as configured",
+        "calibrated": "rig values fitted",
         "augmented": "with effects",
     }
 )

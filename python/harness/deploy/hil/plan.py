@@ -157,8 +157,8 @@ def position_plan(
 ) -> Plan:
     """The controller on the target follows a reference.
 
-    The loop is simulated here once before, with the rig as told: it must be stable, and what it
-    does gives the estimator its scales.
+    The loop is simulated here once before, with the rig as configured: it must be stable, and what
+    it does gives the estimator its scales.
 
     Raises
     ------

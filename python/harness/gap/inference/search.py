@@ -42,7 +42,7 @@ class Found:
     Attributes
     ----------
     nominal, calibrated
-        the rig as told, and with its values fitted.
+        the rig as configured, and with its values fitted.
     rivals
         sets of effects that got the long fit, best on held-out data first.
     screened

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A blind case: a rig as told, records of the machine as it is, and the answer apart."""
+"""A blind case: a rig as configured, records of the machine as it is, and the answer apart."""
 
 from __future__ import annotations
 

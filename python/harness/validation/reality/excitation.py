@@ -38,7 +38,7 @@ def draw_task(
     small: bool,
     open_loop: bool,
 ) -> Task:
-    """A reference with its feed-forward, and a gain that the rig as told would bear.
+    """A reference with its feed-forward, and a gain that the rig as configured would bear.
 
     Parameters
     ----------

@@ -2,7 +2,7 @@
 """Shrinkage that was promised against what the found rig reaches on a record nobody has seen.
 
 The third record of the same machine, under another excitation, is simulated in the windows of the
-diagnosis with the rig as told, with the found rig, and with the found rig without the found
+diagnosis with the rig as configured, with the found rig, and with the found rig without the found
 effects. The last one stands for the calibrated rig, which a diagnosis does not write: its values
 were fitted together with the effects, so that what it leaves is, as a rule, more than a
 calibration of its own would, and `of_explainable` comes out too large. `from_nominal` needs no such

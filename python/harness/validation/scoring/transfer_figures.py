@@ -59,7 +59,7 @@ def promises(cases: Sequence[Scored]) -> tuple[Promises, ...]:
             )
     return (
         _summary("shrinkage of the explainable gap", explainable),
-        _summary("shrinkage from the rig as told", nominal),
+        _summary("shrinkage from the simulator as configured", nominal),
     )
 
 

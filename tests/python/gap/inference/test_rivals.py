@@ -116,7 +116,7 @@ def test_calibration_reaches_the_truth() -> None:
     assert np.all(np.abs(found.x - truth) < deviations)
     for name, value in made.OFF.items():
         assert found.values[name] == pytest.approx(value, rel=0.05)
-    # And it beats the rig as told where neither was fitted.
+    # And it beats the rig as configured where neither was fitted.
     assert as_told(case).held_out_cost - found.held_out_cost > 100.0
 
 
