@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The compiled plant as C++ calls it; what it computes is checked from Python (tests/python/test_plant*.py). Here the
+// The compiled plant as C++ calls it; what it computes is checked from Python (tests/python/core/test_plant*.py). Here the
 // sanitizers see every plant, every effect and every size of the dual numbers.
 #include <ehsid/plant/parameters.hpp>
 #include <ehsid/plant/simulate.hpp>
