@@ -67,7 +67,12 @@ def diagnosis(
     return {
         "schema_version": 1,
         "verdict": verdict,
-        "where": {"subsystem": {subsystem: 0.9, "other": 0.1} if subsystem else {}},
+        "where": {
+            "subsystem": {subsystem: 0.9, "other": 0.1} if subsystem else {},
+            "regimes": [],
+            "frequency": [],
+            "time": [],
+        },
         "which": {
             "effects": [
                 {
@@ -97,6 +102,8 @@ def diagnosis(
         },
         "calibration": calibration or {},
         "provenance": {
+            "ehsid_version": "0",
+            "records": [],
             "seconds": 12.0,
             "settings": {"window_s": 0.5, "reset": "carry", "outputs": ["position_m"]},
         },

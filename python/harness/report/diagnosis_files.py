@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -13,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from ehsid.harness.gap.diagnosis_json import NEXT_EXPERIMENT, plain_diagnosis
+from ehsid.harness.gap.diagnosis_file import NEXT_EXPERIMENT, diagnosis_text
 from ehsid.harness.gap.schema import Diagnosis, HeldOutRun
 from ehsid.harness.records import Record, write_record
 from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
@@ -52,9 +51,8 @@ def write_diagnosis(
     """
     folder.mkdir(parents=True, exist_ok=True)
     with _unfinished(folder) as unfinished:
-        plain = plain_diagnosis(diagnosis, records, rig_file)
-        text = json.dumps(plain, indent=2, allow_nan=False, ensure_ascii=False)
-        (unfinished / "diagnosis.json").write_text(text + "\n", encoding="utf-8")
+        text = diagnosis_text(diagnosis, records, rig_file)
+        (unfinished / "diagnosis.json").write_text(text, encoding="utf-8")
         simulation_table(diagnosis.runs).write_csv(unfinished / "simulation.csv")
         write_rig(diagnosis.augmented_rig, unfinished / "rig.augmented.toml")
         if diagnosis.next_experiment is not None:

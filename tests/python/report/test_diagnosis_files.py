@@ -5,6 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import jsonschema
+import msgspec
 import numpy as np
 import pytest
 from made_diagnoses import VERDICTS, made_diagnosis, measured_record
@@ -12,7 +14,7 @@ from typer.testing import CliRunner
 
 import ehsid
 from ehsid.harness.cli import app
-from ehsid.harness.gap.diagnosis_json import plain_diagnosis
+from ehsid.harness.gap.diagnosis_file import diagnosis_text, json_schema, read_diagnosis_file
 from ehsid.harness.gap.schema import SUBSYSTEMS, Diagnosis
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.report import diagnosis_files
@@ -21,6 +23,11 @@ from ehsid.harness.rigs import read_rig
 
 # The page with its plots: test_report_gap_page.py, and the command for each verdict.
 pytestmark = pytest.mark.usefixtures("no_plots")
+
+
+PUBLISHED = json.loads(
+    (Path(__file__).parents[3] / "docs" / "schemas" / "diagnosis.json").read_text(encoding="utf-8")
+)
 
 
 def used_records() -> list[Record]:
@@ -118,6 +125,54 @@ def test_json_keeps_the_contract_whatever_the_verdict(verdict: Any, tmp_path: Pa
     ]
     assert set(plain["calibration"]) == set(diagnosis.calibration)
     assert [record["role"] for record in plain["provenance"]["records"]] == ["fit", "held out"]
+    # The published schema, read by a library that is not ours.
+    jsonschema.Draft202012Validator(PUBLISHED).validate(plain)
+
+
+def test_the_published_schema_is_that_of_the_code() -> None:
+    jsonschema.Draft202012Validator.check_schema(PUBLISHED)
+    assert json.loads(json.dumps(json_schema())) == PUBLISHED, (
+        "docs/schemas/diagnosis.json is of another version; write it again: "
+        "python docs/schemas/make.py"
+    )
+
+
+def test_what_was_written_is_read_back(tmp_path: Path) -> None:
+    plain = written(made_diagnosis("ambiguous"), tmp_path)
+    file = read_diagnosis_file(tmp_path / "diagnosis.json")
+    assert json.loads(msgspec.json.encode(file)) == plain
+    assert file.which.effects[0].parameters
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"schema_version": 2}, "schema_version"),
+        ({"verdict": "perhaps"}, "verdict"),
+        ({"which": {}}, r"\$.which"),
+        ({"calibration": {"load.mass_kg": 1.0}}, r"\$.calibration"),
+    ],
+)
+def test_another_file_is_refused_with_the_place(
+    change: dict[str, Any], says: str, tmp_path: Path
+) -> None:
+    plain = written(made_diagnosis("effects"), tmp_path)
+    path = tmp_path / "other.json"
+    path.write_text(json.dumps(plain | change))
+    with pytest.raises(ValueError, match=says) as refused:
+        read_diagnosis_file(path)
+    assert str(path) in str(refused.value)
+
+
+def test_keys_of_others_are_left_alone_and_ours_may_lack(tmp_path: Path) -> None:
+    """A file of the contract without what we add, with what somebody else does."""
+    plain = written(made_diagnosis("effects"), tmp_path)
+    for key in ("sentence", "reasons", "remarks"):
+        del plain[key]
+    plain["which"]["missing_law"] = []
+    path = tmp_path / "other.json"
+    path.write_text(json.dumps(plain))
+    assert read_diagnosis_file(path).verdict == "effects"
 
 
 def test_values_are_those_of_the_findings(tmp_path: Path) -> None:
@@ -246,7 +301,7 @@ def test_source_files_are_told_with_their_hash() -> None:
         replace(record, sha256="ab" * 32, source=Path(f"data/{record.name}.csv"))
         for record in used_records()
     ]
-    plain = plain_diagnosis(made_diagnosis("effects"), records, "bench.toml")
+    plain = json.loads(diagnosis_text(made_diagnosis("effects"), records, "bench.toml"))
     assert plain["provenance"]["records"][0] == {
         "file": str(Path("data/fit.csv")),
         "sha256": "ab" * 32,

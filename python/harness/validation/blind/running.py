@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ehsid.harness.gap.diagnosis_json import plain_diagnosis
+from ehsid.harness.gap.diagnosis_file import diagnosis_text
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import run_unordered
 from ehsid.harness.records import Record, read_record
@@ -86,7 +86,6 @@ def write_brief(
     folder: Path, diagnosis: Diagnosis, records: Sequence[Record], rig_file: str
 ) -> None:
     """What scoring reads: `diagnosis.json` and the rig with what was found."""
-    plain = plain_diagnosis(diagnosis, records, rig_file)
-    text = json.dumps(plain, indent=2, allow_nan=False, ensure_ascii=False)
-    (folder / DIAGNOSIS).write_text(text + "\n", encoding="utf-8")
+    text = diagnosis_text(diagnosis, records, rig_file)
+    (folder / DIAGNOSIS).write_text(text, encoding="utf-8")
     write_rig(diagnosis.augmented_rig, folder / "rig.augmented.toml")

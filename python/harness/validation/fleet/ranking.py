@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from ehsid.harness.gap.diagnosis_file import DiagnosisFile, known, read_diagnosis_file
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.validation.blind.running import DIAGNOSIS
 from ehsid.harness.validation.jobs import ERROR
@@ -136,49 +135,38 @@ def read_fleet(out: Path, names: Iterable[str]) -> Fleet:
 
 def _read(path: Path) -> Machine:
     try:
-        return _machine(path.parent.name, json.loads(path.read_text(encoding="utf-8")))
-    except (ValueError, KeyError, TypeError) as error:
-        raise ValueError(
-            f"{path}: not a diagnosis: {type(error).__name__} {error}; remove its folder and "
-            "start again"
-        ) from None
+        return _machine(path.parent.name, read_diagnosis_file(path))
+    except ValueError as error:
+        raise ValueError(f"{error}; remove its folder and start again") from None
 
 
-def _machine(name: str, plain: Mapping[str, Any]) -> Machine:
-    far, which = plain["how_far"], plain["which"]
-    low, high = (_number(end) for end in far["noise_floor"])
-    calibrated = _number(far["calibrated"])
-    judged = plain["verdict"] != "insufficient_data"
+def _machine(name: str, file: DiagnosisFile) -> Machine:
+    far, which = file.how_far, file.which
+    low, high = map(known, far.noise_floor)
+    calibrated = known(far.calibrated)
+    judged = file.verdict != "insufficient_data"
     return Machine(
         name=name,
-        verdict=plain["verdict"],
-        sentence=plain["sentence"],
-        nominal=_number(far["nominal"]),
+        verdict=file.verdict,
+        sentence=file.sentence,
+        nominal=known(far.nominal),
         calibrated=calibrated,
-        augmented=_number(far["augmented"]),
+        augmented=known(far.augmented),
         noise_floor=(low, high),
         structural=max(0.0, calibrated - high) if judged else math.nan,
-        effects=tuple(_effect(one) for one in which["effects"]),
-        ambiguity_set=tuple(tuple(group) for group in which["ambiguity_set"]),
-        cannot_judge={one["id"]: one["why"] for one in which["cannot_judge"]},
-        why=tuple(plain["reasons"]),
+        effects=tuple(
+            FleetEffect(
+                one.id,
+                known(one.probability),
+                {parameter: size.estimate() for parameter, size in one.parameters.items()},
+                min(1.0, max(0.0, known(one.share_of_shrinkage))),
+            )
+            for one in which.effects
+        ),
+        ambiguity_set=tuple(tuple(group) for group in which.ambiguity_set),
+        cannot_judge={one.id: one.why for one in which.cannot_judge},
+        why=tuple(file.reasons),
     )
-
-
-def _effect(plain: Mapping[str, Any]) -> FleetEffect:
-    return FleetEffect(
-        plain["id"],
-        _number(plain["probability"]),
-        {
-            name: Estimate(_number(size["value"]), *(_number(end) for end in size["ci90"]))
-            for name, size in plain["parameters"].items()
-        },
-        min(1.0, max(0.0, _number(plain["share_of_shrinkage"]))),
-    )
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)
 
 
 def _shared(ranked: Iterable[Machine]) -> tuple[Shared, ...]:

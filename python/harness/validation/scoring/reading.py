@@ -10,6 +10,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
+from ehsid.harness.gap.diagnosis_file import (
+    DiagnosisFile,
+    HowFar,
+    Value,
+    known,
+    read_diagnosis_file,
+)
 from ehsid.harness.gap.schema import Estimate
 
 T = TypeVar("T")
@@ -130,8 +137,7 @@ def read_answers(path: Path) -> dict[str, Answer]:
 def read_said(folder: Path) -> Said | None:
     """The result of a case; None where it has not been diagnosed yet."""
     if (folder / "diagnosis.json").is_file():
-        path = folder / "diagnosis.json"
-        return _parsed(path, "", _read(path), _said)
+        return _said(read_diagnosis_file(folder / "diagnosis.json"))
     return Said(FAILED) if (folder / "error.txt").is_file() else None
 
 
@@ -171,63 +177,50 @@ def _answer(plain: dict[str, Any]) -> Answer:
     )
 
 
-def _said(plain: dict[str, Any]) -> Said:
-    which, far = plain["which"], plain["how_far"]
+def _said(file: DiagnosisFile) -> Said:
+    which, far = file.which, file.how_far
     return Said(
-        verdict=str(plain["verdict"]),
+        verdict=file.verdict,
         named=tuple(
             Named(
-                one["id"],
-                float(one["probability"]),
-                {name: _estimate(size) for name, size in one["parameters"].items()},
+                one.id,
+                known(one.probability),
+                {name: size.estimate() for name, size in one.parameters.items()},
             )
-            for one in which["effects"]
+            for one in which.effects
         ),
-        sets=tuple(tuple(one) for one in which["ambiguity_set"]),
+        sets=tuple(tuple(one) for one in which.ambiguity_set),
         tried=tuple(
             Tried(
-                tuple(one["effects"]),
-                _number(one["score"]),
-                one.get("fitted_cost"),
-                one.get("held_out_cost"),
-                one.get("free"),
+                tuple(one.effects), known(one.score), one.fitted_cost, one.held_out_cost, one.free
             )
-            for one in which["candidates"]
+            for one in which.candidates
         ),
-        cannot_judge=frozenset(one["id"] for one in which["cannot_judge"]),
-        subsystem=dict(plain["where"]["subsystem"]),
+        cannot_judge=frozenset(one.id for one in which.cannot_judge),
+        subsystem=file.where.subsystem,
         residuals=tuple(
-            (one["subsystem"], _number(one["residual"]["value"]) / one["noise"])
-            for one in plain["where"].get("equations", ())
-            if one["noise"]
+            (one.subsystem, known(one.residual.value) / one.noise)
+            for one in file.where.equations
+            if one.noise
         ),
         calibration={
-            name: Estimate(_number(one["found"]), *map(_number, one["ci90"]))
-            for name, one in plain["calibration"].items()
+            name: Value(one.found, one.ci90).estimate() for name, one in file.calibration.items()
         },
         gap=_gap(far),
-        of_explainable=_interval(far["shrinkage_of_explainable"]),
-        from_nominal=_interval(far["shrinkage_from_nominal"]),
-        seconds=_number(plain["provenance"]["seconds"]),
-        settings=plain["provenance"].get("settings", {}),
+        of_explainable=_interval(far.shrinkage_of_explainable),
+        from_nominal=_interval(far.shrinkage_from_nominal),
+        seconds=known(file.provenance.seconds),
+        settings=file.provenance.settings,
     )
 
 
-def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)
-
-
-def _estimate(plain: dict[str, Any]) -> Estimate:
-    return Estimate(_number(plain["value"]), *map(_number, plain["ci90"]))
-
-
-def _interval(plain: dict[str, Any]) -> Estimate | None:
-    found = _estimate(plain)
+def _interval(value: Value) -> Estimate | None:
+    found = value.estimate()
     return found if math.isfinite(found.value) else None
 
 
-def _gap(far: dict[str, Any]) -> float | None:
-    ends = [end for end in far["noise_floor"] if end]
-    if far["calibrated"] is None or not ends:
+def _gap(far: HowFar) -> float | None:
+    ends = [end for end in far.noise_floor if end]
+    if far.calibrated is None or not ends:
         return None
-    return float(far["calibrated"]) * len(ends) / float(sum(ends))
+    return far.calibrated * len(ends) / sum(ends)

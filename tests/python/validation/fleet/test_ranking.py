@@ -32,13 +32,18 @@ def diagnosis(
         }
         for name, share in (effects or {}).items()
     ]
+    nothing = {"value": None, "ci90": [None, None]}
     return {
+        "schema_version": 1,
         "verdict": verdict,
         "sentence": "So it is.",
         "reasons": ["It rests on this."],
+        "where": {"subsystem": {}, "regimes": [], "frequency": [], "time": []},
         "which": {
             "effects": named,
             "ambiguity_set": sets or [],
+            "candidates": [],
+            "next_experiment": None,
             "cannot_judge": [{"id": "load_spring", "why": "it does not move far"}],
         },
         "how_far": {
@@ -46,7 +51,12 @@ def diagnosis(
             "calibrated": calibrated,
             "augmented": None if calibrated is None else floor,
             "noise_floor": [None, None] if calibrated is None else [0.5 * floor, floor],
+            "shrinkage_of_explainable": nothing,
+            "shrinkage_from_nominal": nothing,
+            "per_output": {},
         },
+        "calibration": {},
+        "provenance": {"ehsid_version": "0", "records": [], "settings": {}, "seconds": 1.0},
     }
 
 

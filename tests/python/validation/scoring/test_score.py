@@ -235,7 +235,8 @@ def test_the_seal_is_compared(tmp_path: Path, honest: bool) -> None:
         ("answers.json", "{", "not JSON"),
         ("answers.json", "[]", "expected an object"),
         ("answers.json", '{"a": {"kind": "one"}}', "the key 'grade' is missing"),
-        ("diagnosis.json", "{}", "the key 'which' is missing"),
+        ("diagnosis.json", "{}", "missing required field `schema_version`"),
+        ("diagnosis.json", "{", "not a diagnosis of version 1"),
         ("seal.json", "{}", "seal"),
     ],
 )

@@ -1,0 +1,391 @@
+# SPDX-License-Identifier: MIT
+"""The contract's `diagnosis.json`, schema version 1: its fields once, for writers and readers.
+
+The classes below are the file: a class is an object, a field is a key. From them come the text that
+is written, the check of a file that is read, and the JSON Schema in docs/schemas. Fields with a
+default go beyond the contract, so a file may lack them. A number that is not known is null.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+
+import ehsid
+from ehsid.harness.encoding import to_plain
+from ehsid.harness.gap import schema as found
+from ehsid.harness.records import Record
+
+SCHEMA_VERSION: Literal[1] = 1
+NEXT_EXPERIMENT = "next_experiment.csv"
+
+Number = float | None
+Interval = tuple[Number, Number]
+
+
+class Value(msgspec.Struct, frozen=True):
+    """A value with its interval of 90 %, in the unit of what it belongs to."""
+
+    value: Number
+    ci90: Interval
+
+    @classmethod
+    def of(cls, estimate: found.Estimate | None) -> Value:
+        """The same as plain numbers; all null where there is none."""
+        if estimate is None:
+            return cls(None, (None, None))
+        return cls(_number(estimate.value), (_number(estimate.low), _number(estimate.high)))
+
+    def estimate(self) -> found.Estimate:
+        """The same as an estimate; NaN where a number is not known."""
+        return found.Estimate(known(self.value), *map(known, self.ci90))
+
+
+class Regime(msgspec.Struct, frozen=True):
+    """Share of the structural gap under a condition, e.g. "|velocity| < 0.004 m/s"."""
+
+    condition: str
+    share_of_gap: Number
+    share_of_time: Number
+    ci90: Interval = (None, None)
+
+
+class Band(msgspec.Struct, frozen=True):
+    """Share of the structural gap in a band of frequencies, Hz."""
+
+    band_hz: tuple[float, float]
+    share_of_gap: Number
+    ci90: Interval = (None, None)
+
+
+class Span(msgspec.Struct, frozen=True):
+    """Share of the structural gap in a stretch of a held-out record, s."""
+
+    span_s: tuple[float, float]
+    share_of_gap: Number
+    record: str = ""
+
+
+class Residual(msgspec.Struct, frozen=True):
+    """What an equation of the servo leaves over, as shares of its largest term."""
+
+    equation: str
+    subsystem: str
+    residual: Value
+    noise: Number
+
+
+class Where(msgspec.Struct, frozen=True):
+    """Where the structural gap lies; `subsystem` has shares with sum 1, or nothing."""
+
+    subsystem: dict[str, float]
+    regimes: list[Regime]
+    frequency: list[Band]
+    time: list[Span]
+    equations: list[Residual] = []
+    notes: list[str] = []
+
+
+class Effect(msgspec.Struct, frozen=True):
+    """An effect of the best set, with its sizes in SI by the names of its parameters."""
+
+    id: str
+    probability: Number
+    parameters: dict[str, Value]
+    share_of_shrinkage: Number
+
+
+class Candidate(msgspec.Struct, frozen=True):
+    """A set of effects that was fitted; scores and costs in nats."""
+
+    effects: list[str]
+    score: Number
+    held_out_shrinkage: Number
+    parameters: dict[str, Number] = {}
+    in_confidence_set: bool = False
+    fitted_cost: Number = None
+    held_out_cost: Number = None
+    free: int | None = None
+
+
+class CannotJudge(msgspec.Struct, frozen=True):
+    """An effect of which the records cannot speak, and what they lack."""
+
+    id: str
+    why: str
+
+
+class NextExperiment(msgspec.Struct, frozen=True):
+    """The experiment that separates rivals; `record` is the file with its command."""
+
+    separates: list[str]
+    record: str
+    description: str
+    power: Number = None
+    sensors: list[str] = []
+
+
+class Which(msgspec.Struct, frozen=True):
+    """Which effects cause the gap; `ambiguity_set` and `candidates` have the best first."""
+
+    effects: list[Effect]
+    ambiguity_set: list[list[str]]
+    candidates: list[Candidate]
+    cannot_judge: list[CannotJudge]
+    next_experiment: NextExperiment | None
+
+
+class Gaps(msgspec.Struct, frozen=True):
+    """Gaps of one output, nrmse."""
+
+    nominal: Number
+    calibrated: Number
+    augmented: Number
+
+
+class HowFar(msgspec.Struct, frozen=True):
+    """Gaps on held-out data, nrmse averaged over the outputs, and how far they shrink."""
+
+    nominal: Number
+    calibrated: Number
+    augmented: Number
+    noise_floor: Interval
+    shrinkage_of_explainable: Value
+    shrinkage_from_nominal: Value
+    per_output: dict[str, Gaps]
+    carries_over: Interval | None = None
+
+
+class Calibrated(msgspec.Struct, frozen=True):
+    """A value of the rig file, or the prior centre of a nuisance, and what the fit found."""
+
+    rig: Number
+    found: Number
+    ci90: Interval
+    moved: bool = False
+
+
+class Remark(msgspec.Struct, frozen=True):
+    """What the reader must know of the data; `record` is "" where it concerns all of them."""
+
+    record: str
+    what: str
+    serious: bool = False
+
+
+class RecordFile(msgspec.Struct, frozen=True):
+    """A record that was used; its role is "fit", "held out" or "fit and held out"."""
+
+    file: str
+    sha256: str | None
+    role: str | None = None
+
+
+class Provenance(msgspec.Struct, frozen=True):
+    """What the diagnosis was made from, with what, and how long it took."""
+
+    ehsid_version: str
+    records: list[RecordFile]
+    settings: dict[str, Any]
+    seconds: Number
+    rig: str = ""
+
+
+class DiagnosisFile(msgspec.Struct, frozen=True):
+    """The file as a whole."""
+
+    schema_version: Literal[1]
+    verdict: found.Verdict
+    where: Where
+    which: Which
+    how_far: HowFar
+    calibration: dict[str, Calibrated]
+    provenance: Provenance
+    sentence: str = ""
+    reasons: list[str] = []
+    remarks: list[Remark] = []
+
+
+def known(number: Number) -> float:
+    """The number, NaN where it is null."""
+    return math.nan if number is None else number
+
+
+def _number(value: float) -> Number:
+    return float(value) if math.isfinite(value) else None
+
+
+def diagnosis_file(
+    diagnosis: found.Diagnosis, records: Sequence[Record], rig_file: str
+) -> DiagnosisFile:
+    """Every field, whatever the verdict.
+
+    Parameters
+    ----------
+    diagnosis
+        findings.
+    records
+        all that were used, as they were read.
+    rig_file
+        as it was given.
+    """
+    return DiagnosisFile(
+        schema_version=SCHEMA_VERSION,
+        verdict=diagnosis.verdict,
+        where=_where(diagnosis.where),
+        which=_which(diagnosis),
+        how_far=_how_far(diagnosis.how_far),
+        calibration={name: _calibrated(one) for name, one in diagnosis.calibration.items()},
+        provenance=Provenance(
+            ehsid_version=ehsid.__version__,
+            records=[
+                RecordFile(
+                    str(record.source or record.name),
+                    record.sha256,
+                    diagnosis.records.get(record.name),
+                )
+                for record in records
+            ],
+            settings=to_plain(
+                {
+                    **diagnosis.settings,
+                    "outputs": diagnosis.outputs,
+                    "outputs_left_out": diagnosis.outputs_left_out,
+                }
+            ),
+            seconds=_number(diagnosis.seconds),
+            rig=rig_file,
+        ),
+        sentence=diagnosis.sentence,
+        reasons=list(diagnosis.reasons),
+        remarks=[Remark(one.record, one.what, one.serious) for one in diagnosis.remarks],
+    )
+
+
+def diagnosis_text(diagnosis: found.Diagnosis, records: Sequence[Record], rig_file: str) -> str:
+    """Text of the file; see `diagnosis_file` for the parameters."""
+    encoded = msgspec.json.encode(diagnosis_file(diagnosis, records, rig_file))
+    return msgspec.json.format(encoded, indent=2).decode() + "\n"
+
+
+def read_diagnosis_file(path: Path) -> DiagnosisFile:
+    """Read and check a file; keys that this version does not know are left alone.
+
+    Raises
+    ------
+    ValueError
+        no JSON, a key that is missing, or a value of another type; the message says where.
+    OSError
+        the file cannot be read.
+    """
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=DiagnosisFile)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: not a diagnosis of version {SCHEMA_VERSION}: {error}") from None
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of the file, as docs/schemas/diagnosis.json has it."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "diagnosis.json of ehsid gap, schema version 1",
+        **msgspec.json.schema(DiagnosisFile),
+    }
+
+
+def _where(where: found.Where) -> Where:
+    return Where(
+        subsystem={name: float(share) for name, share in where.subsystem.items()},
+        regimes=[
+            Regime(one.condition, share.value, _number(one.share_of_time), share.ci90)
+            for one in where.regimes
+            for share in (Value.of(one.share_of_gap),)
+        ],
+        frequency=[
+            Band((float(one.band_hz[0]), float(one.band_hz[1])), share.value, share.ci90)
+            for one in where.frequency
+            for share in (Value.of(one.share_of_gap),)
+        ],
+        time=[
+            Span(
+                (float(one.span_s[0]), float(one.span_s[1])),
+                _number(one.share_of_gap),
+                one.record,
+            )
+            for one in where.time
+        ],
+        equations=[
+            Residual(one.equation, one.subsystem, Value.of(one.residual), _number(one.noise))
+            for one in where.equations
+        ],
+        notes=list(where.notes),
+    )
+
+
+def _which(diagnosis: found.Diagnosis) -> Which:
+    coming = diagnosis.next_experiment
+    return Which(
+        effects=[
+            Effect(
+                one.id,
+                _number(one.probability),
+                {name: Value.of(size) for name, size in one.parameters.items()},
+                _number(one.share_of_shrinkage),
+            )
+            for one in diagnosis.effects
+        ],
+        ambiguity_set=[list(effects) for effects in diagnosis.ambiguity_set],
+        candidates=[_candidate(one) for one in diagnosis.candidates],
+        cannot_judge=[CannotJudge(one.id, one.why) for one in diagnosis.cannot_judge],
+        next_experiment=None
+        if coming is None
+        else NextExperiment(
+            list(coming.separates),
+            NEXT_EXPERIMENT,
+            coming.description,
+            _number(coming.power),
+            list(coming.sensors),
+        ),
+    )
+
+
+def _candidate(one: found.Candidate) -> Candidate:
+    return Candidate(
+        list(one.effects),
+        _number(one.score),
+        _number(one.held_out_shrinkage),
+        {name: _number(value) for name, value in one.parameters.items()},
+        bool(one.in_confidence_set),
+        _number(one.fitted_cost),
+        _number(one.held_out_cost),
+        int(one.free),
+    )
+
+
+def _how_far(far: found.HowFar | None) -> HowFar:
+    """Of one form; where nothing could be compared, without numbers."""
+    if far is None:
+        nothing = Value.of(None)
+        return HowFar(None, None, None, (None, None), nothing, nothing, {}, None)
+    low, high = far.noise_floor
+    return HowFar(
+        _number(far.nominal),
+        _number(far.calibrated),
+        _number(far.augmented),
+        (_number(low), _number(high)),
+        Value.of(far.of_explainable),
+        Value.of(far.from_nominal),
+        {name: Gaps(*map(_number, gaps)) for name, gaps in far.per_output.items()},
+        None
+        if far.carries_over is None
+        else (_number(far.carries_over[0]), _number(far.carries_over[1])),
+    )
+
+
+def _calibrated(one: found.CalibratedValue) -> Calibrated:
+    value = Value.of(one.found)
+    return Calibrated(_number(one.rig), value.value, value.ci90, bool(one.moved))
