@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Results as plain values that `json.dumps` takes."""
+"""Converts results to plain values that `json.dumps` accepts."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ import numpy as np
 
 
 def to_plain(value: Any) -> Any:
-    """Dataclasses to dicts, keys to text, arrays to lists, non-finite numbers to None.
+    """Converts a result to dicts with text keys, lists, numbers, text and None.
 
-    Complex numbers become [real, imaginary].
+    A dataclass becomes a dict, an array or tuple a list, a complex number [real, imaginary], a
+    slice [start, stop], and a number that is not finite None.
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: to_plain(getattr(value, f.name)) for f in dataclasses.fields(value)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Independent tasks on all cores, or on the workers of a Dask cluster, with progress."""
+"""Runs independent tasks on all cores or on the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ PACKAGE = "ehsid"
 CONNECT_S = 10.0
 
 _WORKERS: ContextVar[int] = ContextVar("_WORKERS", default=-1)
-_CLUSTER: ContextVar[Any] = ContextVar("_CLUSTER", default=None)  # a client of Dask
+_CLUSTER: ContextVar[Any] = ContextVar("_CLUSTER", default=None)  # Dask client of the cluster
 
 
 def worker_count() -> int:
-    """That `run_tasks` uses here; -1: one for each core."""
+    """Number of processes that `run_tasks` uses; -1 means one for each core."""
     return _WORKERS.get()
 
 
 @contextmanager
 def workers(count: int | None) -> Iterator[None]:
-    """How many processes `run_tasks` uses inside; None: one for each core."""
+    """Sets how many processes `run_tasks` uses in this context; None means one for each core."""
     token = _WORKERS.set(-1 if count is None else count)
     try:
         yield
@@ -47,12 +47,12 @@ def workers(count: int | None) -> Iterator[None]:
 
 @contextmanager
 def _workers_deaf_to_ctrl_c() -> Iterator[None]:
-    """Processes that are started meanwhile never see an interrupt from the keyboard.
+    """Makes processes that are started in this context ignore a keyboard interrupt.
 
-    Else each of them answers with a traceback of its own; this process ends them. A signal that is
-    ignored stays so in a child (POSIX), also while it is still importing. To block it would not do:
-    what keeps track of the workers' resources unblocks it when it starts. Only the main thread may
-    set what a signal does.
+    Otherwise each worker process prints its own traceback. This process ends the workers. A child
+    process inherits an ignored signal (POSIX), even while it still imports modules. It is not
+    enough to block the signal: the resource tracker of the workers unblocks it at its start. Only
+    the main thread may set a signal handler; in other threads this context does nothing.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -66,20 +66,20 @@ def _workers_deaf_to_ctrl_c() -> Iterator[None]:
 
 @contextmanager
 def on_cluster(address: str) -> Iterator[None]:
-    """`run_tasks` and `run_unordered` inside use the workers of a Dask cluster.
+    """Makes `run_tasks` and `run_unordered` use the workers of a Dask cluster in this context.
 
     Parameters
     ----------
     address
-        of the scheduler, such as "tcp://10.0.0.5:8786".
+        address of the scheduler, such as "tcp://10.0.0.5:8786".
 
     Raises
     ------
     ValueError
-        dask.distributed is not installed, nothing answers there, or the workers cannot run the
-        tasks; the message says what to do.
+        dask.distributed is not installed, no scheduler answers at the address, or the workers
+        cannot run the tasks; the message says what to do.
     ChildProcessError
-        a task took its workers down with it, again and again, or the scheduler has gone.
+        a task has repeatedly killed the worker that ran it, or the scheduler has ended.
     """
     try:
         from distributed import Client, KilledWorker
@@ -112,7 +112,7 @@ def on_cluster(address: str) -> Iterator[None]:
 
 @contextmanager
 def _quiet(*loggers: str) -> Iterator[None]:
-    """Nothing but what is critical is logged: errors come as exceptions, and are told once."""
+    """Limits these loggers to critical messages, because errors are reported as exceptions."""
     before = {name: logging.getLogger(name).level for name in loggers}
     try:
         for name in loggers:
@@ -128,7 +128,10 @@ def _version() -> str:
 
 
 def _check_scheduler(address: str) -> None:
-    """Something listens there: told at once, where a client would go on trying."""
+    """Checks that a program listens at the address.
+
+    This check fails at once where nothing listens; a Dask client would keep trying.
+    """
     parts = urlsplit(address)
     if parts.scheme not in ("tcp", "tls") or not parts.hostname or not parts.port:
         raise ValueError("this is not an address such as tcp://10.0.0.5:8786")
@@ -136,7 +139,7 @@ def _check_scheduler(address: str) -> None:
 
 
 def _check_cluster(client: Any, address: str) -> None:
-    """There are workers, and they have this version of the package."""
+    """Checks that the cluster has workers and that they have this version of the package."""
     here = _version()
     found = client.run(importlib.metadata.version, PACKAGE, on_error="return")
     if not found:
@@ -153,25 +156,25 @@ def _check_cluster(client: Any, address: str) -> None:
 
 
 def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
-    """Each result as soon as it is there, in any order; each task must be picklable.
+    """Yields each result as soon as it is available, in any order; each task must be picklable.
 
-    Tasks are taken from the iterable a few ahead of the workers, in any thread: one that is made of
-    much data need not exist before its turn. The iterable must not raise.
+    The tasks are taken from the iterable only a few ahead of the workers, in any thread, so that a
+    task with much data need not exist before its turn. The iterable must not raise.
 
     Raises
     ------
     ChildProcessError
-        a worker was killed.
+        a worker process was killed.
     """
     if worker_count() == 1:
-        # Also of a task that itself runs on a cluster: its parts stay where it is.
+        # This also holds for a task that itself runs on a cluster: its subtasks stay on its worker.
         yield from (task() for task in tasks)
         return
     client = _CLUSTER.get()
     if client is not None:
         yield from _on(client, tasks)
         return
-    # Imported here: what runs nothing in parallel, or on a cluster, does without.
+    # Imported here because serial runs and runs on a cluster do not need joblib.
     import joblib
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
@@ -189,10 +192,11 @@ def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
 
 
 def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
-    """The same on a cluster.
+    """Yields the results of tasks that run on a cluster, as `run_unordered` does.
 
-    Not by joblib's own backend for Dask (as of 1.6): when the scheduler goes while results are
-    taken as they finish it waits for ever, and on a cluster of one core it runs all tasks here.
+    The function does not use joblib's own backend for Dask (as of 1.6). That backend waits for ever
+    when the scheduler ends while results are taken in the order of completion. On a cluster of one
+    core it runs all tasks in this process.
     """
     import cloudpickle
     from distributed import as_completed
@@ -202,10 +206,10 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
 
     def sent(task: Callable[[], T]) -> Any:
         with warnings.catch_warnings():
-            # Records of a task go with it, whatever their size: each is wanted once.
+            # A task carries its records, whatever their size, because each is needed only once.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            # As bytes: the scheduler unpacks what it is sent, and need not have this package. A
-            # function within another one is sent by value.
+            # The task is sent as bytes: the scheduler unpickles what it receives, and it need not
+            # have this package. A nested function such as `unpacked` is sent by value.
             return client.submit(unpacked, cloudpickle.dumps(task), pure=False)
 
     waiting = iter(tasks)
@@ -219,14 +223,14 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
 
 
 def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:
-    """Results in the order of the tasks; each must be picklable.
+    """Returns the results in the order of the tasks; each task must be picklable.
 
-    progress is called with the share that is done, 0 to 1.
+    `progress` is called with the share of completed tasks, 0 to 1.
 
     Raises
     ------
     ChildProcessError
-        a worker was killed.
+        a worker process was killed.
     """
     results: dict[int, T] = {}
     for place, result in run_unordered([partial(_placed, i, task) for i, task in enumerate(tasks)]):

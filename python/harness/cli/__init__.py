@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""The command `ehsid`: one verb a file, parse and call.
+"""The command `ehsid`: each file parses the options of one subcommand (verb) and calls the work.
 
-The file of a verb imports at its top what the options need, no more. The work is imported by the
-function of the verb: then `ehsid --help` and `ehsid VERB --help` answer at once, and a verb loads
-only the libraries that it uses.
+At its top, the file of a verb imports only what the options need. The function of the verb imports
+the code for the work. Therefore `ehsid --help` and `ehsid VERB --help` answer at once, and a verb
+loads only the libraries that it uses.
 """
 
 from __future__ import annotations
@@ -75,5 +75,5 @@ def _options(
 
 
 def main() -> None:
-    """Entry point of the command `ehsid`."""
+    """Runs the command `ehsid`; its entry point."""
     app()

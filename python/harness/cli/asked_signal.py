@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A test signal as it was asked for: as a command, or as the reference of a closed loop."""
+"""Makes the test signal of the options, as a command or as the reference of a closed loop."""
 
 from __future__ import annotations
 
@@ -18,7 +18,19 @@ from ehsid.harness.simulation import PositionController, command_limit, velocity
 
 @dataclass(frozen=True)
 class AskedSignal:
-    """A test signal by its options."""
+    """The options of a test signal.
+
+    Attributes
+    ----------
+    signal
+        kind of signal.
+    duration, dt
+        length and sampling time, s.
+    amplitude
+        peak, V for a command, m for a reference; None for the default.
+    seed
+        seed of the random numbers.
+    """
 
     signal: SignalName
     duration: float
@@ -28,7 +40,7 @@ class AskedSignal:
 
     @property
     def samples(self) -> int:
-        """How many there will be."""
+        """Number of samples."""
         if not (self.dt > 0.0 and 2.0 * self.dt <= self.duration < math.inf):
             raise ValueError(
                 f"--duration {self.duration:g}, --dt {self.dt:g}: expected 0 < 2 dt <= duration"
@@ -36,7 +48,7 @@ class AskedSignal:
         return round(self.duration / self.dt)
 
     def make(self, *, default: float, top_hz: float) -> FloatArray:
-        """The signal, shape (samples,), with `default` as its peak unless told otherwise."""
+        """Returns the signal, shape (samples,); its peak is `default` if no amplitude is given."""
         peak = default if self.amplitude is None else self.amplitude
         if not 0.0 < peak < math.inf:
             raise ValueError(f"--amplitude {peak:g}: expected a finite number > 0")
@@ -47,7 +59,7 @@ class AskedSignal:
 
 
 def start_position(rig: Rig, position0: float | None) -> float:
-    """Where a run starts, m: mid-stroke unless told otherwise."""
+    """Returns the position in m where a run starts: `position0`, or mid-stroke if it is None."""
     return 0.5 * rig.values.get("cylinder.stroke_m", 0.0) if position0 is None else position0
 
 
@@ -73,7 +85,10 @@ def as_command(rig: Rig, asked: AskedSignal, position0: float | None = None) -> 
 def as_reference(
     rig: Rig, asked: AskedSignal, controller: PositionController, position0: float | None = None
 ) -> FloatArray:
-    """The test signal as a reference around the start, m, up to twice the loop's bandwidth."""
+    """Returns the test signal as a position reference in m around the start position.
+
+    It excites up to twice the bandwidth of the loop, but at least up to 2 Hz.
+    """
     bandwidth_hz = controller.gain_v_m * velocity_gain(rig) / (2.0 * math.pi)
     default = 0.03 * rig.values.get("cylinder.stroke_m", 0.3)
     signal = asked.make(default=default, top_hz=max(2.0, 2.0 * bandwidth_hz))

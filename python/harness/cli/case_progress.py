@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Progress of work that is done case by case: which is finished, what came of it, time left."""
+"""Shows the progress of work that is done case by case: finished case, outcome, time left."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ehsid.harness.validation.jobs import Outcome
 
 
 def in_words(seconds: float) -> str:
-    """A time as people say it: "40 s", "12 min", "3 h 20 min"."""
+    """Returns a time in words, such as "40 s", "12 min" or "3 h 20 min"."""
     if seconds < 90.0:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60.0)
@@ -30,12 +30,12 @@ def in_words(seconds: float) -> str:
 def shown(
     outcomes: Iterable[Outcome], todo: int, total: int, console: Console | None = None
 ) -> Iterator[Outcome]:
-    """The same outcomes, told on stderr as they come: a bar on a terminal, lines in a log.
+    """Passes the outcomes on and shows each on stderr: a bar on a terminal, lines in a log.
 
     Parameters
     ----------
     todo, total
-        how many come, and how many there are with those of earlier runs.
+        number of outcomes to come, and number of all cases with those of earlier runs.
     """
     console = console or Console(stderr=True)
     began, done = time.monotonic(), total - todo

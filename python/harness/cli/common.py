@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the verbs share: reading the two columns, refusals, files written whole."""
+"""Functions that several commands share: reading of signals, errors, writing of complete files."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 
 def refuse(message: str) -> NoReturn:
-    """Say what is wrong on stderr and end with code 2."""
+    """Prints an error message on stderr and ends the program with exit code 2."""
     typer.echo(f"ehsid: {message}", err=True)
     raise typer.Exit(2)
 
 
 def parse_range(text: str, option: str) -> range:
-    """Range from "2-5" or "3"."""
+    """Returns the range that a text such as "2-5" or "3" names, upper end included."""
     match = re.fullmatch(r"(\d+)(?:-(\d+))?", text.strip())
     if match is None or int(match[2] or match[1]) < int(match[1]):
         raise ValueError(f"{option} {text!r}: expected a number or a range such as 2-5")
@@ -33,7 +33,7 @@ def parse_range(text: str, option: str) -> range:
 
 
 def read_io(path: Path, input_name: str, output_name: str) -> IoData:
-    """Two columns of a record."""
+    """Reads the input column and the output column of a record."""
     from ehsid.harness.identification import IoData
     from ehsid.harness.records import read_record
 
@@ -42,7 +42,7 @@ def read_io(path: Path, input_name: str, output_name: str) -> IoData:
 
 
 def write_results(folder: Path, stem: str, findings: dict[str, Any], figure: Figure) -> None:
-    """Write STEM.json and STEM.png into the folder, each under a temporary name first."""
+    """Writes STEM.json and STEM.png into a folder, each under a temporary name first."""
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"--out {folder}: this is a file; give the name of a folder")
     folder.mkdir(parents=True, exist_ok=True)
@@ -51,6 +51,6 @@ def write_results(folder: Path, stem: str, findings: dict[str, Any], figure: Fig
 
 
 def write_figure(path: Path, figure: Figure) -> None:
-    """Write a PNG under a temporary name, then rename."""
+    """Writes a figure as PNG under a temporary name, then renames the file."""
     with replacing(path) as unfinished:
         figure.savefig(unfinished, dpi=120, format="png")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid effects`: the catalogue."""
+"""`ehsid effects`: lists the catalogue of effects."""
 
 from __future__ import annotations
 

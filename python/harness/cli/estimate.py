@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid estimate`: a record through the C++ estimator."""
+"""`ehsid estimate`: runs the C++ estimator over a record."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class ForgettingName(StrEnum):
-    """Policies by name."""
+    """Names of the forgetting policies on the command line."""
 
     constant = "constant"
     exponential = "exponential"
@@ -31,7 +31,7 @@ class ForgettingName(StrEnum):
 
 
 def make_policy(name: ForgettingName, lambda0: float | None) -> ehsid.Forgetting:
-    """The policy with its defaults; ValueError where it has no lambda0 to set."""
+    """Returns the policy with its defaults; ValueError if a given lambda0 does not apply to it."""
     if name is ForgettingName.constant:
         return ehsid.Constant() if lambda0 is None else ehsid.Constant(lambda0)
     if name is ForgettingName.exponential:

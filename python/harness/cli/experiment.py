@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid experiment`: the published experiment, or the same on a record of one's own."""
+"""`ehsid experiment`: redoes the published experiment, or runs it on a record of the user."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ehsid.harness.cli.progress import stages
 
 
 class TrendName(StrEnum):
-    """What detrending takes off."""
+    """Trend that the preprocessing removes from input and output."""
 
     none = "none"
     mean = "mean"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What `ehsid experiment` computes and writes."""
+"""Computes and writes the findings of `ehsid experiment`."""
 
 from __future__ import annotations
 
@@ -47,18 +47,21 @@ from ehsid.harness.studies.published import DT_S, ORDERS
 from ehsid.harness.studies.recursive import noise_for_fit
 from ehsid.harness.studies.rig_records import rig_record
 
-# The record of the offline half; the runs of the recursive half have the seeds from 0 on.
+# Seed of the record for the offline half. The runs of the recursive half have seeds from 0 on.
 OFFLINE_SEED = 1000
-# Of the rig at half time: it takes up a second load as heavy as the first.
+# Factor on the load mass of the rig at half time: a second load, as heavy as the first, is added.
 CHANGE_OF_MASS = 2.0
-# Deviation of e(k) whose variance is the published loss.
+# Standard deviation of e(k) whose variance is the published loss.
 LOSS_NOISE = 0.151
 THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)
 
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What goes into the report: title, sentences, sections, plain values, tables by file name."""
+    """Contents of the report: title, sentences, sections, plain values, tables by file name.
+
+    `problems` say why the record allows no sound model; empty where it does.
+    """
 
     title: str
     lead: list[str]
@@ -70,21 +73,21 @@ class Findings:
 
 @dataclass(frozen=True)
 class Offline:
-    """What the first attempt of the offline half tries."""
+    """Orders, delays in samples and preprocessing of the first attempt of the offline half."""
 
     orders: range
     delays: range
     preprocessing: Preprocessing
 
     def run(self, data: IoData) -> Procedure:
-        """The procedure of Fig. 3."""
+        """Runs the procedure of Fig. 3 of the paper."""
         return run_procedure(
             data, orders=self.orders, delays=self.delays, preprocessing=self.preprocessing
         )
 
 
 def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float], None]) -> Findings:
-    """The published experiment, whole."""
+    """Redoes the whole published experiment on a simulated rig."""
     record = rig_record(rig, OFFLINE_SEED).record
     data = IoData.from_record(record, "command_v", "position_m")
     procedure = offline.run(data)
@@ -154,7 +157,10 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
 def on_record(
     path: Path, rig: Rig | None, offline: Offline, input_name: str, output_name: str
 ) -> Findings:
-    """The same on one record: no truth, no other draws, so no claims."""
+    """Runs the offline and the recursive half of the experiment on one record.
+
+    A record has no known truth and no other random draws, so the claims cannot be judged.
+    """
     columns = [input_name, output_name]
     record = read_record(path, columns=columns, layout={} if rig is None else rig.columns)
     data = IoData.from_record(record, input_name, output_name)
@@ -180,7 +186,7 @@ def on_record(
 
 
 def write_findings(folder: Path, findings: Findings, provenance: Mapping[str, Any]) -> None:
-    """Report, JSON, CSV and pictures, each under a temporary name first."""
+    """Writes report, JSON, CSV tables and pictures, each under a temporary name first."""
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"--out {folder}: this is a file; give the name of a folder")
     plain = {**findings.plain, "problems": findings.problems, "provenance": dict(provenance)}

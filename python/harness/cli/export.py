@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid export`: an offline model and the estimator's settings as a header for the firmware."""
+"""`ehsid export`: writes an offline model and estimator settings as a firmware header."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: bool) -> ArxOrders:
-    """As given, 3, 3, 1 by default; or as offline identification chooses them."""
+    """Returns the given orders (default 3, 3, 1) or those that offline identification chooses."""
     from ehsid.harness.identification import ArxOrders, identify
 
     if not choose:
@@ -34,7 +34,7 @@ def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: b
 
 
 def _provenance(path: Path, data: IoData, export: Export) -> list[str]:
-    """Where the numbers come from; the name of the record without its folder."""
+    """Returns lines that say where the numbers come from; the record is named without folder."""
     with path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     sampled = "" if data.dt_s is None else f" at {data.dt_s:.6g} s"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid gap`: why the simulator and the machine disagree."""
+"""`ehsid gap`: diagnoses why the simulator and the machine disagree."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NEEDED_COLUMNS = (*REQUIRED_COLUMNS, "position_m")
 
 
 def read_for(rig: Rig, paths: Sequence[Path]) -> list[Record]:
-    """Records with all columns of the schema that they have."""
+    """Reads records, each with all columns of the schema that it has."""
     return [
         read_record(path, columns=list(COLUMNS), required=NEEDED_COLUMNS, layout=rig.columns)
         for path in paths
@@ -32,12 +32,14 @@ def read_for(rig: Rig, paths: Sequence[Path]) -> list[Record]:
 
 
 def told_apart(records: Sequence[Record]) -> list[Record]:
-    """The same with names of their own: with the folder's name where file stems are the same.
+    """Returns the records with unique names.
+
+    If records have the same file stem, the name of the folder is put before it.
 
     Raises
     ------
     ValueError
-        the same data twice.
+        two records have the same data, or the names are still not unique.
     """
     seen: dict[str, Record] = {}
     for record in records:
@@ -66,7 +68,7 @@ def told_apart(records: Sequence[Record]) -> list[Record]:
 
 
 def check_excluded(ids: Sequence[str]) -> None:
-    """All are in the catalogue, else ValueError with the nearest that is."""
+    """Raises ValueError if an id is not in the catalogue; the message has the nearest known id."""
     for effect in ids:
         if effect not in effects():
             listed = ", ".join(effects())
@@ -74,7 +76,7 @@ def check_excluded(ids: Sequence[str]) -> None:
 
 
 def check_folder(folder: Path) -> None:
-    """The results can go there: told before the work, not after it."""
+    """Raises ValueError if the results cannot be written to the folder; called before the work."""
     nearest = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not nearest.is_dir():
         raise ValueError(f"--out {folder}: {nearest} is a file; give the name of a folder")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid gap-check`: how far to trust a diagnosis, on records whose effect is withheld."""
+"""`ehsid gap-check`: tests how far to trust a diagnosis, on records whose effect is withheld."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from ehsid.harness.validation.blind.settings import GRADES, SENSORS, Settings
 
 @contextmanager
 def on(cluster: str | None, workers: int | None) -> Iterator[None]:
-    """Tasks inside run on a cluster, or on so many processes.
+    """Runs the tasks of its block on a Dask cluster, or in this number of processes.
 
     Raises
     ------
     ValueError
-        both are asked for, or the cluster cannot be used.
+        both a cluster and a number of processes are given, or the cluster cannot be used.
     """
     if cluster is None:
         with using(workers):
@@ -42,12 +42,12 @@ def on(cluster: str | None, workers: int | None) -> Iterator[None]:
 
 
 def made_or_found(out: Path, given: dict[str, Any], workers: int | None) -> Seal:
-    """The check in the folder, intact; made if there is none.
+    """Returns the seal of the check in a folder; makes the check if there is none.
 
     Raises
     ------
     ValueError
-        the check there has other settings, is of another version, or was changed.
+        the existing check has other settings, is of another version of ehsid, or was changed.
     """
     if not (out / SEAL).is_file():
         settings = Settings().with_given(given)
@@ -70,7 +70,7 @@ def made_or_found(out: Path, given: dict[str, Any], workers: int | None) -> Seal
 
 
 def run_cases(out: Path, seal: Seal, dask: str | None, workers: int | None) -> None:
-    """All that have no result yet."""
+    """Runs the diagnosis on all cases of a check that have no result yet."""
     from ehsid.harness.cli.case_progress import shown
     from ehsid.harness.gap import diagnose
     from ehsid.harness.validation.blind.running import run_check, unfinished_cases
@@ -139,7 +139,7 @@ def gap_check_command(
     }
     try:
         seal = made_or_found(out, given, workers)
-    except ImportError as error:  # says which extra is missing
+    except ImportError as error:  # The message says which extra is missing.
         refuse(str(error))
     typer.echo(f"answers sealed, sha256 {seal.answers_sha256}", err=True)
     run_cases(out, seal, dask, workers)
@@ -147,7 +147,10 @@ def gap_check_command(
 
 
 def _score(out: Path, workers: int | None, as_json: bool) -> None:
-    """Of a check whose seal holds: nothing was changed while it ran."""
+    """Scores a check, writes its report and prints the result.
+
+    `verify` runs again first, because the files could have changed during the run.
+    """
     from ehsid.harness.cli.case_progress import in_words
     from ehsid.harness.report.check_page import write_page
     from ehsid.harness.report.check_words import lead

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid gap-fleet`: a folder of machines, ranked by their gaps."""
+"""`ehsid gap-fleet`: diagnoses a folder of machines and ranks them by their gaps."""
 
 from __future__ import annotations
 
@@ -25,12 +25,14 @@ MOST_LINES = 20
 
 
 def read_machine(folder: Path) -> Job:
-    """Rig and records of a machine; files go by their path below the fleet's folder.
+    """Reads the rig file and the records of a machine.
+
+    The results name each file by its path below the folder of the fleet.
 
     Raises
     ------
     ValueError, OSError
-        something is missing or cannot be used.
+        a file is missing or cannot be used.
     """
     from ehsid.harness.validation.fleet.running import RIG, record_files
     from ehsid.harness.validation.jobs import Job
@@ -46,7 +48,7 @@ def read_machine(folder: Path) -> Job:
 
 
 def check_apart(folder: Path, out: Path) -> None:
-    """Results among the machines would be taken for one the next time."""
+    """Raises ValueError if `out` lies in `folder`: the next run would take it for a machine."""
     if out.resolve().is_relative_to(folder.resolve()):
         raise ValueError(f"--out {out}: lies in {folder}; name a folder outside of it")
 

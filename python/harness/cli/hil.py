@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid hil`: the simulated servo and the real controller in one loop."""
+"""`ehsid hil`: runs the simulated servo and the real controller in one loop."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def hil_command(
         with target(port, qemu, machine) as address, open_line(address, baud) as line:
             session = Session(line, on_event=lambda text: console.print(text, highlight=False))
             identity = session.hello()
-            for name in REPORTS:  # of an earlier run: they would not be those of these records
+            for name in REPORTS:  # Reports of an earlier run do not belong to the new records.
                 (out / name).unlink(missing_ok=True)
             runs = run_all(plans, session, out, console, real_time)
     except KeyboardInterrupt:

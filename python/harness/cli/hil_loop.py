@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What `ehsid hil` runs, as its option has it."""
+"""Values of the option `--loop` of `ehsid hil`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class HilLoop(StrEnum):
-    """What runs."""
+    """Kind of run: the published experiment, an open loop, or position control on the target."""
 
     experiment = "experiment"
     open = "open"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A run on the line, live: a bar on a terminal, plain lines in a log."""
+"""Shows a run on the target while it goes on: a bar on a terminal, plain lines in a log."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BAR_EVERY_S = 0.1
 
 
 def state_text(rate: float, result: Result, counters: Counters) -> str:
-    """Rate, fit, lambda, status, and what went wrong on the line so far."""
+    """Returns sample rate, fit, lambda, status, and the errors on the line so far, as text."""
     text = (
         f"{rate:.0f}/s, fit {result.fit_percent:.1f} %, lambda {result.forgetting_factor:.4f}, "
         f"{ehsid.Status(result.status).name}"
@@ -43,7 +43,10 @@ def state_text(rate: float, result: Result, counters: Counters) -> str:
 def live(
     console: Console,
 ) -> Iterator[Callable[[str, int], Callable[[int, Result, Counters], None]]]:
-    """Gives a function that opens a stage of so many samples; that one is told each sample."""
+    """Yields a function that opens a stage with a number of samples.
+
+    That function returns another one, which the caller calls after each sample.
+    """
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What `ehsid hil` runs on the target, shows and writes."""
+"""Runs the plans of `ehsid hil` on the target, and shows and writes their results."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ REPORTS = ("hil.html", "hil.json")
 
 @dataclass(frozen=True)
 class Asked:
-    """The options that make the plans."""
+    """The options of `ehsid hil` that determine the plans."""
 
     loop: HilLoop
     signal: AskedSignal
@@ -60,7 +60,10 @@ class Asked:
     watchdog_ms: int
 
     def plans(self, rig: Rig, actual: Rig) -> dict[str, Plan]:
-        """By folder below --out, "" for itself; settings come from `rig`, `actual` is what runs."""
+        """Returns the plans by folder below --out; the name "" stands for --out itself.
+
+        The settings come from `rig`; the simulated machine is `actual`.
+        """
         if actual.plant != rig.plant:
             raise ValueError(
                 f'--actual: a plant "{actual.plant}", the rig is "{rig.plant}": expected the same'
@@ -72,7 +75,7 @@ class Asked:
         more: dict[str, Any] = {"values": self.values, "watchdog_ms": self.watchdog_ms}
         if self.loop is HilLoop.experiment:
             return experiment_plans(rig, controller, self.signal.seed, **more)
-        # Another stream than that of the signal, as `ehsid simulate --noise` has it.
+        # As in `ehsid simulate --noise`, the noise has another random stream than the test signal.
         rng = np.random.default_rng([self.signal.seed, 1])
         more |= {
             "dt_s": self.signal.dt,
@@ -88,7 +91,7 @@ class Asked:
 
 @contextmanager
 def target(port: str | None, image: Path | None, machine: str) -> Iterator[str]:
-    """The address of the target: as told, or that of an emulator that runs meanwhile."""
+    """Yields the address of the target: `port`, or that of an emulator that runs meanwhile."""
     if (port is None) == (image is None):
         raise ValueError(
             "give either --port (as socket://localhost:4444 or /dev/ttyACM0) or --qemu FIRMWARE"
@@ -104,7 +107,7 @@ def target(port: str | None, image: Path | None, machine: str) -> Iterator[str]:
 def run_all(
     plans: Mapping[str, Plan], session: Session, out: Path, console: Console, real_time: bool
 ) -> Runs:
-    """Each plan with its records in its folder below `out`, shown on the console meanwhile."""
+    """Runs each plan, writes its records into its folder below `out`, and shows the progress."""
     runs = []
     with live(console) as stage:
         for folder, plan in plans.items():
@@ -129,8 +132,11 @@ def run_all(
 
 
 def write_reports(out: Path, identity: Identity, runs: Runs, provenance: Mapping[str, Any]) -> str:
-    """hil.html and hil.json, each under a temporary name first; the text of the latter."""
-    if len(runs) > 1:  # only the experiment has several
+    """Writes hil.html and hil.json, each under a temporary name first.
+
+    Returns the text of hil.json.
+    """
+    if len(runs) > 1:  # Only the experiment has several runs.
         page = hil_page(identity, runs, beside=published_table(), sources=[SOURCE])
     else:
         page = hil_page(identity, runs)
@@ -148,7 +154,7 @@ def write_reports(out: Path, identity: Identity, runs: Runs, provenance: Mapping
 
 
 def show(identity: Identity, runs: Runs, out: Path) -> None:
-    """The result in a few sentences and a table."""
+    """Prints the result in a few sentences and a table."""
     console = Console()
     for sentence in lead(identity, runs):
         console.print(f"- {sentence}", highlight=False)

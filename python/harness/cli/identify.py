@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid identify`: offline ARX, order and delay."""
+"""`ehsid identify`: identifies an ARX model offline, with its order and delay."""
 
 from __future__ import annotations
 
@@ -46,7 +46,10 @@ def _table(result: IdentificationResult) -> Table:
 
 
 def _write_bode(path: Path, result: IdentificationResult, data: IoData) -> str:
-    """Draw the frequency response of the chosen model with its margins; the limit in words."""
+    """Draws the frequency response of the chosen model with its margins.
+
+    Returns the limit of stability under proportional control in words.
+    """
     from ehsid.harness.identification import frequency_response, power_band, response_grid
     from ehsid.harness.identification.loop import analyse_loop
     from ehsid.harness.identification.systems import to_control

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid inject`: a known effect put into the log of a real machine."""
+"""`ehsid inject`: puts a known effect into the log of a real machine."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sizes of effects from the command line of `ehsid inject`."""
+"""Reads the sizes of effects from the command line of `ehsid inject`."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from ehsid.harness.simulation.injection import InjectError, injectable
 def parse_sizes(
     effects: Sequence[str], texts: Sequence[str], plant: str
 ) -> dict[str, dict[str, float]]:
-    """Sizes by effect and parameter, from texts such as "overlap=0.04".
+    """Returns sizes in SI by effect and parameter, from texts such as "overlap=0.04".
 
     Raises
     ------
     InjectError
-        an effect twice, a text of another form, or a parameter of none or of several of them.
+        an effect is named twice, a text has another form, a parameter is set twice, or it belongs
+        to none or to several of the effects.
     """
     sizes: dict[str, dict[str, float]] = {effect: {} for effect in effects}
     if len(sizes) < len(effects):
@@ -37,7 +38,7 @@ def parse_sizes(
             value = math.nan
         if not equals or not math.isfinite(value):
             raise InjectError(f"--set {text}: expected PARAMETER=NUMBER, as overlap=0.04")
-        # An effect that cannot be put in is told of by `inject`, with all that can.
+        # If no effect can be put in, `inject` reports that, with a list of those that can.
         if not owners and effects:
             continue
         if name not in owners:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Commands that are imported when they are called, so that `ehsid --help` answers at once."""
+"""Imports a command only when it is called, so that `ehsid --help` answers at once."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from ehsid.harness.cli.common import refuse
 
 @dataclass(frozen=True)
 class Verb:
-    """What the overview says of a command whose module is not imported yet.
+    """Entry of the overview for a command whose module is not imported yet.
 
     The command `gap-check` is the function `gap_check_command` of `ehsid.harness.cli.gap_check`.
 
     Attributes
     ----------
     name
-        as typed.
+        name that the user types.
     summary
-        first line of the docstring of the function; a test compares them.
+        first line of the docstring of the function; a test compares the two.
     command_class
         class of the command.
     """
@@ -36,7 +36,7 @@ class Verb:
     command_class: type[TyperCommand] = TyperCommand
 
     def load(self) -> Any:
-        """Import the module and make the command."""
+        """Imports the module and makes the command."""
         stem = self.name.replace("-", "_")
         module = importlib.import_module(f"ehsid.harness.cli.{stem}")
         app = typer.Typer(add_completion=False)
@@ -46,16 +46,17 @@ class Verb:
 
 
 def errors_told(function: Callable[..., None]) -> Callable[..., None]:
-    """Bad input ends in one message and exit code 2, never in a traceback: here, for every command.
+    """Wraps the function of a command so that bad input ends in one message and exit code 2.
 
-    The errors of records, rigs, identification and simulation are all ValueErrors.
+    There is no traceback. The errors of records, rigs, identification and simulation are all
+    ValueErrors.
     """
 
     @functools.wraps(function)
     def told(*arguments: Any, **options: Any) -> None:
         try:
             function(*arguments, **options)
-        except BrokenPipeError:  # of `ehsid ... | head`: typer ends without a word
+        except BrokenPipeError:  # From `ehsid ... | head`; typer then ends without a message.
             raise
         except (ValueError, OSError) as error:
             refuse(str(error))
@@ -63,10 +64,10 @@ def errors_told(function: Callable[..., None]) -> Callable[..., None]:
     return told
 
 
-# The contexts and commands of click are `Any` here: some versions of typer bring a click of their
-# own, under another name.
+# The contexts and commands of click have the type `Any` here, because some versions of typer bring
+# their own click under another name.
 class DeferredCommand(TyperCommand):
-    """Stands for a command until its arguments are parsed."""
+    """Takes the place of a command until its arguments are parsed."""
 
     def __init__(self, verb: Verb) -> None:
         super().__init__(verb.name, help=verb.summary)
@@ -75,12 +76,12 @@ class DeferredCommand(TyperCommand):
     def make_context(
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
     ) -> Any:
-        """The context of the command itself, which then runs in place of this one."""
+        """Returns the context of the actual command, which then runs in place of this one."""
         return self.verb.load().make_context(info_name, args, parent, **extra)
 
 
 def lazy_group(verbs: Iterable[Verb]) -> type[TyperGroup]:
-    """A group of commands, listed in this order, for `typer.Typer(cls=...)`."""
+    """Returns a class for `typer.Typer(cls=...)`: the group of these commands, in this order."""
 
     class LazyGroup(TyperGroup):
         def __init__(self, **settings: Any) -> None:

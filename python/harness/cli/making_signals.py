@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Test signals by name, scaled by the highest frequency of interest."""
+"""Makes test signals by name, scaled by the highest frequency of interest."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ehsid.harness.excitation import chirp, odd_multisine, prbs, random_steps, t
 def make_signal(
     name: SignalName, n: int, dt_s: float, *, peak: float, top_hz: float, seed: int
 ) -> npt.NDArray[np.float64]:
-    """A signal of n samples with this peak that excites up to about top_hz; shape (n,)."""
+    """Returns a signal with this peak that excites up to about `top_hz`, shape (n,)."""
     rng = np.random.default_rng(seed)
     duration = n * dt_s
     low = max(top_hz / 200.0, 2.0 / duration)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Options that take all values up to the next option, as `--validate a.csv b.csv`."""
+"""Options that take all values up to the next option, such as `--validate a.csv b.csv`."""
 
 from __future__ import annotations
 
@@ -12,15 +12,18 @@ MANY = ("--validate", "--exclude-effect")
 
 
 class ManyValues(TyperCommand):
-    """A command whose options `MANY` take several values; typer's own take one each."""
+    """A command whose options `MANY` take several values; options of typer itself take one."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Repeat the option before each of its values."""
+        """Parses the arguments after the option is repeated before each of its values."""
         return super().parse_args(ctx, repeated(args))
 
 
 def repeated(arguments: Sequence[str]) -> list[str]:
-    """The same arguments with one value for each of `MANY`: "--validate a b" twice "--validate"."""
+    """Repeats each option of `MANY` before each of its values.
+
+    "--validate a b" becomes "--validate a --validate b".
+    """
     made: list[str] = []
     option, has_value = "", False
     for position, argument in enumerate(arguments):

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Progress of long work: a bar on a terminal, plain lines in a log, nothing for what is quick."""
+"""Shows the progress of long work: a bar on a terminal, plain lines in a log.
+
+A stage that takes less than `QUICK_S` seconds shows nothing.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ LINE_EVERY_S = 10.0
 
 
 class _Shown:
-    """One stage of the work, told which share of it is done."""
+    """Display of one stage of the work; `update` receives the share in [0, 1] that is done."""
 
     def __init__(self, what: str, console: Console, bar: Progress) -> None:
         self.what = what
@@ -41,7 +44,10 @@ class _Shown:
 
 @contextmanager
 def stages() -> Iterator[Callable[[str, float], None]]:
-    """Gives a function that is told a stage and the share of it that is done, 0 to 1, on stderr."""
+    """Yields a function that shows progress on stderr.
+
+    The caller passes the name of a stage and the share of it that is done, 0 to 1.
+    """
     console = Console(stderr=True)
     bar = Progress(console=console, transient=True)
     shown: dict[str, _Shown] = {}
@@ -59,6 +65,6 @@ def stages() -> Iterator[Callable[[str, float], None]]:
 
 @contextmanager
 def progress_of(what: str) -> Iterator[Callable[[float], None]]:
-    """The same for work of one stage."""
+    """Yields a function that shows the progress of work with a single stage; see `stages`."""
     with stages() as report:
         yield lambda share: report(what, share)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Test signals by name, as options have them."""
+"""Names of the test signals on the command line."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class SignalName(StrEnum):
-    """Test signals."""
+    """Names of the test signals."""
 
     multisine = "multisine"
     prbs = "prbs"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid simulate`: a rig on a command."""
+"""`ehsid simulate`: simulates a rig on a command or in a closed loop."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class LoopName(StrEnum):
-    """Who makes the command."""
+    """Source of the command: open loop, P controller or PI controller."""
 
     open = "open"
     p = "p"
@@ -140,7 +140,7 @@ def simulate_command(
                 raise ValueError(
                     f"--noise: {rig_file} tells none; add position_noise_m to its sensors"
                 )
-            # Another stream than that of the signal.
+            # The noise has another random stream than the test signal.
             more["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
         if asked is not None and loop is not LoopName.open:
             controller = _controller(rig, loop, bandwidth)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""From the host to the target: exported configurations, and the hardware in the loop."""
+"""Exports estimator configurations to a target and runs hardware-in-the-loop tests with it."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One record through the C++ estimator, and what it says of the fit."""
+"""Replays one record through the C++ estimator and evaluates the fit."""
 
 from __future__ import annotations
 
@@ -23,43 +23,46 @@ from ehsid.harness.identification import (
 # Half width of a two-sided 95 % interval of a normal distribution, in standard deviations.
 NORMAL_95 = 1.959963984540054
 
-# Equations a parameter that count as start-up.
+# Number of equations per parameter that count as start-up.
 START_EQUATIONS = 10
 
 
 @dataclass(frozen=True, eq=False)
 class EstimationResult:
-    """What the recursion made of a record.
+    """Result of the recursive estimation over a record of N samples with n parameters.
 
     Attributes
     ----------
     orders
         structure of the model.
     forgetting
-        the policy, in words.
+        the forgetting policy, in words.
     theta, standard_deviation
-        shape (n,), at the end of the record, in the units of the signals about their means.
+        shape (n,), estimate and its standard deviation at the end of the record, in the units of
+        the signals with their means removed.
     theta_path, deviation_path
-        shape (N, n), after each sample. Deviations are NaN until more equations than parameters
-        have told how large the noise is.
+        shape (N, n), estimate and its standard deviation after each sample. The deviations are NaN
+        for the first n + 1 equations, which do not determine the size of the noise.
     innovation
-        shape (N,), measured minus predicted; NaN where nothing was estimated.
+        shape (N,), measured minus predicted output; NaN where nothing was estimated.
     forgetting_factor
-        shape (N,); NaN where nothing was estimated.
+        shape (N,), forgetting factor lambda; NaN where nothing was estimated.
     status
         shape (N,), codes of `ehsid.Status`.
     n_start
-        equations left out of the two figures below: 10 a parameter. From vague start values the
-        first predictions are wild, and a handful of them would decide the whole figure.
+        number of start-up equations that `rmse` and `one_step_fit_percent` leave out: 10 per
+        parameter. The start values are so uncertain that the first few predictions have large
+        errors, which would determine both figures.
     rmse
-        of the innovation behind the start, in the units of the output.
+        root mean square of the innovation after the start-up, in the unit of the output.
     one_step_fit_percent
-        of the prediction made at each sample with the parameters of the sample before,
-        behind the start.
+        fit in percent, after the start-up, of the prediction made at each sample with the
+        parameters of the sample before.
     simulation_fit_percent
-        of a free run of the whole record with the final parameters.
+        fit in percent of a free run over the whole record with the final parameters.
     resets, converged, skipped
-        changes detected; convergence at the end; samples without information.
+        number of detected changes; whether the estimate has converged at the end; number of
+        samples without information.
     """
 
     orders: ArxOrders
@@ -80,7 +83,7 @@ class EstimationResult:
     skipped: int
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON; the paths are left out, they are data, not findings."""
+        """Returns plain values for JSON, without the paths: they are data, not results."""
         finite = np.isfinite(self.simulation_fit_percent)
         return {
             "na": self.orders.na,
@@ -107,12 +110,12 @@ class EstimationResult:
 
 
 def scaling_of(data: IoData) -> ehsid.Scaling:
-    """Offsets at the means, scales at the standard deviations of the record.
+    """Returns a scaling with the means of the record as offsets, the standard deviations as scales.
 
     Raises
     ------
     IdentificationError
-        a constant signal.
+        a signal is constant.
     """
     parts = [data.u[s] for s in data.segments], [data.y[s] for s in data.segments]
     u, y = (np.concatenate(part) for part in parts)
@@ -135,27 +138,27 @@ def estimate(
     reset: bool = True,
     dtype: str = "float32",
 ) -> EstimationResult:
-    """Run the C++ estimator over a record, segment by segment.
+    """Runs the C++ estimator over a record, segment by segment.
 
     Parameters
     ----------
     data
         input and output.
     orders
-        structure, na and nb up to 6, nk up to 20.
+        structure of the model, na and nb up to 6, nk up to 20.
     forgetting
-        a policy, e.g. `ehsid.Exponential()`.
+        forgetting policy, e.g. `ehsid.Exponential()`.
     reset
-        restart lambda and P where the RMSE shows a change of the plant.
+        whether lambda and P are reset when the RMSE shows a change of the plant.
     dtype
         "float32", as on the target, or "float64".
 
     Raises
     ------
     IdentificationError
-        a constant signal, or too few samples to fill the regressor.
+        a signal is constant, or the record has at most 20 equations per parameter.
     ValueError
-        a structure outside the compiled range.
+        the structure is outside the compiled range.
     """
     scaling = scaling_of(data)
     estimator = ehsid.ServoEstimator(
@@ -170,7 +173,8 @@ def estimate(
     )
     paths = []
     for segment in data.segments:
-        # A gap: a refused sample empties the history, so that no regressor spans the hole.
+        # The estimator refuses a NaN sample and clears its history. So no regressor spans the gap
+        # between two segments.
         estimator.step(float("nan"), float("nan"))
         paths.append(estimator.run(data.u[segment], data.y[segment]))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Test signals for identification: arrays of the command, in its own unit."""
+"""Test signals for identification: arrays of the command, in the unit of the command."""
 
 from ehsid.harness.excitation.chirp import chirp
 from ehsid.harness.excitation.excitation import Excitation

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sine of rising frequency."""
+"""Chirp: a sine whose frequency increases."""
 
 from __future__ import annotations
 
@@ -15,18 +15,20 @@ def chirp(
     amplitude: float,
     band_hz: tuple[float, float],
 ) -> npt.NDArray[np.float64]:
-    """From the low to the high end of the band, by equal factors in equal times, from zero.
+    """Returns a logarithmic chirp that starts at zero, shape (n,).
+
+    The frequency increases exponentially with time from the low to the high end of the band.
 
     Parameters
     ----------
     n
-        samples, at least 2.
+        number of samples, at least 2.
     dt_s
         sampling time in seconds, > 0.
     amplitude
-        finite, >= 0.
+        amplitude in the unit of the command, finite, >= 0.
     band_hz
-        0 < low < high < 1 / (2 dt_s).
+        frequencies at start and end, 0 < low < high < 1 / (2 dt_s).
     """
     if not 0.0 < dt_s < np.inf:
         raise ValueError(f"chirp: dt_s = {dt_s:g}: expected a finite dt_s > 0")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A test signal together with what must be known of it later."""
+"""A test signal together with the data that its evaluation needs later."""
 
 from __future__ import annotations
 
@@ -15,29 +15,30 @@ def _no_lines() -> npt.NDArray[np.int64]:
 
 @dataclass(frozen=True, eq=False)
 class Excitation:
-    """A command, checked against its limit.
+    """A command signal, checked against its limit.
 
-    An offset is added before: `Excitation(0.5 + prbs(...), dt_s, "prbs", limit_v=10.0)`.
+    Add an offset before: `Excitation(0.5 + prbs(...), dt_s, "prbs", limit_v=10.0)`.
 
     Attributes
     ----------
     samples
-        shape (n,), n >= 1, finite, in volts.
+        command in volts, shape (n,), n >= 1, finite.
     dt_s
         sampling time in seconds, > 0.
     name, description
-        for people: a word and a sentence.
+        a word and a sentence for the reader.
     excited, detection
-        lines of a multisine as multiples of 1 / (n dt_s): those that are there, and odd ones left
-        out, where, as at even lines, a linear plant answers nothing. Empty for other signals.
+        spectral lines of a multisine as multiples of 1 / (n dt_s): the lines in the signal, and the
+        odd lines left out. At the latter, as at even lines, a linear plant gives no response.
+        Both are empty for other signals.
     limit_v
-        no sample may be larger in magnitude, >= 0; infinite where there is no limit.
+        largest allowed magnitude of a sample in volts, >= 0; infinite if there is no limit.
 
     Raises
     ------
     ValueError
-        a value outside its range, or a sample beyond the limit: nothing is clipped, for a
-        clipped signal has another spectrum than the one asked for.
+        a value is outside its range, or a sample is beyond the limit. The signal is not clipped,
+        because a clipped signal has another spectrum than the requested one.
     """
 
     samples: npt.NDArray[np.float64]
@@ -65,7 +66,10 @@ class Excitation:
 
 
 def check_samples(name: str, samples: npt.NDArray[np.float64]) -> None:
-    """Refuse what is not of shape (n,), n >= 1, and finite; the message begins with the name."""
+    """Raises ValueError unless the samples have shape (n,), n >= 1, and are finite.
+
+    The message begins with the name.
+    """
     if samples.ndim != 1 or samples.size == 0:
         raise ValueError(f"{name}: samples of shape {samples.shape}: expected (n,), n >= 1")
     bad = np.flatnonzero(~np.isfinite(samples))

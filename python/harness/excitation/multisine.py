@@ -22,32 +22,33 @@ def multisine(
     peak: float | None = None,
     rng: np.random.Generator,
 ) -> npt.NDArray[np.float64]:
-    """All lines of the band with equal amplitude and random phase; the n samples are one period.
+    """Returns a multisine with equal amplitudes and random phases at all lines of the band.
 
     Parameters
     ----------
     n
-        samples, at least 1.
+        number of samples in the one period returned, at least 1.
     dt_s
         sampling time in seconds, > 0.
     band_hz
-        lowest and highest frequency, 0 < low <= high < 1 / (2 dt_s). The lines are the multiples
-        of 1 / (n dt_s) inside.
+        lowest and highest frequency, 0 < low <= high < 1 / (2 dt_s). The spectral lines are the
+        multiples of 1 / (n dt_s) inside the band.
     rms, peak
-        of the signal, in its own unit, finite, > 0. With one of them the signal is scaled to it;
-        with both it has this rms, and no sample larger than peak.
+        root mean square and largest magnitude of the signal, in its own unit, finite, > 0. If one
+        is given, the signal is scaled to it. If both are given, the signal has this rms and no
+        sample larger than peak.
     rng
-        draws the phases.
+        generator that draws the phases.
 
     Returns
     -------
-    shape (n,), mean zero.
+    One period of the signal, shape (n,), mean zero.
 
     Raises
     ------
     ValueError
-        an argument outside its range, a band without a line, or a peak that cannot be kept with
-        the rms; the message then says which would fit.
+        an argument is outside its range, the band contains no line, or the signal of this rms
+        exceeds the peak; in the last case the message gives an rms and a peak that fit.
     """
     first, last = _lines(n, dt_s, band_hz)
     return _sum_of_lines(n, np.arange(first, last + 1), rms, peak, rng)
@@ -63,10 +64,11 @@ def odd_multisine(
     rng: np.random.Generator,
     group: int = 4,
 ) -> Excitation:
-    """Odd lines of the band; of each `group` in a row one, drawn by chance, is left out.
+    """Returns a multisine with the odd lines of the band, without one random line of each group.
 
-    Pintelon, Schoukens 2012, ch. 4. Arguments and errors as in `multisine`; group >= 2. Lines
-    at the upper end that fill no group are all there.
+    A group has `group` consecutive odd lines, group >= 2. Lines at the upper end of the band that
+    do not fill a group are all kept. The other arguments and the errors are those of `multisine`.
+    Source: Pintelon, Schoukens 2012, ch. 4.
     """
     first, last = _lines(n, dt_s, band_hz)
     odd = np.arange(first + 1 - first % 2, last + 1, 2)
@@ -90,7 +92,7 @@ def odd_multisine(
 
 
 def _lines(n: int, dt_s: float, band_hz: tuple[float, float]) -> tuple[int, int]:
-    """First and last multiple of 1 / (n dt_s) inside the band."""
+    """Returns the numbers of the first and last multiple of 1 / (n dt_s) inside the band."""
     if not (n >= 1 and 0.0 < dt_s < np.inf):
         raise ValueError(f"multisine: n = {n}, dt_s = {dt_s:g}: expected n >= 1, a finite dt_s > 0")
     low, high = band_hz
@@ -99,8 +101,8 @@ def _lines(n: int, dt_s: float, band_hz: tuple[float, float]) -> tuple[int, int]
             f"band_hz = ({low:g}, {high:g}): expected 0 < low <= high < {0.5 / dt_s:g}, "
             "half the sampling rate"
         )
-    # A line that falls on the edge of the band but for rounding counts as inside, half the
-    # sampling rate excepted: it has no phase.
+    # A line that misses the edge of the band only by a rounding error counts as inside. The line at
+    # half the sampling rate never does, because it has no phase.
     first = int(np.ceil(low * n * dt_s * (1.0 - 1e-12)))
     last = min(int(np.floor(high * n * dt_s * (1.0 + 1e-12))), (n - 1) // 2)
     if last < first:
@@ -134,7 +136,7 @@ def _sum_of_lines(
                 f"this rms needs a peak of {1.001 * reached:.4g}; another seed has other peaks"
             )
     elif peak is not None:
-        # Rounding must not pass the peak.
+        # Rounding errors must not exceed the peak.
         signal = np.clip(signal * (peak / np.abs(signal).max()), -peak, peak)
     else:
         raise ValueError("multisine: neither rms nor peak is given: expected one of them, or both")

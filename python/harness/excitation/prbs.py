@@ -12,16 +12,21 @@ from scipy.signal import max_len_seq
 
 
 def prbs(n: int, *, amplitude: float, hold: int, bits: int = 10) -> npt.NDArray[np.float64]:
-    """2^bits - 1 values of +-amplitude in maximum-length order, each held, repeated.
+    """Returns a pseudo-random binary sequence of +-amplitude, shape (n,).
+
+    A period is a maximum-length sequence of 2^bits - 1 values, each held for `hold` samples. It is
+    repeated or cut to n samples.
 
     Parameters
     ----------
     n
-        samples, at least 1.
+        number of samples, at least 1.
     amplitude
-        finite, >= 0. The mean of a whole period is amplitude / (2^bits - 1).
+        amplitude in the unit of the command, finite, >= 0. The mean of a whole period is
+        amplitude / (2^bits - 1).
     hold
-        samples each value is held, >= 1: the spectrum is flat up to about 0.4 / (hold dt_s).
+        number of samples for which a value is held, >= 1. The spectrum is flat up to about
+        0.4 / (hold dt_s).
     bits
         length of the shift register, 2 to 20.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Random levels, each held for a random time."""
+"""Random steps: random levels, each held for a random time."""
 
 from __future__ import annotations
 
@@ -15,21 +15,22 @@ def random_steps(
     rng: np.random.Generator,
     levels: int | None = None,
 ) -> npt.NDArray[np.float64]:
-    """Levels drawn from -amplitude to amplitude, each held for `hold` samples.
+    """Returns random levels from -amplitude to amplitude, each held for a random time, shape (n,).
 
     Parameters
     ----------
     n
-        samples, at least 1.
+        number of samples, at least 1.
     amplitude
-        largest level, finite, >= 0.
+        largest level in the unit of the command, finite, >= 0.
     hold
-        fewest and most samples a level is held, 1 <= fewest <= most; the end may cut the last.
+        smallest and largest number of samples for which a level is held, 1 <= fewest <= most. The
+        end of the signal may cut the last level.
     rng
-        draws levels and times.
+        generator that draws levels and times.
     levels
-        number of levels, evenly spaced, >= 2, each followed by another one; by default any level
-        of the interval.
+        number of evenly spaced levels, >= 2; the next level then always differs. By default, any
+        level of the interval is possible.
     """
     fewest, most = hold
     if not (n >= 1 and 0.0 <= amplitude < np.inf and 1 <= fewest <= most):
@@ -43,7 +44,7 @@ def random_steps(
     if levels is None:
         values = rng.uniform(-amplitude, amplitude, size=lengths.size)
     else:
-        # Going on by 1 to levels - 1 places, round and round, never stays.
+        # A cyclic move by 1 to levels - 1 places never returns to the same level.
         places = rng.integers(1, levels, size=lengths.size)
         places[0] = rng.integers(0, levels)
         values = np.linspace(-amplitude, amplitude, levels)[np.cumsum(places) % levels]

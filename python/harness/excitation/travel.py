@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Whether a plant whose velocity follows the command stays inside its stroke.
+"""Predicts whether a command keeps a plant with integrating behaviour inside its stroke.
 
-The plant is taken as an integrator, y' = gain u, with the command held between samples. Lag,
-unequal areas and load are left out: leave a margin, and let `simulate` have the last word.
+The plant is modelled as an integrator, y' = gain u, with the command held between samples. The
+model neglects lag, unequal areas and load. Leave a margin, and verify the result with `simulate`.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from ehsid.harness.excitation.excitation import check_samples
 def travel(
     command: npt.NDArray[np.float64], dt_s: float, gain_m_s_v: float, start_m: float
 ) -> tuple[float, float]:
-    """Lowest and highest position, the start and the end of the last interval included.
+    """Returns lowest and highest position in metres, start and end of the last interval included.
 
     Parameters
     ----------
     command
-        shape (n,), n >= 1, finite, in volts.
+        command in volts, shape (n,), n >= 1, finite.
     dt_s
         sampling time in seconds, > 0.
     gain_m_s_v
-        velocity per volt, finite, of either sign.
+        velocity per volt in m/(s V), finite, of either sign.
     start_m
-        position at the first sample.
+        position at the first sample in metres, finite.
     """
     if not 0.0 < dt_s < np.inf:
         raise ValueError(f"travel: dt_s = {dt_s:g}: expected a finite dt_s > 0")
@@ -37,7 +37,8 @@ def travel(
         if not math.isfinite(value):
             raise ValueError(f"travel: {name} = {value:g}: expected a finite number")
     check_samples("travel", command)
-    # y_{k+1} = y_k + gain dt u_k; straight lines between, so the corners are the extremes.
+    # y_{k+1} = y_k + gain dt u_k. The position is linear between samples, so its extremes are at
+    # the samples.
     position = start_m + gain_m_s_v * dt_s * np.cumsum(command)
     return min(start_m, float(position.min())), max(start_m, float(position.max()))
 
@@ -50,29 +51,29 @@ def fit_to_travel(
     start_m: float,
     stroke_m: float,
 ) -> npt.NDArray[np.float64]:
-    """The command itself where it stays inside 0 to stroke_m, else the command less its mean.
+    """Returns the command if the plant stays inside its stroke, else the command minus its mean.
 
-    Less its mean it ends where it began; its peak may have grown by the mean. It is not made
-    smaller: that would be another test.
+    Without its mean, the command ends at the start position; its peak may grow by the size of the
+    mean. The command is not scaled down, because that would be a different test.
 
     Parameters
     ----------
     command, dt_s, gain_m_s_v
         as in `travel`.
     start_m
-        0 <= start_m <= stroke_m.
+        position at the first sample in metres, 0 <= start_m <= stroke_m.
     stroke_m
-        > 0.
+        stroke in metres, > 0; positions from 0 to stroke_m are inside.
 
     Returns
     -------
-    shape (n,), a new array.
+    Command in volts, shape (n,), a new array.
 
     Raises
     ------
     ValueError
-        an argument outside its range, or a command that leaves the stroke without its mean, too;
-        the message says which scale and start would fit.
+        an argument is outside its range, or the plant leaves the stroke also without the mean; the
+        message then gives a scale and a start position that fit.
     """
     if not 0.0 < stroke_m < np.inf:
         raise ValueError(f"fit_to_travel: stroke_m = {stroke_m:g}: expected a finite stroke_m > 0")
@@ -89,7 +90,8 @@ def fit_to_travel(
         return centred
     down, up = start_m - low, high - start_m
     room = stroke_m - start_m
-    # From the best start the command has the whole stroke; the thousandth is for rounding in print.
+    # From the best start position the command can use the whole stroke. The factor 0.999 allows for
+    # the rounding of the printed figures.
     there = min(1.0, 0.999 * stroke_m / (down + up))
     remedy = f"start at {0.5 * (stroke_m + there * (down - up)):.5g} m"
     if there < 1.0:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Slow triangles."""
+"""Slow triangular signals."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from scipy.signal import sawtooth
 
 
 def triangle(n: int, dt_s: float, *, amplitude: float, period_s: float) -> npt.NDArray[np.float64]:
-    """From zero to amplitude, to -amplitude and back, in straight lines.
+    """Returns a triangular signal, shape (n,), that starts at zero and rises to amplitude first.
 
     Parameters
     ----------
     n
-        samples, at least 1; `triangle_length` counts them.
+        number of samples, at least 1; see `triangle_length`.
     dt_s
         sampling time in seconds, > 0.
     amplitude
-        finite, >= 0.
+        amplitude in the unit of the command, finite, >= 0.
     period_s
-        in seconds, finite, at least four samples.
+        period in seconds, finite, at least 4 dt_s.
     """
     _check_period(dt_s, period_s)
     if not (n >= 1 and 0.0 <= amplitude < np.inf):
@@ -30,28 +30,29 @@ def triangle(n: int, dt_s: float, *, amplitude: float, period_s: float) -> npt.N
             f"triangle: n = {n}, amplitude = {amplitude:g}: expected n >= 1, finite amplitude >= 0"
         )
     phase = 2.0 * np.pi * np.arange(n) * dt_s / period_s
-    # sawtooth of width 0.5 starts at -1; a quarter of a period later it passes zero, upwards.
+    # A sawtooth of width 0.5 starts at -1. A quarter of a period later it passes zero upwards.
     signal = amplitude * sawtooth(phase + 0.5 * np.pi, 0.5)
-    # Rounding at a corner must not pass the amplitude.
+    # Rounding errors at a corner must not exceed the amplitude.
     return np.asarray(np.clip(signal, -amplitude, amplitude), dtype=np.float64)
 
 
 def triangle_length(dt_s: float, *, period_s: float, reversals: int) -> int:
-    """Samples of a triangle with so many reversals that ends at zero, within one sample.
+    """Returns the number of samples of a triangle that has `reversals` reversals and ends at zero.
 
-    Each half period, from zero to zero, has one reversal in its middle.
+    The end is at zero to within one sample. Each half period, from zero to zero, has one reversal
+    in its middle.
 
     Parameters
     ----------
     dt_s, period_s
         as in `triangle`.
     reversals
-        >= 1.
+        number of reversals, >= 1.
     """
     _check_period(dt_s, period_s)
     if reversals < 1:
         raise ValueError(f"triangle_length: reversals = {reversals}: expected reversals >= 1")
-    # A whole number of samples stays one, whatever its rounding.
+    # The factor keeps a rounding error from raising a whole number of samples by one.
     return math.ceil(0.5 * reversals * period_s / dt_s * (1.0 - 1e-12)) + 1
 
 

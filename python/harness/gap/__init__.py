@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Why simulator and record disagree: rooms of the diagnosis. Typed findings, no plots, no files."""
+"""Diagnosis of why simulator and record disagree; returns typed findings, no plots or files."""
 
 from ehsid.harness.gap.data.floor import NoiseFloor, noise_floor
 from ehsid.harness.gap.diagnosis import diagnose

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The diagnosis: where, which, how far."""
+"""The diagnosis: where the gap lies, which effects cause it, and how far they shrink it."""
 
 from __future__ import annotations
 
@@ -60,25 +60,27 @@ def diagnose(
     exclude: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Where the gap between a rig and its records lies, which effect causes it, how far it shrinks.
+    """Diagnoses where the gap of rig and records lies, what causes it, and how far it shrinks.
 
     Parameters
     ----------
     records
-        to be fitted, each with `command_v` and `position_m`; of one with gaps the longest stretch.
+        records to fit, each with `command_v` and `position_m`; of a record with gaps the longest
+        stretch is used.
     rig
-        what the simulator is told.
+        configuration of the simulator.
     validate
-        records to judge by, never fitted; without, blocks of the records are held out.
+        held-out records, by which candidates are judged. They are fitted only where the others
+        leave much of the gap; then, as without them, blocks of all records are held out.
     exclude
-        ids of effects that are not to be found.
+        ids of effects that are not searched for.
     progress
         called with the share that is done, 0 to 1.
 
     Returns
     -------
-    Findings, whatever the data are worth: those that cannot carry a diagnosis give the verdict
-    "insufficient_data" with the reason.
+    The findings, whatever the quality of the data: data that cannot carry a diagnosis give the
+    verdict "insufficient_data" with the reason.
 
     Raises
     ------
@@ -104,7 +106,8 @@ def diagnose(
     regimes = [visited(record, rig) for record in case.records]
     judged = _judge(case, regimes, exclude, _part(progress, 0.0, 0.6 if validate else 0.9))
     if validate and _much_is_left(judged):
-        # What only the held-out records excite cannot be fitted to the others: all together, then.
+        # The other records cannot show an effect that only the held-out records excite.
+        # Therefore all records are fitted together.
         together = make_case(rig, [*fitted, *held_out])
         again = _judge(together, regimes, exclude, _part(progress, 0.6, 0.9))
         if again.ruling.verdict != "outside_catalogue" and not _much_is_left(again):
@@ -153,7 +156,7 @@ def diagnose(
 
 
 def _seen(step: Estimate | None, causes: Sequence[FoundEffect]) -> tuple[FoundEffect, ...]:
-    """What the record itself shows; it shrinks nothing."""
+    """Returns the effect that the record itself shows (quantisation); it shrinks no gap."""
     if step is None:
         return ()
     share = 0.0 if causes else 1.0
@@ -168,7 +171,7 @@ def _sets(choice: Choice, seen: Sequence[FoundEffect]) -> tuple[tuple[str, ...],
 
 @dataclass(frozen=True, eq=False)
 class _Judged:
-    """All that one choice of fitted and held-out data gives."""
+    """All results for one division of the data into fitted and held-out parts."""
 
     case: Case
     found: Found
@@ -214,7 +217,7 @@ def _part(progress: Progress | None, begin: float, end: float) -> Progress | Non
 
 
 def _next(case: Case, choice: Choice, progress: Progress | None) -> NextExperiment | None:
-    """For what the data cannot tell apart."""
+    """Designs an experiment for sets that the data cannot tell apart; None if there are none."""
     if not choice.equals:
         return None
     rivals = [(one.effects, one.values) for one in (choice.best, *choice.equals[:2])]

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""The contract's `diagnosis.json`, schema version 1: its fields once, for writers and readers.
+"""Fields of the contract's `diagnosis.json`, schema version 1, for writers and readers.
 
-The classes below are the file: a class is an object, a field is a key. From them come the text that
-is written, the check of a file that is read, and the JSON Schema in docs/schemas. Fields with a
-default go beyond the contract, so a file may lack them. A number that is not known is null.
+The classes below define the file: a class is an object, a field is a key. They determine the text
+that is written, the check of a file that is read, and the JSON Schema in docs/schemas, which quotes
+their docstrings. Fields with a default go beyond the contract, so a file may lack them. A number
+that is not known is null.
 """
 
 from __future__ import annotations
@@ -35,13 +36,13 @@ class Value(msgspec.Struct, frozen=True):
 
     @classmethod
     def of(cls, estimate: found.Estimate | None) -> Value:
-        """The same as plain numbers; all null where there is none."""
+        """Converts an estimate to plain numbers; all are null where there is no estimate."""
         if estimate is None:
             return cls(None, (None, None))
         return cls(_number(estimate.value), (_number(estimate.low), _number(estimate.high)))
 
     def estimate(self) -> found.Estimate:
-        """The same as an estimate; NaN where a number is not known."""
+        """Converts the value to an estimate, with NaN where a number is not known."""
         return found.Estimate(known(self.value), *map(known, self.ci90))
 
 
@@ -211,7 +212,7 @@ class DiagnosisFile(msgspec.Struct, frozen=True):
 
 
 def known(number: Number) -> float:
-    """The number, NaN where it is null."""
+    """Returns the number, or NaN where it is null."""
     return math.nan if number is None else number
 
 
@@ -222,16 +223,16 @@ def _number(value: float) -> Number:
 def diagnosis_file(
     diagnosis: found.Diagnosis, records: Sequence[Record], rig_file: str
 ) -> DiagnosisFile:
-    """Every field, whatever the verdict.
+    """Returns the content of the file, with all fields for every verdict.
 
     Parameters
     ----------
     diagnosis
-        findings.
+        findings of the diagnosis.
     records
-        all that were used, as they were read.
+        all records that were used, as they were read.
     rig_file
-        as it was given.
+        path of the rig file, as the caller gives it.
     """
     return DiagnosisFile(
         schema_version=SCHEMA_VERSION,
@@ -267,18 +268,18 @@ def diagnosis_file(
 
 
 def diagnosis_text(diagnosis: found.Diagnosis, records: Sequence[Record], rig_file: str) -> str:
-    """Text of the file; see `diagnosis_file` for the parameters."""
+    """Returns the text of the file; see `diagnosis_file` for the parameters."""
     encoded = msgspec.json.encode(diagnosis_file(diagnosis, records, rig_file))
     return msgspec.json.format(encoded, indent=2).decode() + "\n"
 
 
 def read_diagnosis_file(path: Path) -> DiagnosisFile:
-    """Read and check a file; keys that this version does not know are left alone.
+    """Reads and checks a file; keys that this version does not know are ignored.
 
     Raises
     ------
     ValueError
-        no JSON, a key that is missing, or a value of another type; the message says where.
+        the file is not JSON, lacks a key, or has a value of another type; the message says where.
     OSError
         the file cannot be read.
     """
@@ -289,7 +290,7 @@ def read_diagnosis_file(path: Path) -> DiagnosisFile:
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema of the file, as docs/schemas/diagnosis.json has it."""
+    """Returns the JSON Schema of the file, which is also stored in docs/schemas/diagnosis.json."""
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "diagnosis.json of ehsid gap, schema version 1",
@@ -367,7 +368,7 @@ def _candidate(one: found.Candidate) -> Candidate:
 
 
 def _how_far(far: found.HowFar | None) -> HowFar:
-    """Of one form; where nothing could be compared, without numbers."""
+    """Returns the figures in one form; all numbers are null where nothing could be compared."""
     if far is None:
         nothing = Value.of(None)
         return HowFar(None, None, None, (None, None), nothing, nothing, {}, None)

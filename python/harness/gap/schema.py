@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a diagnosis finds, as typed data; names follow the contract of the diagnosis file."""
+"""Findings of a diagnosis as typed data; names follow the contract of the diagnosis file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SUBSYSTEMS = ("valve", "hydraulics", "mechanics", "sensor", "timing")
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its interval of 90 %."""
+    """A value with its confidence interval of 90 %, from `low` to `high`, in the same unit."""
 
     value: float
     low: float
@@ -36,11 +36,11 @@ class Remark:
     Attributes
     ----------
     record
-        name, or "" for all.
+        name of the record, or "" where the remark concerns all of them.
     what
         one plain sentence: what was found and what it means.
     serious
-        the diagnosis cannot rest on this record.
+        true where the diagnosis cannot rest on this record.
     """
 
     record: str
@@ -50,7 +50,10 @@ class Remark:
 
 @dataclass(frozen=True)
 class RegimeShare:
-    """A condition in words with formula, e.g. "|velocity| < 0.004 m/s"; shares in [0, 1]."""
+    """Share of the structural gap under a condition; shares are in [0, 1].
+
+    The condition is in words with its formula, e.g. "|velocity| < 0.004 m/s".
+    """
 
     condition: str
     share_of_gap: Estimate
@@ -59,7 +62,7 @@ class RegimeShare:
 
 @dataclass(frozen=True)
 class BandShare:
-    """From and to, Hz."""
+    """Share of the structural gap in a band of frequencies; both ends of the band are in Hz."""
 
     band_hz: tuple[float, float]
     share_of_gap: Estimate
@@ -67,7 +70,7 @@ class BandShare:
 
 @dataclass(frozen=True)
 class SpanShare:
-    """A stretch of a held-out record."""
+    """Share of the structural gap in a stretch of a held-out record; begin and end are in s."""
 
     record: str
     span_s: tuple[float, float]
@@ -76,18 +79,18 @@ class SpanShare:
 
 @dataclass(frozen=True)
 class EquationShare:
-    """What an equation of the servo leaves over, from measured signals, without any fit of effects.
+    """Residual of an equation of the servo with measured signals, without a fit of effects.
 
     Attributes
     ----------
     equation
         "valve and cap-side continuity", "force balance", ...
     subsystem
-        to which it belongs.
+        to which the equation belongs.
     residual
-        rms of what remains after the equation's own parameters, as a share of its largest term.
+        rms of the residual after a fit of the equation's own parameters, share of its largest term.
     noise
-        what the noise of the sensors alone would leave, the same share.
+        rms that the noise of the sensors alone would cause, as a share of the same term.
     """
 
     equation: str
@@ -103,13 +106,14 @@ class Where:
     Attributes
     ----------
     subsystem
-        shares, sum 1; empty where there is no structural gap.
+        share of each subsystem, with sum 1; empty where there is no structural gap.
     regimes, frequency, time
-        shares of the calibrated gap above the floor, largest first (frequency and time in order).
+        shares of the calibrated gap above the noise floor; regimes have the largest share first,
+        frequency and time are in their own order.
     equations
-        of the measured signals; empty without pressures.
+        residuals of the equations with measured signals; empty without pressures.
     notes
-        where this contradicts the effects that were found, or what it rests on.
+        sentences: where this contradicts the effects that were found, or what it rests on.
     """
 
     subsystem: Mapping[str, float] = field(default_factory=dict)
@@ -127,13 +131,14 @@ class FoundEffect:
     Attributes
     ----------
     id
-        of the catalogue.
+        id of the effect in the catalogue.
     probability
-        that it is there: of all named with 0.9, nine in ten are right.
+        that the machine has the effect: of all effects with 0.9, nine in ten are right.
     parameters
-        by their own name, SI.
+        estimates by the parameters' own names, in SI units.
     share_of_shrinkage
-        of the held-out gain of the whole set, by leaving this one out; they sum to 1.
+        share in the held-out gain of the whole set, from the set without this effect; the shares of
+        all effects have the sum 1.
     """
 
     id: str
@@ -149,20 +154,20 @@ class Candidate:
     Attributes
     ----------
     effects
-        ids.
+        ids of the effects.
     score
-        held-out log-likelihood below the best, nats; 0 is the best.
+        distance of the held-out log-likelihood from that of the best set, nats; 0 for the best.
     held_out_shrinkage
-        of the explainable gap.
+        share of the explainable gap by which the gap on held-out data shrinks.
     parameters
-        of the effects, "id.parameter".
+        fitted parameters of the effects, by "id.parameter".
     in_confidence_set
-        the data cannot tell it from the best.
+        true where the data cannot tell the set from the best.
     fitted_cost, held_out_cost
-        nats: on the fitted records with the priors, and on the held-out ones without; up to a
-        constant of the record, less is better.
+        cost in nats: on the fitted records with the priors, and on the held-out records without
+        them; known up to a constant of the record, less is better.
     free
-        values that were fitted.
+        number of fitted values.
     """
 
     effects: tuple[str, ...]
@@ -177,7 +182,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class CannotJudge:
-    """An effect, and what is missing."""
+    """An effect that the records cannot show or exclude, and what they lack for it."""
 
     id: str
     why: str
@@ -185,18 +190,18 @@ class CannotJudge:
 
 @dataclass(frozen=True, eq=False)
 class NextExperiment:
-    """A command that separates rivals.
+    """A command whose record tells rival explanations apart.
 
     Attributes
     ----------
     separates
-        ids, or "+"-joined ids of a set.
+        rivals: the id of an effect, or the ids of a set joined with "+".
     record
         time_s and command_v, ready to be sent; position_m as the best rival predicts it.
     description
         one line for the operator.
     power
-        predicted probability that the diagnosis then tells them apart.
+        predicted probability that the diagnosis tells the rivals apart with this record.
     sensors
         columns that must be measured.
     """
@@ -210,14 +215,14 @@ class NextExperiment:
 
 @dataclass(frozen=True)
 class HowFar:
-    """The contract's figures: nrmse averaged over the outputs.
+    """Gaps on held-out data as the contract defines them: nrmse averaged over the outputs.
 
     Attributes
     ----------
     nominal, calibrated, augmented
-        of the rig as configured, with its values fitted, and with the effects that were found.
+        gap of the simulator as configured, with its values fitted, and with the found effects.
     noise_floor
-        lowest and highest.
+        lower and upper end of the noise floor, as nrmse.
     of_explainable
         (calibrated - augmented) / (calibrated - floor); None where nothing is above the floor.
     from_nominal
@@ -225,8 +230,9 @@ class HowFar:
     per_output
         the three gaps of each output.
     carries_over
-        share of the explainable gap on held-out windows by the size of their command: the smaller
-        and the larger half; None where there are too few.
+        shrinkage as a share of the explainable gap, on the half of the held-out windows with the
+        smaller commands and on the other half; None where there are too few windows, or where one
+        half has no gap above the floor.
     """
 
     nominal: float
@@ -246,11 +252,11 @@ class CalibratedValue:
     Attributes
     ----------
     rig
-        as told, or typical of a nuisance.
+        value in the rig file, or the prior centre of a nuisance.
     found
-        in the same unit.
+        estimate of the fit, in the same unit.
     moved
-        the move matters in size and in significance.
+        true where the move matters in size and in significance.
     in_sigmas
         `found` less the centre of the prior that the fit used, in standard deviations of this
         prior; None where the prior has no bounded deviation.
@@ -269,15 +275,15 @@ class HeldOutRun:
     Attributes
     ----------
     record
-        name (file stem).
+        name of the record (file stem).
     time_s
-        of the samples.
+        time of the samples, s.
     window
         number of the simulation window, -1 where a sample is not compared.
     command_v
-        as logged.
+        command as logged, V.
     measured, nominal, calibrated, augmented
-        by output.
+        measured and simulated signals by output.
     """
 
     record: str
@@ -292,34 +298,34 @@ class HeldOutRun:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """The answer.
+    """All findings of one diagnosis.
 
     Attributes
     ----------
     verdict
-        one of six.
+        one of the six verdicts.
     sentence
-        the same in one plain sentence.
+        the verdict in one plain sentence.
     reasons
         what the verdict rests on, one sentence each.
     where, effects, ambiguity_set, candidates, cannot_judge, next_experiment, how_far, calibration
-        as the contract has them; how_far is None where the data are insufficient.
+        as the contract defines them; how_far is None where the data are insufficient.
     remarks
-        of the gate.
+        remarks of the gate on the data.
     runs
         held-out records beside their simulations.
     rig
-        as told.
+        the rig as configured.
     augmented_rig
-        with the found values and effects.
+        the rig with the found values and effects.
     outputs, outputs_left_out
-        that were compared, and those that were not.
+        outputs that were compared, and those that were not.
     records
-        all records with their role, "fit" or "held out" or "fit and held out".
+        role of each record by its name: "fit", "held out" or "fit and held out".
     settings
-        what was used, by name.
+        settings of the diagnosis by name.
     seconds
-        it took.
+        duration of the diagnosis, s.
     """
 
     verdict: Verdict

@@ -1,39 +1,42 @@
 # SPDX-License-Identifier: MIT
-"""Every number that decides, with the reason for its value. Set on development records only."""
+"""Thresholds of the diagnosis, each with its reason; they were set on development records only."""
 
 from __future__ import annotations
 
-# Length of a simulation window, and what is skipped at the start of a record: as the contract of
-# the diagnosis file fixes them.
+# Length of a simulation window, s, and the time that is skipped at the start of a record, s. The
+# contract of the diagnosis file fixes both.
 WINDOW_S = 0.5
 SKIP_S = 0.3
 
-# A record of a limit cycle, most of whose pressure (else speed) is faster than commands are, is
-# compared over a few periods of it.
+# A record is a limit cycle where more than the share MOSTLY_SWINGS of the power of its pressure
+# (without pressures: of its speed) lies above SWING_HZ, which commands do not reach. It is compared
+# in windows of a few periods.
 SWING_HZ = 25.0
 MOSTLY_SWINGS = 0.7
 WINDOW_SWINGING_S = 0.1
-# Fewer samples than these in a window leave nothing after its mean.
+# With fewer samples in a window, nothing is left after its mean is subtracted.
 LEAST_WINDOW_SAMPLES = 10
 
-# Without a record of its own to be held out: blocks of four windows, longer than the memory of a
-# servo, every third of them held out, so that two thirds are left to fit.
+# Where no record is held out, every third block of each record is held out. A block has four
+# windows, which is longer than the memory of a servo; two thirds of the record are left to fit.
 BLOCK_S = 2.0
 BLOCKS_TURN = 3
 
-# Windows of the first fits from a cold start, with all measured states put right in each: a limit
-# cycle of 10 to 80 Hz must not slip by half a period within a window, or the fit settles on a wrong
-# multiple of it.
+# Window lengths of the first fits from a cold start; all measured states are reset at the start of
+# each window. Within a window, a limit cycle of 10 to 80 Hz must not slip by half a period, or the
+# fit settles on a wrong multiple of its frequency.
 COLD_WINDOWS_S = (0.03, 0.1, 0.25)
 
-# Independent errors a second: samples of 1 kHz are not. Errors of a servo live below its oil
-# spring, some 5 to 20 Hz wide once the mean of a window is gone.
+# Independent errors per second; the samples of a record at 1 kHz are not independent. The errors of
+# a servo lie below the frequency of its oil spring. Their bandwidth is some 5 to 20 Hz after the
+# mean of each window is subtracted.
 INDEPENDENT_HZ = 20.0
 
-# Values of a rig may move by this many of their stated deviations.
+# A fit may move a value of the rig by at most this many of its stated standard deviations.
 MOST_SIGMAS = 4.0
 
-# Values that define others (the point of the rated flow) or are measured with a ruler stay as told.
+# A fit does not move values that define others (the point of the rated flow) or that are measured
+# with a ruler. They keep the value in the rig file.
 HELD = (
     "cylinder.bore_m",
     "cylinder.rod_m",
@@ -43,8 +46,9 @@ HELD = (
     "supply.tank_pressure_pa",
 )
 
-# Deviation of a nuisance about its typical value: of its logarithm where it is a size, else in its
-# own unit. A nuisance must not swallow an effect: a few of these reach the ends of its range.
+# Prior standard deviation of each nuisance about its typical value: of its logarithm if it is one
+# of LOGARITHMIC_NUISANCES, else in its own unit. A few of these deviations reach the ends of the
+# range of a nuisance, so that a nuisance cannot hide an effect.
 NUISANCE_SIGMA = {
     "nuisance.spool_bandwidth_hz": 0.4,
     "nuisance.spool_damping": 0.2,
@@ -64,21 +68,22 @@ NUISANCE_SIGMA = {
     "nuisance.edge_gain_tank": 0.02,
     "nuisance.flow_exponent": 0.02,
 }
-# Ends of a nuisance where those of the plant are too wide: a spool of 100 Hz, damping 1.5, is late
-# by 5 ms, as only a lag or a delay is that deserves its name; one of 130 Hz and 1.1 by 2.7 ms.
+# Bounds of a nuisance where the bounds of the plant are too wide. A spool of 100 Hz with damping
+# 1.5 has a delay of 5 ms, and only an effect (a lag or a delay) should have that much. A spool of
+# 130 Hz with damping 1.1 has a delay of 2.7 ms.
 NUISANCE_ENDS = {
     "nuisance.spool_bandwidth_hz": (130.0, 1000.0),
     "nuisance.spool_damping": (0.5, 1.1),
 }
-# Without pressures these cannot be told from a load force, which bends the speeds of both
-# directions apart in the same way; they then stay at their typical values.
+# Without measured pressures these nuisances cannot be told from a load force, which also makes the
+# speeds of the two directions unequal. They then keep their typical values.
 SEEN_BY_PRESSURES = (
     "nuisance.edge_gain_direction",
     "nuisance.edge_gain_sides",
     "nuisance.edge_gain_tank",
 )
-# Centres where no pressure is measured: whether the supply that is told is absolute or above the
-# atmosphere is often not known; half is as far from either.
+# Prior centres where no pressure is measured. It is often not known whether the supply pressure in
+# the rig file is absolute or above the atmosphere; 0.5 is equally far from both.
 UNSEEN_CENTRE = {"nuisance.atmosphere": 0.5}
 LOGARITHMIC_NUISANCES = (
     "nuisance.spool_bandwidth_hz",
@@ -90,243 +95,286 @@ LOGARITHMIC_NUISANCES = (
     "nuisance.free_gas",
 )
 
-# Limits of the spool's speed that are tried, 1/s: a limit that nothing reaches has no slope.
+# Limits of the spool speed that are tried, 1/s. A fit cannot find such a limit from a value that
+# the spool never reaches, because the cost has no slope there.
 SLEWS_1_S = (60.0, 100.0, 160.0, 250.0, 400.0, 700.0)
 
-# Steps of integration a sample of a fit: at 1 kHz they resolve an oil spring of 100 Hz to 0.1 %.
+# Integration steps per sample in a fit. At 1 kHz, two resolve an oil spring of 100 Hz to 0.1 %.
 SUBSTEPS = 2
 
-# Where it is decided: an oil spring of 70 Hz then keeps its phase over a window to 6 degrees.
+# Integration steps per sample where candidates are compared. With four, the phase of an oil spring
+# of 70 Hz stays within 6 degrees over a window.
 DECISION_SUBSTEPS = 4
 
-# Steps of a fit: from the calibration on the cost is near a parabola; a cold one needs few in each
-# of its short windows, for the long ones follow. A first look shows who is in the running.
+# Iterations of a fit. After the calibration the cost is nearly a parabola. A cold fit needs few
+# iterations in each of its short windows, because fits with longer windows follow. A screening fit
+# only shows which candidates are worth a long fit.
 ITERATIONS = 12
 ITERATIONS_COLD = 6
 ITERATIONS_SCREEN = 3
 ITERATIONS_FINE = 4
 
-# Search: long fits for the best few of a look, forward from the best of these.
+# The best few candidates of a screening get a long fit; the best of these are extended.
 KEPT = 5
-# A look of three steps shows half of what a long fit gains, seldom less than a third: who gains a
-# tenth of the first one's does not overtake it.
+# A screening fit of three iterations shows half of the gain of a long fit, seldom less than a
+# third. A candidate with a tenth of the gain of the first one does not overtake it.
 IN_THE_RUNNING = 0.1
 BEAM = 2
 MOST_EFFECTS = 3
-# A set whose errors are this near the floor, as ln of the ratio, leaves nothing to look for.
+# If the errors of a set of effects are this close to the noise floor (ln of the ratio), nothing is
+# left to look for.
 AT_FLOOR = 0.05
-# To look further from a set it must gain this on held-out data; the verdict asks for more.
+# A set of effects is extended only where it gains this much on held-out data. The verdict requires
+# more.
 FORWARD_NATS = 5.0
 FORWARD_RELATIVE = 0.05
 
-# Intervals of the shrinkage: level as the contract has it, draws for a second digit of its ends.
+# Confidence intervals of the shrinkage. The contract fixes their level; the number of bootstrap
+# draws gives the ends a second digit.
 SHRINKAGE_LEVEL = 0.9
 BOOTSTRAP_DRAWS = 500
 BOOTSTRAP_SEED = 20261121
 
-# Near null: where overlap, leakage and null bias act; a few times the overlap of a servo valve.
+# The command is near null below this share of the rated command. There overlap, leakage and null
+# bias act; the value is a few times the overlap of a servo valve.
 NEAR_NULL = 0.05
-# Slow: where friction is not swamped by viscous forces.
+# Motion is slow below this share of the largest speed. There viscous forces do not hide friction.
 SLOW_SHARE = 0.05
 
-# What a record must visit before it can speak of an effect.
-# Flow saturation and droop bend the curve by the square of the command: at 30 % of rated a limit
-# at full opening takes 3 % of the flow.
+# What a record must visit before the diagnosis can judge an effect from it.
+# Flow saturation and supply droop bend the flow curve by the square of the command. At 30 % of the
+# rated command, a limit at full opening takes 3 % of the flow.
 LARGE_COMMAND = 0.3
-# A few independent errors: one window in twenty seconds is half a second, a fortieth.
+# Share of the time that gives a few independent errors. One window of half a second in twenty
+# seconds is a fortieth.
 LEAST_SHARE = 0.02
-# Friction and play show at turns; one turn is an accident, two each way are a pattern.
+# Friction and play show at reversals of the motion. One reversal may be an accident; two in each
+# direction are a pattern.
 LEAST_REVERSALS = 4
-# A lag of 2 ms turns the phase at this frequency by 2 degrees, 4 % of a sine.
+# A lag of 2 ms turns the phase at this frequency by 2 degrees, which is 4 % of a sine.
 FAST_HZ = 3.0
-# A spring is a force until the rod has moved: over a tenth of the stroke it changes by a tenth.
+# A load spring looks like a constant force until the rod has moved. Over a tenth of the stroke its
+# force changes by a tenth.
 LEAST_TRAVEL = 0.1
 
 # --- Noise floor -------------------------------------------------------------------------------
-# A servo forgets how it got here within a few periods of its oil spring, the valve sooner.
+# The response of a servo no longer depends on its past after a few periods of its oil spring; a
+# valve settles sooner.
 REPEAT_SETTLED_S = 0.5
-# Between two repeats the rod may be elsewhere by this share of its range within one: volumes, and
-# with them the oil spring, differ by less than that share, and the response by less than half.
+# Between two repeats the rod may move away by this share of its range within one repeat. The
+# volumes, and with them the oil spring, then differ by less than that share, and the response by
+# less than half of it.
 REPEAT_DRIFT = 0.02
-# What is even in that goes out of three repeats: half of the range leaves less than its square.
+# The same where three repeats are combined so that an even drift cancels. A drift of half of the
+# range leaves less than its square.
 REPEAT_DRIFT_EVEN = 0.5
-# At rest: a command within a two-hundredth of its range moves the rod by less than its friction
-# holds; and a hundredth of the largest speed is creep, nearly a straight line.
+# Limits of a rest. A command that stays within a two-hundredth of its range moves the rod by less
+# than friction holds. A hundredth of the largest speed is creep, which is nearly a straight line.
 REST_COMMAND = 0.005
 REST_SPEED = 0.01
-# Windows of half a second that make a floor: four of them have two significant digits at 20
-# independent errors a second.
+# Smallest number of windows of half a second that give a noise floor. With 20 independent errors
+# per second, four windows give it two significant digits.
 REST_WINDOWS = 4
-# Of twenty medians of differences of white noise orders 7 and 9 agree within some 5 %; 4 times
-# that is not white noise.
+# For white noise, the medians over twenty blocks of the differences of orders 7 and 9 agree within
+# some 5 %. A disagreement of four times that is not white noise.
 MOTION_SEEN = 0.2
-# No sensor resolves a millionth of what it shows; below it are the digits of a file.
+# No sensor resolves a millionth of the variation that it shows. What is smaller comes from the
+# digits of the file.
 LEAST_FLOOR = 1e-6
 
 # --- Gate --------------------------------------------------------------------------------------
-# Jitter: at a tenth of what reading refuses, a sine of 10 Hz at 1 kHz is off by 6e-5 of its size.
+# Jitter, as a share of the sampling time: a tenth of what the reader of records refuses. A sine of
+# 10 Hz at 1 kHz is then wrong by 6e-5 of its amplitude.
 JITTER_SHOWS = 1e-3
-# Crystals keep 1e-4; what changes by more was not sampled by one.
+# A quartz clock keeps its rate to 1e-4. A sampling time that changes by more was not made by one.
 CLOCK_DRIFT = 2e-4
-# Four windows: two to fit, two to hold out.
+# Smallest number of windows in a record: two to fit and two to hold out.
 LEAST_WINDOWS = 4
-# Below ten samples a period a held command and its delay of half a sample swamp a lag.
+# With fewer than ten samples per period, the held command with its delay of half a sample hides a
+# lag.
 SAMPLES_A_PERIOD = 10
-# Within a hundredth of the stroke is at its end; a twentieth of the time there is seen in a mean,
-# half of it leaves no record.
+# Within a hundredth of the stroke from an end, the rod counts as at that end. A mean shows a
+# twentieth of the time spent there; with half of the time there, the record cannot be used.
 END_ZONE = 0.01
 AT_END = 0.05
 AT_END_ALL = 0.5
-# Beyond the stroke: a hundredth is a sensor's zero, a tenth another machine or another unit.
+# Positions beyond the stroke: by a hundredth it is the zero error of a sensor, by a tenth it is
+# another machine or another unit.
 BEYOND = 0.01
 STROKE_BEYOND = 0.1
-# Commands: a hundredth is the amplifier's zero, three times rated another unit.
+# Commands beyond the rated command: by a hundredth it is the zero error of the amplifier; three
+# times the rated command is another unit. LIMIT_SHARE is the share of the time at the limit that
+# the gate reports.
 COMMAND_BEYOND = 0.01
 COMMAND_UNIT = 3.0
 LIMIT_SHARE = 0.2
-# Pressures that never reach a hundredth of the supply are in another unit: the least of these, kPa
-# and psi, are a thousandth and less; tank pressure alone is above a hundredth.
+# Pressures that never reach a hundredth of the supply pressure are in another unit. In kPa, the
+# closest one, and in psi the numbers are a thousandth and less of those in Pa. The tank pressure
+# alone is more than a hundredth.
 PRESSURE_UNIT = 0.01
-# White noise of 400,000 samples stays within five deviations.
+# Absolute pressures below zero by this many noise floors are not noise: white noise of 400,000
+# samples stays within five standard deviations.
 VACUUM_FLOORS = 6.0
-# The rig's own uncertainty of the supply, as far as a fit may go.
+# The measured supply pressure may differ from the rig file as far as a fit may move it.
 SUPPLY_SIGMAS = MOST_SIGMAS
-# Water hammer passes in a hundredth of the time.
+# Share of the time for which a chamber pressure may exceed what the supply can give: water hammer
+# is over in a hundredth of the time.
 BEYOND_SHARE = 0.01
-# Motion is compared in windows; below this many times its noise there is none.
+# Motion is compared in windows. If the rms of the position is below this many times its noise,
+# there is no motion to compare.
 MOVES = 10.0
-# A sensor froze: longer than any window of a filter, and then a step of ten times the usual one.
+# A sensor froze if it shows one value for longer than any window of a filter and then jumps by ten
+# times the usual step.
 FROZEN_S = 0.05
 FROZEN_STEP = 10.0
-# A sensor is saturated: five equal extremes in a row, entered in motion, three times.
+# A sensor is saturated if it shows five equal extremes in a row, reached in motion, three times.
 CLIPPED_SAMPLES = 5
 CLIPPED_RUNS = 3
-# A spike: six times what 95 % of the samples are away from their neighbours' cubic (white noise: 16
-# deviations), with nothing of a third of its size near by, as a swing of the oil would have.
-# Below a thousandth of the channel's deviation it moves no figure.
+# A spike is farther from the cubic through its neighbours than six times the distance within which
+# 95 % of the samples are (for white noise this is 16 deviations). A swing of the oil would have
+# others of a third of its size nearby; a spike has none. Below a thousandth of the standard
+# deviation of the channel, a spike changes no result.
 SPIKE_SIZE = 6.0
 SPIKE_MATTERS = 1e-3
 SPIKE_ALONE = 0.3
-# Noise of one sensor scatters by a tenth between records; three times is another one.
+# The noise of one sensor differs by a tenth between records. A factor of three means that something
+# was changed.
 FLOORS_DIFFER = 3.0
-# Command and speed: opposite without doubt. Oil springs and limit cycles turn the phase, by less
-# than half a turn on the whole.
+# With a correlation of command and speed below minus this value, the signs are certainly opposite.
+# Oil springs and limit cycles turn the phase, but on the whole by less than half a turn.
 OPPOSITE = 0.3
-# The force balance is looked at over this long, which keeps an oil spring of 20 Hz.
+# The position is smoothed over this time for the force balance; an oil spring of 20 Hz is kept.
 FORCE_SMOOTHED_S = 0.02
-# Pressures are exchanged where that leaves less than this share of the force unexplained.
+# The chamber pressures are exchanged if the exchange leaves less than this share of the force that
+# the columns as named leave unexplained.
 EXCHANGED = 0.3
 
 # --- Where -------------------------------------------------------------------------------------
-# Test functions of the weak form: 20 ms hold a period of a spool of 50 Hz, so that lag and delay
-# of the valve still show, and noise of 1 kHz samples goes down by three; 20 samples resolve psi''.
+# Test functions of the weak form. 20 ms hold one period of a spool of 50 Hz, so that lag and delay
+# of the valve still show, and they reduce the noise of samples at 1 kHz by a factor of three. 20
+# samples resolve psi''.
 WEAK_FORM_S = 0.02
 WEAK_FORM_SAMPLES = 20
-# Finer samples add little to weighted means over 20 ms.
+# Samples at a shorter interval add little to weighted means over 20 ms.
 EQUATIONS_DT_S = 1e-3
-# (1 - s^2)^4: psi'' still vanishes at the ends, so that the trapezoidal rule does well on it.
+# Exponent of (1 - s^2)^4. Its psi'' still vanishes at the ends, so that the trapezoidal rule is
+# accurate.
 WEAK_FORM_ORDER = 4
-# This near an end of the stroke, share of it, an end stop or its cushion may push.
+# An end stop or its cushion may push the rod within this share of the stroke from an end.
 STROKE_END = 0.01
-# The prior of an equation's own values counts against what the equation leaves, which is known
-# after a turn or two.
+# The weight of the prior of the equation's own values depends on the residual of the equation. The
+# residual is known after one or two iterations.
 EQUATION_SETTLES = 4
-# Zero error of a pressure sensor, share of the supply pressure: a class of 0.25 % of full scale. It
-# covers gauge readings taken for absolute ones, too: 0.1 MPa of 12 within three deviations.
+# Zero error of a pressure sensor, share of the supply pressure: accuracy class 0.25 % of full
+# scale. It also covers gauge readings that are taken for absolute ones: 0.1 MPa of 12 MPa is some
+# three deviations.
 ZERO_ERROR = 0.0025
 
 # --- Regimes -----------------------------------------------------------------------------------
-# Air is compliance that goes with p^-1.77: over a factor of two in pressure it changes 3.4-fold;
-# over less it is another bulk modulus.
+# The compliance of air goes with p^-1.77. Over a factor of two in pressure it changes 3.4-fold;
+# over a smaller range, air looks like another bulk modulus.
 PRESSURES_VARY = 2.0
 
 # --- Suspects of the equations -----------------------------------------------------------------
-# A gain must be this many deviations of its own scatter over windows: some 30 trials are made.
+# A gain must be this many standard deviations of its scatter over windows, because some 30 trials
+# are made.
 SUSPECT_DEVIATIONS = 3.0
-# Weights of the equations follow from what they are left with: settled after a few turns.
+# The weights of the equations follow from their residuals. They settle after a few iterations.
 SUSPECT_TURNS = 3
 
 # --- The next experiment -----------------------------------------------------------------------
-# Long enough for fifteen windows, short enough for an afternoon of them.
+# Duration of an experiment, s: long enough for fifteen windows, and short enough to run several of
+# them in an afternoon.
 DESIGN_S = 8.0
-# Past the corner of any servo valve whose lag matters.
+# Upper end of the excited band: above the corner frequency of any servo valve whose lag matters.
 DESIGN_FAST_HZ = 150.0
-# The loop that holds the rod about its path turns no command of more than a few times this.
+# Bandwidth of the loop that holds the rod about its path. It leaves the command unchanged above a
+# few times this frequency.
 DESIGN_HELD_HZ = 0.2
-# Free at either end of the span: ten per cent of it, half of that for what the rig does not know.
+# Share of the span that stays free at either end. Half of it is for what the rig file does not
+# tell.
 DESIGN_MARGIN = 0.1
-# Chambers may rise above the supply by inertia and by unequal areas; above this relief valves open.
+# Chamber pressures may exceed the supply pressure through inertia and unequal areas. Above this
+# multiple of it, relief valves open.
 DESIGN_PRESSURE = 1.5
-# Below half an atmosphere oil foams: bad for the machine, and no simulator is sure of it.
+# Below half an atmosphere oil foams, which harms the machine, and no simulator is accurate there.
 DESIGN_VACUUM_PA = 5e4
-# Noise of a pressure sensor that is not there yet: a thousandth of its range is usual.
+# Assumed noise of a pressure sensor that is not installed yet, share of the supply pressure. A
+# thousandth of its range is usual.
 DESIGN_PRESSURE_NOISE = 1e-3
-# Steps of a fit on each entry of the menu; the best entries are then fitted as the diagnosis does.
+# Iterations of a fit on each entry of the menu. The best entries are then fitted as in the
+# diagnosis.
 DESIGN_ITERATIONS = 4
 DESIGN_FINALISTS = 6
-# A difference of ten in log-likelihood: odds of 20,000 to 1 for windows that are as independent as
-# is assumed, still 150 to 1 where only half of them are.
+# A difference of ten in log-likelihood gives odds of 20,000 to 1 if the windows are as independent
+# as assumed, and still 150 to 1 if only half of them are.
 SEPARATED_NATS = 10.0
-# The best rival must explain its own record: errors of integration stay below a hundredth of the
-# motion, or below the noise.
+# The best rival must explain its own record: its errors of integration must stay below a hundredth
+# of the motion, or below the noise.
 DESIGN_ERROR = 0.01
-# With nineteen in twenty no sensor needs to be bought.
+# With a power of nineteen in twenty, no sensor needs to be bought.
 DESIGN_POWER = 0.95
-# A sensor that adds less than this to the power is not asked for.
+# A sensor that adds less than this to the power is not requested.
 DESIGN_GAIN = 0.1
 
 # --- Maps of the gap ---------------------------------------------------------------------------
-# Turns that count, share of the signal's range, as in `regimes`; what follows one: a servo settles
-# within some periods of its oil spring.
+# Smallest reversals that count, share of the range of the signal, as in `regimes`. AFTER_TURN_S is
+# the time after a reversal in which a servo settles: some periods of its oil spring.
 TURN_OF_COMMAND = 0.05
 TURN_OF_ROD = 0.02
 AFTER_TURN_S = 0.1
-# Free gas and entrained air are felt below some five atmospheres.
+# Free gas and entrained air have an influence below some five atmospheres.
 LOW_PRESSURE_PA = 5e5
-# A condition that holds for less than a hundredth of the time is one of 20 s for 0.2 s.
+# Conditions that hold for less than a hundredth of the time are not listed: that is 0.2 s of 20 s.
 LEAST_TIME = 0.01
-# Drift; what a position loop follows; oil spring and valve; above both.
+# Lower ends of the bands: drift; what a position loop follows; oil spring and valve; above both.
 BANDS_HZ = (0.0, 2.0, 10.0, 50.0)
-# A stretch of the record: 2.5 s that hold half as much again as is theirs.
+# A stretch of the record is listed if its windows, 2.5 s or more, hold 1.5 times their share of the
+# gap.
 SPAN_WINDOWS = 5
 SPAN_EXCESS = 1.5
 
 # --- Attribution without a fit -----------------------------------------------------------------
-# What textbook equations get right of a real servo. Of the largest term of an equation: edges,
-# areas and oil to a hundredth.
+# Accuracy of textbook equations for a real servo, share of the largest term of an equation:
+# metering edges, areas and oil are right to a hundredth.
 EQUATION_TOLERANCE = 0.01
-# Of the supply pressure: hum and sag of a pump and its line.
+# Share of the supply pressure: ripple and sag of a pump and its line.
 SUPPLY_TOLERANCE = 0.005
-# Of the force at full supply: friction of seals that nobody calls a fault.
+# Share of the force at full supply pressure: friction of seals that nobody calls a fault.
 SEAL_TOLERANCE = 0.003
-# When a command takes effect: jitter, and the spool's own dynamics beyond a second order.
+# Uncertainty of the time at which a command takes effect: jitter, and spool dynamics beyond the
+# second order.
 TIMING_S = 0.0004
-# How much gas has come out of the oil near vacuum, and whether it has gone into it again.
+# Factor on the free gas: it is uncertain how much gas has come out of the oil near vacuum, and
+# whether it has dissolved again.
 FREE_GAS_TIMES = 10.0
-# An equation speaks up where its residual is this many times what noise and these allow, in all of
-# the interval.
+# An equation disagrees with the record if its residual is this many times what noise and these
+# tolerances allow, over its whole confidence interval.
 EQUATION_LOUD = 1.5
-# A suspect is taken for real where it takes a tenth off what is left beside the tolerance.
+# A suspect is accepted if it reduces what is left beside the tolerance by a tenth.
 SUSPECT_GAIN = 0.1
-# Suspects of this share of the best gain are alike: trials hit a size by some per cent only.
+# Suspects with this share of the best gain are taken as equal, because the tried sizes meet the
+# true size only within some per cent.
 SUSPECT_NEAR = 0.95
-# Effects that are put in one after another.
+# Largest number of effects that are put into the equations one after another.
 MOST_SUSPECTS = 3
-# Error of the speed, share of the speed: a limit cycle is then off by as many radians, and what is
-# linear about the calibration says nothing. A drift of the position, however large, passes.
+# Error of the simulated speed, share of the speed. In a limit cycle the phase error is then this
+# many radians, and a linearisation about the calibration says nothing. A drift of the position does
+# not count, however large it is.
 LOST_PHASE = 0.5
 
 # --- Process noise of a subsystem, position alone ----------------------------------------------
-# Errors are averaged over this long: an oil spring of 70 Hz is still seen.
+# Errors are averaged over this time, s. An oil spring of 70 Hz still shows.
 PROCESS_NOISE_S = 0.005
-# Corner frequencies of the disturbances that are tried: those of slow motion, of a loop that
-# follows, of a fast valve.
+# Corner frequencies of the disturbances that are tried: of slow motion, of a position loop, of a
+# fast valve.
 DISTURBANCES_HZ = (1.0, 5.0, 25.0)
 # Subsystems whose likelihood is within this many nats per averaged error of the best cannot be told
-# apart: on the development records without pressures, those of the true subsystem were within 0.17.
+# apart. On the development records without pressures, the true subsystem was within 0.17.
 NOISE_TELLS = 0.25
-# Intensities that are tried, as variance of the averaged error over that of the floor: from nothing
-# to a thousand times the deviation, in steps that miss less than a hundredth of a nat.
+# Noise intensities that are tried, as variance of the averaged error over the variance of the
+# floor. They go from nothing to a thousand times the standard deviation. The steps between them
+# miss less than a hundredth of a nat.
 NOISE_INTENSITIES = (1e-3, 1e6)
 NOISE_STEPS = 60
 
@@ -336,87 +384,94 @@ SUBSYSTEM_TAKES_PART = 0.25
 SUBSYSTEM_SMALL = 0.05
 
 # --- Sizes that matter ---------------------------------------------------------------------------
-# Anti-aliasing, a bus and a held sample are together up to a millisecond.
+# Anti-aliasing filter, bus and sample-and-hold together have a delay of up to a millisecond.
 LEAST_DELAY_S = 1e-3
-# Lap and threshold of a servo valve as delivered are within half a per cent.
+# Lap and threshold of a new servo valve are within half a per cent.
 LEAST_OPENING = 0.004
-# A valve whose corner is above this counts as fast; nuisance.spool_bandwidth_hz stands for it.
+# A valve with a corner frequency above this is fast: nuisance.spool_bandwidth_hz describes it.
 SLOWEST_HIDDEN_HZ = 120.0
-# Of the flow at rated command: leakage of a spool at null is a per cent of it.
+# Share of the flow at rated command: the leakage of a spool at null is a per cent of it.
 LEAST_LEAKAGE = 0.01
-# Of the volume, at atmospheric pressure: below, 50 bar hide it within 1 % of the bulk modulus.
+# Share of the volume, at atmospheric pressure. Less air than this changes the bulk modulus at 50
+# bar by less than 1 %.
 LEAST_AIR = 1e-3
-# Of supply pressure times piston area: seals have up to some tenths of a per cent; forces of a per
-# cent are zero errors of pressure sensors and the atmosphere on the rod.
+# Share of supply pressure times piston area. Seals have friction of up to some tenths of a per
+# cent. Forces of a per cent come from zero errors of pressure sensors and from the atmosphere on
+# the rod.
 LEAST_FRICTION = 0.003
 LEAST_FORCE = 0.01
-# Static friction of a tenth more than sliding friction is its scatter.
+# Static friction of a tenth more than the sliding friction is within the scatter of friction.
 LEAST_RISE = 1.1
-# Seals and guides stick with up to twice, seldom three times what they slide with.
+# The static friction of seals and guides is up to twice, seldom three times their sliding friction.
 MOST_RISE = 3.0
-# Any sensor's electronics have half a millisecond and some micrometres.
+# The electronics of any sensor have a lag of half a millisecond and a play of some micrometres.
 LEAST_LAG_S = 5e-4
 LEAST_PLAY_M = 5e-6
-# And a transducer fifty millionths of its stroke.
+# The play of a transducer is fifty millionths of its stroke.
 LEAST_PLAY = 5e-5
 
 # --- Verdict -------------------------------------------------------------------------------------
-# One set of effects is decidedly better than another where the held-out likelihood is by this many
-# nats, at 95 % of the draws of windows at all, and the errors, floor included, by this share.
+# One set of effects is certainly better than another if three conditions hold. Its held-out
+# likelihood is better by DECIDED_NATS. It is better at all in 95 % of the bootstrap draws of
+# windows. Its errors, noise floor included, are smaller by DECIDED_RELATIVE.
 DECIDED_NATS = 10.0
 DECIDED_RELATIVE = 0.05
-# An effect more must take this share of what is left above the floor.
+# A further effect must remove this share of what is left above the floor.
 DECIDED_SHARE = 0.1
-# No simulator comes nearer to a machine than a hundredth of its gap, ln of it, however fine the
-# sensor.
+# ln of a hundred: no simulator comes closer to a machine than a hundredth of its gap, however good
+# the sensor.
 NEAREST = 4.6
-# And this share of the errors of the calibrated rig itself, so that what is next to the floor
-# anyway gets no name.
+# It must also remove this share of the errors of the calibrated rig itself, so that errors close to
+# the floor are not given a name.
 DECIDED_OF_ALL = 0.05
-# A force must be this many of its deviations, those of edges that cannot be seen among them.
+# A load force must be this many of its standard deviations, which include those of metering edges
+# that cannot be seen.
 FORCE_DEVIATIONS = 2.0
-# Nobody calls a gap what is less than this share of the variation: 0.15 mm on a stroke of 0.3 m.
+# Less than this share of the variation is not called a gap: 0.15 mm on a stroke of 0.3 m.
 DECIDED_OF_MOTION = 5e-4
-# The effects together must take this share of the errors above the floor.
+# All effects together must remove this share of the errors above the floor.
 DECIDED_TOGETHER = 0.25
-# Outside the catalogue: the best set leaves this share of the gap of the calibrated rig above the
-# floor, and errors of this share of the variation, and ln of their ratio to the floor is this.
+# The cause is outside of the catalogue if three conditions hold. The best set leaves LEFT_SHARE of
+# the gap of the calibrated rig above the floor. Its errors are LEFT_NRMSE of the variation. The ln
+# of the ratio of its errors to the floor is LEFT_ABOVE.
 LEFT_SHARE = 0.3
 LEFT_NRMSE = 0.03
 LEFT_ABOVE = 0.7
-# With more than this left, and errors as above, all records are fitted together: it may be what the
-# others do not excite.
+# If more than this share and errors as above are left, all records are fitted together: the
+# held-out ones may excite what the others do not.
 LEFT_AGAIN = 0.1
-# In a limit cycle half a per cent of its frequency is a twentieth of a period after ten of them,
-# and an error of a sixth of the variation: the simulator knows it no better.
+# In a limit cycle, an error of half a per cent in its frequency is a twentieth of a period after
+# ten periods, and an error of a sixth of the variation. No simulator knows the frequency better.
 LEFT_NRMSE_SWINGING = 0.15
-# Values of the rig are other than told where errors are smaller by this share of those of the rig
-# as told than with the same values as told: on the development records at most 0.02 where they were
-# true, 0.24 and more where some were 2 to 3 deviations off.
+# Values of the rig differ from the rig file only if holding them there costs this share of the
+# errors of the simulator as configured. On the development records the share was at most 0.02 where
+# the rig file was right. It was 0.24 and more where some values were 2 to 3 deviations off.
 VALUES_SHARE = 0.1
-# A value has moved where it did so by this many deviations of what was told, and of the fit.
+# A value has moved if it did so by this many standard deviations of the rig file, and of the fit.
 MOVED_TOLD = 1.0
 MOVED_FIT = 2.0
-# Probability of an effect: likelihoods of held-out windows are too sure of themselves where the
-# rest is structured, by about this factor; and three in a hundred causes nobody thought of.
+# Probability of an effect. Where the residual is structured, the likelihood of held-out windows is
+# too certain by about the factor TEMPERATURE. In three of a hundred cases the cause is one that
+# nobody thought of.
 TEMPERATURE = 10.0
 SURE = 0.97
-# What a set leaves over may have a cause that would take its place: each share of the gap that is
-# left takes so much of the probability.
+# What a set leaves unexplained may have a cause that would replace the set. The probability is
+# reduced by this factor times the share of the gap that is left.
 DOUBT = 0.7
-# What a simulator with other edges, seals and oil is wrong by in the size of an effect, where it
-# reaches the floor all the same, and where only the position says so (development records of an
-# independent generator: with these nine intervals in ten held the truth, with neither five).
+# Relative error in the size of an effect, made by a simulator with other metering edges, seals and
+# oil although it reaches the floor: with measured pressures, and with the position alone. On
+# development records of an independent generator, nine intervals in ten held the truth with these
+# values, five in ten without.
 MODEL_ERROR = 0.015
 MODEL_ERROR_POSITION = 0.025
 
 # --- Steps of the position sensor ----------------------------------------------------------------
-# Rounding makes most of the noise where it is half of its deviation: without an effect it was a
-# twentieth to a ninth on the development records, with one three quarters and more.
+# Rounding makes most of the noise if its deviation is half of that of the noise. On the development
+# records it was a twentieth to a ninth without the effect, and three quarters and more with it.
 STEP_OF_FLOOR = 0.5
-# More than twice what is told of the sensor is no longer that.
+# More than twice the sensor noise in the rig file is no longer that noise.
 STEP_OF_TOLD = 2.0
-# Fourteen bits over the stroke are usual.
+# Smallest step, share of the stroke: a resolution of fourteen bits over the stroke is usual.
 LEAST_STEP = 6e-5
-# Levels are written with four digits and more.
+# Files hold the levels with four digits and more.
 STEP_SCATTER = 1e-3

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Offline identification of ARX models: estimation, criteria, residual tests, choice of order.
+"""Identifies ARX models offline: estimation, criteria, residual tests, choice of order.
 
 >>> data = IoData.from_record(record, "command_v", "position_m")
 >>> result = identify(data)

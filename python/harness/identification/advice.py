@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What to keep in mind about a chosen model, and what to try next."""
+"""Advice on a chosen model: cautions, and what to try next."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def advise(
     independence: IndependenceTest,
     min_improvement: float,
 ) -> tuple[str, ...]:
-    """Sentences, most important first; empty where there is nothing to say."""
+    """Returns the advice as sentences, most important first; empty if there is no advice."""
     advice: list[str] = []
     simulation = chosen.simulation_fit_percent
     if simulation < 0.0:
@@ -27,7 +27,8 @@ def advise(
             "ahead, but does not simulate."
         )
     best = max(by_order, key=lambda candidate: candidate.simulation_fit_percent)
-    # As in the choice of the order, and one order's worth at least where it is a lower one.
+    # The required improvement is the same as in the choice of the order, but always that of at
+    # least one added order, also where the other candidate has a lower order.
     kept = (1.0 - min_improvement) ** max(orders_added(chosen, best), 1.0)
     if 100.0 - best.simulation_fit_percent < kept * (100.0 - simulation):
         advice.append(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Offline estimation of an ARX model by least squares, Ghazali et al. 2011, Eqs. (7)-(11)."""
+"""Estimates an ARX model offline by least squares, Ghazali et al. 2011, Eqs. (7)-(11)."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ class ArxModel:
     Attributes
     ----------
     orders
-        structure.
+        structure of the model.
     theta
-        shape (d,), (a1..a_na, b1..b_nb[, offset]).
+        shape (d,), estimated parameters (a1..a_na, b1..b_nb[, offset]).
     covariance
-        shape (d, d), noise_variance (phi' phi)^-1; true to the scatter of theta where
-        the residuals are white (Ljung, System Identification, 2nd ed. 1999, ch. 9).
+        shape (d, d), noise_variance (phi' phi)^-1; it describes the scatter of theta if the
+        residuals are white (Ljung, System Identification, 2nd ed. 1999, ch. 9).
     noise_variance
-        sum of squared residuals / (n_rows - d); NaN where n_rows = d.
+        sum of squared residuals / (n_rows - d); NaN if n_rows = d.
     loss
         sum of squared residuals / n_rows.
     n_rows
         number of equations used.
     u_mean, y_mean
-        subtracted from the signals before the estimation; zero unless asked for.
+        means subtracted from input and output before the estimation; 0 if none were subtracted.
     """
 
     orders: ArxOrders
@@ -50,41 +50,41 @@ class ArxModel:
 
     @property
     def a(self) -> FloatArray:
-        """a1..a_na, shape (na,)."""
+        """Output coefficients a1..a_na, shape (na,)."""
         return self.theta[: self.orders.na]
 
     @property
     def b(self) -> FloatArray:
-        """b1..b_nb, shape (nb,)."""
+        """Input coefficients b1..b_nb, shape (nb,)."""
         return self.theta[self.orders.na : self.orders.na + self.orders.nb]
 
     @property
     def offset(self) -> float:
-        """The constant term, 0 where the model has none."""
+        """Constant term; 0 if the model has none."""
         return float(self.theta[-1]) if self.orders.offset else 0.0
 
     @property
     def standard_deviations(self) -> FloatArray:
-        """Square roots of the diagonal of the covariance, shape (d,)."""
+        """Standard deviations of theta, shape (d,): roots of the diagonal of the covariance."""
         return np.sqrt(np.diag(self.covariance))
 
     def intervals(self, level: float = 0.95) -> FloatArray:
-        """Confidence intervals of theta, shape (d, 2), by the normal limit distribution.
+        """Returns confidence intervals of theta, shape (d, 2), from the normal limit distribution.
 
         Parameters
         ----------
         level
-            0 < level < 1.
+            confidence level, 0 < level < 1.
         """
         half = float(scipy.stats.norm.ppf(0.5 + 0.5 * level)) * self.standard_deviations
         return np.column_stack((self.theta - half, self.theta + half))
 
     def centre(self, data: IoData) -> IoData:
-        """The data less the means that were subtracted in the estimation."""
+        """Returns the data minus the means that were subtracted in the estimation."""
         return replace(data, u=data.u - self.u_mean, y=data.y - self.y_mean)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON, with names and standard deviations."""
+        """Returns plain values for JSON, with parameter names and standard deviations."""
         return {
             **to_plain(self),
             "names": list(self.orders.names),
@@ -95,23 +95,23 @@ class ArxModel:
 def fit_arx(
     data: IoData, orders: ArxOrders, *, remove_means: bool = False, skip: int | None = None
 ) -> ArxModel:
-    """Least-squares estimate of an ARX model over all segments.
+    """Estimates an ARX model by least squares over all segments.
 
     Parameters
     ----------
     data
         input and output.
     orders
-        structure.
+        structure of the model.
     remove_means
-        subtract the mean of input and output over the segments first.
+        whether the means of input and output over the segments are subtracted first.
     skip
-        see `regression`.
+        samples left out at the start of each segment, see `regression`.
 
     Raises
     ------
     TooFewSamplesError
-        fewer equations than parameters.
+        there are fewer equations than parameters.
     UnexcitedError
         the data do not determine all parameters.
     """
@@ -134,7 +134,7 @@ def _mean(data: IoData, signal: FloatArray) -> float:
 
 def _less(signal: FloatArray, mean: float) -> FloatArray:
     centred = signal - mean
-    # A constant less its own mean is rounding, which must not pass for excitation.
+    # A constant signal minus its mean leaves rounding errors, which must not count as excitation.
     if np.max(np.abs(centred)) <= 8.0 * np.finfo(np.float64).eps * abs(mean):
         return np.zeros_like(signal)
     return centred

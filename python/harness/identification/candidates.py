@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One ARX structure, estimated on one half of the data and judged on the other."""
+"""Estimates one ARX structure on the first part of the data and judges it on the second."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from ehsid.harness.identification.simulation import predict_one_step, simulate
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """An estimated structure and its figures.
+    """An estimated structure and its figures of merit.
 
     Attributes
     ----------
     orders
-        structure.
+        structure of the model.
     model
-        estimated on the first part.
+        model estimated on the estimation part.
     one_step_fit_percent
-        fit of the one-step prediction on the validation part.
+        fit of the one-step prediction on the validation part, in percent.
     simulation_fit_percent
-        fit of the free run on the validation part; -inf if it diverges.
+        fit of the free run on the validation part, in percent; -inf if the run diverges.
     estimation, validation
-        loss, FPE, AIC and MDL of the one-step residuals on either part.
-        Akaike's and Rissanen's theory is about `estimation`; the validation loss needs no
-        penalty to be compared, its penalised forms are given because tables quote them.
+        loss, FPE, AIC and MDL of the one-step residuals on the estimation and validation part.
+        The theory of Akaike and Rissanen applies to `estimation`. The validation loss can be
+        compared without a penalty; its penalised forms are given because tables quote them.
     """
 
     orders: ArxOrders
@@ -44,7 +44,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Rejected:
-    """A structure that the estimation data do not determine, and why."""
+    """A structure that the estimation data do not determine, its parameters, and the reason."""
 
     orders: ArxOrders
     parameters: tuple[str, ...]
@@ -54,25 +54,27 @@ class Rejected:
 def judge(
     orders: ArxOrders, estimation: IoData, validation: IoData, *, remove_means: bool, skip: int
 ) -> tuple[Candidate, FloatArray] | Rejected:
-    """Estimate a structure; give its figures and its one-step residuals on the validation part.
+    """Estimates a structure; returns it with its one-step residuals on the validation part.
 
     Parameters
     ----------
     orders
-        structure.
+        structure to estimate.
     estimation
-        part the model is estimated on.
+        part of the data on which the model is estimated.
     validation
-        part it is judged on.
+        part of the data on which the model is judged.
     remove_means
         see `fit_arx`; the means are those of the estimation part.
     skip
-        common to all structures, so that all are judged on the same samples.
+        samples left out at the start of each segment, common to all structures, so that all are
+        judged on the same samples.
 
     Raises
     ------
     TooFewSamplesError
-        a part has fewer equations than the structure has parameters.
+        the estimation part has fewer equations than the structure has parameters, or a part has no
+        equation at all.
     """
     try:
         model = fit_arx(estimation, orders, remove_means=remove_means, skip=skip)

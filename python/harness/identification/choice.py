@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The rules by which delay and order are chosen, and their reasons in words."""
+"""Rules for the choice of delay and order, and the reasons for the choice in words."""
 
 from __future__ import annotations
 
@@ -11,28 +11,30 @@ import scipy.stats
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.candidates import Candidate
 
-# One-sided level at which one delay counts as worse than another.
+# One-sided confidence level at which one delay counts as worse than another.
 DELAY_LEVEL = 0.99
 
 
 def orders_added(lower: Candidate, higher: Candidate) -> float:
-    """Orders added from one to the other, two parameters each."""
+    """Returns the difference in order of two candidates; two parameters count as one order."""
     return (higher.orders.n_parameters - lower.orders.n_parameters) / 2.0
 
 
 def choose_delay(judged: Sequence[tuple[Candidate, FloatArray]], floor: float) -> Candidate:
-    """Of one order with several delays: the smallest that is not clearly worse than the best.
+    """Returns the candidate with the smallest delay that is not clearly worse than the best one.
 
-    The best has the lowest validation loss. Another is clearly worse when the mean of the paired
-    differences of squared residuals exceeds its standard error by the 99 % quantile. A delay taken
-    too short costs a small coefficient, one taken too long cannot be made good by the others.
+    The best candidate has the lowest validation loss. Another candidate is clearly worse if the
+    mean of the paired differences of squared residuals exceeds the 99 % normal quantile times its
+    standard error. A delay chosen too short costs one small coefficient; the other coefficients
+    cannot compensate for a delay chosen too long.
 
     Parameters
     ----------
     judged
-        candidates with their one-step validation residuals, by increasing delay.
+        candidates of one order with their one-step validation residuals, by increasing delay.
     floor
-        losses below this are rounding, and equal.
+        losses and differences of losses below this value are rounding errors and count as equal,
+        in squared units of the output.
     """
     best = min(judged, key=lambda pair: max(pair[0].validation.loss, floor))
     quantile = float(scipy.stats.norm.ppf(DELAY_LEVEL))
@@ -42,27 +44,27 @@ def choose_delay(judged: Sequence[tuple[Candidate, FloatArray]], floor: float) -
         error = float(np.std(difference) / np.sqrt(difference.size))
         return float(np.mean(difference)) > max(quantile * error, floor)
 
-    # The best passes its own comparison: there always is one.
+    # The best candidate is never worse than itself, so the search always finds one.
     return next(candidate for candidate, residual in judged if not clearly_worse(residual))
 
 
 def choose_order(by_order: Sequence[Candidate], min_improvement: float, floor: float) -> Candidate:
-    """The lowest order after which the validation fit no longer improves meaningfully.
+    """Returns the lowest order above which the validation fit does not improve meaningfully.
 
-    That is the first candidate for which no later one lowers the one-step misfit, 100 - fit in
-    percent, by `min_improvement` for each order added; two parameters count as one order. The
-    misfit, not the fit, is compared: with fast sampling every order fits above 99 %, and yet one
-    may halve the error of another. A demand for each order added keeps a far higher order from
-    winning by many small gains.
+    This is the first candidate whose one-step misfit (100 - fit in percent) no later candidate
+    lowers by the share `min_improvement` for each added order; two parameters count as one order.
+    The misfit is compared instead of the fit: with fast sampling every order fits above 99 %, but
+    the error of one order may be half that of another. The improvement is required for each added
+    order, so that a much higher order does not win by many small gains.
 
     Parameters
     ----------
     by_order
-        one candidate an order, by increasing number of parameters.
+        one candidate for each order, by increasing number of parameters.
     min_improvement
-        0 <= min_improvement < 1.
+        required relative reduction of the misfit per added order, 0 <= min_improvement < 1.
     floor
-        misfits in percent below this are rounding, and equal.
+        misfits below this value are rounding errors and count as equal, in percent.
     """
     for position, candidate in enumerate(by_order):
         misfit = max(_misfit(candidate), floor)
@@ -76,7 +78,7 @@ def choose_order(by_order: Sequence[Candidate], min_improvement: float, floor: f
 
 
 def order_reason(by_order: Sequence[Candidate], chosen: Candidate, min_improvement: float) -> str:
-    """Why this order, with the numbers."""
+    """Returns the reason for the chosen order, with the numbers."""
     position = list(by_order).index(chosen)
     text = (
         f"{_label(chosen).capitalize()}: one-step fit {_fit(chosen)} on the validation data, "
@@ -110,7 +112,10 @@ def order_reason(by_order: Sequence[Candidate], chosen: Candidate, min_improveme
 
 
 def delay_reason(same_order: Sequence[Candidate], chosen: Candidate) -> str:
-    """Why this delay, with the numbers. same_order: all delays of the chosen order."""
+    """Returns the reason for the chosen delay, with the numbers.
+
+    `same_order` holds the candidates of the chosen order with all delays.
+    """
     nk = chosen.orders.nk
     if len(same_order) == 1:
         return f"Delay {nk}: the only one tried that the data determine."

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Figures by which models are compared.
+"""Criteria for the comparison of models.
 
 Sources: H. Akaike, "Fitting autoregressive models for prediction", Ann. Inst. Stat. Math. 21, 1969
 (FPE), and "A new look at the statistical model identification", IEEE Trans. Autom. Control 19(6),
 1974 (AIC); J. Rissanen, "Modeling by shortest data description", Automatica 14(5), 1978 (MDL);
 L. Ljung, System Identification: Theory for the User, 2nd ed., 1999, ch. 7 and 16.
-Throughout N is the number of residuals, d the number of parameters, V the loss.
+In this module N is the number of residuals, d the number of parameters and V the loss.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ from ehsid.harness.arrays import FloatArray
 
 
 def loss(residual: FloatArray) -> float:
-    """V = (1/N) sum of squared residuals, in squared units of the output. residual: shape (N,)."""
+    """Loss V = (1/N) sum of squared residuals, in squared units of the output.
+
+    `residual` has the shape (N,).
+    """
     return float(np.mean(residual**2))
 
 
@@ -32,7 +35,7 @@ def fpe(loss_value: float, n_rows: int, n_parameters: int) -> float:
 
 
 def aic(loss_value: float, n_rows: int, n_parameters: int) -> float:
-    """Akaike's information criterion a sample, ln V + 2 d/N (Akaike 1974); -inf for V = 0."""
+    """Akaike's information criterion per sample, ln V + 2 d/N (Akaike 1974); -inf for V = 0."""
     return _log(loss_value) + 2.0 * n_parameters / n_rows
 
 
@@ -42,17 +45,18 @@ def mdl(loss_value: float, n_rows: int, n_parameters: int) -> float:
 
 
 def fit_percent(measured: FloatArray, predicted: FloatArray) -> float:
-    """100 (1 - |y - y_hat| / |y - mean(y)|) in percent, Euclidean norms over all samples.
+    """Fit 100 (1 - |y - y_hat| / |y - mean(y)|) in percent, Euclidean norms over all samples.
 
-    100 is a perfect fit, 0 as good as the mean, negative worse than the mean. -inf where the
-    prediction has diverged or overflows; NaN where the measured output is constant.
+    100 is a perfect fit; 0 is as good as the mean of the output; a negative fit is worse than the
+    mean. The fit is -inf if the prediction diverges or overflows, and NaN if the measured output is
+    constant.
 
     Parameters
     ----------
     measured
-        shape (N,).
+        measured output y, shape (N,).
     predicted
-        shape (N,), in the same units.
+        predicted output y_hat, shape (N,), in the same unit.
     """
     spread = float(np.linalg.norm(measured - np.mean(measured)))
     if spread == 0.0:
@@ -64,7 +68,7 @@ def fit_percent(measured: FloatArray, predicted: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class Criteria:
-    """The figures of one model on one set of data: N, V, FPE, AIC, MDL."""
+    """Criteria of one model on one set of data: N, V, FPE, AIC and MDL."""
 
     n_rows: int
     loss: float
@@ -74,7 +78,7 @@ class Criteria:
 
 
 def criteria(residual: FloatArray, n_parameters: int) -> Criteria:
-    """All figures from the one-step residuals, shape (N,), of a model with d parameters."""
+    """Returns all criteria of a model with d parameters from its one-step residuals, shape (N,)."""
     n, v = residual.size, loss(residual)
     return Criteria(n, v, fpe(v, n, n_parameters), aic(v, n, n_parameters), mdl(v, n, n_parameters))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One input and one output, in segments without gaps."""
+"""Samples of one input and one output, in segments without gaps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ehsid.harness.records import Record
 
 @dataclass(frozen=True, eq=False)
 class IoData:
-    """Samples of input u and output y; only those inside `segments` count.
+    """Samples of input u and output y; only the samples inside `segments` are used.
 
     Attributes
     ----------
@@ -24,9 +24,9 @@ class IoData:
     segments
         slices of consecutive samples, in order, not overlapping.
     dt_s
-        sampling time in seconds, None where it is not known.
+        sampling time in seconds; None if it is not known.
     input_name, output_name
-        for messages and tables.
+        names of the signals in messages and tables.
     """
 
     u: npt.NDArray[np.float64]
@@ -45,12 +45,12 @@ class IoData:
         segments: Sequence[slice] | None = None,
         dt_s: float | None = None,
     ) -> IoData:
-        """From two vectors of equal length; without `segments` they are one segment.
+        """Returns data from two vectors of equal length; without `segments` they are one segment.
 
         Raises
         ------
         IdentificationError
-            not vectors of equal length, or not finite.
+            input and output are not vectors of equal length, or not finite.
         """
         u, y = np.asarray(u, dtype=np.float64), np.asarray(y, dtype=np.float64)
         if u.ndim != 1 or u.shape != y.shape:
@@ -63,7 +63,7 @@ class IoData:
 
     @classmethod
     def from_record(cls, record: Record, input_name: str, output_name: str) -> IoData:
-        """From two columns of a record, with its segments and sampling time.
+        """Returns data from two columns of a record, with its segments and sampling time.
 
         Raises
         ------
@@ -85,14 +85,15 @@ class IoData:
         return sum(segment.stop - segment.start for segment in self.segments)
 
     def split(self, fraction: float) -> tuple[IoData, IoData]:
-        """The first `fraction` of the samples, 0 < fraction < 1, and the rest.
+        """Returns the first `fraction` of the samples, 0 < fraction < 1, and the rest.
 
-        The arrays stay whole, the segments are divided: sample numbers mean the same in both.
+        Only the segments are divided. Both parts keep the whole arrays, so that a sample number
+        means the same sample in both.
 
         Raises
         ------
         IdentificationError
-            a fraction outside the range.
+            the fraction is outside the range.
         """
         if not 0.0 < fraction < 1.0:
             raise IdentificationError(f"the split must lie between 0 and 1, not at {fraction:g}")

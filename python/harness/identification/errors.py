@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""What can go wrong in an identification, as types a caller can tell apart."""
+"""Exceptions of the identification, one type for each cause that a caller may handle."""
 
 from __future__ import annotations
 
 
 class IdentificationError(ValueError):
-    """Data or settings with which the identification cannot be carried out."""
+    """The identification cannot be carried out with these data or settings."""
 
 
 class TooFewSamplesError(IdentificationError):
-    """The record, or a half of it, is too short for the orders asked for."""
+    """The record, or one part of it, is too short for the requested orders."""
 
 
 class UnexcitedError(IdentificationError):
@@ -20,7 +20,7 @@ class UnexcitedError(IdentificationError):
     parameters
         names of the parameters that the data do not determine.
     why
-        what the data lack.
+        reason: what the data lack.
     """
 
     def __init__(self, parameters: tuple[str, ...], why: str) -> None:

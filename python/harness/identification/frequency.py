@@ -19,24 +19,24 @@ ComplexArray = npt.NDArray[np.complex128]
 
 POWER_SHARE = 0.99
 
-# Of the frequencies at which a response is drawn. Up to just below half the sampling rate, where
-# the phase of a sampled system jumps.
+# Number of frequencies at which a response is drawn, and the highest of them as a share of the
+# sampling rate. It is just below half the sampling rate, where the phase of a sampled system jumps.
 N_FREQUENCIES = 200
 HIGHEST_SHARE = 0.499
 
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
-    """G(e^jw) of a sampled system at some frequencies.
+    """Frequency response G(e^jw) of a sampled system.
 
     Attributes
     ----------
     frequency_hz
-        shape (n,), rising, above 0 and below half the sampling rate.
+        shape (n,), increasing, above 0 and below half the sampling rate.
     response
-        shape (n,), output over input.
+        shape (n,), complex ratio of output to input.
     source
-        where it comes from, in words.
+        origin of the response, in words.
     """
 
     frequency_hz: FloatArray
@@ -45,42 +45,42 @@ class FrequencyResponse:
 
     @property
     def magnitude_db(self) -> FloatArray:
-        """20 log10 |G|, shape (n,)."""
+        """Magnitude 20 log10 |G| in dB, shape (n,)."""
         return np.asarray(20.0 * np.log10(np.abs(self.response)), dtype=np.float64)
 
     @property
     def phase_deg(self) -> FloatArray:
-        """Phase in degrees, without jumps from one frequency to the next, shape (n,)."""
+        """Unwrapped phase in degrees, without jumps between frequencies, shape (n,)."""
         return np.asarray(np.degrees(np.unwrap(np.angle(self.response))), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
 class EstimatedResponse(FrequencyResponse):
-    """That of an estimated model.
+    """Frequency response of an estimated model.
 
     Attributes
     ----------
     covariance
-        shape (n, 2, 2), of real and imaginary part.
+        shape (n, 2, 2), covariance of real and imaginary part of G at each frequency.
     """
 
     covariance: FloatArray
 
     def magnitude_band_db(self, level: float = 0.95) -> FloatArray:
-        """Confidence interval of the magnitude at each frequency by itself, shape (n, 2)."""
+        """Pointwise confidence interval of the magnitude in dB, shape (n, 2)."""
         half = 20.0 / np.log(10.0) * _half(level) * self._relative()[:, 0]
         return np.column_stack((self.magnitude_db - half, self.magnitude_db + half))
 
     def phase_band_deg(self, level: float = 0.95) -> FloatArray:
-        """Confidence interval of the phase at each frequency by itself, shape (n, 2)."""
+        """Pointwise confidence interval of the phase in degrees, shape (n, 2)."""
         half = np.degrees(_half(level) * self._relative()[:, 1])
         return np.column_stack((self.phase_deg - half, self.phase_deg + half))
 
     def _relative(self) -> FloatArray:
         """Standard deviations of ln |G| and of the phase in rad, shape (n, 2).
 
-        d ln G = dG / G: its real part is that of the magnitude, its imaginary part the phase. To
-        first order, so for deviations well below |G|.
+        d ln G = dG / G: the real part is the change of ln |G|, the imaginary part the change of
+        the phase. This is a first-order approximation, valid for deviations well below |G|.
         """
         inverse = 1.0 / self.response
         turn = np.array([[inverse.real, -inverse.imag], [inverse.imag, inverse.real]])
@@ -92,16 +92,17 @@ class EstimatedResponse(FrequencyResponse):
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """A model's response beside one that is taken for true, at the latter's frequencies.
+    """Comparison of a model's frequency response with a response taken as the truth.
 
     Attributes
     ----------
     frequency_hz
-        shape (n,).
+        shape (n,), frequencies of the true response.
     magnitude_difference_db, phase_difference_deg
-        shape (n,), model less truth; phases to within half a turn.
+        shape (n,), model minus truth; the phase difference lies between -180 and 180 degrees.
     inside
-        shape (n,), whether the truth is inside the ellipse of 95 % of the model at this frequency.
+        shape (n,), whether the truth is inside the 95 % confidence ellipse of the model at this
+        frequency.
     """
 
     frequency_hz: FloatArray
@@ -110,7 +111,7 @@ class Agreement:
     inside: npt.NDArray[np.bool_]
 
     def within(self, band_hz: tuple[float, float]) -> Agreement:
-        """The same at the frequencies inside a band, its ends included."""
+        """Returns the comparison at the frequencies inside a band, its ends included."""
         kept = (self.frequency_hz >= band_hz[0]) & (self.frequency_hz <= band_hz[1])
         return Agreement(
             self.frequency_hz[kept],
@@ -121,18 +122,18 @@ class Agreement:
 
 
 def power_band(data: IoData, share: float = POWER_SHARE) -> tuple[float, float]:
-    """Lowest and highest frequency of the band that holds this share of the input's power.
+    """Returns the lowest and highest frequency of the band that holds most of the input's power.
 
-    From the periodogram of the longest segment in which the input moves, its mean removed, with
-    equal parts of the rest below and above. In Hz, or cycles a sample where the sampling time is
-    not known.
+    The power is that of the periodogram of the longest segment in which the input changes, with
+    its mean removed. Half of the remaining power lies below the band and half above. Frequencies
+    are in Hz, or in cycles per sample if the sampling time is not known.
 
     Parameters
     ----------
     data
-        with an input that moves.
+        data whose input is not constant.
     share
-        0 < share < 1.
+        share of the power inside the band, 0 < share < 1.
     """
     moving = [segment for segment in data.segments if np.ptp(data.u[segment]) > 0.0]
     longest = max(moving, key=lambda segment: segment.stop - segment.start)
@@ -143,18 +144,18 @@ def power_band(data: IoData, share: float = POWER_SHARE) -> tuple[float, float]:
 
 
 def response_grid(n_samples: int, dt_s: float) -> FloatArray:
-    """Frequencies in Hz from one period in so many samples to nearly half the sampling rate.
+    """Returns frequencies in Hz, from one period per record to nearly half the sampling rate.
 
     Parameters
     ----------
     n_samples
-        length of the record, 3 or more.
+        length of the record in samples, at least 3.
     dt_s
         sampling time in seconds.
 
     Returns
     -------
-    Shape (200,), in equal steps of the logarithm.
+    Shape (200,), with logarithmic spacing.
     """
     return np.geomspace(1.0 / (n_samples * dt_s), HIGHEST_SHARE / dt_s, N_FREQUENCIES)
 
@@ -162,21 +163,21 @@ def response_grid(n_samples: int, dt_s: float) -> FloatArray:
 def frequency_response(
     model: ArxModel, frequency_hz: npt.ArrayLike, dt_s: float
 ) -> EstimatedResponse:
-    """G = z^-nk B(z^-1) / A(z^-1) at z = e^(j w dt), with its covariance by the delta method.
+    """Returns G = z^-nk B(z^-1) / A(z^-1) at z = e^(j w dt), with its delta-method covariance.
 
     Parameters
     ----------
     model
         estimated model.
     frequency_hz
-        shape (n,), 0 < f < 1 / (2 dt_s), rising.
+        shape (n,), increasing, 0 < f < 1 / (2 dt_s).
     dt_s
         sampling time in seconds.
 
     Raises
     ------
     IdentificationError
-        a frequency outside the range, or frequencies that do not rise.
+        a frequency is outside the range, or the frequencies do not increase.
     """
     f = np.asarray(frequency_hz, dtype=np.float64)
     if f.ndim != 1 or not ((f > 0.0) & (f < 0.5 / dt_s)).all() or (np.diff(f) <= 0.0).any():
@@ -199,21 +200,21 @@ def frequency_response(
 
 
 def agreement(model: ArxModel, truth: FrequencyResponse, dt_s: float) -> Agreement:
-    """Compare a model with a response, at the frequencies of the latter.
+    """Compares a model with a frequency response, at the frequencies of that response.
 
     Parameters
     ----------
     model
         estimated model, in the units of `truth`.
     truth
-        response taken for true.
+        response taken as the truth.
     dt_s
         sampling time in seconds.
     """
     ours = frequency_response(model, truth.frequency_hz, dt_s)
     difference = truth.response - ours.response
     parts = np.column_stack((difference.real, difference.imag))
-    # pinv: at a single frequency of a low order the ellipse can be a line.
+    # The pseudo-inverse is used because the ellipse of a low-order model can shrink to a line.
     inverse = np.linalg.pinv(ours.covariance, hermitian=True)
     distance = np.einsum("ni,nij,nj->n", parts, inverse, parts)
     return Agreement(

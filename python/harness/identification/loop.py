@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The loop that a proportional controller closes around a model: margins, poles, damping.
+"""Closed loop of a proportional controller and a model: stability margins, poles, damping.
 
-u = k (r - y). All figures come from python-control. Import this module itself, see `systems`.
+The control law is u = k (r - y). All figures come from python-control. Import this module
+directly, see `systems`.
 """
 
 from __future__ import annotations
@@ -14,26 +15,26 @@ import numpy.typing as npt
 
 from ehsid.harness.arrays import FloatArray
 
-# Where crossovers are looked for: shares of half the sampling rate, close enough to each other
-# for the splines through them.
+# Lowest and highest frequency at which crossovers are searched, as shares of half the sampling
+# rate, and number of frequencies. They are dense enough for the splines through the response.
 LOWEST, HIGHEST, N_FREQUENCIES = 1e-6, 1.0 - 1e-6, 2000
 
-# Poles closer to z = 0 than this are delays: they have neither frequency nor damping.
+# Poles closer to z = 0 than this are delays. They have neither a natural frequency nor a damping.
 DELAY = 1e-9
 
 
 @dataclass(frozen=True)
 class Mode:
-    """A real pole or a pair of complex ones, as those of s = ln(z) / dt.
+    """A real pole or a pair of complex poles, with frequency and damping of s = ln(z) / dt.
 
     Attributes
     ----------
     pole
-        in the z plane, that with the imaginary part >= 0.
+        position in the z plane; of a pair, the pole with the imaginary part >= 0.
     frequency_hz
-        natural frequency |s| / (2 pi).
+        natural frequency |s| / (2 pi) in Hz.
     damping
-        ratio -Re(s) / |s|; below 0 for a pole outside the unit circle.
+        damping ratio -Re(s) / |s|; below 0 for a pole outside the unit circle.
     """
 
     pole: complex
@@ -43,21 +44,23 @@ class Mode:
 
 @dataclass(frozen=True)
 class ProportionalLoop:
-    """The loop with one gain k.
+    """Closed loop with one controller gain k.
 
     Attributes
     ----------
     gain
-        k, input of the model over its output.
+        k, in units of the model input per unit of its output.
     stable
         whether all poles of the closed loop are inside the unit circle.
     gain_margin
-        factor on k up to the limit of stability, below 1 beyond it; infinite if there is none.
+        factor by which k may grow up to the stability limit; below 1 if k is beyond the limit,
+        infinite if there is no limit.
     phase_margin_deg, gain_crossover_hz
-        phase above -180 degrees where k |G| = 1; None where it is nowhere 1. Of several such
-        frequencies that with the smallest margin.
+        phase above -180 degrees at the frequency where |k G| = 1, and this frequency; None if
+        |k G| is 1 at no frequency. Of several such frequencies, the one with the phase margin
+        closest to 0.
     modes
-        of the closed loop, by rising frequency.
+        modes of the closed loop, by increasing frequency.
     """
 
     gain: float
@@ -70,21 +73,21 @@ class ProportionalLoop:
 
 @dataclass(frozen=True)
 class LoopAnalysis:
-    """What proportional control of a model can reach.
+    """Proportional control of a model: its limit gain, and the loops with two gains.
 
     Attributes
     ----------
     modes
-        of the model, by rising frequency.
+        modes of the model in open loop, by increasing frequency.
     limit_gain
-        k of the smallest size at which the closed loop oscillates; it has the sign with which the
-        loop counteracts an error. None where no gain makes the loop oscillate.
+        gain k of the smallest magnitude at which the closed loop oscillates. Its sign is the one
+        with which the loop counteracts an error. None if no gain makes the loop oscillate.
     phase_crossover_hz
-        at which it then oscillates: the phase of k G is -180 degrees.
+        frequency of this oscillation, at which the phase of k G is -180 degrees.
     unity
-        the loop with |k| = 1.
+        closed loop with |k| = 1.
     half
-        the loop with half the limit, a gain margin of 2 (6 dB); None where there is no limit.
+        closed loop with half the limit gain, a gain margin of 2 (6 dB); None if there is no limit.
     """
 
     modes: tuple[Mode, ...]
@@ -95,23 +98,24 @@ class LoopAnalysis:
 
     @property
     def loops(self) -> tuple[ProportionalLoop, ...]:
-        """Those that there are, unity first."""
+        """Loops that exist: the one with unity gain, then the one with half the limit gain."""
         return (self.unity,) if self.half is None else (self.unity, self.half)
 
 
 def analyse_loop(system: control.TransferFunction) -> LoopAnalysis:
-    """Close a proportional loop around a model, with unity gain and with half the limit.
+    """Closes a proportional loop around a model, with unity gain and with half the limit gain.
 
     Parameters
     ----------
     system
-        discrete-time model as of `arx_system`; without a sampling time, frequencies are in cycles
-        a sample.
+        discrete-time model as from `arx_system`. Without a sampling time, frequencies are in
+        cycles per sample.
     """
     dt_s = 1.0 if system.dt is True else float(system.dt)
     omega = np.pi / dt_s * np.geomspace(LOWEST, HIGHEST, N_FREQUENCIES)
     response = np.asarray(system(np.exp(1j * omega * dt_s)), dtype=np.complex128)
-    # The output follows the command where the steps of both have the same sign: where B(1) > 0.
+    # The output moves in the direction of the command if the sum of the numerator, B(1), is > 0.
+    # The loop then counteracts an error with a positive gain.
     sign = 1.0 if float(np.sum(system.num[0][0])) >= 0.0 else -1.0
     limit, crossover = _limit(system, sign * response, sign, omega)
     oscillates = None if limit is None else sign * limit
@@ -144,12 +148,12 @@ def analyse_loop(system: control.TransferFunction) -> LoopAnalysis:
 def _limit(
     system: control.TransferFunction, response: npt.ArrayLike, sign: float, omega: FloatArray
 ) -> tuple[float | None, float | None]:
-    """Smallest gain at a phase crossover, and the angular frequency there."""
+    """Returns the smallest gain at a phase crossover, and its angular frequency in rad/s."""
     frd = control.FrequencyResponseData(response, omega)
     gains, _, _, crossovers, _, _ = control.stability_margins(frd, returnall=True)
     found = list(zip(gains.tolist(), crossovers.tolist(), strict=True))
-    # At half the sampling rate the response is real: where it is negative, the phase is -180
-    # degrees. python-control leaves this frequency out.
+    # At half the sampling rate the response is real. If it is negative, the phase is -180 degrees.
+    # python-control leaves this frequency out.
     last = sign * float(np.real(system(-1.0)))
     if last < 0.0:
         found.append((-1.0 / last, float(omega[-1]) / HIGHEST))
@@ -157,7 +161,7 @@ def _limit(
 
 
 def _modes(system: control.TransferFunction) -> tuple[Mode, ...]:
-    # The logarithm of a pole at z = 0, of a delay, is infinite.
+    # A delay has a pole at z = 0, whose logarithm is infinite.
     with np.errstate(divide="ignore", invalid="ignore"):
         frequencies, dampings, poles = control.damp(system, doprint=False)
     modes = [

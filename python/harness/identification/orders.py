@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The structure of an ARX model: orders and delay."""
+"""Structure of an ARX model: orders and delay."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ArxOrders:
     nk
         delay in samples, at least 0; b1 multiplies u(k - nk).
     offset
-        whether a constant term follows.
+        whether the model has a constant term.
     """
 
     na: int
@@ -38,12 +38,12 @@ class ArxOrders:
 
     @property
     def n_parameters(self) -> int:
-        """Length of theta."""
+        """Number of parameters, the length of theta."""
         return self.na + self.nb + int(self.offset)
 
     @property
     def n_history(self) -> int:
-        """Samples before k that the regressor of k needs."""
+        """Number of samples before k that the regressor of sample k needs."""
         return max(self.na, self.nk + self.nb - 1)
 
     @property

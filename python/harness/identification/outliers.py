@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Spikes of the measured output, told from events of the process, and interpolated.
+"""Finds spikes in the measured output, distinguishes them from process events, interpolates them.
 
 A spike d at sample k of the output (additive outlier) leaves d (1, a1, .., a_na) in the residuals
-of an ARX model from k on; a push of the process (innovational outlier) leaves one residual.
-A. J. Fox, "Outliers in time series", J. R. Stat. Soc. B 34(3), 1972; I. Chang, G. C. Tiao, C. Chen,
-"Estimation of time series parameters in the presence of outliers", Technometrics 30(2), 1988. The
-scale of the residuals is Hampel's, 1.4826 median |e - median e| (F. R. Hampel, "The influence
-curve and its role in robust estimation", J. Am. Stat. Assoc. 69, 1974).
+of an ARX model from sample k on. A disturbance of the process (innovational outlier) leaves one
+large residual only. Sources: A. J. Fox, "Outliers in time series", J. R. Stat. Soc. B 34(3), 1972;
+I. Chang, G. C. Tiao, C. Chen, "Estimation of time series parameters in the presence of outliers",
+Technometrics 30(2), 1988. The scale of the residuals is Hampel's, 1.4826 median |e - median e|
+(F. R. Hampel, "The influence curve and its role in robust estimation", J. Am. Stat. Assoc. 69,
+1974).
 """
 
 from __future__ import annotations
@@ -25,44 +26,48 @@ from ehsid.harness.identification.errors import TooFewSamplesError, UnexcitedErr
 from ehsid.harness.identification.orders import ArxOrders
 from ehsid.harness.identification.simulation import predict_one_step
 
-# Probability that a record without spikes has a sample replaced at all. Residuals that a linear
-# model leaves of a nonlinear plant are no normal noise: on records of the simulated rigs their
-# excess kurtosis is 0.5 to 2.3. That of Student's t with 7 degrees of freedom is 2.
+# Probability that at least one sample of a record without spikes is replaced. The residuals of a
+# linear model of a nonlinear plant are not normally distributed: on records of the simulated rigs
+# their excess kurtosis is 0.5 to 2.3. That of Student's t with 7 degrees of freedom is 2.
 FALSE_ALARM = 0.01
 TAIL = scipy.stats.t(7)
-# Share of the samples that may stand out further than normal noise does, at the same rate of false
-# alarms; beyond it they are no outliers but the way the process is.
+# Largest share of the samples that may exceed the threshold for normal noise, at the same rate of
+# false alarms. A larger share is a property of the process or of its noise, not outliers.
 MOST = 0.01
-# A spike so large that it spoils the first model looks like a push to it, but for little.
+# A spike counts where its score is at least this share of the score of a process disturbance. The
+# share is below 1 because a very large spike spoils the first model, and with that model it looks
+# slightly more like a disturbance.
 DOUBT = 0.9
-# Interpolated values count as found when a pass changes them by less than this, of sigma.
+# Interpolated values have converged when a pass changes them by at most this share of sigma.
 CLOSE = 0.01
 HIGHEST_ORDER = 4
 ROWS_PER_PARAMETER = 10
-# Each pass finds those that larger neighbours hid; records with few outliers need two or three.
+# Each pass finds outliers that larger neighbours hid before. Records with few outliers need two or
+# three passes.
 PASSES = 10
-# Residuals below this share of the output are rounding, as in `identify`.
+# Residuals below this share of the output are rounding errors, as in `identify`.
 ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class Outliers:
-    """What was looked for in the output and found.
+    """Report on the outliers of the output that were replaced.
 
     Attributes
     ----------
     positions
-        sample numbers of those replaced, in order.
+        sample numbers of the replaced samples, in order.
     recorded
-        the output there as recorded.
+        recorded output at these samples.
     threshold
-        in standard deviations of the estimated size, as told from the median; by it a record of
-        `n_examined` samples without spikes has any replaced with a probability of 1 % at most
-        (Bonferroni), if its residuals have the tails of Student's t with 7 degrees of freedom.
+        smallest spike that counts, in standard deviations of the estimated spike size; the
+        standard deviation is estimated from the median. In a record of `n_examined` samples
+        without spikes, any sample is replaced with a probability of at most 1 % (Bonferroni), if
+        the residuals have the tails of Student's t with 7 degrees of freedom.
     n_examined
-        samples looked at.
+        number of examined samples.
     text
-        the same in words.
+        the result in words.
     """
 
     positions: npt.NDArray[np.int64]
@@ -73,21 +78,22 @@ class Outliers:
 
 
 def replace_outliers(data: IoData, estimation: IoData) -> tuple[FloatArray, Outliers]:
-    """The output with its spikes interpolated, shape as `data.y`, and a report.
+    """Returns the output with its spikes interpolated, shape as `data.y`, and a report.
 
-    An ARX model of order 4, or the highest that the data determine, is fitted to the estimation
-    part, without samples under suspicion, and run over the whole record. A sample is an outlier
-    where a spike explains the residuals from it on with more than the threshold, and better than a
-    push of the process at any of them. It is replaced by the value that, with the samples before
-    and after it, leaves the smallest residuals: the interpolation by least squares. The input is
-    never touched.
+    An ARX model of order 4, or of the highest order that the data determine, is fitted to the
+    estimation part without the suspected samples. It then predicts the whole record one step
+    ahead. A sample is an outlier if a spike at this sample explains the residuals that follow with
+    a score above the threshold, and if this score is at least 0.9 of that of a process disturbance
+    at any of these residuals. The outlier is replaced by the value that gives the smallest
+    residuals together with the samples before and after it (interpolation by least squares). The
+    input is never changed.
 
     Parameters
     ----------
     data
         the record.
     estimation
-        its estimation part, of the same arrays.
+        estimation part of the record, with the same arrays.
     """
     model = _preliminary(estimation, data.y)
     if model is None:
@@ -95,8 +101,8 @@ def replace_outliers(data: IoData, estimation: IoData) -> tuple[FloatArray, Outl
         text = "not looked for: the estimation part determines no model to tell them by"
         return data.y.copy(), Outliers(none, data.y[none], float("nan"), 0, text)
 
-    # A model that a spike has spoilt may take others for one: the second time a clean one looks at
-    # the output as recorded.
+    # A model spoilt by a spike may take sound samples for spikes. The second time, the search
+    # therefore starts again from the output as recorded, with the clean model of the first time.
     for _ in range(2):
         rounds = _rounds(data, estimation, model)
         model = rounds.model
@@ -116,7 +122,7 @@ def replace_outliers(data: IoData, estimation: IoData) -> tuple[FloatArray, Outl
 
 @dataclass(frozen=True, eq=False)
 class _Rounds:
-    """What the rounds of `_rounds` end with: the output, found and suspected samples, the model."""
+    """Result of `_rounds`: the output, the found and the suspected samples, and the model."""
 
     y: FloatArray
     found: set[int]
@@ -127,7 +133,7 @@ class _Rounds:
 
 
 def _rounds(data: IoData, estimation: IoData, model: ArxModel) -> _Rounds:
-    """Find, replace, estimate anew, until nothing changes."""
+    """Finds outliers, replaces them and estimates the model again, until nothing changes."""
     y = data.y.copy()
     found: set[int] = set()
     suspects: set[int] = set()
@@ -147,14 +153,14 @@ def _rounds(data: IoData, estimation: IoData, model: ArxModel) -> _Rounds:
         same = not new and standing_out == suspects
         if same and np.all(np.abs(size[rows]) <= CLOSE * sigma):
             break
-        # The model must not owe itself to what it is to judge.
+        # A suspected sample must not influence the model that judges it.
         suspects = standing_out
         model = _preliminary(_without(estimation, suspects), y) or model
     return _Rounds(y, found, suspects, model, threshold, n)
 
 
 def _without(data: IoData, samples: set[int]) -> IoData:
-    """The same, its segments divided so that no equation contains one of the samples."""
+    """Returns the data with segments divided so that no equation contains one of the samples."""
     segments = []
     for segment in data.segments:
         inside = sorted(k for k in samples if segment.start <= k < segment.stop)
@@ -164,7 +170,7 @@ def _without(data: IoData, samples: set[int]) -> IoData:
 
 
 def _preliminary(estimation: IoData, y: FloatArray) -> ArxModel | None:
-    """The ARX model of the highest order that the data determine, None if there is none."""
+    """Returns the ARX model of the highest order that the data determine; None if none is."""
     part = replace(estimation, y=y)
     for order in range(HIGHEST_ORDER, 0, -1):
         orders = ArxOrders(order, order, 1, offset=True)
@@ -180,14 +186,18 @@ def _preliminary(estimation: IoData, y: FloatArray) -> ArxModel | None:
 def _spikes(
     data: IoData, estimation: IoData, model: ArxModel
 ) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int64], float]:
-    """At each sample: how far a spike stands out, 0 if a push explains more, its size, the sample's
-    number; and the standard deviation of the residual.
+    """Returns score and size of a spike at each sample, the sample numbers, and sigma.
+
+    The score is in standard deviations of the estimated size; it is 0 where a process disturbance
+    explains the residuals better. The size is in the unit of the output. sigma is the standard
+    deviation of the residual.
     """
     ahead = predict_one_step(model, data)
     e = ahead.residual
     trusted = np.isin(ahead.index, _numbers(estimation))
     centre = float(np.median(e[trusted]))
-    # A sensor that reads in steps has residuals of zero: no scale below that of its rounding.
+    # A sensor with a coarse resolution gives many residuals of zero. The scale is therefore never
+    # below the standard deviation of the sensor's rounding.
     steps = np.diff(np.unique(data.y[ahead.index]))
     rounding = float(np.min(steps)) / np.sqrt(12.0) if steps.size else 0.0
     floor = max(rounding, ROUNDING * float(np.max(np.abs(data.y))))
@@ -198,15 +208,15 @@ def _spikes(
     for run in ahead.runs:
         part = (e[run] - centre) / sigma
         n = part.size
-        # d_hat(k) = sum_i h_i e(k+i) / sum_i h_i^2, over those i that lie before the end.
+        # d_hat(k) = sum_i h_i e(k+i) / sum_i h_i^2, over all i with k + i inside the run.
         matched = scipy.signal.lfilter(h, [1.0], part[::-1])[::-1]
         weight = np.cumsum(h**2)[np.minimum(np.arange(n - 1, -1, -1), h.size - 1)]
         spikes[run] = matched / np.sqrt(weight)
         ends = np.concatenate((np.abs(part), np.zeros(h.size - 1)))
         pushes[run] = np.lib.stride_tricks.sliding_window_view(ends, h.size).max(axis=1)
         size[run] = sigma * matched / weight
-    # White residuals give a deviation of one. Where the model leaves others, they are not taken for
-    # spikes: the deviation found counts.
+    # White residuals give a standard deviation of one. Where the residuals are not white, the score
+    # is divided by the deviation found, so that they are not taken for spikes.
     size_of = max(1.4826 * float(np.median(np.abs(spikes[trusted]))), 1.0)
     score = np.where(np.abs(spikes) >= DOUBT * pushes, np.abs(spikes) / size_of, 0.0)
     return score, size, ahead.index, sigma
@@ -215,7 +225,10 @@ def _spikes(
 def _peaks(
     score: FloatArray, index: npt.NDArray[np.int64], threshold: float, reach: int
 ) -> list[int]:
-    """Rows beyond the threshold, largest first; one hides its neighbours, which share its spike."""
+    """Returns the rows above the threshold, largest score first.
+
+    A row hides its neighbours within `reach` samples, because they contain the same spike.
+    """
     chosen: list[int] = []
     hidden = np.zeros(score.size, dtype=bool)
     for row in np.argsort(-score, kind="stable").tolist():
@@ -229,5 +242,5 @@ def _peaks(
 
 
 def _numbers(data: IoData) -> npt.NDArray[np.int64]:
-    """Sample numbers inside the segments."""
+    """Returns the sample numbers inside the segments."""
     return np.concatenate([np.arange(s.start, s.stop) for s in data.segments])

@@ -19,7 +19,7 @@ from ehsid.harness.identification.simulation import Prediction
 
 Trend = Literal["none", "mean", "linear"]
 
-# A signal that moves by less than this share of its size is constant but for rounding.
+# A signal that changes by less than this share of its size is constant except for rounding errors.
 ROUNDING = 1e-12
 
 CONSEQUENCE = {
@@ -43,16 +43,16 @@ CONSEQUENCE = {
 
 @dataclass(frozen=True)
 class Preprocessing:
-    """What is to be done, in this order.
+    """Settings of the pre-processing; the steps are carried out in this order.
 
     Attributes
     ----------
     outliers
-        interpolate spikes of the output, see `replace_outliers`.
+        whether spikes of the output are interpolated, see `replace_outliers`.
     trend
         what is subtracted from input and output: nothing, the mean, or a straight line.
     scaling
-        divide input and output by their standard deviations.
+        whether input and output are divided by their standard deviations.
     """
 
     trend: Trend = "none"
@@ -78,20 +78,21 @@ class Preprocessing:
 
 @dataclass(frozen=True)
 class SignalReport:
-    """What one signal is like in the estimation part, and what was done to all of it.
+    """Statistics of one signal in the estimation part, and how the whole signal was transformed.
 
-    The signal became (signal(k) - level - slope k) / scale, k the sample number.
+    The transformed signal is (signal(k) - level - slope k) / scale with the sample number k.
 
     Attributes
     ----------
     name
-        of the signal.
+        name of the signal.
     mean, trend_per_sample, deviation
-        mean, slope of the straight line, and standard deviation, as recorded.
+        mean, slope of the straight line per sample, and standard deviation before the
+        transformation.
     level, slope
-        subtracted; 0 where nothing was.
+        subtracted constant and slope per sample; 0 if nothing was subtracted.
     scale
-        divided by; 1 where nothing was.
+        divisor; 1 if the signal was not scaled.
     """
 
     name: str
@@ -103,34 +104,34 @@ class SignalReport:
     scale: float
 
     def forward(self, signal: FloatArray) -> FloatArray:
-        """The whole signal, shape (n,), pre-processed."""
+        """Returns the whole signal, shape (n,), transformed."""
         line = self.level + self.slope * np.arange(signal.size)
         moved = signal - line
         if np.max(np.abs(moved), initial=0.0) <= ROUNDING * abs(self.level):
-            return np.zeros_like(signal)  # rounding must not pass for excitation
+            return np.zeros_like(signal)  # rounding errors must not be taken for excitation
         return moved / self.scale
 
     def back(self, index: npt.NDArray[np.int64], values: FloatArray) -> FloatArray:
-        """Values at sample numbers `index`, in the units of the record."""
+        """Returns transformed values at the sample numbers `index` in the units of the record."""
         return self.scale * values + self.level + self.slope * index
 
 
 @dataclass(frozen=True, eq=False)
 class Preprocessed:
-    """Data ready for identification, and the way back.
+    """Pre-processed data, and the transformation back to the units of the record.
 
     Attributes
     ----------
     data
-        pre-processed.
+        pre-processed data.
     settings
-        what was asked for.
+        settings of the pre-processing.
     u, y
-        what was done to input and output.
+        transformations of input and output.
     outliers
-        of the output; None where they were not to be looked for.
+        report on outliers of the output; None if the settings switch the search off.
     consequence
-        what the treatment of means and trends means for the model.
+        effect of the treatment of means and trends on the model, in words.
     """
 
     data: IoData
@@ -141,7 +142,7 @@ class Preprocessed:
     consequence: str
 
     def restore(self, prediction: Prediction) -> Prediction:
-        """A prediction on `data` in the units of the record, its outliers interpolated."""
+        """Returns a prediction on `data` in the units of the record; outliers stay interpolated."""
         return replace(
             prediction,
             measured=self.y.back(prediction.index, prediction.measured),
@@ -149,16 +150,17 @@ class Preprocessed:
         )
 
     def restore_model(self, model: ArxModel) -> ArxModel:
-        """A model of `data` in the units of the record.
+        """Returns a model of `data` in the units of the record.
 
-        The means that were removed go into `u_mean` and `y_mean`. Where lines were removed it is a
-        model of the signals less these lines, which an ARX model has no place for: its transfer
-        function is that of the record, its free run is `restore` of the free run on `data`.
+        The removed means go into `u_mean` and `y_mean`. An ARX model cannot represent removed
+        straight lines: if lines were removed, the result is a model of the signals without them.
+        Its transfer function is still that of the record. For a free run in the units of the
+        record, apply `restore` to the free run on `data`.
 
         Parameters
         ----------
         model
-            fitted to `data`.
+            model fitted to `data`.
         """
         # A y/s_y = B u/s_u + c + e, times s_y.
         orders = model.orders
@@ -180,7 +182,7 @@ class Preprocessed:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON, without the data."""
+        """Returns plain values for JSON, without the data."""
         plain: dict[str, Any] = to_plain(self)
         del plain["data"]
         return plain
@@ -189,10 +191,11 @@ class Preprocessed:
 def preprocess(
     data: IoData, settings: Preprocessing | None = None, *, split: float = 0.5
 ) -> Preprocessed:
-    """Outliers, then means or trends, then scale; all from the estimation part alone.
+    """Replaces outliers of the output, subtracts means or trends, and scales the signals.
 
-    One mean or line holds for all segments: one for each would take its value from the data that
-    are to judge the model. Lines run by sample number.
+    The outlier model, means, lines and scales are estimated from the estimation part alone. One
+    mean or line is used for all segments: an own mean for each segment would be estimated from the
+    data that judge the model. Lines are functions of the sample number.
 
     Parameters
     ----------
@@ -201,12 +204,12 @@ def preprocess(
     settings
         `Preprocessing()` by default.
     split
-        share of the samples that is the estimation part, 0 < split < 1, as in `identify`.
+        share of the samples in the estimation part, 0 < split < 1, as in `identify`.
 
     Raises
     ------
     IdentificationError
-        a split out of range, or an estimation part without samples.
+        the split is out of range, or the estimation part has no samples.
     """
     settings = settings or Preprocessing()
     estimation, _ = data.split(split)

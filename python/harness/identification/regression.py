@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The regression matrix of an ARX model, and its least-squares solution by QR."""
+"""Regression matrix of an ARX model, and its least-squares solution by QR."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ from ehsid.harness.identification.errors import (
 )
 from ehsid.harness.identification.orders import ArxOrders
 
-# A parameter belongs to an undetermined combination when its share in it is at least this part of
-# the largest share. Rounding spreads shares of the order of 1e-12, so that any small number does.
+# A parameter belongs to an undetermined combination if its share in the combination is at least
+# this fraction of the largest share. Rounding errors give shares of the order of 1e-12 to other
+# parameters, so any small number well above that serves.
 SHARE_THAT_COUNTS = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Regression:
-    """Rows of Eq. (8), y(k) = phi(k)' theta + e(k), for all k that have their history.
+    """Rows of Eq. (8), y(k) = phi(k)' theta + e(k), for all k whose past samples are available.
 
     Attributes
     ----------
     phi
-        shape (n_rows, n_parameters).
+        shape (n_rows, n_parameters), regression matrix.
     y
-        shape (n_rows,).
+        shape (n_rows,), output y(k).
     index
         shape (n_rows,), sample number k of each row.
     runs
@@ -46,24 +47,24 @@ class Regression:
 
 
 def regression(data: IoData, orders: ArxOrders, *, skip: int | None = None) -> Regression:
-    """Regression matrix with phi = (-y(k-1)..-y(k-na), u(k-nk)..u(k-nk-nb+1)[, 1]).
+    """Returns the regression with phi = (-y(k-1)..-y(k-na), u(k-nk)..u(k-nk-nb+1)[, 1]).
 
     Parameters
     ----------
     data
-        a segment too short to give a row is left out.
+        input and output; a segment that is too short to give a row is left out.
     orders
-        structure.
+        structure of the model.
     skip
-        samples left out at the start of each segment, at least `orders.n_history` (the
-        default); a common number makes different orders comparable, row by row.
+        number of samples left out at the start of each segment, at least `orders.n_history` (the
+        default). With a common number, different orders can be compared row by row.
 
     Raises
     ------
     IdentificationError
         `skip` is shorter than the history.
     TooFewSamplesError
-        no row at all.
+        no segment gives a row.
     """
     skip = orders.n_history if skip is None else skip
     if skip < orders.n_history:
@@ -94,26 +95,26 @@ def regression(data: IoData, orders: ArxOrders, *, skip: int | None = None) -> R
 def least_squares(
     phi: FloatArray, y: FloatArray, names: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """The theta that minimises |y - phi theta|^2, Eqs. (9)-(11), and (phi' phi)^-1.
+    """Returns the theta that minimises |y - phi theta|^2, Eqs. (9)-(11), and (phi' phi)^-1.
 
-    Solved by QR of the matrix with columns scaled to unit length, never by the normal equations,
-    so that neither units nor close lags cost accuracy.
+    The solution uses QR of the matrix with columns scaled to unit length and not the normal
+    equations, so that neither the units nor similar columns of close lags reduce the accuracy.
 
     Parameters
     ----------
     phi
-        shape (n, d), n >= d.
+        regression matrix, shape (n, d), n >= d.
     y
-        shape (n,).
+        output, shape (n,).
     names
-        d names for the message.
+        names of the d parameters, for the message.
 
     Raises
     ------
     TooFewSamplesError
-        fewer rows than parameters.
+        there are fewer rows than parameters.
     UnexcitedError
-        phi has less than full rank, to within rounding.
+        phi does not have full rank, to within rounding errors.
     """
     n, d = phi.shape
     if n < d:
@@ -125,7 +126,7 @@ def least_squares(
     (r,) = scipy.linalg.qr(np.column_stack((phi / scale, y)), mode="r")
     r_phi, r_y = r[:d, :d], r[:d, d]
     _, singular, right = np.linalg.svd(r_phi)
-    # numpy's matrix_rank uses the same bound for the rounding of the factorisation.
+    # numpy's matrix_rank uses the same bound for the rounding errors of the factorisation.
     rank = int(np.sum(singular > singular[0] * n * np.finfo(np.float64).eps))
     if rank < d:
         raise _rank_deficient(right[rank:], names)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Residual tests: whiteness, and independence of the input.
+"""Tests residuals for whiteness and for independence of the input.
 
 L. Ljung, System Identification: Theory for the User, 2nd ed., 1999, sec. 16.6;
 G. M. Ljung, G. E. P. Box, "On a measure of lack of fit in time series models", Biometrika 65, 1978.
@@ -23,22 +23,22 @@ LEVEL = 0.99
 
 @dataclass(frozen=True, eq=False)
 class WhitenessTest:
-    """Autocorrelation of the residual.
+    """Result of the whiteness test, from the autocorrelation of the residual.
 
     Attributes
     ----------
     lags
-        shape (max_lag,), 1..max_lag.
+        shape (max_lag,), lags 1..max_lag in samples.
     correlation
-        shape (max_lag,), r_e(tau) / r_e(0).
+        shape (max_lag,), normalised autocorrelation r_e(tau) / r_e(0).
     band
         half width of the 99 % band of a single lag, for a white residual.
     n_outside
-        lags outside the band; `expected_outside` of them would be by chance.
+        number of lags outside the band; `expected_outside` is the number expected by chance.
     statistic, degrees_of_freedom, p_value
         Ljung-Box test over all lags together.
     passed
-        p_value >= 0.01.
+        whether p_value >= 0.01.
     verdict
         the result in words.
     """
@@ -57,24 +57,25 @@ class WhitenessTest:
 
 @dataclass(frozen=True, eq=False)
 class IndependenceTest:
-    """Cross-correlation of the residual with the input.
+    """Result of the independence test, from the cross-correlation of residual and input.
 
     Attributes
     ----------
     lags
-        shape (2 max_lag + 1,), -max_lag..max_lag; at a positive lag the input is earlier.
+        shape (2 max_lag + 1,), lags -max_lag..max_lag in samples; at a positive lag the input is
+        earlier than the residual.
     correlation
-        shape (2 max_lag + 1,), r_eu(tau) / sqrt(r_e(0) r_u(0)).
+        shape (2 max_lag + 1,), normalised cross-correlation r_eu(tau) / sqrt(r_e(0) r_u(0)).
     band
         half width of the 99 % band of a single lag.
     family_band
-        half width of the band that all lags 0..max_lag keep together with 99 %.
+        half width of the band inside which all lags 0..max_lag lie together with 99 % probability.
     n_outside
-        lags 0..max_lag outside `band`.
+        number of lags 0..max_lag outside `band`.
     passed
-        no lag 0..max_lag outside `family_band`.
+        whether no lag 0..max_lag is outside `family_band`.
     feedback
-        a negative lag is outside `family_band`: the input reacts to the residual.
+        whether a negative lag is outside `family_band`, so that the input reacts to the residual.
     verdict
         the result in words.
     """
@@ -96,19 +97,19 @@ def whiteness_test(
     max_lag: int = MAX_LAG,
     n_fitted: int = 0,
 ) -> WhitenessTest:
-    """Is the residual white?
+    """Tests whether the residual is white.
 
     Parameters
     ----------
     residual
-        shape (N,).
+        residual, shape (N,).
     runs
-        slices of consecutive samples; products never reach over the end of one.
+        slices of consecutive samples; no product of two samples reaches beyond the end of a slice.
     max_lag
-        1 <= max_lag < N.
+        largest lag in samples, 1 <= max_lag < N.
     n_fitted
-        na where the residual is that of the data the model was fitted to, which costs
-        as many degrees of freedom; 0 on other data.
+        na if the residual is that of the data to which the model was fitted, because the fit takes
+        na degrees of freedom; 0 for other data.
 
     Raises
     ------
@@ -149,22 +150,22 @@ def independence_test(
     runs: Sequence[slice] | None = None,
     max_lag: int = MAX_LAG,
 ) -> IndependenceTest:
-    """Is the residual independent of the present and past input?
+    """Tests whether the residual is independent of the present and past input.
 
-    sqrt(N) r_eu(tau) tends to a normal distribution of variance P = sum_k r_e(k) r_u(k) for any
-    stationary residual, white or not, that is independent of the input. The sum is taken to
-    max_lag with a Bartlett window, which keeps it positive.
+    For any stationary residual that is independent of the input, white or not, the distribution of
+    sqrt(N) r_eu(tau) tends to a normal one of variance P = sum_k r_e(k) r_u(k). The sum is taken
+    up to max_lag with a Bartlett window, which keeps it positive.
 
     Parameters
     ----------
     residual
-        shape (N,).
+        residual, shape (N,).
     u
-        shape (N,), input at the same samples.
+        input at the same samples, shape (N,).
     runs
         slices of consecutive samples.
     max_lag
-        1 <= max_lag < N.
+        largest lag in samples, 1 <= max_lag < N.
 
     Raises
     ------
@@ -183,7 +184,8 @@ def independence_test(
     scale = float(np.sqrt(np.mean(e**2) * np.mean(u**2))) or 1.0
     deviation = np.sqrt(p / e.size) / scale
     band = _quantile(LEVEL) * deviation
-    # Bonferroni: max_lag + 1 lags keep the band together with at least 99 %, however dependent.
+    # Bonferroni: all max_lag + 1 lags lie inside the band together with a probability of at least
+    # 99 %, however they depend on each other.
     family_band = _quantile(1.0 - (1.0 - LEVEL) / (max_lag + 1)) * deviation
     correlation = r_eu / scale
     size = np.abs(correlation)
@@ -215,7 +217,7 @@ def _centred(
 
 
 def _covariance(x: FloatArray, y: FloatArray, lag: int, runs: Sequence[slice]) -> float:
-    """(1/N) sum over k of x(k) y(k - lag), both k and k - lag inside the same run."""
+    """Returns (1/N) sum_k x(k) y(k - lag) over all k for which both samples are in the same run."""
     if lag < 0:
         return _covariance(y, x, -lag, runs)
     total = sum(float(x[r][lag:] @ y[r][: max(r.stop - r.start - lag, 0)]) for r in runs)
@@ -223,5 +225,5 @@ def _covariance(x: FloatArray, y: FloatArray, lag: int, runs: Sequence[slice]) -
 
 
 def _quantile(level: float) -> float:
-    """Half width of the two-sided interval of a standard normal variable."""
+    """Returns the half width of the two-sided interval of a standard normal variable."""
     return float(scipy.stats.norm.ppf(0.5 + 0.5 * level))

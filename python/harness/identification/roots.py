@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Poles and zeros of an ARX model with their uncertainty; how sure are stability and order?"""
+"""Poles and zeros of an ARX model with their uncertainty, and tests of stability and order."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from ehsid.harness.identification.arx import ArxModel
 
 ComplexArray = npt.NDArray[np.complex128]
 
-# The delta method takes a root for a linear function of the coefficients. Near another root it is
-# not: there the error in the linear term is of the order deviation / distance.
+# The delta method treats a root as a linear function of the coefficients. This does not hold near
+# another root: there the relative error of the linear term is of the order deviation / distance.
 CLEAR_OF_OTHERS = 3.0
 
-# Angles at which the unit circle is tried for a root, and places on the real axis.
+# Number of angles at which the unit circle is searched for a root, and number of points at which
+# the real axis is searched.
 N_ANGLES = 4097
 N_PLACES = 801
 
@@ -31,12 +32,12 @@ class Roots:
     Attributes
     ----------
     values
-        shape (n,), in the z plane, by falling modulus.
+        shape (n,), roots in the z plane, by decreasing modulus.
     covariance
-        shape (n, 2, 2), of real and imaginary part, to first order.
+        shape (n, 2, 2), covariance of real and imaginary part of each root, to first order.
     reliable
         shape (n,), false where the nearest other root is closer than 3 standard deviations, as at
-        a double root: there the covariance is not to be used.
+        a double root. The covariance of such a root must not be used.
     """
 
     values: ComplexArray
@@ -48,7 +49,7 @@ class Roots:
         """Standard deviation of |root|, shape (n,)."""
         size = np.abs(self.values)
         away = np.column_stack((self.values.real, self.values.imag))
-        # At the origin the modulus has no derivative; along the real axis is as good as any.
+        # At the origin the modulus has no derivative. Any direction will do; the real axis is used.
         unit = np.where(
             size[:, None] > 0.0, away / np.where(size > 0.0, size, 1.0)[:, None], [1.0, 0.0]
         )
@@ -58,14 +59,14 @@ class Roots:
 
 @dataclass(frozen=True, eq=False)
 class PolesZeros:
-    """Of G(z) = z^-nk (b1 + .. + b_nb z^-(nb-1)) / (1 + a1 z^-1 + .. + a_na z^-na).
+    """Poles and zeros of G(z) = z^-nk (b1 + .. + b_nb z^-(nb-1)) / (1 + a1 z^-1 + .. + a_na z^-na).
 
     Attributes
     ----------
     poles, zeros
         roots of z^na A and of z^(nb-1) B.
     origin_poles, origin_zeros
-        what the delay adds at z = 0, exactly.
+        number of further poles and zeros at z = 0; they follow from na, nb and nk without error.
     """
 
     poles: Roots
@@ -75,7 +76,7 @@ class PolesZeros:
 
 
 def poles_zeros(model: ArxModel) -> PolesZeros:
-    """Poles and zeros with covariances by the delta method.
+    """Returns poles and zeros of a model with their covariances by the delta method.
 
     Parameters
     ----------
@@ -85,7 +86,7 @@ def poles_zeros(model: ArxModel) -> PolesZeros:
     na, nb, nk = model.orders.na, model.orders.nb, model.orders.nk
     in_a, in_b = slice(0, na), slice(na, na + nb)
     a = np.concatenate(([1.0], model.a))
-    of_a = np.zeros((na + 1, na + 1))  # the leading 1 is certain
+    of_a = np.zeros((na + 1, na + 1))  # the leading coefficient 1 has no uncertainty
     of_a[1:, 1:] = model.covariance[in_a, in_a]
     excess = na - nk - nb + 1
     return PolesZeros(
@@ -97,11 +98,12 @@ def poles_zeros(model: ArxModel) -> PolesZeros:
 
 
 def stability_distance(model: ArxModel) -> float:
-    """How far the model is from the border of stability, in standard deviations.
+    """Distance of the model from the stability limit, in standard deviations.
 
-    A root of A on the unit circle at angle w is A(e^jw) = 0, two linear equations in a (one for
-    z = 1 or -1). The distance is the least over w of sqrt(r' (C cov C')^-1 r), r = (Re A, Im A).
-    Unlike deviations of single roots this holds for double roots too.
+    A has a root on the unit circle at angle w if A(e^jw) = 0. These are two linear equations in
+    the coefficients a, or one for z = 1 or -1. The distance is the minimum over w of
+    sqrt(r' (C cov C')^-1 r) with r = (Re A, Im A). Unlike the standard deviations of single roots
+    it is also valid for double roots.
     """
     na = model.orders.na
     cov = model.covariance[:na, :na]
@@ -120,14 +122,15 @@ def stability_distance(model: ArxModel) -> float:
 
 @dataclass(frozen=True)
 class Cancellation:
-    """The common root of A and B that the data speak least against.
+    """Common root of A and B for which the data give the least evidence against.
 
     Attributes
     ----------
     place
-        in the z plane, upper half; one of a pair where complex.
+        position of the root in the upper half of the z plane; a complex root stands for its pair.
     p_value
-        of the hypothesis that it is one; large: the data do not rule out a lower order.
+        p-value of the hypothesis that A and B share this root. If it is large, the data do not
+        rule out a lower order.
     """
 
     place: complex
@@ -135,10 +138,11 @@ class Cancellation:
 
 
 def nearest_cancellation(model: ArxModel) -> Cancellation | None:
-    """Wald test of a common root; None where B has no root.
+    """Returns the result of the Wald test for a common root of A and B; None if B has no root.
 
-    A(r) = B(r) = 0 is linear in the coefficients for given r: two equations for a real r, four for
-    a complex one. The least distance over r is chi-squared with one and two degrees of freedom.
+    A(r) = B(r) = 0 is linear in the coefficients for a given r: two equations for a real r, four
+    for a complex r. The minimum of the squared distance over r is chi-squared distributed, with
+    one degree of freedom for a real r and two for a complex r.
     """
     na, nb = model.orders.na, model.orders.nb
     if nb < 2:
@@ -180,7 +184,10 @@ def nearest_cancellation(model: ArxModel) -> Cancellation | None:
 
 
 def _roots(coefficients: FloatArray, covariance: FloatArray) -> Roots:
-    """Roots of c0 z^n + .. + cn; dr/dc_i = -r^(n-i) / p'(r), by implicit differentiation."""
+    """Returns the roots of p(z) = c0 z^n + .. + cn with their covariances.
+
+    dr/dc_i = -r^(n-i) / p'(r), by implicit differentiation.
+    """
     values = np.asarray(np.roots(coefficients), dtype=np.complex128)
     values = values[np.lexsort((-values.imag, -np.abs(values)))]
     degree = coefficients.size - 1
@@ -198,7 +205,7 @@ def _roots(coefficients: FloatArray, covariance: FloatArray) -> Roots:
 
 
 def _wald(value: FloatArray, rows: FloatArray, covariance: FloatArray) -> float:
-    """V' (C cov C')^-1 v; infinite where the covariance leaves no room."""
+    """Returns the Wald statistic v' (C cov C')^-1 v; infinite if C cov C' is singular."""
     scale = np.linalg.norm(rows, axis=1)
     rows, value = rows / scale[:, None], value / scale
     try:

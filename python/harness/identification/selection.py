@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Choice of order and delay on validation data, with reasons and residual tests."""
+"""Chooses order and delay on validation data, with reasons and residual tests."""
 
 from __future__ import annotations
 
@@ -38,43 +38,43 @@ from ehsid.harness.identification.simulation import Prediction, predict_one_step
 DEFAULT_ORDERS = range(2, 6)
 DEFAULT_DELAYS = range(1, 6)
 MIN_IMPROVEMENT = 0.05
-MIN_ROWS = 20  # a fit over fewer says nothing
+MIN_ROWS = 20  # a fit over fewer equations has no significance
 
-# Relative to the output, residuals below this are rounding: a regression row sums some ten
-# products, each rounded to 1.1e-16, and theta itself is exact to about 1e-13 at best.
+# Residuals below this share of the output are rounding errors: a regression row is the sum of about
+# ten products, each rounded to 1.1e-16, and theta itself is accurate to about 1e-13 at best.
 ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class IdentificationResult:
-    """What `identify` found.
+    """Result of `identify`.
 
     Attributes
     ----------
     chosen
-        the chosen order and delay, with its model.
+        candidate with the chosen order and delay, and its model.
     reason
-        why this order, in words with numbers.
+        reason for the chosen order, in words with numbers.
     delay_reason
-        why this delay.
+        reason for the chosen delay.
     by_order
-        one candidate an order, each with its own chosen delay, by number of parameters.
+        one candidate for each order, with the delay chosen for it, by number of parameters.
     candidates
-        all orders and delays tried, by number of parameters, then delay.
+        all candidates the data determine, by number of parameters, then na, then delay.
     rejected
-        those that the data do not determine.
+        structures that the data do not determine.
     one_step, simulated
-        predictions of the chosen model on the validation part.
+        one-step prediction and free run of the chosen model on the validation part.
     whiteness, independence
         tests of the one-step residuals on the validation part.
     advice
-        what to keep in mind or try next; empty if nothing.
+        cautions and suggested next steps; empty if there are none.
     dt_s
-        sampling time in seconds, None where it is not known.
+        sampling time in seconds; None if it is not known.
     n_estimation, n_validation
-        samples in either part.
+        number of samples in the two parts.
     min_improvement
-        share of the misfit that each order added must remove to count.
+        share of the misfit that each added order must remove.
     """
 
     chosen: Candidate
@@ -94,7 +94,7 @@ class IdentificationResult:
     min_improvement: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON; the two predictions are left out, they are data, not findings."""
+        """Returns plain values for JSON, without the predictions: they are data, not results."""
         plain: dict[str, Any] = to_plain(self)
         del plain["one_step"], plain["simulated"]
         plain["chosen"]["model"] = self.chosen.model.to_dict()
@@ -112,40 +112,41 @@ def identify(
     min_improvement: float = MIN_IMPROVEMENT,
     max_lag: int = MAX_LAG,
 ) -> IdentificationResult:
-    """Estimate ARX models of several orders and delays, choose one, and test its residuals.
+    """Estimates ARX models of several orders and delays, chooses one, and tests its residuals.
 
-    All are estimated on the first part of the data and judged on the rest, on the same samples.
-    The rules of the choice are those of `choose_delay` and `choose_order`.
+    All models are estimated on the first part of the data and judged on the rest, all on the same
+    samples. `choose_delay` and `choose_order` give the rules of the choice.
 
     Parameters
     ----------
     data
         input and output.
     orders
-        na = nb, or pairs (na, nb).
+        orders to try: na = nb, or pairs (na, nb).
     delays
-        nk in samples.
+        delays nk to try, in samples.
     split
         share of the samples used for the estimation, 0 < split < 1.
     offset
-        estimate a constant term. It takes up the working point and a null bias of the valve
-        exactly, also where the plant integrates.
+        whether a constant term is estimated. It represents the working point and a null bias of
+        the valve exactly, also for an integrating plant.
     remove_means
-        subtract the means of the estimation part from both parts instead. For a plant that
-        integrates this is wrong: its output drifts with B(1) times the mean of the input.
+        whether the means of the estimation part are subtracted from both parts. For an integrating
+        plant this is wrong: its output drifts with B(1) times the mean of the input.
     min_improvement
-        share of the misfit that each order added must remove to count.
+        share of the misfit that each added order must remove.
     max_lag
-        of the residual tests; at most a quarter of the validation residuals is used.
+        largest lag of the residual tests in samples; it is limited to a quarter of the number of
+        validation residuals.
 
     Raises
     ------
     IdentificationError
-        nothing to try, or a setting out of range.
+        there is nothing to try, a setting is out of range, or the output is constant in a part.
     TooFewSamplesError
         a part is too short.
     UnexcitedError
-        the data determine none of the structures, or the output is constant.
+        the data determine none of the structures.
     """
     if not 0.0 <= min_improvement < 1.0:
         raise IdentificationError(f"min_improvement must be in [0, 1), not {min_improvement:g}")
@@ -214,7 +215,7 @@ def _structures(
 
 
 def _check_part(part: IoData, name: str, skip: int, n_needed: int) -> None:
-    """Is the part long enough, and does its output move?"""
+    """Checks that the part is long enough and that its output is not constant."""
     rows = [part.y[s.start + skip : s.stop] for s in part.segments if s.stop - s.start > skip]
     n_rows = sum(row.size for row in rows)
     n_needed = max(n_needed, MIN_ROWS)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What an ARX model says the output should be: one step ahead, and running free."""
+"""Predicts the output with an ARX model: one step ahead, and as a free run."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ class Prediction:
     index
         shape (n,), sample numbers.
     measured, predicted
-        shape (n,); an unstable free run may end in non-finite values.
+        shape (n,), measured and predicted output; the prediction of an unstable free run may end in
+        non-finite values.
     runs
         slices of consecutive samples.
     """
@@ -36,12 +37,12 @@ class Prediction:
 
     @property
     def residual(self) -> FloatArray:
-        """Measured minus predicted, shape (n,)."""
+        """Residual, measured minus predicted output, shape (n,)."""
         return self.measured - self.predicted
 
 
 def predict_one_step(model: ArxModel, data: IoData, *, skip: int | None = None) -> Prediction:
-    """y_hat(k) = phi(k)' theta with measured past outputs, Eq. (8).
+    """Returns the one-step prediction y_hat(k) = phi(k)' theta with measured past outputs, Eq. (8).
 
     Parameters
     ----------
@@ -59,9 +60,10 @@ def predict_one_step(model: ArxModel, data: IoData, *, skip: int | None = None) 
 
 
 def simulate(model: ArxModel, data: IoData, *, skip: int | None = None) -> Prediction:
-    """Free run: A(q^-1) y_hat(k) = q^-nk B(q^-1) u(k) + offset, with past outputs of the model.
+    """Simulates a free run, in which the past outputs are those of the model.
 
-    Each segment starts from its first `skip` measured outputs, which are not compared.
+    A(q^-1) y_hat(k) = q^-nk B(q^-1) u(k) + offset. Each segment starts from its first `skip`
+    measured outputs, which the result does not contain.
 
     Parameters
     ----------
@@ -70,7 +72,7 @@ def simulate(model: ArxModel, data: IoData, *, skip: int | None = None) -> Predi
     data
         input and output.
     skip
-        see `regression`.
+        samples left out at the start of each segment, see `regression`.
     """
     centred = model.centre(data)
     rows = regression(centred, model.orders, skip=skip)
@@ -84,6 +86,6 @@ def simulate(model: ArxModel, data: IoData, *, skip: int | None = None) -> Predi
         free, _ = scipy.signal.lfilter(numerator, denominator, centred.u[k], zi=state)
         constant = np.full(k.size, model.offset)
         response = scipy.signal.lfilter([1.0], denominator, constant)
-        with np.errstate(over="ignore", invalid="ignore"):  # infinities of an unstable model
+        with np.errstate(over="ignore", invalid="ignore"):  # an unstable model may give infinities
             simulated[run] = free + response
     return Prediction(rows.index, data.y[rows.index], simulated + model.y_mean, rows.runs)

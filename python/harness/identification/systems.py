@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Models as systems of python-control: Bode, margins, closed loops, simulation by that package.
+"""Converts models to python-control systems, for Bode plots, margins, closed loops, simulation.
 
 >>> system = to_control(result.chosen.model, data.dt_s)
 >>> control.bode_plot(system, display_margins=True)
 
-Import this module itself: `ehsid.harness.identification` leaves it out, as python-control takes a
-second to import.
+Import this module directly: `ehsid.harness.identification` does not import it, because
+python-control takes a second to import.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ from ehsid.harness.identification.orders import ArxOrders
 def arx_system(
     orders: ArxOrders, theta: npt.ArrayLike, dt_s: float | None
 ) -> control.TransferFunction:
-    """G(z) = z^-nk (b1 + .. + b_nb z^-(nb-1)) / (1 + a1 z^-1 + .. + a_na z^-na).
+    """Returns G(z) = z^-nk (b1 + .. + b_nb z^-(nb-1)) / (1 + a1 z^-1 + .. + a_na z^-na).
 
-    Ghazali et al. 2011, Eq. (7), from the input to the output. The constant term is no part of it.
+    This is Eq. (7) of Ghazali et al. 2011 from input to output, without the constant term.
 
     Parameters
     ----------
     orders
-        structure.
+        structure of the model.
     theta
         shape (na + nb,) or, with the constant term, (na + nb + 1,): a1 .. a_na, b1 .. b_nb.
     dt_s
-        sampling time in seconds, > 0; None: not known, time then counts samples.
+        sampling time in seconds, > 0; None if it is not known, time then counts samples.
 
     Returns
     -------
-    Discrete-time system with one input `u` and one output `y`, numerator and denominator in powers
-    of z.
+    Discrete-time system with one input `u` and one output `y`, with numerator and denominator in
+    powers of z.
 
     Raises
     ------
@@ -54,7 +54,8 @@ def arx_system(
         )
     if dt_s is not None and not 0.0 < dt_s < np.inf:
         raise IdentificationError(f"dt_s = {dt_s:g}: expected a finite number above 0")
-    # Both sides times z^degree: the highest power that a delay in either of them makes.
+    # Numerator and denominator are multiplied by z^degree, with the largest delay in either of them
+    # as degree.
     degree = max(na, nk + nb - 1)
     denominator = np.zeros(degree + 1)
     denominator[0], denominator[1 : na + 1] = 1.0, values[:na]
@@ -66,28 +67,28 @@ def arx_system(
 
 
 def to_control(model: ArxModel, dt_s: float | None) -> control.TransferFunction:
-    """An estimated model as a system of python-control, see `arx_system`.
+    """Returns an estimated model as a system of python-control, see `arx_system`.
 
     Parameters
     ----------
     model
         estimated model.
     dt_s
-        sampling time in seconds, as in `IoData.dt_s`; None where it is not known.
+        sampling time in seconds, as in `IoData.dt_s`; None if it is not known.
     """
     return arx_system(model.orders, model.theta, dt_s)
 
 
 def servo_system(servo: ehsid.ContinuousServo) -> control.TransferFunction:
-    """G(s) = K wn^2 / (s (s^2 + 2 xi wn s + wn^2)), from command to position.
+    """Returns G(s) = K wn^2 / (s (s^2 + 2 xi wn s + wn^2)), from command to position.
 
-    Ghazali et al. 2011, Eq. (5). `control.sample_system(servo_system(servo), dt_s, "zoh")` is what
-    `ehsid.discretise(servo, dt_s)` computes without an exponential.
+    Ghazali et al. 2011, Eq. (5). `control.sample_system(servo_system(servo), dt_s, "zoh")` gives
+    the system that `ehsid.discretise(servo, dt_s)` computes without a matrix exponential.
 
     Parameters
     ----------
     servo
-        K in m/(s V), wn in rad/s, xi.
+        gain K in m/(s V), natural frequency wn in rad/s, damping ratio xi.
     """
     stiffness = servo.omega_n**2
     return control.TransferFunction(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Checks that every column passes, whatever file it came from."""
+"""Checks of the columns of a record, the same for every file format."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MIN_SAMPLES = 2
 def check_columns(
     columns: Mapping[str, npt.ArrayLike], *, file: Path | str, first_row: int
 ) -> dict[str, npt.NDArray[np.float64]]:
-    """Copies of the columns as float64 arrays of shape (n,), all finite and equally long.
+    """Returns copies of the columns as float64 arrays of shape (n,), all finite and equally long.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def check_columns(
 def _as_numbers(name: str, values: npt.ArrayLike, file: Path | str) -> npt.NDArray[np.float64]:
     array = np.asarray(values)
     if array.ndim == 2 and (1 in array.shape or array.size == 0):
-        array = array.reshape(-1)  # MATLAB's row and column vectors, and its empty 0 x 0
+        array = array.reshape(-1)  # row and column vectors of MATLAB, and its empty 0 x 0 array
     if array.ndim != 1:
         shape = " x ".join(str(size) for size in array.shape) or "a single number"
         raise RecordError(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Numbers from CSV: a fast reader, and a careful one that finds the row at fault."""
+"""Reads numbers from CSV with a fast reader, or with a slower one that finds the faulty row."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FIRST_DATA_ROW = 2  # row 1 is the header
 
 
 class CsvTable:
-    """A CSV file whose header is sound; numbers are parsed for the columns asked for."""
+    """A CSV file with a valid header; only the requested columns are parsed as numbers."""
 
     first_row = FIRST_DATA_ROW
 
@@ -28,14 +28,14 @@ class CsvTable:
         self.names, self._body = split_header(data, path)
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[np.float64]]:
-        """Columns `wanted` as float64; an empty cell becomes NaN.
+        """Returns the columns `wanted` as float64 arrays; an empty cell becomes NaN.
 
         Raises
         ------
         RecordError
-            a cell that is not a number, or a row with too many or too few cells.
+            a cell is not a number, or a row has too many or too few cells.
         """
-        # Every column is parsed, the others as text, so that surplus cells are never overlooked.
+        # All columns are parsed, the other ones as text, so that surplus cells are always detected.
         schema: dict[str, type[pl.DataType]] = {
             name: pl.Float64 if name in wanted else pl.String for name in self.names
         }
@@ -44,7 +44,8 @@ class CsvTable:
         except pl.exceptions.PolarsError:
             return self._read_carefully(wanted)
         if any(frame[name].null_count() for name in self.names):
-            # An empty cell, or a row that ends too early: the fast reader does not say which.
+            # There is an empty cell, or a row that ends too early. The fast reader does not tell
+            # these two cases apart.
             return self._read_carefully(wanted)
         return {name: frame[name].to_numpy() for name in wanted}
 
@@ -69,7 +70,7 @@ class CsvTable:
         if not text:
             return float("nan")
         try:
-            if "_" not in text:  # Python would take 1_000 for a number
+            if "_" not in text:  # Python would accept 1_000 as a number
                 return float(text)
         except ValueError:
             pass

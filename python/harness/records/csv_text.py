@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From the bytes of a CSV file to its header and body, with the faults found on the way."""
+"""Splits the bytes of a CSV file into header and body; reports the errors in the file."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ EXPECTED_CSV = "comma-separated UTF-8 text with column names in row 1 and a deci
 
 
 def decompress(data: bytes, path: Path) -> bytes:
-    """The content of a gzip file.
+    """Returns the decompressed content of a gzip file.
 
     Raises
     ------
     RecordError
-        not gzip, cut short, or damaged.
+        the data are empty, not gzip, cut short, or damaged.
     """
     if not data:
         raise RecordError(path, "the file is empty", expected="a gzip file", mend="export it again")
@@ -46,12 +46,13 @@ def decompress(data: bytes, path: Path) -> bytes:
 
 
 def split_header(data: bytes, path: Path) -> tuple[list[str], bytes]:
-    """Column names and the bytes below them, blank lines at the end removed.
+    """Returns the column names and the bytes below them, without blank lines at the end.
 
     Raises
     ------
     RecordError
-        empty, not text, not UTF-8, wrong delimiter, no usable names, no data rows.
+        the file is empty, is not text or not UTF-8, has a wrong delimiter, no usable column names,
+        or no data rows.
     """
     data = _clean_text(data, path)
     first_line, _, body = data.partition(b"\n")
@@ -96,7 +97,7 @@ def _clean_text(data: bytes, path: Path) -> bytes:
             mend="export it as CSV in UTF-8, or give it the extension of its real format",
         )
     if b"\n" not in data:
-        data = data.replace(b"\r", b"\n")  # line ends of the classic Macintosh
+        data = data.replace(b"\r", b"\n")  # classic Macintosh line ends
     try:
         data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -154,7 +155,7 @@ def _names(line: str, body: bytes, path: Path) -> list[str]:
 
 
 def unreadable_line(path: Path, row: int, error: csv.Error) -> RecordError:
-    """The error for a line that is no CSV at all, such as one with a stray carriage return."""
+    """Returns the error for a line that is not CSV, such as one with a stray carriage return."""
     return RecordError(
         path,
         f"the row cannot be divided into cells ({str(error).split(' - ')[0]})",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The message for a file that its reader cannot make sense of."""
+"""Error message for a file that its reader cannot interpret."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from ehsid.harness.records.errors import RecordError
 
 
 def first_line(error: BaseException) -> str:
-    """The first line of its message, without the full stop; its type where it has none."""
+    """Returns the first line of an error's message without the full stop, or else its type."""
     return (str(error).strip() or type(error).__name__).splitlines()[0].rstrip(".")
 
 
 def damaged(path: Path, kind: str, error: BaseException) -> RecordError:
-    """The error for a file of this kind that its reader refused with `error`."""
+    """Returns the error for a file of the given kind that its reader refused with `error`."""
     return RecordError(
         path,
         f"this is not a readable {kind} file ({first_line(error)})",

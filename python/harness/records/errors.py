@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The one exception of this package: what is wrong in which file, where, and how to mend it."""
+"""The only exception of this package: it names the file, the problem, its place and a remedy."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ MAX_NAMES_LISTED = 12
 
 
 class RecordError(ValueError):
-    """A record that cannot be read or written as it is.
+    """A record cannot be read or written as it is.
 
     Attributes
     ----------
     file
         path of the record, or the name of a record made in memory.
     problem
-        what is wrong, without the place.
+        description of the problem, without its place.
     row
-        row of the first offence, or None. In CSV as an editor counts (the header is row 1);
-        in Parquet, MAT and NPZ the first sample is row 1.
+        row of the first error, or None. In CSV it is the line number of an editor (the header is
+        row 1); in Parquet, MAT and NPZ the first sample is row 1.
     column
-        name of the offending column, or None.
+        name of the faulty column, or None.
     expected
-        what should have been there, or None.
+        what the file should contain instead, or None.
     mend
-        what the reader of the message can do, or None.
+        remedy: what the reader of the message can do, or None.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class RecordError(ValueError):
         super().__init__(self._message())
 
     def __reduce__(self) -> tuple[Callable[..., RecordError], tuple[str, str]]:
-        """From another process it comes back whole: exceptions are made again from `args` else."""
+        """Keeps all arguments in pickling; by default an exception is rebuilt from `args` only."""
         made = partial(
             RecordError,
             row=self.row,
@@ -75,16 +75,16 @@ class RecordError(ValueError):
 
 
 def nearest_name(wanted: str, existing: Iterable[str]) -> str | None:
-    """The existing name closest to `wanted`, compared without case; None where none is close."""
+    """Returns the existing name closest to `wanted`, ignoring case; None if none is close."""
     by_folded = {name.casefold(): name for name in existing}
-    # 0.5 rather than difflib's 0.6: 'pos' still finds 'position_m' no better, but 'u' for 'U' and
-    # 'time' for 'time_s' do; a wrong suggestion costs little because the names are listed too.
+    # The cutoff is 0.5 instead of the 0.6 of difflib. A wrong suggestion costs little, because
+    # `missing_column` also lists the names.
     matches = get_close_matches(wanted.casefold(), by_folded, n=1, cutoff=0.5)
     return by_folded[matches[0]] if matches else None
 
 
 def missing_column(file: Path | str, wanted: str, existing: Iterable[str], why: str) -> RecordError:
-    """The error for a column that is not there: suggests the nearest name, lists what there is."""
+    """Returns the error for a missing column, with the nearest name and a list of the columns."""
     names = list(existing)
     listed = ", ".join(names[:MAX_NAMES_LISTED])
     if len(names) > MAX_NAMES_LISTED:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which file name means which format."""
+"""Determines the format of a file from its name."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from ehsid.harness.records.errors import RecordError
 
 Format = Literal["csv", "csv.gz", "parquet", "mat", "npz"]
 
-# The longer ending first: "rec.csv.gz" ends in neither ".csv" nor another format.
+# "csv.gz" is a format of its own: a name such as "rec.csv.gz" matches no other ending.
 FORMATS: tuple[Format, ...] = ("csv.gz", "csv", "parquet", "mat", "npz")
 
 
 def format_of(path: Path) -> Format:
-    """The format that the ending of the name stands for, in either case.
+    """Returns the format that belongs to the ending of the name, in upper or lower case.
 
     Raises
     ------
     RecordError
-        an unknown ending.
+        the ending is unknown.
     """
     for ending in FORMATS:
         if path.name.lower().endswith("." + ending):
@@ -35,5 +35,5 @@ def format_of(path: Path) -> Format:
 
 
 def stem_of(path: Path) -> str:
-    """The name without the ending of its format: "run.csv.gz" gives "run"."""
+    """Returns the name without the ending of its format: "run.csv.gz" gives "run"."""
     return path.name[: -len(format_of(path)) - 1]

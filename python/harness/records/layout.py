@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Records with names and units of their own: which column of a file is which of the schema."""
+"""Maps columns of a file with other names and units to the columns of the schema."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ from ehsid.harness.records.schema import COLUMNS
 if TYPE_CHECKING:
     import pint
 
-# pint calculates what it parses, and "m**9**9**9" would take for ever: one power, one digit.
+# pint evaluates the text that it parses, and "m**9**9**9" would never end. The text may therefore
+# contain one power only, and no number of more than one digit.
 _UNIT_TEXT = re.compile(r"(?!.*\d\d)(?!.*(\*\*|\^).*(\*\*|\^))[\w */^().°%-]{0,40}")
 
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """Where a column of the schema is found in a file, and in which unit.
+    """Name and unit that a column of the schema has in a file.
 
     Attributes
     ----------
     name
-        as written in the file.
+        name of the column as written in the file.
     unit
-        as pint writes it, e.g. "mm", "bar", "percent"; None is the unit of the schema.
+        unit in the notation of pint, e.g. "mm", "bar", "percent"; None is the unit of the schema.
     """
 
     name: str
@@ -40,12 +41,12 @@ class ColumnMap:
 
 
 Layout = Mapping[str, ColumnMap]
-"""Name of the schema -> where the file has it."""
+"""Maps a column name of the schema to name and unit in the file."""
 
 
 @cache
 def _units() -> pint.UnitRegistry[Any]:
-    # Imported where it is needed: it takes longer to load than most commands to run.
+    # pint is imported only where it is needed: its import takes longer than most commands run.
     import pint
 
     return pint.UnitRegistry()
@@ -56,33 +57,33 @@ def _parsable(schema_unit: str) -> str:
 
 
 def is_convertible(unit: object, schema_unit: str) -> bool:
-    """Is `unit` the text of a unit that converts into `schema_unit`?"""
+    """Returns whether `unit` is the text of a unit that converts into `schema_unit`."""
     if not isinstance(unit, str) or not _UNIT_TEXT.fullmatch(unit):
         return False
     try:
         return bool(_units().Unit(unit).is_compatible_with(_parsable(schema_unit)))
-    except Exception:  # pint has no common exception for text that is no unit
+    except Exception:  # pint has no common exception for text that is not a unit
         return False
 
 
 def in_schema_unit(
     values: npt.NDArray[np.float64], column: ColumnMap, schema_unit: str
 ) -> npt.NDArray[np.float64]:
-    """The values, shape (n,), converted from the unit of the file."""
+    """Returns the values, shape (n,), converted from the unit of the file to the schema unit."""
     if column.unit is None:
         return values
     quantity = _units().Quantity(values, column.unit)
-    with np.errstate(over="ignore"):  # the record refuses what becomes infinite
+    with np.errstate(over="ignore"):  # the record refuses infinite values
         return np.asarray(quantity.to(_parsable(schema_unit)).magnitude, dtype=np.float64)
 
 
 def check_layout(layout: Layout, file: Path | str) -> None:
-    """Every column is one of the schema, every unit converts.
+    """Checks that every target column is in the schema and that every unit converts.
 
     Raises
     ------
     RecordError
-        one does not.
+        a column is not in the schema, or a unit does not convert.
     """
     for target, column in layout.items():
         if target not in COLUMNS:
@@ -98,10 +99,11 @@ def check_layout(layout: Layout, file: Path | str) -> None:
 
 
 def layout_of(file_names: Sequence[str], layout: Layout) -> Layout:
-    """The layout, or none for a file that has names of the schema where the layout has others.
+    """Returns the layout, or an empty one for a file that has the column names of the schema.
 
-    So a rig that maps the columns of its logger still reads the records of its simulator. Names of
-    the schema stand for its units.
+    The layout is empty if the file has none of the names in the layout and at least one of the
+    schema names that it maps. So a rig that maps the columns of its logger can also read records
+    of its simulator. Columns with schema names have the units of the schema.
     """
     told = {column.name for column in layout.values()}
     return (
@@ -110,10 +112,10 @@ def layout_of(file_names: Sequence[str], layout: Layout) -> Layout:
 
 
 def names_in_file(file_names: Sequence[str], layout: Layout, file: Path | str) -> dict[str, str]:
-    """Name of the record -> name in the file, in the order of the file.
+    """Maps the column names of the record to the names in the file, in the order of the file.
 
-    Columns that the layout does not tell of keep their names; those it tells of and the file
-    does not have are left out.
+    Columns that are not in the layout keep their names. Columns that are in the layout but not in
+    the file are left out.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The elements of a MAT file of version 5 to 7, checked before scipy reads them.
+"""Checks the elements of a MAT file of version 5 to 7 before scipy reads them.
 
-scipy's reader is not hardened: it looks up data types by codes that it takes from the file, and a
-damaged file ends the process. The layout is that of "MAT-File Format", The MathWorks, "Level 5".
+The reader of scipy looks up data types by codes from the file without a check, so that a damaged
+file can end the process. The layout is that of "MAT-File Format", The MathWorks, "Level 5".
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ import struct
 import zlib
 
 HEADER_BYTES = 128
-# Data type code -> bytes of a number: miINT8 to miUINT32, miSINGLE, miDOUBLE, miINT64, miUINT64,
-# and text as UTF-8, 16, 32.
+# Number of bytes of a value by data type code: miINT8 to miUINT32, miSINGLE, miDOUBLE, miINT64,
+# miUINT64, and text as UTF-8, UTF-16 and UTF-32.
 WIDTH = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 MATRIX, COMPRESSED = 14, 15
 UINT32, INT32 = 6, 5
-# Classes of arrays that hold numbers or text only; cells, structures and objects hold arrays.
+# Classes from CHAR_CLASS to LAST_NUMERIC_CLASS hold only numbers or text. Cells, structures and
+# objects hold arrays.
 CHAR_CLASS, SPARSE_CLASS, LAST_NUMERIC_CLASS = 4, 5, 15
 COMPLEX_FLAG = 0x800
 DEEPEST = 30
@@ -26,20 +27,20 @@ Element = tuple[int, bytes]
 
 
 class DamagedError(ValueError):
-    """The elements do not fit together; the message says what does not."""
+    """The elements are not consistent; the message says which rule they break."""
 
 
 def check_elements(data: bytes) -> None:
-    """Check codes, sizes and check sums of a file of version 5 to 7; others are let pass.
+    """Checks codes, sizes and check sums of a file of version 5 to 7; does not check other files.
 
     Raises
     ------
     DamagedError
-        an unknown data type, an element that ends after its container, dimensions that do not
-        agree with the data, or compressed data that are damaged.
+        a data type is unknown, an element ends after its container, dimensions do not agree with
+        the data, or compressed data are damaged.
     """
     if len(data) < HEADER_BYTES or 0 in data[:4]:
-        return  # version 4, or none at all
+        return  # a file of version 4, or not a MAT file
     if data[126:128] not in (b"IM", b"MI"):
         raise DamagedError("no mark of the byte order in its header")
     order = "<" if data[126:128] == b"IM" else ">"
@@ -60,7 +61,10 @@ def check_elements(data: bytes) -> None:
 
 
 def _elements(data: bytes, order: str) -> list[Element]:
-    """Data type codes and contents, one after the other; each starts at a multiple of 8 bytes."""
+    """Returns data type code and content of each element; elements start at multiples of 8 bytes.
+
+    Compressed elements are the exception: no padding follows them.
+    """
     found: list[Element] = []
     position = 0
     while position < len(data):
@@ -68,7 +72,7 @@ def _elements(data: bytes, order: str) -> list[Element]:
             raise DamagedError("it ends within an element")
         code, size = struct.unpack_from(order + "II", data, position)
         start = position + 8
-        if code > 0xFFFF:  # up to four bytes of content stand in the tag itself
+        if code > 0xFFFF:  # a small element: the tag itself holds up to four bytes of content
             code, size, start = code & 0xFFFF, code >> 16, position + 4
             if size > 4:
                 raise DamagedError(f"a small element of {size} bytes")
@@ -85,7 +89,7 @@ def _elements(data: bytes, order: str) -> list[Element]:
 
 def _check_matrix(content: bytes, order: str, depth: int) -> None:
     if not content:
-        return  # an empty array within a cell or a structure
+        return  # an empty array in a cell or a structure
     if depth > DEEPEST:
         raise DamagedError("arrays within arrays without end")
     parts = _elements(content, order)
@@ -94,7 +98,7 @@ def _check_matrix(content: bytes, order: str, depth: int) -> None:
     flags = struct.unpack(order + "II", parts[0][1])[0]
     array_class = flags & 0xFF
     if array_class > LAST_NUMERIC_CLASS:
-        _check_inner(parts, order, depth)  # functions and objects: of another layout
+        _check_inner(parts, order, depth)  # functions and objects have another layout
         return
     if (
         len(parts) < 3
@@ -121,7 +125,8 @@ def _check_numbers(parts: list[Element], array_class: int, expected: int) -> Non
     for code, content in parts:
         if code not in WIDTH:
             raise DamagedError("an array of numbers that holds arrays")
-        # Text may have fewer bytes than letters, a sparse matrix tells its numbers otherwise.
+        # The size is not checked for text, which may have fewer bytes than letters, and for sparse
+        # matrices, whose number of values does not follow from the dimensions.
         if array_class > SPARSE_CLASS and len(content) != expected * WIDTH[code]:
             raise DamagedError(f"{len(content)} bytes for {expected} numbers")
 

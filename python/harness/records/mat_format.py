@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Columns from MAT files."""
+"""Reads columns from MAT files."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ class MatTable:
         self._path = path
         try:
             check_elements(data)
-            # Some versions of the stubs know paths only; the function takes any binary file.
+            # Some versions of the type stubs accept only paths; the function reads any binary file.
             file: Any = BytesIO(data)
             with warnings.catch_warnings():
-                # scipy 1.18 warns that sparse variables will be of another class. We refuse all.
+                # scipy 1.18 warns that sparse variables will be of another class. This does not
+                # matter here, because all sparse variables are refused.
                 warnings.filterwarnings("ignore", ".*`spmatrix`", DeprecationWarning)
                 content = scipy.io.loadmat(file)
         except NotImplementedError:
@@ -41,25 +42,26 @@ class MatTable:
                 expected="a MAT file of version 4 to 7",
                 mend="save it in MATLAB with save('name.mat', '-v7')",
             ) from None
-        except Exception as error:  # the reader has no common exception for damaged files
+        except Exception as error:  # scipy has no common exception for damaged files
             raise damaged(path, "MAT", error) from None
         self._variables = {k: v for k, v in content.items() if not k.startswith("__")}
         self.names = list(self._variables)
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
-        """Variables `wanted` as they are in the file.
+        """Returns the variables `wanted` as they are in the file.
 
         Raises
         ------
         RecordError
-            a sparse matrix.
+            a variable is a sparse matrix.
         """
         return {name: self._dense(name) for name in wanted}
 
     def _dense(self, name: str) -> npt.NDArray[Any]:
         variable = self._variables[name]
         shape = variable.shape
-        if scipy.sparse.issparse(variable):  # its size is what the file says, not what it holds
+        # A sparse matrix has the dimensions that the file states, however few values it holds.
+        if scipy.sparse.issparse(variable):
             raise RecordError(
                 self._path,
                 f"the values are a sparse matrix, {' x '.join(map(str, shape))}",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Columns from NPZ files."""
+"""Reads columns from NPZ files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ class NpzTable:
         self._path = path
         try:
             archive = np.load(BytesIO(data), allow_pickle=False)
-        except Exception as error:  # as above: zip, array header and array each have their own
+        # There is no common exception: zip file, array header and array each raise their own.
+        except Exception as error:
             raise damaged(path, "NPZ", error) from None
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise RecordError(
@@ -37,18 +38,18 @@ class NpzTable:
         self.names = list(archive.files)
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
-        """Arrays `wanted` as they are in the file.
+        """Returns the arrays `wanted` as they are in the file.
 
         Raises
         ------
         RecordError
-            an array of Python objects, or a damaged one.
+            an array contains Python objects, or is damaged.
         """
         columns: dict[str, npt.NDArray[Any]] = {}
         for name in wanted:
             try:
                 columns[name] = self._archive[name]
-            except Exception as error:  # as above
+            except Exception as error:  # no common exception, as in __init__
                 raise RecordError(
                     self._path,
                     f"the array cannot be read ({first_line(error)})",

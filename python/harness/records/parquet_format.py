@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Columns from Parquet files."""
+"""Reads columns from Parquet files."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ class ParquetTable:
         try:
             self._frame = pl.read_parquet(BytesIO(data))
         except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
-            # PanicException: the reader takes some damaged sizes for sound ones.
+            # The reader does not detect some damaged sizes and then raises PanicException.
             raise damaged(path, "Parquet", error) from None
         self.names = self._frame.columns
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
-        """Columns `wanted`, floating where the file holds numbers.
+        """Returns the columns `wanted` as float64 arrays.
 
         Raises
         ------
         RecordError
-            a column that does not hold numbers.
+            a column does not hold numbers or Boolean values.
         """
         return {name: self._numbers(self._frame[name]) for name in wanted}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Reading a record from a file."""
+"""Reads a record from a file."""
 
 from __future__ import annotations
 
@@ -46,22 +46,23 @@ def read_record(
     required: Sequence[str] | None = None,
     layout: Mapping[str, ColumnMap] = AS_THE_SCHEMA,
 ) -> Record:
-    """Read and check a record.
+    """Reads and checks a record.
 
     Parameters
     ----------
     path
-        CSV, CSV.gz, Parquet, MAT (version 4 to 7) or NPZ, told by the extension.
+        file in the format CSV, CSV.gz, Parquet, MAT (version 4 to 7) or NPZ, given by the
+        extension.
     columns
-        names to read; `time_s` is read as well where the file has it. None reads all
+        names of the columns to read; `time_s` is also read if the file has it. None reads all
         columns, which must then all be numbers.
     required
-        names that must be there. By default those in `columns`, or where that is None
-        `time_s` and `command_v`.
+        names of columns that must exist; by default those in `columns`, or `time_s` and
+        `command_v` if `columns` is None.
     layout
-        columns of the schema that the file has under other names or in other units, as in
-        `[columns]` of a rig. `columns` and `required` name them as the schema does; those that
-        are read must be in the file, unless it has none of these names but those of the schema.
+        columns of the schema that have other names or units in the file, as in `[columns]` of a
+        rig. `columns` and `required` use the names of the schema. Layout columns that are read must
+        be in the file, unless the file has only names of the schema instead.
 
     Returns
     -------
@@ -70,7 +71,7 @@ def read_record(
     Raises
     ------
     RecordError
-        whatever is wrong with the file; the message says where and how to mend it.
+        the file has a problem; the message says where it is and how to mend it.
     """
     path = Path(path)
     data = _bytes(path)
@@ -98,9 +99,9 @@ def read_record(
 def _arrays(
     table: Table, wanted: Mapping[str, str], layout: Layout, path: Path
 ) -> dict[str, npt.NDArray[np.float64]]:
-    """Columns by name of the record, in its units."""
+    """Returns the columns by their name in the record, in the units of the record."""
     read = table.read(list(dict.fromkeys(wanted.values())))
-    # Before they are renamed, so that messages name the columns as the file does.
+    # The check comes before the renaming, so that messages use the column names of the file.
     arrays = check_columns(read, file=path, first_row=table.first_row)
     return {
         target: in_schema_unit(arrays[name], layout[target], COLUMNS[target].unit)
@@ -129,7 +130,7 @@ def _bytes(path: Path) -> bytes:
 
 
 def _table(data: bytes, path: Path) -> Table:
-    # A file needs the library of its own format only: polars and scipy take long to import.
+    # Only the library of the file's format is imported: polars and scipy take long to import.
     match format_of(path):
         case "csv" | "csv.gz" as kind:
             from ehsid.harness.records.csv_format import CsvTable

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The record: uniform samples of named columns, and how one is made and checked."""
+"""The record: uniform samples of named columns, and a function that checks and builds it."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ class Record:
     Attributes
     ----------
     name
-        file stem, or the name given by whoever made it.
+        stem of the file name, or the name given to `make_record`.
     columns
-        name -> float64 array of shape (n,), without `time_s`; all finite.
+        finite float64 array of shape (n,) for each column name, without `time_s`.
     time_s
-        float64 array of shape (n,), or None where the sampling time is not known.
+        time in seconds, float64 array of shape (n,); None if the sampling time is not known.
     dt_s
         sampling time in seconds, or None (then time is counted in samples).
     segments
         slices of samples without a gap; they cover the record in order.
     jitter
-        how even the steps are; None without time.
+        deviation of the time steps from dt_s; None without time.
     gaps
-        the holes between segments.
+        gaps in time between the segments.
     source
-        file it was read from, or None.
+        file from which the record was read, or None.
     sha256
-        hex digest of that file's bytes, or None.
+        SHA-256 hex digest of the bytes of that file, or None.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Record:
         object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))
 
     def __reduce__(self) -> tuple[type[Record], tuple[Any, ...]]:
-        # A mapping proxy cannot be pickled: to another process goes a plain dictionary.
+        # A mapping proxy cannot be pickled. Another process receives a plain dictionary.
         rest = (self.time_s, self.dt_s, self.segments, self.jitter, self.gaps)
         return Record, (self.name, dict(self.columns), *rest, self.source, self.sha256)
 
@@ -67,12 +67,12 @@ class Record:
         return next(iter(self.columns.values())).size
 
     def column(self, name: str) -> npt.NDArray[np.float64]:
-        """The column called `name`, shape (n,).
+        """Returns the column called `name`, shape (n,).
 
         Raises
         ------
         RecordError
-            there is none; the nearest name is suggested.
+            there is no such column; the message suggests the nearest name.
         """
         if name not in self.columns:
             raise missing_column(
@@ -89,27 +89,28 @@ def make_record(
     sha256: str | None = None,
     first_row: int = 1,
 ) -> Record:
-    """Check columns and put them together as a record.
+    """Checks columns and builds a record from them.
 
     Parameters
     ----------
     columns
-        name -> numbers, one-dimensional and of equal length; `time_s` among them is
-        optional and becomes the time base.
+        numbers for each column name, one-dimensional and of equal length. `time_s` is optional and
+        becomes the time base.
     name
-        the record's name.
+        name of the record.
     source
-        file the columns came from.
+        file from which the columns were read.
     sha256
-        digest of that file.
+        SHA-256 hex digest of that file.
     first_row
-        row of the first sample in messages (2 for CSV, whose row 1 is the header).
+        row number of the first sample in messages (2 for CSV, whose row 1 is the header).
 
     Raises
     ------
     RecordError
-        no column, fewer than two samples, unequal lengths, not one-dimensional, not
-        numbers, NaN or infinite values, or an unusable time base.
+        there is no column besides `time_s`, there are fewer than two samples, the columns have
+        unequal lengths or are not one-dimensional, values are not numbers, NaN or infinite, or the
+        time base is not usable.
     """
     file = source or name
     arrays = check_columns(columns, file=file, first_row=first_row)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The columns of a record: fixed names, SI units, the unit in the name."""
+"""Schema of a record: columns with fixed names that end in their SI unit."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ class Column:
     Attributes
     ----------
     name
-        as written in the file, ending in its unit where it has one.
+        name in the file; it ends in the unit, if the column has one.
     unit
-        SI unit, "1" for a fraction.
+        SI unit, or "degC"; "1" for a fraction.
     meaning
-        what was measured, in words.
+        the measured quantity, in words.
     """
 
     name: str
@@ -43,5 +43,5 @@ COLUMNS: dict[str, Column] = {
 
 TIME_COLUMN = "time_s"
 
-# What every record of a servo has; a plant with a position output asks for `position_m` as well.
+# Columns of every record of a servo. A plant with a position output also requires `position_m`.
 REQUIRED_COLUMNS = (TIME_COLUMN, "command_v")

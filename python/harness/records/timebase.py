@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The time base of a record: sampling time, jitter, gaps, and the segments between gaps."""
+"""Time base of a record: sampling time, jitter, gaps, and the segments between gaps."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import numpy.typing as npt
 
 from ehsid.harness.records.errors import RecordError
 
-MAX_JITTER = 0.01  # of dt: more is not a uniform record
-GAP_FACTOR = 1.5  # a step longer than this many dt is a gap
+MAX_JITTER = 0.01  # relative to dt; a record with more jitter does not count as uniform
+GAP_FACTOR = 1.5  # a step longer than this many median steps is a gap
 
 
 @dataclass(frozen=True)
 class Jitter:
-    """How far the steps inside segments stray from dt.
+    """Deviation of the time steps inside segments from the sampling time dt.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Jitter:
     rms_relative
         root mean square of (step - dt) / dt.
     worst_row
-        row (counted as in `RecordError.row`) at the end of the worst step.
+        row at the end of the step with the largest deviation, counted as in `RecordError.row`.
     """
 
     max_relative: float
@@ -37,16 +37,16 @@ class Jitter:
 
 @dataclass(frozen=True)
 class Gap:
-    """A hole in the record.
+    """A gap in the time of a record.
 
     Attributes
     ----------
     row
         row of the first sample after the gap, counted as in `RecordError.row`.
     start_s
-        time of the last sample before the gap.
+        time of the last sample before the gap, in seconds.
     duration_s
-        time between the two samples around the gap.
+        time between the two samples around the gap, in seconds.
     """
 
     row: int
@@ -56,7 +56,7 @@ class Gap:
 
 @dataclass(frozen=True)
 class TimeBase:
-    """What the time column says: dt_s, jitter, gaps, and the segments as slices of samples."""
+    """Result of `analyse_time`: dt_s, jitter, gaps, and the segments as slices of samples."""
 
     dt_s: float
     jitter: Jitter
@@ -67,26 +67,26 @@ class TimeBase:
 def analyse_time(
     time_s: npt.NDArray[np.float64], *, file: Path | str, first_row: int, column: str = "time_s"
 ) -> TimeBase:
-    """Check the time column and split the record at its gaps.
+    """Checks the time column and splits the record at its gaps.
 
-    A step is a gap when it is longer than 1.5 times the median step. dt_s is the mean of the other
-    steps, and each of them must agree with it within 1 %.
+    A step is a gap if it is longer than 1.5 times the median step. dt_s is the mean of the other
+    steps, and each of them must agree with dt_s within 1 %.
 
     Parameters
     ----------
     time_s
-        shape (n,), n >= 2, finite.
+        time in seconds, shape (n,), n >= 2, finite.
     file
-        named in messages.
+        name of the file in messages.
     first_row
-        row of the first sample in messages.
+        row number of the first sample in messages.
     column
-        named in messages.
+        name of the time column in messages.
 
     Raises
     ------
     RecordError
-        repeated, reversed or uneven time.
+        a time is repeated, time runs backwards, or the steps are uneven.
     """
     steps = np.diff(time_s)
     _check_increasing(time_s, steps, file, first_row, column)
@@ -97,7 +97,8 @@ def analyse_time(
     deviation = np.where(is_gap, 0.0, steps / dt_s - 1.0)
 
     worst = int(np.argmax(np.abs(deviation)))
-    # Two neighbouring times are each rounded to half a unit in the last place.
+    # Two neighbouring times are each rounded to half a unit in the last place. Their difference
+    # therefore has a rounding error of up to one unit.
     rounding = float(np.spacing(np.max(np.abs(time_s)))) / dt_s
     uneven = np.flatnonzero(np.abs(deviation) > MAX_JITTER + rounding)
     if uneven.size:
@@ -173,7 +174,7 @@ def _uneven(
 
 
 def _written_resolution(time_s: npt.NDArray[np.float64]) -> float | None:
-    """The coarsest decimal 10^-d, d = 0..6, of which every time is a multiple; None if none is."""
+    """Returns the coarsest step 10^-d s, d = 0..6, of which every time is a multiple, or None."""
     for digits in range(7):
         if np.allclose(np.round(time_s, digits), time_s, rtol=0.0, atol=10.0**-digits * 1e-6):
             return float(10.0**-digits)

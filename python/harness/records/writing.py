@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Writing a record to a file, whole or not at all."""
+"""Writes a record to a file, either completely or not at all."""
 
 from __future__ import annotations
 
@@ -20,15 +20,16 @@ from ehsid.harness.records.schema import TIME_COLUMN
 
 
 def write_record(record: Record, path: str | os.PathLike[str]) -> None:
-    """Write the record in the format its extension names; an existing file is replaced.
+    """Writes the record in the format of the file's extension; replaces an existing file.
 
-    Numbers are written so that reading gives the same float64 values. The file appears under its
-    name only when it is complete.
+    Reading the file gives the same float64 values. The file appears under its name only when it is
+    complete.
 
     Raises
     ------
     RecordError
-        unknown extension, a name the format cannot hold, or the file system refuses.
+        the extension is unknown, the format does not allow a column name, or the file cannot be
+        written.
     """
     path = Path(path)
     kind = format_of(path)
@@ -41,7 +42,7 @@ def write_record(record: Record, path: str | os.PathLike[str]) -> None:
 
 
 def _encode(columns: dict[str, npt.NDArray[np.float64]], kind: Format) -> bytes:
-    # A file needs the library of its own format only: polars and scipy take long to import.
+    # Only the library of the file's format is imported: polars and scipy take long to import.
     buffer = BytesIO()
     match kind:
         case "csv":
@@ -49,7 +50,7 @@ def _encode(columns: dict[str, npt.NDArray[np.float64]], kind: Format) -> bytes:
 
             pl.DataFrame(columns).write_csv(buffer)
         case "csv.gz":
-            # No time stamp: the same record gives the same bytes.
+            # Without a time stamp, the same record always gives the same bytes.
             return gzip.compress(_encode(columns, "csv"), compresslevel=6, mtime=0)
         case "parquet":
             import polars as pl
@@ -58,7 +59,7 @@ def _encode(columns: dict[str, npt.NDArray[np.float64]], kind: Format) -> bytes:
         case "mat":
             import scipy.io
 
-            file: Any = buffer  # the stubs know paths only; the function takes any binary file
+            file: Any = buffer  # the stubs accept only paths; the function takes any binary file
             scipy.io.savemat(file, columns, oned_as="column", do_compression=True)
         case "npz":
             np.savez_compressed(buffer, **columns)  # type: ignore[arg-type]

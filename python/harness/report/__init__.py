@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Renders findings as figures, tables and pages; computes nothing.
+"""Renders findings as figures, tables and pages; does no analysis of its own.
 
-A page needs matplotlib or bokeh, seldom both: import from the module that is needed.
+Most pages need only one of matplotlib and bokeh: import from the module that you need.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Bode diagram of an identified model: magnitude, phase, their bands, margins in a loop."""
+"""Draws the Bode diagram of an identified model: magnitude, phase, their bands, loop margins."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ def bode_figure(
     input_band: tuple[float, float] | None = None,
     loop: LoopAnalysis | None = None,
 ) -> Figure:
-    """Magnitude and phase with the band of 95 %, beside the rig's where it is known.
+    """Draws magnitude and phase with their 95 % bands, and the response of the rig if it is known.
 
-    Shaded grey: outside `input_band`. With `loop`: the margins with half the limit gain.
+    Frequencies outside `input_band` are shaded grey. With `loop`, the figure shows gain margin and
+    phase margin of the loop with half the limit gain.
     """
     figure = Figure(figsize=(9, 6), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
@@ -41,7 +42,7 @@ def bode_figure(
                     beyond = None
     low, high = float(np.min(response.magnitude_db)), float(np.max(response.magnitude_db))
     if truth is not None:
-        # Unwrapped each by itself, the phases can be whole turns apart.
+        # The two phases are unwrapped separately, so they can differ by multiples of 360 degrees.
         nearest = int(np.argmin(np.abs(f - truth.frequency_hz[0])))
         turns = np.round((response.phase_deg[nearest] - truth.phase_deg[0]) / 360.0)
         for axes, values in (
@@ -51,7 +52,7 @@ def bode_figure(
             axes.semilogx(truth.frequency_hz, values, "k.", markersize=4.0, label=truth.source)
         low = min(low, float(np.min(truth.magnitude_db)))
         high = max(high, float(np.max(truth.magnitude_db)))
-    # A band without bounds, where the model is hardly determined, must not flatten the rest.
+    # A band is very wide where the data hardly determine the model; it must not flatten the curves.
     upper.set_ylim(low - 6.0, high + 6.0)
     middle = response.phase_deg
     lower.set_ylim(float(np.min(middle)) - 60.0, float(np.max(middle)) + 60.0)
@@ -65,7 +66,10 @@ def bode_figure(
 
 
 def _margins(upper: Axes, lower: Axes, response: EstimatedResponse, loop: LoopAnalysis) -> None:
-    """Both margins of the loop with half the limit gain, as arrows between the curves and 1/k."""
+    """Draws both margins of the loop with half the limit gain as arrows.
+
+    They lie between the curves and the lines of 1/k and of -180 degrees of k G.
+    """
     half, turnover = loop.half, loop.phase_crossover_hz
     if half is None or turnover is None or loop.limit_gain is None:
         return
@@ -80,7 +84,8 @@ def _margins(upper: Axes, lower: Axes, response: EstimatedResponse, loop: LoopAn
         axes.axvline(turnover, color=red, linestyle=":", linewidth=1.0)
         if half.gain_crossover_hz is not None:
             axes.axvline(half.gain_crossover_hz, color=red, linestyle=":", linewidth=1.0)
-    # -180 degrees of k G: with a negative k that is 0 of G; a whole turn more is the same phase.
+    # With a negative k, -180 degrees of k G are 0 degrees of G. Multiples of 360 degrees are the
+    # same phase; the line is drawn at the one nearest to the curve.
     border = -180.0 if half.gain > 0.0 else 0.0
     at = float(np.interp(np.log(turnover), f, response.phase_deg))
     border += 360.0 * round((at - border) / 360.0)

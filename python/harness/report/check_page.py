@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The page of a check: how far a diagnosis can be trusted, and what it gets wrong."""
+"""Renders the report of a check: how far a diagnosis can be trusted, and where it is wrong."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ TITLE = "How far to trust a diagnosis of the gap"
 
 
 def write_page(score: Score, out: Path) -> Path:
-    """Write `report.html`, `score.json`, `check.md` and the pictures; returns the first.
+    """Writes `report.html`, `score.json`, `check.md` and the pictures; returns the first path.
 
-    Each appears whole or not at all.
+    Each file is written completely or not at all.
     """
     page = check_page(score)
     out.mkdir(parents=True, exist_ok=True)
@@ -53,7 +53,7 @@ def write_page(score: Score, out: Path) -> Path:
 
 
 def plain_score(score: Score) -> dict[str, Any]:
-    """All figures, and each case in short; numbers are finite or None."""
+    """Returns all figures and a summary of each case as plain data; numbers are finite or None."""
     plain = to_plain(
         {
             "ehsid_version": ehsid.__version__,
@@ -101,7 +101,7 @@ def plain_score(score: Score) -> dict[str, Any]:
 
 
 def check_page(score: Score) -> Page:
-    """From the figures that matter most to the list of every error."""
+    """Returns the page, from the most important figures to the list of all errors."""
     sections = []
     if score.cases:
         sections = [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pictures of a check."""
+"""Draws the figures of the report of a check (`ehsid gap-check`)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MET, MISSED, UNSURE = "#2f6f9f", "#c2452d", "#8a949e"
 
 
 def targets_drawing(table: FigureTable) -> Drawing:
-    """Shares with their intervals and targets, a panel for each set of sensors."""
+    """Draws shares with their intervals and targets, with one panel for each set of sensors."""
     rows = [
         [one for one in table.columns[measured] if one.target is not None and one.unit == "share"]
         for measured in SENSORS
@@ -53,14 +53,14 @@ def _target_row(axes: Axes, place: int, figure: Figure) -> None:
     if not figure.n:
         return
     colour = {"met": MET, "missed": MISSED}.get(figure.met, UNSURE)
-    # Errors of sizes have no upper end: what lies beyond the axis stands at its edge.
+    # Errors of sizes have no upper limit. Values beyond the axis are drawn at its edge.
     value, low, high = (min(100.0 * x, 101.0) for x in (figure.value, figure.low, figure.high))
     axes.plot([low, high], [place, place], color=colour, linewidth=2.0)
     axes.plot(value, place, "o", color=colour, markersize=6)
 
 
 def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
-    """Counts; the shade is the share of the row."""
+    """Draws the counts of a confusion matrix; the shade of a cell is its share of the row."""
     counts = np.array(confusion.counts, dtype=np.float64).reshape(
         len(confusion.rows), len(confusion.columns)
     )
@@ -94,7 +94,7 @@ def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
 
 
 def trust_drawing(found: Reliability, risk: Sequence[RiskPoint]) -> Drawing:
-    """Left: share of the names that are true by their probability. Right: risk over coverage."""
+    """Draws, left, the share of true effects over their probability; right, risk over coverage."""
     drawing = Drawing(figsize=(9, 4), layout="constrained")
     left, right = drawing.subplots(1, 2)
     left.plot([0, 100], [0, 100], color="0.6", linewidth=1.0, linestyle="--")
@@ -125,7 +125,10 @@ def trust_drawing(found: Reliability, risk: Sequence[RiskPoint]) -> Drawing:
 
 
 def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
-    """Errors of the primary parameters, a row an effect; open where the interval misses."""
+    """Draws the relative errors of the primary parameters, with one row for each effect.
+
+    A marker is open where the interval of 90 % does not contain the true value.
+    """
     primary = [one for one in errors if one.primary and math.isfinite(one.relative)]
     effects = sorted({one.of for one in primary})
     drawing = Drawing(figsize=(9, 1.2 + 0.3 * max(len(effects), 1)), layout="constrained")
@@ -133,7 +136,7 @@ def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
     for inside, colour in ((True, MET), (False, MISSED)):
         some = [one for one in primary if one.inside == inside]
         axes.scatter(
-            # A perfect size still is on the axis.
+            # A logarithmic axis cannot show an error of zero; it is drawn at 1e-3 %.
             [max(100.0 * one.relative, 1e-3) for one in some],
             [effects.index(one.of) for one in some],
             s=28,
@@ -142,7 +145,7 @@ def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
             facecolor=colour if inside else "none",
             edgecolor=colour,
         )
-    if primary:  # an axis without data cannot be logarithmic
+    if primary:  # An axis without data cannot be logarithmic.
         axes.set_xscale("log")
     axes.set_yticks(range(len(effects)), [plain_name(name) for name in effects])
     axes.invert_yaxis()
@@ -159,7 +162,7 @@ def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
 
 
 def promises_drawing(each: Sequence[Promises]) -> Drawing:
-    """Realised over predicted shrinkage with both intervals, a panel for each measure."""
+    """Draws realised over predicted shrinkage with both intervals, one panel for each measure."""
     drawing = Drawing(figsize=(9, 4.4), layout="constrained")
     panels = drawing.subplots(1, len(each), squeeze=False)[0]
     for axes, one in zip(panels, each, strict=True):
@@ -172,7 +175,7 @@ def promises_drawing(each: Sequence[Promises]) -> Drawing:
             realised = np.array([[p.realised.value, p.realised.low, p.realised.high] for p in some])
             if not some:
                 continue
-            # What got worse by more than a fifth stands at the edge.
+            # A gap that grew by more than a fifth is drawn at the edge.
             x, y = (np.clip(100.0 * values, -20.0, 105.0) for values in (predicted, realised))
             axes.hlines(y[:, 0], x[:, 1], x[:, 2], color=colour, alpha=0.35, linewidth=1.0)
             axes.vlines(x[:, 0], y[:, 1], y[:, 2], color=colour, alpha=0.35, linewidth=1.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Tables of a check."""
+"""Makes the tables of the report of a check (`ehsid gap-check`)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ehsid.harness.validation.scoring.wrong import WrongCase
 
 
 def target_table(table: FigureTable) -> Table:
-    """Figures beside their targets."""
+    """Returns the table of the figures and their targets; rows with a missed target are marked."""
     rows: list[list[str]] = []
     missed: list[int] = []
     for pair in zip(*(table.columns[measured] for measured in SENSORS), strict=True):
@@ -45,7 +45,7 @@ def target_table(table: FigureTable) -> Table:
 
 
 def trust_table(score: Score) -> Table:
-    """What a verdict is worth."""
+    """Returns the table of the share of right answers for each verdict."""
     return Table(
         "What a verdict is worth: how often it and all it names are right.",
         ("verdict", "right"),
@@ -54,7 +54,7 @@ def trust_table(score: Score) -> Table:
 
 
 def outcome_table(score: Score) -> Table:
-    """How many cases of each outcome, by grade."""
+    """Returns the table of the number of cases with each outcome, by grade."""
     grades = sorted({case.answer.grade for case in score.cases})
     outcomes = sorted(
         {case.judged.outcome for case in score.cases}, key=lambda o: (o != "right", o)
@@ -67,7 +67,7 @@ def outcome_table(score: Score) -> Table:
 
 
 def bins_table(found: Reliability) -> Table:
-    """Effects by the probability they were named with."""
+    """Returns the table of the named effects, grouped by the probability given to them."""
     return Table(
         "Effects by the probability they were named with.",
         ("probability", "mean", "are there"),
@@ -79,7 +79,7 @@ def bins_table(found: Reliability) -> Table:
 
 
 def split_table(table: SplitTable) -> Table:
-    """Few figures by group."""
+    """Returns the table of the main figures for each group of cases."""
     rows = [
         (
             KINDS.get(group, plain_name(group)),
@@ -93,7 +93,7 @@ def split_table(table: SplitTable) -> Table:
 
 
 def baseline_table(each: Sequence[Baseline]) -> Table:
-    """Ways to diagnose beside each other."""
+    """Returns the table that compares the diagnosis with simpler ways to diagnose."""
     words = [one.words for one in each[0].figures] if each else []
     rows = []
     for one in each:
@@ -108,7 +108,7 @@ def baseline_table(each: Sequence[Baseline]) -> Table:
 
 
 def control_table(each: Sequence[Control]) -> Table:
-    """The check against chance."""
+    """Returns the table of the negative control, which compares the check with chance."""
     return Table(
         "Negative control: answers dealt out anew among the records of the same sensors.",
         ("figure", "this check", "chance", "mean of the deals", "90 % of the deals", "p", "deals"),
@@ -128,7 +128,7 @@ def control_table(each: Sequence[Control]) -> Table:
 
 
 def wrong_table(each: Sequence[WrongCase]) -> Table:
-    """The honest list."""
+    """Returns the table of all cases that were not answered right."""
     return Table(
         "Every record that was not answered right, the worst first. Nats: held-out log-likelihood; "
         "within 10 two explanations are alike for all that the record can tell.",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Figures of a check in words and numbers."""
+"""Formats the figures of a check as words and numbers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MARKS = {
     "no target": "",
     "no data": "",
 }
-# Kinds of record that have no effect to be called by.
+# Words for the kinds of case.
 KINDS = {
     "one": "one effect",
     "two": "two effects",
@@ -33,7 +33,7 @@ HOW_TO_READ = (
 
 
 def number(value: float, unit: str) -> str:
-    """With its unit; a dash where there is none."""
+    """Returns a number with its unit, shares in per cent; a dash where it is not finite."""
     if not math.isfinite(value):
         return "-"
     if unit == "share":
@@ -42,7 +42,7 @@ def number(value: float, unit: str) -> str:
 
 
 def figure_text(figure: Figure, *, short: bool = False) -> str:
-    """Value, interval and n; short: whole per cents."""
+    """Returns value, interval and n of a figure; with `short`, shares have no decimals."""
     if not figure.n:
         return "-"
     value, low, high = (
@@ -54,7 +54,7 @@ def figure_text(figure: Figure, *, short: bool = False) -> str:
 
 
 def target_text(target: Range | None, unit: str) -> str:
-    """In one line; empty where there is none."""
+    """Returns a target in one line; the text is empty if there is no target."""
     if target is None:
         return ""
     ends = [number(end, unit) for end in (target.least, target.most)]
@@ -66,12 +66,12 @@ def target_text(target: Range | None, unit: str) -> str:
 
 
 def plural(n: int, one: str) -> str:
-    """With the number; an s behind all but one."""
+    """Returns the number and the noun, with an s unless the number is 1."""
     return f"{n} {one}{'' if n == 1 else 's'}"
 
 
 def lead(score: Score) -> list[str]:
-    """How far to trust a diagnosis, in a few sentences."""
+    """Says in a few sentences how far a diagnosis can be trusted."""
     if not score.cases:
         return ["Nothing has been diagnosed yet: there is nothing to score."]
     right = sum(case.judged.right for case in score.cases)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The files of a diagnosis: all of them, whole, or none."""
+"""Writes the files of a diagnosis; all are complete before the first one is put in its place."""
 
 from __future__ import annotations
 
@@ -20,34 +20,35 @@ from ehsid.harness.rigs import write_rig
 
 FILES = ("diagnosis.json", "simulation.csv", "rig.augmented.toml", NEXT_EXPERIMENT, "report.html")
 
-# Of the numbers in simulation.csv: a hundredth of the resolution of a sensor with 24 bits.
+# Significant digits in simulation.csv: they show a hundredth of the resolution of a 24-bit sensor.
 DIGITS = 9
 
 
 def write_diagnosis(
     folder: Path, diagnosis: Diagnosis, records: Sequence[Record], rig_file: str
 ) -> list[Path]:
-    """Write `FILES` into a folder, `next_experiment.csv` only where there is one.
+    """Writes `FILES` into a folder; `next_experiment.csv` only if there is a next experiment.
 
     Parameters
     ----------
     folder
-        made where it does not exist; files of an earlier diagnosis are replaced.
+        is made if it does not exist; files of an earlier diagnosis are replaced.
     diagnosis
-        findings.
+        the findings to write.
     records
-        all that were used, as they were read.
+        all records that the diagnosis used, as they were read.
     rig_file
-        as it was given.
+        path of the rig file, as the user gave it.
 
     Returns
     -------
-    What was written.
+    Paths of the files that were written.
 
     Raises
     ------
     OSError
-        the file system refuses; then nothing of an earlier diagnosis has changed.
+        the file system refuses to write; an error while the files are prepared leaves the files
+        of an earlier diagnosis unchanged.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with _unfinished(folder) as unfinished:
@@ -78,21 +79,22 @@ def write_diagnosis(
 
 @contextmanager
 def _unfinished(folder: Path) -> Iterator[Path]:
-    """A folder beside the finished files, on their file system; gone afterwards."""
+    """Yields a temporary folder on the file system of the finished files, and removes it after."""
     made = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
     try:
         yield made
     finally:
         shutil.rmtree(made, ignore_errors=True)
-        with suppress(OSError):  # goes only where nothing was written into it
+        with suppress(OSError):  # rmdir removes the folder only if nothing was written into it
             folder.rmdir()
 
 
 def simulation_table(runs: Sequence[HeldOutRun]) -> pl.DataFrame:
-    """Held-out samples inside windows beside their simulations, one row a sample.
+    """Returns the held-out samples inside windows with their simulations, one row for each sample.
 
-    Columns `record`, `time_s`, `window`, and `OUTPUT_measured`, `_nominal`, `_calibrated`,
-    `_augmented` for each output; empty where a record does not have it. Numbers have nine digits.
+    The columns are `record`, `time_s`, `window`, and for each output `OUTPUT_measured`,
+    `_nominal`, `_calibrated` and `_augmented`. Cells are empty where a record lacks the output.
+    Numbers have nine significant digits.
     """
     names = list(dict.fromkeys(name for run in runs for name in run.measured))
     parts = [_part(run, names) for run in runs]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Figures of an estimation and of an identification."""
+"""Draws the figures of a recursive estimation and of an offline identification."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def _axis_of(dt_s: float | None, n: int) -> tuple[np.ndarray, str]:
 
 
 def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
-    """Parameters with their 95 % band, forgetting factor and innovation over time."""
+    """Draws parameters with their 95 % bands, forgetting factor and innovation over time."""
     figure = Figure(figsize=(9, 8), layout="constrained")
     upper, middle, lower = figure.subplots(3, 1, sharex=True, height_ratios=[3, 1, 1])
     x, label = _axis_of(dt_s, result.status.size)
-    # The first samples, and those after a reset, swing by orders of magnitude; the axis follows
-    # the rest.
+    # The first samples and those after a reset vary by orders of magnitude. The axis follows the
+    # other samples.
     settled = result.theta_path[result.theta_path.shape[0] // 10 :]
     for i, name in enumerate(result.orders.names):
         (line,) = upper.plot(x, result.theta_path[:, i], label=name, linewidth=1.2)
@@ -50,7 +50,7 @@ def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
 
 
 def identification_figure(result: IdentificationResult) -> Figure:
-    """Measured against simulated output, and both residual tests with their 99 % bands."""
+    """Draws measured and simulated output, and both residual tests with their 99 % bands."""
     figure = Figure(figsize=(9, 8), layout="constrained")
     upper, middle, lower = figure.subplots(3, 1, height_ratios=[2, 1, 1])
     _, label = _axis_of(result.dt_s, 1)

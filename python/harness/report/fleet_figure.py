@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Picture of a fleet: gaps of the machines beside a matrix of machines and effects."""
+"""Draws the figure of a fleet: gaps of the machines beside a matrix of machines and effects."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NAMED, RIVAL, LEFT = "#2f6f9f", "#b4690e", "#9aa6b1"
 
 
 def fleet_figure(machines: Sequence[Machine], effects: Sequence[str]) -> Figure:
-    """Bars of the structural gaps beside a matrix of machines and effects."""
+    """Draws bars of the structural gaps beside a matrix of machines and effects."""
     height = 1.9 + 0.3 * len(machines)
     figure = Figure(figsize=(9.0, height), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 1.0 + 0.22 * len(effects)])
@@ -33,7 +33,10 @@ def fleet_figure(machines: Sequence[Machine], effects: Sequence[str]) -> Figure:
 
 
 def _rest(machine: Machine) -> float:
-    """What the named effects leave above the floor."""
+    """Gap that remains above the highest noise floor with the named effects, as an nrmse.
+
+    It is the structural gap where the gap with effects is not known.
+    """
     left = machine.augmented - machine.noise_floor[1]
     return max(0.0, left) if math.isfinite(left) else machine.structural
 
@@ -43,7 +46,7 @@ def _matrix(axes: Axes, machines: Sequence[Machine], effects: Sequence[str]) -> 
     largest = max((one.structural for one in machines), default=0.0) or 1.0
     for row, one in enumerate(machines):
         for effect in one.effects:
-            # Area for the part; the smallest disc still is seen.
+            # The area grows with the effect's part of the gap; the smallest disc stays visible.
             size = 25.0 + 200.0 * effect.share_of_gap * one.structural / largest
             axes.scatter(place[effect.id], row, s=size, color=NAMED, linewidths=0)
         rivals = [place[effect] for effect in one.rivals]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The page of a fleet: machines by their gap, and which of them share an effect."""
+"""Renders the page of a fleet: machines ordered by their gap, and the effects that they share."""
 
 from __future__ import annotations
 
@@ -26,11 +26,12 @@ from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 from ehsid.harness.validation.fleet.ranking import Fleet, Machine
 
 SCHEMA_VERSION = 1
-MOST_DRAWN = 60  # machines, the largest gaps; the tables have all
+# The figure shows this many machines, those with the largest gaps; the tables show all.
+MOST_DRAWN = 60
 
 
 def found(machine: Machine) -> str:
-    """What its diagnosis says: effects by name, else the verdict."""
+    """Returns the finding of a machine in words: the named effects, otherwise the verdict."""
     titles: dict[str, str] = {name: words[0] for name, words in VERDICTS.items()}
     title = titles.get(machine.verdict, machine.verdict).lower()
     named = effect_set(tuple(one.id for one in machine.effects)) if machine.effects else title
@@ -42,7 +43,7 @@ def found(machine: Machine) -> str:
 
 
 def plain_fleet(fleet: Fleet) -> dict[str, Any]:
-    """All of it as plain data; numbers are finite or None."""
+    """Returns a fleet as plain data for the JSON file; numbers are finite or None."""
     plain = to_plain(
         {
             "schema_version": SCHEMA_VERSION,
@@ -58,7 +59,10 @@ def plain_fleet(fleet: Fleet) -> dict[str, Any]:
 
 
 def write_fleet(fleet: Fleet, out: Path) -> Path:
-    """Write fleet.json and fleet.html, each whole or not at all; returns the page."""
+    """Writes fleet.json and fleet.html, each completely or not at all.
+
+    Returns the path of fleet.html.
+    """
     text = json.dumps(plain_fleet(fleet), indent=2, allow_nan=False, ensure_ascii=False)
     out.mkdir(parents=True, exist_ok=True)
     write_text(out / "fleet.json", text + "\n")
@@ -67,7 +71,7 @@ def write_fleet(fleet: Fleet, out: Path) -> Path:
 
 
 def fleet_lead(fleet: Fleet) -> list[str]:
-    """The result in a few sentences."""
+    """Returns the result of a fleet in a few sentences."""
     count = len(fleet.ranked)
     said = [f"{_machines(count)} judged, by the gap that values of the rig cannot close."]
     if fleet.ranked:
@@ -97,7 +101,7 @@ def _machines(count: int) -> str:
 
 
 def fleet_page(fleet: Fleet) -> Page:
-    """The whole page."""
+    """Returns the whole page of a fleet."""
     sections = []
     if fleet.ranked:
         sections += [_ranking(fleet.ranked), _effects(fleet)]

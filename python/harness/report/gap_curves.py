@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Curves of a held-out run as they are drawn: thinned, and broken between windows."""
+"""Prepares the curves of a held-out run for a plot: fewer samples, and breaks between windows."""
 
 from __future__ import annotations
 
@@ -15,25 +15,27 @@ from ehsid.harness.report.thinning import kept_samples
 def curves_of(
     run: HeldOutRun, name: str, kinds: Sequence[str], *, scale: float, most: int
 ) -> dict[str, FloatArray]:
-    """Samples to draw, with a break where a window ends: there the simulation starts anew.
+    """Returns the samples to draw, with a break at the end of each window.
+
+    The simulation starts anew in each window; a line across the end would suggest that it goes on.
 
     Parameters
     ----------
     run
-        of N samples.
+        held-out run of N samples.
     name
-        of the output.
+        name of the output.
     kinds
-        of simulation: "nominal", "calibrated", "augmented".
+        kinds of simulation: "nominal", "calibrated", "augmented".
     scale
-        from SI to what is drawn.
+        factor from SI to the unit of the plot.
     most
-        about so many samples of the N.
+        approximate number of samples to keep of the N samples.
 
     Returns
     -------
-    `time`, `measured`, each kind, and its `KIND_error` (simulated minus measured), all of one
-    length; NaN outside of windows and at the breaks.
+    `time` in s, `measured`, each kind, and its `KIND_error` (simulated minus measured), all of one
+    length. Simulations and errors are NaN outside of windows and at the breaks.
     """
     measured = run.measured[name]
     simulated = {kind: getattr(run, kind)[name] for kind in kinds if name in getattr(run, kind)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Bars, dots and intervals of a diagnosis as places on an axis, in per cent of its width."""
+"""Computes bars, dots and intervals of the diagnosis page, in per cent of the width of an axis."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from ehsid.harness.report.gap_words import (
 )
 from ehsid.harness.rigs.parameters import plant_parameters
 
-# Ends of the axis on which fitted values stand, in sigmas of what was known before.
+# The axis for fitted values extends this many standard deviations of the prior to either side.
 AXIS_SIGMAS = 3.0
 
 
 @dataclass(frozen=True)
 class Bar:
-    """A bar with the words around it; low and high are the ends of its whisker."""
+    """A bar with its texts; `width`, and the ends `low` and `high` of its interval, in per cent."""
 
     label: str
     shown: str
@@ -39,7 +39,11 @@ class Bar:
 
 @dataclass(frozen=True)
 class Dot:
-    """A fitted value beside what was told; places None where the rig tells no uncertainty."""
+    """A fitted value beside the value in the rig file (`told`).
+
+    `at`, `low` and `high` are the places of the estimate and of the ends of its interval, in per
+    cent of the axis. They are None where the prior has no bounded deviation.
+    """
 
     name: str
     words: str
@@ -55,7 +59,7 @@ class Dot:
 
 @dataclass(frozen=True)
 class Column:
-    """A stretch of time as an upright bar."""
+    """A stretch of time as an upright bar; places and sizes in per cent of the axes."""
 
     left: float
     width: float
@@ -65,7 +69,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Columns of one record, and where its time axis begins and ends."""
+    """The upright bars of one record, and the start and the end of its time axis."""
 
     record: str
     start: str
@@ -78,7 +82,7 @@ def _inside(place: float) -> float:
 
 
 def share_bar(label: str, share: Estimate | float, kind: str = "", note: str = "") -> Bar:
-    """A share of 1, with its interval where it has one."""
+    """Returns the bar of a share in [0, 1], with its interval if the share is an `Estimate`."""
     low: float | None = None
     high: float | None = None
     if isinstance(share, Estimate):
@@ -91,7 +95,10 @@ def share_bar(label: str, share: Estimate | float, kind: str = "", note: str = "
 
 
 def gap_bars(far: HowFar, kinds: Sequence[str]) -> list[Bar]:
-    """The gap of each kind of simulation and the floor, all on the axis of the largest."""
+    """Returns bars of the gap of each kind of simulation and of the noise floor.
+
+    The largest of these values fills the axis.
+    """
     steps = [(SIMULATIONS[kind], kind, float(getattr(far, kind))) for kind in kinds]
     largest = max(*(value for _, _, value in steps), far.noise_floor[1], 1e-12)
     bars = [
@@ -104,7 +111,7 @@ def gap_bars(far: HowFar, kinds: Sequence[str]) -> list[Bar]:
 
 
 def parameter_dots(diagnosis: Diagnosis, *, nuisances: bool) -> list[Dot]:
-    """Fitted values, those that moved first."""
+    """Returns the fitted nuisances or the fitted rig values; values that moved come first."""
     dots = [
         _dot(name, value)
         for name, value in diagnosis.calibration.items()
@@ -134,7 +141,10 @@ def _on_axis(sigmas: float) -> float | None:
 
 
 def time_stretches(spans: Sequence[SpanShare]) -> list[Stretch]:
-    """Shares over time, one axis for each record, all to the height of the largest."""
+    """Returns the shares of the gap over time, with one time axis for each record.
+
+    The largest share of all records has the full height.
+    """
     if not spans:
         return []
     largest = max(max(span.share_of_gap for span in spans), 1e-12)
@@ -157,6 +167,6 @@ def time_stretches(spans: Sequence[SpanShare]) -> list[Stretch]:
 
 
 def subsystem_bars(diagnosis: Diagnosis) -> list[Bar]:
-    """Largest first."""
+    """Returns bars of the shares of the subsystems, the largest share first."""
     shares = sorted(diagnosis.where.subsystem.items(), key=lambda item: -item[1])
     return [share_bar(plain_name(name), share) for name, share in shares]

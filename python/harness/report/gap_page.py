@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The page of a diagnosis: one HTML file that works offline; verdict first, details folded."""
+"""Renders the report of a diagnosis: one offline HTML file, verdict first, details folded."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ from ehsid.harness.report.gap_words import (
 )
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX, effects
 
-# Candidates shown before the fold.
+# Number of candidates that the page shows unfolded.
 SHOWN_CANDIDATES = 8
 
 
 @dataclass(frozen=True)
 class RecordLine:
-    """Where a record came from."""
+    """Source of a record: its name, its role in the diagnosis, its file and its SHA-256."""
 
     name: str
     role: str
@@ -46,7 +46,7 @@ class RecordLine:
 
 @dataclass(frozen=True)
 class EffectCard:
-    """A found effect in words."""
+    """An effect that the diagnosis found, as text for the page."""
 
     id: str
     words: str
@@ -60,7 +60,7 @@ class EffectCard:
 
 @dataclass(frozen=True)
 class CandidateRow:
-    """A tried set in words."""
+    """A candidate (a set of effects that was fitted), as text for the page."""
 
     words: str
     score: str
@@ -70,16 +70,16 @@ class CandidateRow:
 
 
 def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_file: str) -> str:
-    """HTML of a diagnosis, with everything inside.
+    """Returns the HTML page of a diagnosis, which needs no other files.
 
     Parameters
     ----------
     diagnosis
-        findings.
+        the findings to show.
     records
-        all records that were used.
+        all records that the diagnosis used.
     rig_file
-        as the reader knows it.
+        path of the rig file, as the page shows it and uses it in a command.
     """
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("ehsid.harness.report"),
@@ -101,7 +101,7 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
     title, meaning = VERDICTS[diagnosis.verdict]
     several = diagnosis.verdict == "effects" and len(diagnosis.effects) > 1
     where = diagnosis.where
-    # Where nothing was added, there is no third simulation to show.
+    # Without added effects there is no third simulation to show.
     kinds = tuple(SIMULATIONS)[: 3 if diagnosis.effects else 2]
     return environment.get_template("gap.html.j2").render(
         d=diagnosis,
@@ -177,7 +177,7 @@ def _row(candidate: Candidate) -> CandidateRow:
 
 
 def _again(records: Sequence[RecordLine], rig_file: str) -> str:
-    """The command that takes the next record in, too."""
+    """Returns the `ehsid gap` command that repeats the diagnosis with the next record included."""
     fitted = [record.file for record in records if record.role != "held out"]
     judged = [part for r in records if r.role == "held out" for part in ("--validate", r.file)]
     parts = ["ehsid", "gap", *fitted, "new.csv", "--rig", rig_file, *judged, "--out", "again"]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Zoomable plots of a diagnosis: measured against simulated, errors, the next command.
+"""Draws zoomable plots of a diagnosis: measured and simulated outputs, errors, the next command.
 
-Drawn by Bokeh in the reader's browser; the page carries the library and the samples.
+Bokeh draws the plots in the browser of the reader; the page contains the library and the samples.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ from ehsid.harness.report.gap_curves import curves_of
 from ehsid.harness.report.gap_words import SIMULATIONS, channel
 from ehsid.harness.report.thinning import kept_samples
 
-# Apart for those who do not see red and green (Okabe, Ito, 2008); the same in the page's bars.
+# Readers who cannot tell red from green can tell these colours apart (Okabe, Ito, 2008). The bars
+# of the page use the same colours.
 COLOURS = {
     "measured": "#1c2126",
     "nominal": "#d55e00",
@@ -48,27 +49,27 @@ DASHES: dict[str, LineDashType] = {
     "augmented": "solid",
 }
 SIMULATED = tuple(SIMULATIONS)
-# Of all plots together; with the library (1.3 MB) a page stays below 6 MB.
+# Limit for the samples of all plots together. With the library (1.3 MB) a page stays below 6 MB.
 MOST_BYTES = 3_000_000
-# A float32 in base64.
+# Size of a float32 number in base64.
 BYTES_A_VALUE = 4 * 4 / 3
-# Time, measured, three simulations, three errors.
+# The columns are the time, the measured output, three simulations and three errors.
 COLUMNS_A_PLOT = 8
 LEAST_SAMPLES = 400
 
 
 @dataclass(frozen=True, eq=False)
 class PlottedRun:
-    """Plots of a held-out record: keys of the page's places, with a heading each.
+    """Plots of a held-out record, as keys of `Plots.places`.
 
     Attributes
     ----------
     name
-        of the record.
+        name of the record.
     command
-        key.
+        key of the plot of the command.
     outputs
-        words, key of the signals, key of the errors.
+        for each output: its heading, the key of its signals, the key of its errors.
     """
 
     name: str
@@ -83,15 +84,15 @@ class Plots:
     Attributes
     ----------
     runs
-        in order.
+        plots of the held-out records, in the order of the records.
     next_experiment
-        keys of command and predicted position; empty without a next experiment.
+        keys of the command and of the predicted position; empty without a next experiment.
     script
-        HTML that fills the places.
+        HTML with the script that draws the plots into their places.
     places
-        HTML by key.
+        HTML of the place of each plot, by key.
     library
-        HTML with the library inside.
+        HTML that contains the Bokeh library.
     """
 
     runs: Sequence[PlottedRun]
@@ -106,7 +107,7 @@ def draw_plots(
     next_record: Record | None = None,
     kinds: Sequence[str] = SIMULATED,
 ) -> Plots:
-    """Plots of held-out runs with these kinds of simulation, and of the command to send next."""
+    """Draws held-out runs with these kinds of simulation, and the command to send next."""
     figures: dict[str, figure] = {}
     drawn = []
     parts = sum(len(run.measured) for run in runs)
@@ -132,7 +133,7 @@ def draw_plots(
 
 
 def _span(time_s: FloatArray) -> Range1d:
-    """The time axis that all plots of a record share."""
+    """Returns the time axis in s that all plots of a record share."""
     start, end = float(time_s[0]), float(time_s[-1])
     return Range1d(start, end, bounds=(start, end))
 
@@ -199,7 +200,7 @@ def _command_figure(time_s: FloatArray, command: FloatArray, span: Range1d, most
 def _output_figures(
     run: HeldOutRun, name: str, kinds: Sequence[str], span: Range1d, most: int
 ) -> tuple[figure, figure]:
-    """Signals above, errors (simulated minus measured) below, from the same samples."""
+    """Draws an output above and its errors (simulated minus measured) below, on one time axis."""
     words, scale, unit = channel(name)
     columns = curves_of(run, name, kinds, scale=scale, most=most)
     source = _source(columns)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A diagnosis as a summary on the terminal."""
+"""Prints the summary of a diagnosis on the terminal."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from ehsid.harness.report.gap_words import (
 )
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
-# Lines of a table before the page is the better place.
+# More candidates than this are easier to read on the page.
 MOST_CANDIDATES = 5
 
 
 def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> None:
-    """The verdict in a sentence, then what it rests on; details are in the report."""
+    """Prints the verdict in a sentence and then its reasons; the details are in the report."""
     title, _ = VERDICTS[diagnosis.verdict]
     console.print(f"\n[bold]{title}[/bold]", highlight=False)
     console.print(f"[bold]{escape(diagnosis.sentence)}[/bold]", highlight=False)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Words and numbers of a diagnosis as a reader wants them: verdicts, names, units, intervals."""
+"""Words and numbers of a diagnosis in readable form: verdicts, names, units and intervals."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
     }
 )
 
-# Keeps a number and its unit on one line.
+# This space keeps a number and its unit on one line.
 SPACE = "\N{NO-BREAK SPACE}"
 
-# What a reader wants in place of an SI unit: factor and unit.
+# The unit that is shown in place of an SI unit, with its factor.
 SHOWN_UNITS = MappingProxyType(
     {
         "m": (1e3, "mm"),
@@ -62,10 +62,10 @@ SHOWN_UNITS = MappingProxyType(
         "1": (1.0, ""),
     }
 )
-# From here on a pressure is a stiffness, and told in MPa.
+# A value in Pa of this size or larger is a stiffness and is shown in MPa.
 STIFF_PA = 1e8
 
-# Values whose names say little.
+# Words for the values whose names alone are not clear.
 EDGES = MappingProxyType(
     {
         "edge_overlap_sides": "overlap at A beyond that at B",
@@ -76,7 +76,7 @@ EDGES = MappingProxyType(
     }
 )
 
-# The three simulations as the page names them.
+# Names of the three simulations on the page.
 SIMULATIONS = MappingProxyType(
     {
         "nominal": "simulator as configured",
@@ -85,7 +85,7 @@ SIMULATIONS = MappingProxyType(
     }
 )
 
-# Measured columns as they are drawn: name, factor, unit.
+# Name, factor from SI and unit with which each measured column is drawn.
 CHANNELS = MappingProxyType(
     {
         "command_v": ("command", 1.0, "V"),
@@ -100,12 +100,12 @@ CHANNELS = MappingProxyType(
 
 
 def channel(name: str) -> tuple[str, float, str]:
-    """Words, factor and unit of a column of the record; its own name where it is not known."""
+    """Returns words, factor from SI and unit of a column; its own name if it is not known."""
     return CHANNELS.get(name, (name, 1.0, ""))
 
 
 def plain_name(identifier: str) -> str:
-    """An id of the catalogue or of a value in words."""
+    """Returns an effect id or the name of a value in words."""
     if identifier in EDGES:
         return EDGES[identifier]
     words = re.sub(r" [ab]\b", lambda side: side[0].upper(), identifier.replace("_", " "))
@@ -113,12 +113,12 @@ def plain_name(identifier: str) -> str:
 
 
 def effect_set(effects: tuple[str, ...]) -> str:
-    """A set of effects in words."""
+    """Returns a set of effects in words."""
     return " + ".join(plain_name(effect) for effect in effects) or "no effect"
 
 
 def value_name(name: str) -> str:
-    """Full name of a value in words: what it belongs to, and what it is."""
+    """Returns a full name in words, without the unit: the effect or section, then the value."""
     *sections, key = name.split(".")
     unit = plant_parameters()[name].unit if name in plant_parameters() else "1"
     ending = "" if unit == "1" else "_" + _suffix(unit)
@@ -129,25 +129,28 @@ def value_name(name: str) -> str:
 
 
 def _suffix(unit: str) -> str:
-    """How the unit ends a name."""
+    """Returns the form of a unit at the end of a name, such as "m3_s" for "m^3/s"."""
     text = unit.lower().replace("^", "").replace("(", "").replace(")", "")
     return text.replace("/", "_").replace(" ", "_")
 
 
 def unit_of(name: str) -> str:
-    """SI unit of a value by full name; "1" where it is not known."""
+    """Returns the SI unit of a value given by its full name; "1" where the value is not known."""
     return plant_parameters()[name].unit if name in plant_parameters() else "1"
 
 
 def in_shown_unit(value: float, unit: str) -> tuple[float, str]:
-    """Factor and unit in which a value of this size is shown."""
+    """Returns the factor from SI and the unit with which a value of this size is shown."""
     if unit == "Pa" and abs(value) >= STIFF_PA:
         return 1e-6, "MPa"
     return SHOWN_UNITS.get(unit, (1.0, unit))
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """A number of so many significant digits, without an exponent where that is readable."""
+    """Returns a number with so many significant digits; a dash where it is None or not finite.
+
+    Numbers from 1e-3 to below 1e7 have no exponent.
+    """
     if value is None or not math.isfinite(value):
         return "–"
     if value == 0.0:
@@ -160,7 +163,7 @@ def number(value: float | None, digits: int = 4) -> str:
 
 
 def quantity(value: float, unit: str, digits: int = 4) -> str:
-    """A value with its unit, without idle zeros."""
+    """Returns a value (given in `unit`, SI) with its shown unit, without trailing zeros."""
     factor, shown = in_shown_unit(value, unit)
     text = number(factor * value, digits)
     if "." in text and "^" not in text:
@@ -169,12 +172,15 @@ def quantity(value: float, unit: str, digits: int = 4) -> str:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Number and unit, never on two lines."""
+    """Joins a number and its unit so that they stay on one line."""
     return f"{text}{SPACE}{unit}" if unit else text
 
 
 def _digits(estimate: Estimate) -> int:
-    """Significant digits of the largest number that show two digits of the interval's width."""
+    """Number of significant digits that shows two digits of the width of the interval.
+
+    It refers to the largest of value and ends; it is 2 to 7, and 4 for an interval without width.
+    """
     width = estimate.high - estimate.low
     largest = max(abs(estimate.low), abs(estimate.high), abs(estimate.value))
     if not (width > 0.0 and math.isfinite(width) and largest > 0.0):
@@ -183,7 +189,7 @@ def _digits(estimate: Estimate) -> int:
 
 
 def interval(estimate: Estimate, unit: str) -> tuple[str, str]:
-    """A value with its unit, and its interval in the same unit."""
+    """Returns a value with its shown unit, and its interval in the same unit."""
     factor, shown = in_shown_unit(estimate.value, unit)
     digits = _digits(estimate)
     places = _places(factor * max(abs(estimate.low), abs(estimate.high)), digits)
@@ -199,7 +205,10 @@ def interval(estimate: Estimate, unit: str) -> tuple[str, str]:
 
 
 def _places(largest: float, digits: int) -> int | None:
-    """Decimals that show so many digits of the largest number; None where an exponent is better."""
+    """Number of decimals that shows so many significant digits of the largest number.
+
+    None where the number is not positive and finite, or is better shown with an exponent.
+    """
     if not (math.isfinite(largest) and largest > 0.0):
         return None
     exponent = math.floor(math.log10(largest))
@@ -207,7 +216,7 @@ def _places(largest: float, digits: int) -> int | None:
 
 
 def percent(share: float | None) -> str:
-    """A share as per cent, two digits where it is small."""
+    """Returns a share in per cent: no decimal from 10 % on, one from 1 % on, two below."""
     if share is None or not math.isfinite(share):
         return "–"
     size = abs(100.0 * share)
@@ -217,7 +226,7 @@ def percent(share: float | None) -> str:
 
 
 def percent_ends(estimate: Estimate) -> str:
-    """The interval of a share."""
+    """Returns the interval of a share in per cent, with one decimal if it is narrower than 2 %."""
     if not (math.isfinite(estimate.low) and math.isfinite(estimate.high)):
         return "no interval"
     places = 1 if 100.0 * (estimate.high - estimate.low) < 2.0 else 0
@@ -225,7 +234,7 @@ def percent_ends(estimate: Estimate) -> str:
 
 
 def percent_interval(estimate: Estimate) -> str:
-    """Share with its interval."""
+    """Returns a share with its interval, both in per cent."""
     places = 1 if 100.0 * (estimate.high - estimate.low) < 2.0 else 0
     if not math.isfinite(estimate.value):
         return percent(estimate.value)
@@ -233,5 +242,5 @@ def percent_interval(estimate: Estimate) -> str:
 
 
 def first_upper(text: str) -> str:
-    """The text with its first letter large, the rest as it is."""
+    """Returns the text with its first letter in upper case; the rest is unchanged."""
     return text[:1].upper() + text[1:]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pictures of a run with the hardware in the loop."""
+"""Draws figures of runs with the hardware in the loop."""
 
 from __future__ import annotations
 
@@ -21,14 +21,17 @@ def _time(run: RunResult) -> FloatArray:
 
 
 def _limits(curves: npt.NDArray[np.floating[Any]]) -> tuple[float, float]:
-    """Of an axis: after a vague start or a reset a few samples swing far out of what matters."""
+    """Returns the limits of an axis, from quantiles of the curves after their first fifth.
+
+    After a vague start or a reset, a few samples lie far outside the range of interest.
+    """
     low, high = (float(x) for x in np.quantile(curves[len(curves) // 5 :], [0.01, 0.99]))
     margin = 0.2 * (high - low) + 1e-12
     return low - margin, high + margin
 
 
 def _events(axes: Axes, run: RunResult) -> None:
-    """Restarts of the target, and a change of the plant."""
+    """Marks the restarts of the target and a change of the plant with vertical lines."""
     if run.plan.change_at is not None:
         axes.axvline(run.plan.change_at * run.plan.dt_s, color="0.5", linewidth=1.0)
     for sample in run.restarts:
@@ -36,7 +39,10 @@ def _events(axes: Axes, run: RunResult) -> None:
 
 
 def estimates_figure(runs: Sequence[tuple[str, RunResult, Agreement]]) -> Figure:
-    """Parameters and forgetting factor over time, a column a run: target in colour, host dashed."""
+    """Draws parameters and forgetting factor over time, one column for each run.
+
+    The target is drawn in colour, the host dashed.
+    """
     figure = Figure(figsize=(max(8.0, 3.1 * len(runs)), 7.5), layout="constrained")
     grid = figure.subplots(
         3, len(runs), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 3, 1.2]
@@ -72,7 +78,7 @@ def estimates_figure(runs: Sequence[tuple[str, RunResult, Agreement]]) -> Figure
 
 
 def control_figure(run: RunResult) -> Figure:
-    """Reference and position, their difference, the command, and the gain that the target used."""
+    """Draws reference and position, their difference, the command, and the gain of the target."""
     figure = Figure(figsize=(9, 8), layout="constrained")
     path, error, command, gain = figure.subplots(4, 1, sharex=True, height_ratios=[2, 1, 1, 1.5])
     time, told = _time(run), run.plan.configuration.controller

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A run with the hardware in the loop as plain values and as a line of a table."""
+"""Converts a run with the hardware in the loop to plain values and to a row of a table."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ehsid.harness.deploy.hil.run import RunResult
 
 
 def plain_identity(identity: Identity) -> dict[str, Any]:
-    """The target, for the JSON file."""
+    """Returns the identity of the target as plain values for the JSON file."""
     return {
         "board": identity.board,
         "firmware": ".".join(map(str, identity.firmware)),
@@ -24,7 +24,7 @@ def plain_identity(identity: Identity) -> dict[str, Any]:
 
 
 def plain_run(name: str, run: RunResult, agreement: Agreement) -> dict[str, Any]:
-    """For the JSON file."""
+    """Returns a run and its agreement with the host as plain values for the JSON file."""
     last, told = run.results[-1], run.plan.configuration
     names = told.estimator.orders.names
     return {
@@ -67,7 +67,7 @@ def plain_run(name: str, run: RunResult, agreement: Agreement) -> dict[str, Any]
 
 
 def run_row(name: str, run: RunResult, agreement: Agreement) -> dict[str, str]:
-    """For the terminal: heading and cell."""
+    """Returns the row of a run for the table on the terminal: its cells by heading."""
     last = run.results[-1]
     return {
         "run": name,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Runs with the hardware in the loop as one page."""
+"""Renders the page of runs with the hardware in the loop."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ehsid.harness.deploy.hil.run import RunResult
 from ehsid.harness.report.hil_figures import control_figure, estimates_figure
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words
 
-# Share of samples beyond which a servo does not follow any more.
+# With a larger share of samples at the command limit, a servo no longer follows its reference.
 MUCH_LIMITED = 0.1
 
 Runs = Sequence[tuple[str, RunResult, Agreement]]
@@ -24,7 +24,7 @@ def _version(identity: Identity) -> str:
 
 
 def lead(identity: Identity, runs: Runs) -> list[str]:
-    """The result in sentences."""
+    """Returns the result of the runs in a few sentences."""
     unequal = [name for name, _, agreement in runs if not agreement.equal]
     samples = sum(len(run.results) for _, run, _ in runs)
     seconds = sum(run.seconds for _, run, _ in runs)
@@ -54,7 +54,7 @@ def lead(identity: Identity, runs: Runs) -> list[str]:
 
 
 def parameter_table(runs: Runs) -> Table:
-    """Parameters and RMSE at the end."""
+    """Returns the table of the parameters at the end of each run, and of the RMSE in mm."""
     orders = runs[0][1].plan.configuration.estimator.orders
     rows = []
     for i, name in enumerate(orders.names):
@@ -71,7 +71,7 @@ def parameter_table(runs: Runs) -> Table:
 
 
 def line_table(runs: Runs) -> Table:
-    """What happened on the line."""
+    """Returns the table of the counts of events on the line between host and target."""
     rows = []
     for name, run, agreement in runs:
         last, counters = run.results[-1], run.counters
@@ -127,7 +127,7 @@ def _estimates(runs: Runs) -> list[Words | Table | Picture]:
 def hil_page(
     identity: Identity, runs: Runs, *, beside: Table | None = None, sources: Sequence[str] = ()
 ) -> Page:
-    """Everything on one page; `beside`: a table of others' estimates, to stand below ours."""
+    """Returns the page of all runs; `beside` is a table of other estimates, shown below these."""
     steady = [run for run in runs if not run[1].plan.change]
     changed = [run for run in runs if run[1].plan.change]
     blocks = _estimates(steady)

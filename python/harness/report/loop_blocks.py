@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What pages and pictures say of a model under proportional control."""
+"""Texts and tables about a model under proportional control, for pages and figures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ehsid.harness.report.page import Table, Words
 def loop_blocks(
     loop: LoopAnalysis, dt_s: float | None, input_band: tuple[float, float] | None = None
 ) -> list[Words | Table]:
-    """The limit of stability in words, the loops and the natural frequencies as tables."""
+    """Returns the limit of stability in words, and the loops and natural frequencies as tables."""
     unit = _unit(dt_s)
     return [
         Words(
@@ -50,7 +50,7 @@ def loop_blocks(
 def limit_words(
     loop: LoopAnalysis, dt_s: float | None, input_band: tuple[float, float] | None
 ) -> str:
-    """Up to which gain the loop is stable, and whether the record tells so much."""
+    """Says up to which gain the loop is stable, and whether `input_band` supports this limit."""
     control = "Under proportional control, u = k (r - y),"
     if loop.limit_gain is None or loop.phase_crossover_hz is None or loop.half is None:
         return (
@@ -71,7 +71,7 @@ def limit_words(
 
 
 def place(z: complex) -> str:
-    """A pole, or both of a pair."""
+    """Returns a real pole, or both poles of a complex pair, as text."""
     return f"{z.real:.5f}" + (f" ± {z.imag:.5f}j" if z.imag else "")
 
 

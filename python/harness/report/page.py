@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A page of words, tables and pictures: one HTML file that works offline."""
+"""Renders a page of paragraphs, tables and pictures as one HTML file that works offline."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ class Words:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of finished text.
+    """A table whose cells are finished text.
 
     Attributes
     ----------
     caption
-        what it shows.
+        what the table shows.
     columns
-        headings; the first column is read as the name of its row.
+        headings of the columns; the first column holds the names of the rows.
     rows
-        one cell for each column.
+        rows with one cell for each column.
     marked
-        positions of rows to stand out.
+        indices of the rows to highlight.
     """
 
     caption: str
@@ -49,7 +49,7 @@ class Table:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A figure, what it shows, and the same for those who cannot see it."""
+    """A figure, its caption, and an alternative text for readers who cannot see it."""
 
     figure: Figure
     caption: str
@@ -58,7 +58,7 @@ class Picture:
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A heading and what stands under it, in order."""
+    """A heading and the blocks under it, in the order of the page."""
 
     title: str
     blocks: Sequence[Words | Table | Picture]
@@ -71,13 +71,13 @@ class Page:
     Attributes
     ----------
     title
-        heading.
+        heading of the page.
     lead
-        the result, in a few sentences.
+        the result in a few sentences.
     sections
-        in order.
+        sections in the order of the page.
     sources
-        works the page draws on.
+        publications that the page uses.
     """
 
     title: str
@@ -87,7 +87,10 @@ class Page:
 
 
 def embedded(figure: Figure) -> str:
-    """The figure as a data URI. SVG: sharp at every size, the same bytes for the same figure."""
+    """Returns a figure as a data URI with an SVG image.
+
+    SVG is sharp at every size; the same figure always gives the same bytes.
+    """
     buffer = io.BytesIO()
     with mpl.rc_context({"svg.hashsalt": "ehsid"}):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
@@ -95,7 +98,7 @@ def embedded(figure: Figure) -> str:
 
 
 def render_page(page: Page) -> str:
-    """HTML of a page, with everything inside."""
+    """Returns the HTML of a page, which needs no other files."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("ehsid.harness.report"),
         autoescape=True,
@@ -110,13 +113,16 @@ def render_page(page: Page) -> str:
 
 
 def write_page(path: Path, page: Page) -> None:
-    """Write the page under a temporary name, then rename: a reader never sees half of it."""
+    """Writes the page under a temporary name and renames it, so that no reader sees half a page."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write_text(path, render_page(page))
 
 
 def write_pictures(folder: Path, page: Page) -> list[Path]:
-    """Every picture of the page as a PNG, numbered, named after its section."""
+    """Writes every picture of the page as a PNG file, numbered and named after its section.
+
+    Returns the paths in the order of the page.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
     for section in page.sections:

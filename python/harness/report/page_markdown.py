@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A page as Markdown, for the docs; pictures are files beside it."""
+"""Renders a page as Markdown for the documentation; pictures are separate files beside it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ehsid.harness.report.page import Page, Picture, Table, Words
 
 
 def markdown(page: Page, pictures: Sequence[Path]) -> str:
-    """The same words, tables and pictures; `pictures`: files in the order of the page."""
+    """Returns the page as Markdown; `pictures` are its picture files in the order of the page."""
     files = iter(pictures)
     lines = [f"# {page.title}", ""]
     for text in page.lead:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A record, column by column."""
+"""Draws the columns of a record over time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from ehsid.harness.records import Record
 
-# What is drawn together, and its scale and label.
+# Columns that share a panel, with the factor from SI and the label of the panel.
 PANELS = (
     (("command_v",), 1.0, "command in V"),
     (("position_m",), 1e3, "position in mm"),
@@ -19,7 +19,7 @@ PANELS = (
 
 
 def record_figure(record: Record) -> Figure:
-    """Command, position, velocity, pressures and spool over time, those that are there."""
+    """Draws command, position, velocity, pressures and spool over time, as far as they exist."""
     panels = [
         ([name for name in names if name in record.columns], scale, label)
         for names, scale, label in PANELS

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Fewer samples for a plot, with every peak still there."""
+"""Selects fewer samples for a plot, without loss of any peak."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ def kept_samples(
     most: int,
     always: npt.NDArray[np.int64] = NONE,
 ) -> npt.NDArray[np.int64]:
-    """Places of the samples to draw: lowest and highest of each signal in equal stretches.
+    """Returns indices of the samples to draw: the extremes of each signal in equal stretches.
 
     Parameters
     ----------
     signals
-        of one length N, drawn over the same time; NaN is never lowest or highest.
+        signals of one length N over the same time; NaN is ignored if a stretch has other values.
     most
-        about so many samples; all N where they are fewer.
+        approximate number of samples to keep; if N is not larger, all samples are kept.
     always
-        places to keep besides.
+        indices of further samples to keep.
 
     Returns
     -------
-    Increasing, with the first and the last sample.
+    Increasing indices, with those of the first and the last sample.
     """
     size = signals[0].size
     if size <= most:

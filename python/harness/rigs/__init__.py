@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the simulator is told about a machine: the rig file as typed data.
+"""Rig files as typed data: the description of a machine for the simulator.
 
 >>> rig = read_rig("bench.toml")
 >>> rig.values["load.mass_kg"]

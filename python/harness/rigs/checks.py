@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What may stand in a rig, by the compiled plant. Each check finds all problems, not the first."""
+"""Checks a rig against the compiled plant; each check finds all problems, not only the first."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ehsid.harness.rigs.parameters import (
 
 HIDDEN_SPOOL = f"{NUISANCE_PREFIX}spool_bandwidth_hz"
 
-LARGEST_SIGMA = 10.0  # relative: beyond a factor of ten, nothing is told
+LARGEST_SIGMA = 10.0  # relative: a larger uncertainty says nothing about the value
 
 SENSORS = (
     "position_noise_m",
@@ -35,20 +35,20 @@ SENSORS = (
 
 
 def unknown(key: str, existing: Iterable[str]) -> str:
-    """A key that nothing knows, with the nearest that exists."""
+    """Returns the problem text for an unknown key, with the nearest existing key."""
     nearest = nearest_name(key, existing)
     hint = f"; did you mean '{nearest}'?" if nearest else ""
     return f"'{key}' is not known{hint}"
 
 
 def shown(value: object) -> str:
-    """The value as it goes into a message: a line's worth of it."""
+    """Returns the value as text for a message, cut to 60 characters."""
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
 def not_a_number(key: str, value: object) -> str | None:
-    """Is the value no finite number?"""
+    """Returns the problem text if the value is not a finite number, else None."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return f"'{key}' = {shown(value)}: expected a number"
     try:
@@ -64,9 +64,10 @@ def _range(parameter: ehsid.PlantParameter) -> str:
 
 
 def check_values(values: Mapping[str, object]) -> list[str]:
-    """Names and ranges of values by full name.
+    """Checks names and ranges of values, given by full name.
 
-    Zero switches an effect off, and the hidden spool, whatever the range.
+    The value 0 is always allowed for an effect and for the bandwidth of the hidden spool, whatever
+    their range: it switches them off.
     """
     problems = []
     for name, value in values.items():
@@ -86,7 +87,7 @@ def check_values(values: Mapping[str, object]) -> list[str]:
 
 
 def unknown_effect(effect: str) -> str:
-    """An effect that is not in the catalogue, with the nearest that is."""
+    """Returns the problem text for an unknown effect, with the nearest effect of the catalogue."""
     nearest = nearest_name(effect, effects())
     hint = f"; did you mean '{nearest}'?" if nearest else ""
     return f"'{EFFECT_PREFIX}{effect}' is no effect of the catalogue{hint}"
@@ -102,7 +103,7 @@ def _unknown_value(name: str) -> str:
 
 
 def check_complete(values: Mapping[str, object], plant: str) -> list[str]:
-    """Everything the plant needs is told, nothing it does not have."""
+    """Checks that the rig has every value the plant needs, and none the plant does not have."""
     problems = [
         f"'{name}' is missing: expected {_range(parameter)}"
         for name, parameter in plant_parameters().items()
@@ -124,7 +125,7 @@ def check_complete(values: Mapping[str, object], plant: str) -> list[str]:
 def check_uncertainty(
     uncertainty: Mapping[str, Any], values: Mapping[str, object], plant: object
 ) -> list[str]:
-    """Each is a relative 1-sigma of a value of the rig."""
+    """Checks that each uncertainty is a relative 1-sigma of a value of the rig."""
     problems = []
     for name, sigma in uncertainty.items():
         if name not in plant_parameters():
@@ -140,7 +141,7 @@ def check_uncertainty(
 
 
 def check_sensors(sensors: Mapping[str, Any]) -> list[str]:
-    """Each is the standard deviation of a sensor's noise."""
+    """Checks that each entry is the standard deviation of the noise of a known sensor."""
     problems = []
     for key, noise in sensors.items():
         if key not in SENSORS:
@@ -153,7 +154,7 @@ def check_sensors(sensors: Mapping[str, Any]) -> list[str]:
 
 
 def check_together(values: Mapping[str, object]) -> list[str]:
-    """What values must be to each other."""
+    """Checks the relations between values, such as a rod diameter below the bore diameter."""
 
     def number(name: str) -> float | None:
         value = values.get(name)
@@ -179,7 +180,7 @@ def check_together(values: Mapping[str, object]) -> list[str]:
 
 
 def _whole_effects(values: Mapping[str, object]) -> list[str]:
-    """An effect that is on needs the parameters that have no zero in their range."""
+    """Checks that active effects have all parameters whose range does not include 0."""
     problems = []
     for effect in effects().values():
         if not any(values.get(name) for name in names_of(effect)):

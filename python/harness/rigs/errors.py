@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The one exception of this room: every problem of a rig file at once."""
+"""The only exception of this package: it reports all problems of a rig file together."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ class RigError(ValueError):
     Attributes
     ----------
     source
-        the file, or the name of a rig made in memory.
+        path of the rig file, or name of a rig made in memory.
     problems
-        what is wrong, one line each: key, value, what was expected.
+        the problems, one line each: key, value, and what was expected.
     """
 
     def __init__(self, source: object, problems: Sequence[str]) -> None:
         self.source = str(source)
-        # A key in quotation marks may hold anything, line ends too: one problem stays one line.
+        # A quoted TOML key may contain any character, also line ends. Characters that cannot be
+        # printed are escaped, so that each problem stays on one line.
         printable = ("".join(c if c.isprintable() else repr(c)[1:-1] for c in p) for p in problems)
         self.problems = tuple(dict.fromkeys(printable))
         lines = "".join(f"\n  {problem}" for problem in self.problems)
@@ -30,5 +31,5 @@ class RigError(ValueError):
         )
 
     def __reduce__(self) -> tuple[type[RigError], tuple[str, tuple[str, ...]]]:
-        """From another process it comes back whole: exceptions are made again from `args` else."""
+        """Keeps both arguments in pickling; by default an exception is rebuilt from `args` only."""
         return RigError, (self.source, self.problems)

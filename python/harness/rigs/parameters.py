@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which values a rig has, with units and ranges: read off the compiled plant, told nowhere else."""
+"""Values of a rig with units and ranges, taken from the compiled plant as the only source."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ EFFECT_PREFIX = "effects."
 NUISANCE_PREFIX = "nuisance."
 INITIAL_PREFIX = "initial."
 
-# Subsystems that a plant does not have: a motor needs neither valve nor oil, and in the linear
-# model the oil has its two constants and no more.
+# Subsystems that a plant does not have. A motor needs neither valve nor oil. In the linear model,
+# two constants describe the oil completely.
 LACKS = MappingProxyType(
     {"ehs": (), "axis": ("valve", "hydraulics"), "linear": ("hydraulics",)},
 )
@@ -22,41 +22,42 @@ PLANTS = tuple(LACKS)
 
 @cache
 def plant_parameters() -> MappingProxyType[str, ehsid.PlantParameter]:
-    """Every parameter of the plant by its full name, in the order of the plant."""
+    """Returns every parameter of the plant by its full name, in the order of the plant."""
     return MappingProxyType({p.name: p for p in ehsid.plant_parameters()})
 
 
 @cache
 def effects() -> MappingProxyType[str, ehsid.EffectInfo]:
-    """The catalogue by id."""
+    """Returns the catalogue of effects by effect id."""
     return MappingProxyType({effect.id: effect for effect in ehsid.effects()})
 
 
 def is_rig_value(name: str) -> bool:
-    """Is it a number of the machine, not of an effect, a nuisance or the start?"""
+    """Returns whether the name is a value of the machine, not of an effect, nuisance or start."""
     return not name.startswith((EFFECT_PREFIX, NUISANCE_PREFIX, INITIAL_PREFIX))
 
 
 def belongs_to(name: str, plant: str) -> bool:
-    """Does the plant need this value of the rig?"""
+    """Returns whether the plant needs this value of the rig."""
     section = name.partition(".")[0]
-    # "ehs" has several sections, the others one of their own name.
+    # The plant "ehs" has several sections, each of the others has one section of its own name.
     owner = section if section in PLANTS else "ehs"
     return is_rig_value(name) and owner == plant
 
 
 def acts_on(effect: ehsid.EffectInfo, plant: str) -> bool:
-    """Has the plant the subsystem of the effect?"""
+    """Returns whether the plant has the subsystem on which the effect acts."""
     return effect.subsystem not in LACKS[plant]
 
 
 def names_of(effect: ehsid.EffectInfo) -> list[str]:
-    """Full names of its parameters."""
+    """Returns the full names of the parameters of an effect."""
     return [f"{EFFECT_PREFIX}{effect.id}.{parameter.name}" for parameter in effect.parameters]
 
 
-# Relative 1-sigma of what a data sheet or a drawing says, where the rig file does not tell:
-# dimensions are known, masses nearly, flow and friction roughly, the oil's stiffness hardly.
+# Relative 1-sigma of a value from a data sheet or drawing, if the rig file gives no uncertainty.
+# Dimensions are known well, masses less well, flow and friction roughly, the stiffness of the oil
+# hardly at all.
 DEFAULT_UNCERTAINTY = MappingProxyType(
     {
         "cylinder.bore_m": 0.002,
@@ -67,7 +68,7 @@ DEFAULT_UNCERTAINTY = MappingProxyType(
         "load.mass_kg": 0.05,
         "load.viscous_friction_n_s_m": 0.5,
         "valve.rated_flow_m3_s": 0.1,
-        # The point for which the rated flow is given: two definitions.
+        # These two values define the operating point of the rated flow, so they are nearly exact.
         "valve.rated_pressure_drop_pa": 0.001,
         "valve.rated_command_v": 0.001,
         "supply.pressure_pa": 0.03,
@@ -76,7 +77,8 @@ DEFAULT_UNCERTAINTY = MappingProxyType(
         "axis.mass_kg": 0.05,
         "axis.viscous_friction_n_s_m": 0.5,
         "axis.force_per_volt": 0.05,
-        # As those of the servo they stand for; the spool is the unit of the flow.
+        # These take the uncertainty of the values of the servo that they represent. The spool gain
+        # is nearly exact, because the spool position is the unit to which the flow gain refers.
         "linear.spool_gain_1_v": 0.001,
         "linear.flow_gain_m3_s": 0.1,
         "linear.flow_pressure_m3_s_pa": 0.5,
@@ -88,5 +90,5 @@ DEFAULT_UNCERTAINTY = MappingProxyType(
     }
 )
 
-# An effect that is told is known to exist; its size is a guess.
+# The rig file states that the effect exists, but its size is only a guess.
 DEFAULT_EFFECT_UNCERTAINTY = 0.3

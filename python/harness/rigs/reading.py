@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Reading a rig from TOML."""
+"""Reads a rig from TOML."""
 
 from __future__ import annotations
 
@@ -38,24 +38,24 @@ TABLES = ("uncertainty", "sensors", "effects", "columns")
 
 
 def read_rig(path: str | os.PathLike[str]) -> Rig:
-    """Read and check a rig file.
+    """Reads and checks a rig file.
 
     Raises
     ------
     RigError
-        everything that is wrong with it, with keys, values and what was expected.
+        the file has problems; the message lists all of them with key, value and what was expected.
     """
     path = Path(path)
     return parse_rig(read_text(path), source=path)
 
 
 def parse_rig(text: str, *, source: object = "rig") -> Rig:
-    """Read and check the text of a rig file; `source` names it in messages.
+    """Reads and checks the text of a rig file; `source` names the text in messages.
 
     Raises
     ------
     RigError
-        as read_rig.
+        as in `read_rig`.
     """
     document = parse_toml(text, source)
     problems: list[str] = []
@@ -95,7 +95,7 @@ def _unknown_plant(plant: object) -> str:
 
 
 def _values(document: Mapping[str, Any], problems: list[str]) -> dict[str, Any]:
-    """Numbers of the machine and its effects by full name; what is no table is a problem."""
+    """Returns the values of machine and effects by full name; appends the problems found."""
     sections = {
         name.split(".")[0]
         for name in plant_parameters()
@@ -133,7 +133,10 @@ def _table(document: Mapping[str, Any], key: str, problems: list[str]) -> dict[s
 
 
 def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested tables with dotted names: fluid.bulk_modulus_pa = 0.3 without quotes is the same."""
+    """Returns nested tables as one table with dotted names.
+
+    Without quotes, TOML reads the key of fluid.bulk_modulus_pa = 0.3 as nested tables.
+    """
     flat: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, dict):

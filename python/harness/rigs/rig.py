@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A rig: values by full name, what is known of them, and how its records are laid out."""
+"""A rig: values by full name, their uncertainty, the sensors, and the layout of the records."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ PlantName = Literal["ehs", "axis", "linear"]
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """What the simulator is told about a machine.
+    """Description of a machine for the simulator.
 
     Attributes
     ----------
     name
-        of the machine.
+        name of the machine.
     plant
-        "ehs", "axis" or "linear".
+        type of the plant: "ehs", "axis" or "linear".
     values
-        SI, by full name, e.g. "load.mass_kg" or "effects.valve_lag.bandwidth_hz". An effect that is
-        not there is off.
+        values in SI units by full name, e.g. "load.mass_kg" or "effects.valve_lag.bandwidth_hz".
+        An effect without values is off.
     uncertainty
-        relative 1-sigma of a value, by full name; see `sigma` for those not named.
+        relative 1-sigma of values, by full name; `sigma` gives the default for other values.
     sensors
-        what is known of the sensors, e.g. "position_noise_m".
+        standard deviations of the sensor noise by name, e.g. "position_noise_m".
     columns
-        layout of the records, by name of the schema: the `layout` of `read_record`.
+        layout of the records by column name of the schema, for the `layout` of `read_record`.
     """
 
     name: str
@@ -58,17 +58,17 @@ class Rig:
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     def __reduce__(self) -> tuple[type[Rig], tuple[Any, ...]]:
-        # A mapping proxy cannot be pickled: to another process go plain dictionaries.
+        # A mapping proxy cannot be pickled. Another process receives plain dictionaries.
         mappings = (self.values, self.uncertainty, self.sensors, self.columns)
         return Rig, (self.name, self.plant, *(dict(mapping) for mapping in mappings))
 
     def with_values(self, values: Mapping[str, float]) -> Rig:
-        """The same rig with other values, by full name.
+        """Returns the rig with some values replaced or added, by full name.
 
         Raises
         ------
         RigError
-            a name the plant does not have, a value outside its range, or values that contradict
+            the plant does not have a name, a value is outside its range, or values contradict
             each other.
         """
         from ehsid.harness.rigs.checks import check_complete, check_together, check_values
@@ -81,13 +81,13 @@ class Rig:
         return replace(self, values={k: float(value) for k, value in together.items()})
 
     def sigma(self, name: str) -> float:
-        """Relative 1-sigma of a value."""
+        """Returns the relative 1-sigma of a value; a default if the rig file gives none."""
         if name in self.uncertainty:
             return self.uncertainty[name]
         return DEFAULT_UNCERTAINTY.get(name, DEFAULT_EFFECT_UNCERTAINTY)
 
     def effects(self) -> tuple[str, ...]:
-        """Ids of the effects that are on."""
+        """Returns the ids of the effects that are on."""
         ids = [
             name.split(".")[1]
             for name, value in self.values.items()
@@ -96,10 +96,10 @@ class Rig:
         return tuple(dict.fromkeys(ids))
 
     def plant_values(self, more: Mapping[str, float] | None = None) -> npt.NDArray[np.float64]:
-        """All values in the order of `ehsid.plant_parameters()`, shape (P,).
+        """Returns all values in the order of `ehsid.plant_parameters()`, shape (P,).
 
-        What the rig does not tell: effects are off, nuisances and the start at their typical values
-        (a start at mid-stroke). `more` overrides by full name.
+        For values that the rig does not contain, effects are off and all other values are typical
+        ones, except that the start position is mid-stroke. `more` overrides values by full name.
         """
         start = 0.5 * self.values.get("cylinder.stroke_m", 0.0)
         told = {f"{INITIAL_PREFIX}position_m": start, **self.values, **(more or {})}
@@ -114,5 +114,5 @@ class Rig:
         )
 
     def nuisances(self) -> tuple[str, ...]:
-        """Full names of what no data sheet tells."""
+        """Returns the full names of the nuisance parameters, which no data sheet gives."""
         return tuple(name for name in plant_parameters() if name.startswith(NUISANCE_PREFIX))

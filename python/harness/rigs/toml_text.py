@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From a file to the tables of a TOML document, with the faults found on the way."""
+"""Reads the text of a TOML file and parses its tables; reports the errors in the file."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
 
 
 def read_text(path: Path) -> str:
-    """The file as text.
+    """Returns the content of the file as text.
 
     Raises
     ------
     RigError
-        no such file, a directory, not readable, or not UTF-8.
+        the path does not exist, is a directory, or cannot be read, or the text is not UTF-8.
     """
     try:
         data = path.read_bytes()
@@ -48,12 +48,12 @@ def read_text(path: Path) -> str:
 
 
 def parse_toml(text: str, source: object) -> dict[str, Any]:
-    """The tables of a TOML document.
+    """Returns the tables of a TOML document.
 
     Raises
     ------
     RigError
-        not TOML; line and column are in the message.
+        the text is not TOML; the message gives line and column of a syntax error.
     """
     try:
         return tomllib.loads(text)
@@ -63,6 +63,6 @@ def parse_toml(text: str, source: object) -> dict[str, Any]:
         problem = str(error).replace("at end of document", end)
     except RecursionError:
         problem = "brackets are nested too deeply"
-    except ValueError as error:  # an integer of more digits than Python converts
+    except ValueError as error:  # an integer has more digits than Python converts
         problem = str(error).split(";")[0]
     raise RigError(source, [f"not TOML: {problem}"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Writing a rig as TOML."""
+"""Writes a rig as TOML."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ehsid.harness.rigs.rig import Rig
 
 
 def rig_text(rig: Rig) -> str:
-    """The rig as TOML; reading it gives the same rig, to the last digit."""
+    """Returns the rig as TOML text; reading this text gives exactly the same rig."""
     document: dict[str, Any] = {"name": rig.name, "plant": rig.plant}
     for name, value in rig.values.items():
         *sections, key = name.split(".")
@@ -36,12 +36,12 @@ def rig_text(rig: Rig) -> str:
 
 
 def write_rig(rig: Rig, path: str | os.PathLike[str]) -> None:
-    """Write the rig under a temporary name, then rename.
+    """Writes the rig to a file under a temporary name, then renames the file.
 
     Raises
     ------
     RigError
-        the file system refuses.
+        the file cannot be written.
     """
     path = Path(path)
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The simulator as the harness uses it: a rig and a command become a record.
+"""Simulates a rig on a command and returns a record: the simulator as the harness uses it.
 
 >>> run = simulate(read_rig("bench.toml"), command, dt_s=1e-3)
 >>> run.record.column("position_m")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A rig under position control: the reference becomes a command, sample by sample."""
+"""Simulates a rig under position control: the controller computes each command sample."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ REPORTS = 100
 
 @dataclass(frozen=True, eq=False)
 class ClosedLoopRun:
-    """What came out.
+    """Result of a closed-loop simulation of N samples.
 
     Attributes
     ----------
     run
-        record, steps and error of the integration.
+        record, with the number of integration steps and the integration error.
     reference_m
-        shape (N,).
+        reference position, m, shape (N,).
     limited
-        shape (N,), where the command was at the controller's limit.
+        shape (N,), true where the command was at the controller's limit.
     """
 
     run: SimulationRun
@@ -56,35 +56,35 @@ def simulate_closed_loop(
     name: str | None = None,
     progress: Progress | None = None,
 ) -> ClosedLoopRun:
-    """Let a controller follow a reference, from rest at its first value.
+    """Simulates a rig whose controller follows a reference, from rest at its first value.
 
-    The controller reads the position at t_k as the sensor shows it, with noise and in steps, and
-    its command acts from t_k on.
+    At t_k the controller reads the position as the sensor shows it, with noise and quantised. Its
+    command acts from t_k on.
 
     Parameters
     ----------
     rig
-        the machine.
+        rig to simulate.
     reference_m
-        shape (N,), finite, within the stroke.
+        reference position, m, shape (N,), finite, within the stroke.
     controller
-        e.g. `suggested_controller(rig)`.
+        position controller, e.g. `suggested_controller(rig)`.
     dt_s
         sampling time in seconds.
     values
-        in place of those of the rig, by full name.
+        values that replace those of the rig, by full name.
     noise
-        shape (N, 6), see `draw_noise`.
+        noise that is added to the outputs, shape (N, 6), see `draw_noise`.
     name
-        of the record.
+        name of the record.
     progress
-        is called with the share that is done, 0 to 1.
+        called with the share of the work that is done, 0 to 1.
 
     Raises
     ------
     SimulationError
-        a reference that is not finite or outside the stroke, a loop that is not stable, or as
-        `simulate`.
+        the reference is not finite or is outside the stroke, the loop is not stable, or an error
+        of `simulate`.
     """
     reference = checked_samples("reference", reference_m)
     stroke = {**rig.values, **(values or {})}.get("cylinder.stroke_m")
@@ -118,7 +118,7 @@ def simulate_closed_loop(
         if k % every == 0:
             report(0.5 * k / reference.size)
 
-    # The same plant from the same start on that command: the same run, with its error.
+    # The same plant with the same start and command gives the same run, here with its error.
     run = simulate(
         rig,
         command,

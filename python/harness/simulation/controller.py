@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The position controller that drives a simulated rig in closed loop."""
+"""Position controller that drives a simulated rig in closed loop."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ ATMOSPHERE_PA = 101325.0
 
 @dataclass(frozen=True)
 class PositionController:
-    """P or PI with velocity feed-forward, as most servos have it.
+    """P or PI position controller with velocity feed-forward, as in most servos.
 
     u = clip(gain (e + integral of e dt / integral_time) + feed_forward r', +-limit),  e = r - y.
 
-    While the command is at its limit the integral does not grow further into it (clamping: Astrom,
-    Hagglund, Advanced PID Control, ISA 2006, sec. 3.5).
+    While the command is at its limit, the integral is held where it would drive the command further
+    into the limit (clamping: Astrom, Hagglund, Advanced PID Control, ISA 2006, sec. 3.5).
 
     Attributes
     ----------
     gain_v_m
-        > 0.
+        proportional gain, V/m, > 0.
     integral_time_s
-        > 0; infinite for a P controller.
+        integral time, s, > 0; infinite for a P controller.
     feed_forward_v_s_m
-        volts per speed of the reference.
+        command for each m/s of the reference, V s/m.
     limit_v
-        > 0, infinite where there is none.
+        largest |command|, V, > 0; infinite without a limit.
     """
 
     gain_v_m: float
@@ -53,9 +53,9 @@ class PositionController:
         speed_m_s: float,
         dt_s: float,
     ) -> tuple[float, float]:
-        """Command of this sample, V, and the integral for the next one, m s.
+        """Returns the command of this sample, V, and the integral for the next sample, m s.
 
-        speed_m_s is that of the reference.
+        `speed_m_s` is the speed of the reference.
         """
         error = reference_m - position_m
         grown = integral_m_s + error * dt_s
@@ -67,7 +67,7 @@ class PositionController:
 
 
 def velocity_gain(rig: Rig) -> float:
-    """Steady speed per volt of the unloaded rod, mean of both directions, m/(s V)."""
+    """Steady speed of the unloaded rod per volt, averaged over both directions, m/(s V)."""
     v = rig.values
     if rig.plant == "axis":
         return v["axis.force_per_volt"] / max(v["axis.viscous_friction_n_s_m"], 1e-12)
@@ -89,21 +89,23 @@ def velocity_gain(rig: Rig) -> float:
 
 
 def command_limit(rig: Rig) -> float:
-    """Rated command, V; infinite for an axis, whose drive names none."""
+    """Rated command, V; infinite for an axis, because its drive has no rated command."""
     if rig.plant == "linear":
         return 1.0 / rig.values["linear.spool_gain_1_v"]
     return rig.values.get("valve.rated_command_v", math.inf)
 
 
 def stable_bandwidth(rig: Rig) -> float:
-    """Half of the w at which a P loop begins to swing, as far as the rig tells, rad/s.
+    """Bandwidth w of a P loop with a margin to oscillation, rad/s; infinite where it is unknown.
 
-    Loop w wn^2 / (s (s^2 + 2 xi wn s + wn^2)): stable for w < 2 xi wn, Eq. (5). For a cylinder the
-    damping is not in the data sheet: infinite.
+    The loop w wn^2 / (s (s^2 + 2 xi wn s + wn^2)) is stable for w < 2 xi wn, Eq. (5). For plant
+    "linear" the result is half of this bound. For a cylinder ("ehs") it is infinite, because the
+    data sheet does not give the damping.
     """
     v = rig.values
     if rig.plant == "axis":
-        # A pair of poles with a damping of 0.7; without springs it only gets slack.
+        # The closed loop has a pair of poles with a damping of 0.7. An axis has no spring, so a
+        # larger w lowers the damping and does not make the loop unstable.
         return 0.5 * v["axis.viscous_friction_n_s_m"] / v["axis.mass_kg"]
     if rig.plant == "linear":
         # 2 xi wn = 4 beta_e (K_c + C_p) / V_t
@@ -113,14 +115,16 @@ def stable_bandwidth(rig: Rig) -> float:
 
 
 def suggested_controller(rig: Rig, bandwidth_hz: float | None = None) -> PositionController:
-    """P with full velocity feed-forward: errors go as exp(-w t), w = gain velocity_gain.
+    """Returns a P controller with full velocity feed-forward for a rig.
+
+    Position errors decay as exp(-w t) with w = gain velocity_gain.
 
     Parameters
     ----------
     rig
-        the machine; the command limit is its rated command.
+        rig to control; its rated command is the command limit.
     bandwidth_hz
-        w / (2 pi), > 0; by default 2 Hz, or `stable_bandwidth` where that is less.
+        w / (2 pi), Hz, > 0; by default 2 Hz, or `stable_bandwidth` where that is smaller.
     """
     if bandwidth_hz is None:
         bandwidth_hz = min(2.0, stable_bandwidth(rig) / (2.0 * math.pi))
@@ -135,7 +139,10 @@ def suggested_controller(rig: Rig, bandwidth_hz: float | None = None) -> Positio
 
 
 def with_integral(controller: PositionController) -> PositionController:
-    """The same with an integral that takes four time constants of the loop: damping of one."""
-    # s^2 + w s + w / T has a double pole at T = 4 / w; gain feed_forward = w.
+    """Adds an integral to a P controller so that the closed loop has a damping of one.
+
+    The integral time is four time constants of the loop.
+    """
+    # s^2 + w s + w / T has a double pole at T = 4 / w; w = gain / feed_forward.
     w = controller.gain_v_m / controller.feed_forward_v_s_m
     return replace(controller, integral_time_s=4.0 / w)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a simulated plant shows: columns of a record, with the noise of its sensors where wanted."""
+"""Outputs of a simulated plant as columns of a record, optionally with sensor noise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.rigs import Rig
 
-# Columns of what ehsid.simulate_plant and ehsid.Plant give.
+# Columns of the output arrays of ehsid.simulate_plant and ehsid.Plant.
 OUTPUTS = (
     "position_m",
     "velocity_m_s",
@@ -28,7 +28,7 @@ OUTPUTS_OF = MappingProxyType(
     }
 )
 
-# Standard deviation of the noise by output, as a rig's [sensors] names it.
+# For each output, the key in [sensors] of a rig file with the standard deviation of its noise.
 NOISE_OF = MappingProxyType(
     {
         "position_m": "position_noise_m",
@@ -44,27 +44,30 @@ QUANTISATION = "effects.sensor_quantisation.step_m"
 
 
 def columns_of(plant: str, outputs: FloatArray) -> dict[str, FloatArray]:
-    """Columns that the plant has, from outputs of shape (N, 6)."""
+    """Selects the outputs that the plant has, by name, from an array of shape (N, 6)."""
     return {name: outputs[:, OUTPUTS.index(name)] for name in OUTPUTS_OF[plant]}
 
 
 def draw_noise(rig: Rig, samples: int, rng: np.random.Generator) -> FloatArray:
-    """White Gaussian noise of the rig's sensors, shape (samples, 6); zero where none is told."""
+    """Draws white Gaussian noise of the rig's sensors, shape (samples, 6), in output units.
+
+    The noise of an output is zero where the rig file gives no standard deviation.
+    """
     sigma = np.array([rig.sensors.get(NOISE_OF[name], 0.0) for name in OUTPUTS])
     return np.asarray(rng.standard_normal((samples, len(OUTPUTS))) * sigma, dtype=np.float64)
 
 
 def as_measured(clean: FloatArray, noise: FloatArray, values: Mapping[str, float]) -> FloatArray:
-    """Outputs with noise, the position in whole steps of its sensor: noise first, as in a machine.
+    """Adds noise to the outputs, then quantises the position, in the order of a real sensor.
 
     Parameters
     ----------
     clean
-        shape (..., 6), of a plant whose own quantisation is off.
+        outputs, shape (..., 6), of a plant whose own quantisation is off.
     noise
-        the same shape.
+        noise in output units, of the same shape.
     values
-        of the rig: its `sensor_quantisation` is applied here.
+        values of the rig by full name; the step of its `sensor_quantisation` is applied here.
     """
     shown = clean + noise
     step = values.get(QUANTISATION, 0.0)

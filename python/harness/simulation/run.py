@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One run of the simulator, with the error of its integration, as a record."""
+"""Runs the simulator once and returns a record with an estimate of the integration error."""
 
 from __future__ import annotations
 
@@ -24,34 +24,35 @@ from ehsid.harness.simulation.outputs import (
 
 Progress = Callable[[float], None]
 
-# Steps a sample beyond which a rig is taken for one that cannot be integrated: at 1 kHz they
-# resolve oscillations of 10 kHz, where a lumped model says nothing any more.
+# Largest number of integration steps in a sample. At 1 kHz they resolve oscillations of 10 kHz,
+# where a lumped model is not valid any more; a rig that needs more counts as too stiff.
 MOST_SUBSTEPS = 1000
 
-# A single run can afford more steps than a fit of thousands: a sixteenth of the error.
+# A single run can afford more steps than a fit of thousands of runs. Four times as many steps leave
+# a sixteenth of the error.
 FINER = 4
 
-# Samples between two reports of progress, before substeps: a few hundredths of a second.
+# Samples between two reports of progress; without substeps they take a few hundredths of a second.
 CHUNK = 200_000
 
 
 class SimulationError(ValueError):
-    """A rig, command or start that cannot be simulated; the message says which and why."""
+    """A rig, a command or a start that cannot be simulated; the message gives the reason."""
 
 
 @dataclass(frozen=True, eq=False)
 class SimulationRun:
-    """What came out of a run.
+    """Result of a run.
 
     Attributes
     ----------
     record
         time, command and all outputs of the plant.
     substeps
-        steps of integration a sample.
+        integration steps in each sample.
     error
-        for each output the largest difference to a run with half the step, as a share of the
-        output's range: by the order of the method, four thirds of it is the error of this run.
+        largest difference of each output to a run with half the step, as a share of the output's
+        range. By the order of the method, the error of this run is four thirds of it.
     """
 
     record: Record
@@ -61,16 +62,16 @@ class SimulationRun:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """A rig ready to run: everything checked.
+    """A checked rig that is ready to run.
 
     Attributes
     ----------
     told
-        values of the rig and those in place of them, by full name.
+        values of the rig and the values that replace them, by full name.
     plant_values
-        shape (P,), in the order of `ehsid.plant_parameters()`.
+        values of all plant parameters, shape (P,), in the order of `ehsid.plant_parameters()`.
     substeps
-        steps of integration a sample.
+        integration steps in each sample.
     """
 
     rig: Rig
@@ -80,7 +81,7 @@ class Start:
     substeps: int
 
     def plant(self, *, finer: int = 1, quantised: bool = True) -> ehsid.Plant:
-        """The plant at its start; `finer` times as many steps of integration."""
+        """Returns the plant at its start, with `finer` times as many integration steps."""
         values = self.plant_values
         if not quantised:
             values = values.copy()
@@ -97,7 +98,7 @@ def prepare(
     values: Mapping[str, float] | None = None,
     substeps: int | None = None,
 ) -> Start:
-    """Check a rig and where it starts; arguments and errors as in `simulate`."""
+    """Checks a rig and its start; the arguments and errors are those of `simulate`."""
     told = dict(values or {})
     if position0_m is not None:
         told[f"{INITIAL_PREFIX}position_m"] = position0_m
@@ -135,42 +136,43 @@ def simulate(
     name: str | None = None,
     progress: Progress | None = None,
 ) -> SimulationRun:
-    """Run a rig on a command, from rest in equilibrium.
+    """Simulates a rig on a command, from rest in equilibrium.
 
     Parameters
     ----------
     rig
-        the machine.
+        rig to simulate.
     command_v
-        shape (N,), finite; each sample is held until the next.
+        command, V, shape (N,), finite; each sample is held until the next.
     dt_s
         sampling time in seconds.
     position0_m
-        start, within the stroke; mid-stroke by default.
+        initial position, m, within the stroke; mid-stroke by default.
     values
-        in place of those of the rig, by full name.
+        values that replace those of the rig, by full name.
     substeps
-        steps of integration a sample; by default four times what the rig's fastest oscillation
-        asks for at least.
+        integration steps in each sample; by default four times the minimum for the rig's fastest
+        oscillation.
     keep_inside
-        refuse a run that reaches an end of the stroke.
+        whether to refuse a run that reaches an end of the stroke.
     noise
         shape (N, 6), added to the outputs before the position is quantised: see `draw_noise`.
     name
-        of the record.
+        name of the record.
     progress
-        is called with the share that is done, 0 to 1.
+        called with the share of the work that is done, 0 to 1.
 
     Raises
     ------
     SimulationError
-        a command that is not finite, a start outside the stroke, a rig too stiff to be integrated,
-        a run that is not finite or leaves the stroke.
+        the command is not finite, the start is outside the stroke, the rig is too stiff to be
+        integrated, or the run is not finite or leaves the stroke.
     """
     command = checked_samples("command", command_v)
     start = prepare(rig, dt_s=dt_s, position0_m=position0_m, values=values, substeps=substeps)
     report = progress or (lambda _share: None)
-    # A step takes the same time in both runs: one third of the work, then two thirds.
+    # A step takes the same time in both runs. The first run is one third of the work, the second,
+    # with half the step, two thirds.
     coarse = _run(start.plant(quantised=False), command, lambda done: report(done / 3.0))
     fine = _run(
         start.plant(finer=2, quantised=False),
@@ -202,7 +204,10 @@ def simulate(
 
 
 def checked_samples(what: str, samples: npt.ArrayLike) -> FloatArray:
-    """At least two finite numbers in a row, or a SimulationError that names them."""
+    """Returns the samples as an array of shape (N,); raises SimulationError if they are unusable.
+
+    At least two samples are needed, and all must be finite. `what` names them in the message.
+    """
     array = np.asarray(samples, dtype=np.float64)
     if array.ndim != 1 or array.size < 2:
         raise SimulationError(f"the {what} has shape {array.shape}: expected at least 2 samples")
@@ -213,7 +218,7 @@ def checked_samples(what: str, samples: npt.ArrayLike) -> FloatArray:
 
 
 def _run(plant: ehsid.Plant, command: FloatArray, progress: Progress) -> FloatArray:
-    """Outputs, shape (N, 6)."""
+    """Runs the plant on a command of N samples and returns its outputs, shape (N, 6)."""
     parts = []
     for first in range(0, command.size, CHUNK):
         parts.append(plant.run(command[first : first + CHUNK]))

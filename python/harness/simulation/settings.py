@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Values given on a command line: effect.parameter=number."""
+"""Reads effect values from a command line, written as effect.parameter=number."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
 
 def parse_settings(texts: Iterable[str]) -> dict[str, float]:
-    """Full names and values from texts such as "coulomb_friction.force_n=400".
+    """Returns values by full name from texts such as "coulomb_friction.force_n=400".
 
     Raises
     ------
     RigError
-        a text of another form, an unknown name, a value outside its range.
+        a text has another form, a name is unknown, or a value is outside its range.
     """
     values: dict[str, float] = {}
     problems: list[str] = []

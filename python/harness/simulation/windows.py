@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""A rig on a logged command in short windows: a free run of a servo shows only its drift."""
+"""Simulates a rig on a logged command in short windows.
+
+A free run of a servo over the whole record would show only its drift.
+"""
 
 from __future__ import annotations
 
@@ -20,27 +23,27 @@ from ehsid.harness.rigs.parameters import plant_parameters
 from ehsid.harness.simulation.outputs import OUTPUTS_OF
 from ehsid.harness.simulation.run import prepare
 
-# What a window can start from, in the order of `aligned` of ehsid.simulate_plant.
+# States that can be set at the start of a window, in the order of `aligned` in ehsid.simulate_plant
 STATES = ("position_m", "velocity_m_s", "pressure_a_pa", "pressure_b_pa")
 
-# Over this long the motion of a servo is a cubic, nearly: an oil spring of 70 Hz keeps 95 % of its
-# speed, and noise of the sensor averages out.
+# Over this time the motion of a servo is nearly a cubic polynomial. An oscillation of the oil
+# spring at 70 Hz keeps 95 % of its speed, and the sensor noise averages out.
 SMOOTHED_S = 0.01
 SMOOTHED_ORDER = 3
 
 
 @dataclass(frozen=True, eq=False)
 class WindowedRun:
-    """Outputs of several sets of values in the windows of one record.
+    """Outputs for several sets of values in the windows of one record.
 
     Attributes
     ----------
     outputs
-        (M, N) arrays by name, of M sets and N samples, for all outputs of the plant.
+        arrays of shape (M, N) by name, of M sets and N samples, for all outputs of the plant.
     sensitivities
-        (M, N, S) arrays by name: derivatives by the S varied values.
+        arrays of shape (M, N, S) by name: derivatives with respect to the S varied values.
     window
-        shape (N,), number of the window of a sample, -1 before the first one.
+        window number of each sample, shape (N,); -1 before the first window.
     """
 
     outputs: Mapping[str, FloatArray]
@@ -51,7 +54,7 @@ class WindowedRun:
 def window_numbers(
     samples: int, dt_s: float, *, window_s: float, skip_s: float
 ) -> npt.NDArray[np.int64]:
-    """Number of the window of each sample, -1 in the first skip_s seconds; shape (samples,)."""
+    """Window number of each sample, shape (samples,); -1 in the first `skip_s` seconds."""
     if not (window_s >= 2.0 * dt_s and 0.0 <= skip_s < samples * dt_s):
         raise ValueError(
             f"window_s = {window_s:g}, skip_s = {skip_s:g}: expected windows of at least two "
@@ -62,10 +65,11 @@ def window_numbers(
 
 
 def measured_states(record: Record) -> FloatArray:
-    """What a record says of the state at each sample, shape (N, 4); NaN where it says nothing.
+    """Returns the states that a record gives, in the order of STATES; NaN for a missing column.
 
-    Position and pressures as measured; speed as measured, else the slope of a cubic fitted to
-    the position over 10 ms around (Savitzky, Golay, Anal. Chem. 36(8), 1964).
+    The result has the shape (N, 4). The position and the pressures are those of the record. So is
+    the speed where it was measured; otherwise it is the slope of a cubic fitted to the position
+    over 10 ms around the sample (Savitzky, Golay, Anal. Chem. 36(8), 1964).
     """
     dt_s = _checked_sampling(record)
     states = np.full((len(record), len(STATES)), np.nan)
@@ -92,35 +96,36 @@ def simulate_windows(
     substeps: int | None = None,
     threads: int = 0,
 ) -> WindowedRun:
-    """Run a rig on the command of a record, put right by the measurement at each window's start.
+    """Simulates a rig on the command of a record, reset to the measurement at each window's start.
 
     Parameters
     ----------
     rig
-        the machine.
+        rig to simulate.
     record
-        without gaps, with `command_v` and `position_m`.
+        record without gaps, with `command_v` and `position_m`.
     window_s, skip_s
-        length of a window; what is skipped at the start of the record.
+        length of a window, s; time that is skipped at the start of the record, s.
     reset
-        "carry": only the position is measured anew, all other states come from the window before;
-        "estimate": speed and pressures, too, as far as `measured_states` has them. What follows
-        from the command alone (delay line, spool, play of the valve) always carries over.
+        "carry": only the position is set to its measured value; all other states continue from the
+        previous window. "estimate": speed and pressures are set, too, as far as `measured_states`
+        gives them. The states that depend on the command alone (delay line, spool, play of the
+        valve) always continue.
     value_sets
-        M mappings of full names to values in place of those of the rig; run side by side.
+        M mappings of full names to values that replace those of the rig; they run in parallel.
     varied
-        S full names of values whose sensitivities are wanted.
+        S full names of the values for which sensitivities are computed.
     substeps
-        steps of integration a sample; by default what the rig's fastest oscillation asks for.
+        integration steps in each sample; by default the minimum for the rig's fastest oscillation.
     threads
-        0 takes as many as there are cores.
+        number of threads; 0 uses one for each core.
 
     Raises
     ------
     ValueError
-        a record with gaps or without a column, an unknown name, a window too short.
+        the record has gaps or lacks a column, a name is unknown, or the window is too short.
     SimulationError
-        a rig that cannot be simulated.
+        the rig cannot be simulated.
     """
     dt_s = _checked_sampling(record)
     names = list(plant_parameters())
@@ -131,7 +136,7 @@ def simulate_windows(
     states = measured_states(record)
     begins = np.flatnonzero(np.diff(window, prepend=-2) > 0)
     aligned = np.full_like(states, np.nan)
-    # There is nothing to carry over into the first sample.
+    # No earlier state exists that the first sample could continue from.
     aligned[0] = states[0]
     kept = slice(0, 1) if reset == "carry" else slice(None)
     aligned[begins, kept] = states[begins, kept]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The published experiment, redone: its figures, its model as a known plant, the comparison."""
+"""Repeats the published experiment: its figures, its model as a known plant, the comparison."""
 
 from ehsid.harness.studies.comparison import Contender, Outcome, Setting, compare
 from ehsid.harness.studies.known_plant import KnownPlant

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One round of the offline procedure: pre-processing, choice of a model, tests."""
+"""One attempt of the offline procedure: pre-processing, choice of a model, residual tests."""
 
 from __future__ import annotations
 
@@ -28,13 +28,14 @@ from ehsid.harness.identification.choice import orders_added
 from ehsid.harness.identification.selection import ROUNDING
 from ehsid.harness.studies.problems import Finding, Problem, model_problems
 
-# One-sided level at which one attempt counts as better than another, as for the choice of delay.
+# One-sided confidence level at which one attempt counts as better than another. The choice of the
+# delay uses the same level.
 LEVEL = 0.99
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What one attempt tries."""
+    """Orders, delays, constant term and pre-processing that one attempt tries."""
 
     orders: tuple[int, ...]
     delays: tuple[int, ...]
@@ -50,27 +51,27 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """Settings, why they were tried, and what came of them.
+    """Settings of one attempt, the reason for them, and the result.
 
     Attributes
     ----------
     settings
-        what was tried.
+        orders, delays, constant term and pre-processing that were tried.
     change, why
-        against the best attempt before, in words.
+        what differs from the best earlier attempt, and the reason, in words.
     problems
-        what makes the outcome worthless; empty if nothing.
+        problems that make the result worthless; empty if there are none.
     preprocessed, result
-        outcome; None where there is none.
+        pre-processed signals and result of the identification; None if the attempt gave none.
     model
         the chosen model in the units of the record, see `Preprocessed.restore_model`.
     one_step, simulated
-        its predictions on the validation part, in the units of the record.
+        predictions of the model on the validation part, in the units of the record.
     one_step_fit_percent, simulation_fit_percent
-        their fits; NaN where there is no outcome. Between attempts only these compare: those in
-        `result` are of the pre-processed signals.
+        fits of these predictions in percent; NaN if the attempt gave no result. Only these fits
+        can be compared between attempts: the fits in `result` are of the pre-processed signals.
     comparison
-        with the best attempt before, in words; empty for the first.
+        comparison with the best earlier attempt, in words; empty for the first attempt.
     """
 
     settings: Settings
@@ -88,7 +89,7 @@ class Attempt:
 
     @property
     def failed_tests(self) -> tuple[str, ...]:
-        """Residual tests that fail: "whiteness", "independence"; none where all is rounding."""
+        """Names of the failed residual tests, "whiteness" and "independence"; none if `exact`."""
         if self.result is None or self.exact:
             return ()
         passed = {
@@ -99,7 +100,7 @@ class Attempt:
 
     @property
     def exact(self) -> bool:
-        """Whether the model predicts to within rounding, which leaves the tests nothing to test."""
+        """Whether the residual is only rounding error, so that the residual tests do not apply."""
         if self.one_step is None:
             return False
         largest = float(np.max(np.abs(self.one_step.measured)))
@@ -107,15 +108,15 @@ class Attempt:
 
     @property
     def sound(self) -> bool:
-        """Whether there is a model without problem whose residual passes both tests."""
+        """Whether the attempt gave a model without problems whose residual passes both tests."""
         return self.result is not None and not self.problems and not self.failed_tests
 
     def has(self, problem: Problem) -> bool:
-        """Whether this problem was found."""
+        """Returns whether the attempt has this problem."""
         return any(finding.problem is problem for finding in self.problems)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON, without samples."""
+        """Returns the attempt as plain values for JSON, without the samples."""
         return {
             "settings": to_plain(self.settings),
             "change": self.change,
@@ -132,7 +133,7 @@ class Attempt:
 
 
 def attempt(data: IoData, settings: Settings, split: float, change: str, why: str) -> Attempt:
-    """Carry out one attempt; what the data do not allow becomes a problem, not an exception."""
+    """Carries out one attempt; data that allow no model give a problem, not an exception."""
     try:
         preprocessed = preprocess(data, settings.preprocessing, split=split)
         result = identify(
@@ -149,7 +150,8 @@ def attempt(data: IoData, settings: Settings, split: float, change: str, why: st
         problem = Problem.NO_EXCITATION
         text = str(error)
     except IdentificationError as error:
-        # With settings that were checked, what is left is an output that rests behind its history.
+        # The settings were checked before. The only cause left is an output that is constant in
+        # the rows that can be predicted.
         problem = Problem.CONSTANT_OUTPUT
         text = str(error)
     else:
@@ -173,11 +175,11 @@ def attempt(data: IoData, settings: Settings, split: float, change: str, why: st
 
 
 def gain(new: Prediction, old: Prediction) -> tuple[float, float]:
-    """Mean fall of the squared residual from old to new, and its standard error.
+    """Returns the mean decrease of the squared residual from old to new, and its standard error.
 
-    Paired, on the samples that both have (Diebold and Mariano, "Comparing predictive accuracy", J.
-    Bus. Econ. Stat. 13, 1995); the error allows for correlation up to N^(1/3) lags by a Bartlett
-    window (Newey and West, Econometrica 55, 1987).
+    The comparison is paired, on the samples that both predictions have (Diebold and Mariano,
+    "Comparing predictive accuracy", J. Bus. Econ. Stat. 13, 1995). The standard error allows for
+    correlation up to N^(1/3) lags by a Bartlett window (Newey and West, Econometrica 55, 1987).
     """
     _, first, second = np.intersect1d(new.index, old.index, return_indices=True)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -192,21 +194,23 @@ def gain(new: Prediction, old: Prediction) -> tuple[float, float]:
 
 
 def better(new: Attempt, old: Attempt) -> tuple[bool, str]:
-    """Is the new attempt to be kept, and why, in words.
+    """Returns whether to keep the new attempt instead of the old one, and the reason in words.
 
-    It is where it has fewer problems or fails fewer tests and does not predict worse one step ahead
-    on the validation part, beyond chance; or where it predicts better beyond chance and by as much
-    as `choose_order` asks for, with no more problems.
+    All predictions are one step ahead on the validation part. The new attempt is kept in two cases:
+    it has fewer problems, or as many problems and fewer failed tests, and it does not predict worse
+    beyond chance; or it has no more problems and predicts better beyond chance, by at least the
+    improvement that `choose_order` requires.
     """
     if new.result is None or new.one_step is None or old.result is None or old.one_step is None:
         return False, "no outcome: not kept"
     fall, error = gain(new.one_step, old.one_step)
     quantile = float(scipy.stats.norm.ppf(LEVEL))
-    # Residuals that are rounding only are equal.
+    # A difference below this floor is only rounding error.
     floor = (ROUNDING * float(np.max(np.abs(new.one_step.measured)))) ** 2
     clear = abs(fall) > max(quantile * error, floor)
     misfit, before = 100.0 - new.one_step_fit_percent, 100.0 - old.one_step_fit_percent
-    # One order's worth at least: the same order on a few other rows is no gain.
+    # The improvement of at least one order is required, because the same order fitted to slightly
+    # different rows is no gain.
     added = max(orders_added(old.result.chosen, new.result.chosen), 1.0)
     needed = 100.0 * (1.0 - (1.0 - old.result.min_improvement) ** added)
     enough = misfit < before * (1.0 - 0.01 * needed)

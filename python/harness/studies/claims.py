@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Do the paper's claims hold, and where: one figure of model (16) for each condition of a grid.
+"""Tests on model (16) whether the paper's claims hold, for each condition of a grid.
 
 1. The varying factor (15) converges faster than lambda = 1.
-2. Once converged it is calmer than lambda = 0.99.
+2. Its converged estimate varies less than that of lambda = 0.99.
 3. It has the lowest RMSE of the three.
-4. After a change of the plant the reset of Fig. 4 brings it back.
+4. After a change of the plant, the reset of Fig. 4 lets the estimate converge again.
 
-The recursion is the paper's own, without this estimator's guards.
+The recursion is that of the paper, without this estimator's guards against wind-up.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ SETTLED = 0.05
 
 
 class Input(StrEnum):
-    """Ways to excite the plant, all of the same rms."""
+    """Kinds of input signal that excite the plant, all of the same rms."""
 
     multisine = "multisine"
     steps = "steps"
@@ -57,7 +57,7 @@ class Input(StrEnum):
 
 
 def excite(kind: Input, rng: np.random.Generator) -> FloatArray:
-    """An input as long as the published record, shape (2000,), rms 1.5."""
+    """Returns an input as long as the published record, shape (2000,), rms 1.5."""
     match kind:
         case Input.multisine:
             return multisine(SAMPLES, DT_S, band_hz=(0.05, 5.0), rms=INPUT_RMS, rng=rng)
@@ -66,7 +66,7 @@ def excite(kind: Input, rng: np.random.Generator) -> FloatArray:
             amplitude = float(np.sqrt(3.0) * INPUT_RMS)
             return random_steps(SAMPLES, amplitude=amplitude, hold=(5, 40), rng=rng)
         case Input.prbs:
-            # The sequence is fixed; where it begins is drawn.
+            # The sequence is fixed. Its starting point is drawn at random.
             signal = prbs(2 * SAMPLES, amplitude=INPUT_RMS, hold=4, bits=10)
             first = int(rng.integers(SAMPLES))
             return signal[first : first + SAMPLES]
@@ -74,7 +74,7 @@ def excite(kind: Input, rng: np.random.Generator) -> FloatArray:
 
 @dataclass(frozen=True)
 class Condition:
-    """Under which a claim is looked at: P(0) = p0 I, deviation of e(k), input, lambda0 of (15)."""
+    """Condition of a test: P(0) = p0 I, standard deviation of e(k), input, and lambda0 of (15)."""
 
     p0: float
     noise: float
@@ -84,14 +84,18 @@ class Condition:
 
 @dataclass(frozen=True)
 class Judged:
-    """The three claims under one condition, and how far lambda = 1 was at the end.
+    """Results of claims 1 to 3 under one condition, and the final error of lambda = 1.
 
     Attributes
     ----------
-    faster, calmer, lower_rmse
-        ratios of the varying factor to lambda = 1, to 0.99, to the better of both.
+    faster
+        settling time of the varying factor relative to that of lambda = 1.
+    calmer
+        spread of its converged estimate relative to that of lambda = 0.99.
+    lower_rmse
+        its RMSE relative to the lower one of lambda = 1 and lambda = 0.99.
     error_of_one
-        |theta_hat - theta| / |theta| of lambda = 1 after 100 s.
+        relative error |theta_hat - theta| / |theta| of lambda = 1 after 100 s.
     """
 
     condition: Condition
@@ -102,8 +106,11 @@ class Judged:
 
 
 def sooner(first: npt.NDArray[np.int64], second: npt.NDArray[np.int64], never: int) -> Comparison:
-    """Does the first settle sooner? Samples of paired runs; `never`: what stands for not at all."""
-    # A run that starts within tolerance has settled after one sample at the least.
+    """Tests whether `first` settles sooner, from settling times in samples of paired runs.
+
+    The value `never` stands for a run that does not settle.
+    """
+    # A run that starts within the tolerance counts one sample, so that the ratio is defined.
     compared = claim_lower(np.maximum(first, 1), np.maximum(second, 1))
     if np.median(first) >= never and np.median(second) >= never:
         return Comparison(compared.ratio, Finding.neither)
@@ -113,7 +120,7 @@ def sooner(first: npt.NDArray[np.int64], second: npt.NDArray[np.int64], never: i
 def judge(
     p0: float, noise: float, kind: Input, lambda0s: Sequence[float], seeds: Sequence[int]
 ) -> list[Judged]:
-    """The claims for each lambda0, on the same records, one a seed."""
+    """Tests claims 1 to 3 for each lambda0, all on the same records, one record for each seed."""
     plant = KnownPlant.of(ORDERS, MODEL_16)
     records = known_records(plant, partial(excite, kind), noise, seeds)
     truth = plant.theta_path(SAMPLES)
@@ -146,7 +153,7 @@ def map_claims(
     seeds: Sequence[int],
     progress: Progress | None = None,
 ) -> list[Judged]:
-    """All combinations, on all cores."""
+    """Tests claims 1 to 3 for all combinations of the conditions, in parallel."""
     tasks: list[Callable[[], list[Judged]]] = [
         partial(judge, p0, noise, kind, lambda0s, seeds)
         for p0, noise, kind in product(p0s, noises, inputs)
@@ -156,16 +163,16 @@ def map_claims(
 
 @dataclass(frozen=True)
 class ResetJudged:
-    """The fourth claim: all b times `factor` at half time, at one noise.
+    """Result of claim 4 at one noise: all b are multiplied by `factor` at half of the record.
 
     Attributes
     ----------
     sooner
-        samples until the error stays below 5 %, with the reset to without.
+        samples until the error stays below 5 %, as the ratio of with reset to without.
     after
-        the same with the reset, in samples.
+        samples after the change until the error stays below 5 %, with the reset.
     fired, false_alarms
-        shares of the runs in which the reset fired after the change, and before it.
+        shares of the runs, 0 to 1, in which the reset fired after the change, and before it.
     """
 
     noise: float
@@ -177,7 +184,7 @@ class ResetJudged:
 
 
 def judge_reset(noise: float, factor: float, seeds: Sequence[int]) -> ResetJudged:
-    """The varying factor from a vague start, without and with the reset, on the same records."""
+    """Tests claim 4: varying factor, vague start, without and with reset, on the same records."""
     at = SAMPLES // 2
     theta = np.array(MODEL_16)
     changed = theta * np.where(np.arange(theta.size) < ORDERS.na, 1.0, factor)
@@ -206,7 +213,7 @@ def map_resets(
     seeds: Sequence[int],
     progress: Progress | None = None,
 ) -> list[ResetJudged]:
-    """All combinations, on all cores."""
+    """Tests claim 4 for all combinations of noise and factor, in parallel."""
     tasks = [
         partial(judge_reset, noise, factor, seeds) for noise, factor in product(noises, factors)
     ]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Several ways to forget on the same records: how close, how fast, how calm."""
+"""Compares forgetting policies on the same records: error, settling time, spread."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ PLAIN = ehsid.RlsOptions(information_margin=0.0, covariance_ceiling=1e30)
 
 @dataclass(frozen=True)
 class Contender:
-    """One setting of the estimator.
+    """One configuration of the estimator in the comparison.
 
     Attributes
     ----------
     forgetting
-        the policy.
+        forgetting policy.
     reset
-        restart lambda and P where the RMSE shows a change of the plant.
+        whether to restart lambda and P if the RMSE shows a change of the plant.
     options
         guards against wind-up; `PLAIN` is Eqs. (12)-(14) and nothing else.
     """
@@ -42,20 +42,20 @@ class Contender:
 
 @dataclass(frozen=True)
 class Setting:
-    """What all contenders share.
+    """Settings that all contenders share.
 
     Attributes
     ----------
     orders
-        of the ARX model.
+        orders of the ARX model.
     p0
-        P(0) = p0 I in units of sigma^2, > 0, of the scaled parameters.
+        initial covariance P(0) = p0 I of the scaled parameters in units of sigma^2, > 0.
     theta0
-        start in the units of the signals; zero by default.
+        initial parameters in the units of the signals; zero by default.
     command_scale, position_scale, command_offset, position_offset
-        as in `ehsid.Scaling`.
+        scaling of the signals, as in `ehsid.Scaling`.
     dtype
-        precision of the estimator.
+        floating-point type of the estimator.
     """
 
     orders: ArxOrders
@@ -68,9 +68,10 @@ class Setting:
     dtype: str = "float32"
 
     def weights(self) -> FloatArray:
-        """From parameters in units of the signals to scaled ones, shape (n,): b u / y.
+        """Returns the factors from parameters in signal units to scaled ones, shape (n,).
 
-        The constant term follows the working point and is not judged: its weight is zero.
+        The factor is 1 for the a, and command scale over position scale for the b. The constant
+        term follows the working point and is not compared: its factor is zero.
         """
         gain = self.command_scale / self.position_scale
         ones = np.ones(self.orders.na)
@@ -78,7 +79,7 @@ class Setting:
         return np.concatenate([ones, np.full(self.orders.nb, gain), offset])
 
     def estimator(self, contender: Contender) -> ehsid.ServoEstimator:
-        """The estimator at its start."""
+        """Returns the estimator of a contender in its initial state."""
         return ehsid.ServoEstimator(
             self.orders.na,
             self.orders.nb,
@@ -101,25 +102,26 @@ class Setting:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What one contender made of all runs.
+    """Results of one contender over all runs.
 
     Attributes
     ----------
     error
-        shape (runs, N), |theta_hat - theta| / |theta| after each sample, of scaled parameters.
+        shape (runs, N), relative error |theta_hat - theta| / |theta| of the scaled parameters
+        after each sample.
     spread
-        shape (runs,), of theta_hat over the last quarter: root of its summed variances over
-        |theta|.
+        shape (runs,), spread of the scaled theta_hat over the last quarter of the run: square root
+        of the sum of its variances, divided by |theta|.
     theta
-        shape (runs, n), at the end.
+        shape (runs, n), final estimates.
     rmse
-        shape (runs,), of the innovation over the whole run, from the first estimate on.
+        shape (runs,), RMSE of the innovation over the whole run, from the first estimate on.
     forgetting_factor
-        shape (N,), of the first run; NaN where nothing was estimated.
+        shape (N,), forgetting factor of the first run; NaN at samples without an estimate.
     theta_path
-        shape (N, n), of the first run.
+        shape (N, n), estimates of the first run.
     resets
-        for each run the samples at which the reset fired.
+        samples at which the reset fired, for each run.
     """
 
     error: FloatArray
@@ -131,14 +133,15 @@ class Outcome:
     resets: tuple[npt.NDArray[np.int64], ...]
 
     def settling(self, tolerance: float, start: int = 0) -> npt.NDArray[np.int64]:
-        """As `settling` of the error."""
+        """Returns the settling times of the error in samples, see the function `settling`."""
         return settling(self.error, tolerance, start)
 
 
 def settling(error: FloatArray, tolerance: float, start: int = 0) -> npt.NDArray[np.int64]:
-    """For each run, samples after `start` until the error is within tolerance for good.
+    """Returns for each run the samples after `start` until the error stays within the tolerance.
 
-    N - start where it never is. error: shape (runs, N).
+    The argument `error` has the shape (runs, N). The result has the shape (runs,) and is N - start
+    for a run that does not settle.
     """
     outside = error[:, start:] > tolerance
     n = outside.shape[1]
@@ -147,7 +150,7 @@ def settling(error: FloatArray, tolerance: float, start: int = 0) -> npt.NDArray
 
 
 def joined(parts: Sequence[Outcome]) -> Outcome:
-    """Runs of several outcomes of one contender as one."""
+    """Joins the runs of several outcomes of one contender into one outcome."""
     return Outcome(
         error=np.concatenate([part.error for part in parts]),
         spread=np.concatenate([part.spread for part in parts]),
@@ -162,7 +165,10 @@ def joined(parts: Sequence[Outcome]) -> Outcome:
 def run_contender(
     contender: Contender, records: Sequence[Samples], truth: FloatArray, setting: Setting
 ) -> Outcome:
-    """One contender over records of equal length N, against parameters of shape (N, n)."""
+    """Runs one contender over records of equal length N and compares its estimates with `truth`.
+
+    The true parameters have the shape (N, n).
+    """
     weights = setting.weights()
     size = np.linalg.norm(truth * weights, axis=1)
     errors, spreads, thetas, rmses, resets = [], [], [], [], []
@@ -198,7 +204,10 @@ def known_records(
     noise: float,
     seeds: Iterable[int],
 ) -> list[Samples]:
-    """Input and output of one run a seed; noise: deviation of the white equation error e(k)."""
+    """Simulates the input and output of a known plant, with one record for each seed.
+
+    The argument `noise` is the standard deviation of the white equation error e(k).
+    """
     records = []
     for seed in seeds:
         rng = np.random.default_rng(seed)
@@ -216,22 +225,22 @@ def compare(
     seeds: Iterable[int],
     setting: Setting | None = None,
 ) -> dict[str, Outcome]:
-    """Run every contender over the same records of a known plant, one a seed, from one start.
+    """Runs every contender over the same records of a known plant, from the same start.
 
     Parameters
     ----------
     plant
-        the truth.
+        plant with the true parameters.
     contenders
-        settings by name.
+        configurations of the estimator by name.
     excite
-        makes the input, shape (N,), of one run.
+        function that generates the input of one run, shape (N,).
     noise
         standard deviation of the equation error e(k), white and normal.
     seeds
-        one run each.
+        random seeds, one run for each.
     setting
-        start and precision; by default vague, float32.
+        start, scaling and precision; by default `Setting(plant.orders)`, a vague start in float32.
     """
     records = known_records(plant, excite, noise, seeds)
     truth = plant.theta_path(records[0][0].size)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Start from an offline model and from nothing, on model (16), whose truth is known."""
+"""Compares a start from an offline model with a vague start, on model (16) as the known plant."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from ehsid.harness.studies.comparison import Samples, known_records, settling
 
 ALL = slice(None)
 B = slice(ORDERS.na, None)
-# The offline record of a run is another draw.
+# Added to the seed of a run, so that its offline record is drawn independently of its online one.
 OFFLINE_SEEDS = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class Starts:
-    """Errors from both starts on the same records.
+    """Parameter errors of the seeded and of the vague start on the same records.
 
     Attributes
     ----------
     seeded, vague
-        shape (runs, N), |theta_hat - theta| / |theta| after each sample, of the scaled parameters
-        that were judged.
+        shape (runs, N), relative error |theta_hat - theta| / |theta| after each sample, of the
+        scaled parameters that were selected.
     """
 
     seeded: FloatArray
@@ -42,7 +42,7 @@ class Starts:
     def settled(
         self, tolerance: float = 0.05, start: int = 0
     ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """Samples after `start` until the error stays within tolerance, each shape (runs,)."""
+        """Returns for both starts the settling times in samples after `start`, shape (runs,)."""
         return settling(self.seeded, tolerance, start), settling(self.vague, tolerance, start)
 
 
@@ -69,24 +69,27 @@ def compare_starts(
     change: tuple[int, float] | None = None,
     judged: slice = ALL,
 ) -> Starts:
-    """Model (16), one run a seed: from the model of 50 s of another record, and from nothing.
+    """Estimates model (16) from a seeded and from a vague start, with one run for each seed.
+
+    The seed of the estimator is the offline model of the first 50 s of another record.
 
     Parameters
     ----------
     forgetting
-        policy.
+        forgetting policy of the estimator.
     seeds
-        one run each.
+        random seeds, one run for each.
     noise
-        deviation of the equation error e(k).
+        standard deviation of the equation error e(k).
     model_b
-        factor on the b of the offline model before it is used; 1 leaves it as identified.
+        factor on the b parameters of the offline model before it is used; 1 leaves the model as
+        identified.
     inflation
-        as in `configure_from_record`.
+        factor on the covariance of the offline model, as in `configure_from_record`.
     change
-        (k, factor): from sample k on the plant's b are multiplied.
+        (k, factor): from sample k on, the b parameters of the plant are multiplied by the factor.
     judged
-        parameters whose error is looked at: `ALL`, or `B`, which are small beside the a.
+        parameters whose error is returned: `ALL`, or `B`, which are small compared with the a.
     """
     plant = KnownPlant.of(ORDERS, MODEL_16)
     running = plant

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Medians with intervals, and what paired runs say of a claim."""
+"""Medians with confidence intervals, and tests of a claim by paired runs."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import binom
 
-# A difference below this is none in practice.
+# A relative difference below this has no practical importance.
 MATTERS = 0.05
 LEVEL = 0.95
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A median and where the true one lies, with a confidence of 95 % whatever the distribution."""
+    """A median with its confidence interval, 95 % by default, valid for any distribution."""
 
     median: float
     low: float
@@ -25,11 +25,11 @@ class Interval:
 
 
 def median_interval(values: npt.ArrayLike, level: float = LEVEL) -> Interval:
-    """Median of independent values, with the exact interval of its order statistics.
+    """Returns the median of independent values, with its exact interval from order statistics.
 
     The number of values below the true median is binomial with p = 1/2 (Conover, Practical
     Nonparametric Statistics, Wiley 1999, sec. 3.2). With fewer than six values no pair of them
-    has 95 %: the interval is then infinite.
+    reaches a confidence of 95 %: the interval is then infinite.
     """
     ordered = np.sort(np.asarray(values, dtype=np.float64))
     n = ordered.size
@@ -42,7 +42,7 @@ def median_interval(values: npt.ArrayLike, level: float = LEVEL) -> Interval:
 
 
 class Finding(StrEnum):
-    """What the runs say of a claim that one figure is lower than another."""
+    """Result of the paired runs on a claim that one figure is lower than another."""
 
     holds = "holds"
     fails = "fails"
@@ -53,18 +53,19 @@ class Finding(StrEnum):
 
 @dataclass(frozen=True)
 class Comparison:
-    """Median of the ratio of two figures in paired runs, and what follows."""
+    """Median of the ratio of two figures in paired runs, and the finding on the claim."""
 
     ratio: Interval
     finding: Finding
 
 
 def claim_lower(first: npt.ArrayLike, second: npt.ArrayLike) -> Comparison:
-    """Is `first` lower than `second`? Positive figures of the same runs, shape (runs,) each.
+    """Tests the claim that `first` is lower than `second`, both of shape (runs,) and positive.
 
-    It holds where the interval of the median ratio lies below 1 - MATTERS or, if it does not, at
-    least below 1 with its median below 1 - MATTERS; fails the other way round; no difference where
-    all of it is within MATTERS of 1; else undecided.
+    The ratio first / second is taken run by run. The claim holds if the interval of the median
+    ratio lies below 1 and the median below 1 - MATTERS. It fails if the interval lies above 1 and
+    the median above 1 + MATTERS. There is no difference if the whole interval is within MATTERS of
+    1. In all other cases the claim is undecided.
     """
     ratio = median_interval(
         np.asarray(first, dtype=np.float64) / np.asarray(second, dtype=np.float64)

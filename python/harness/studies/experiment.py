@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The whole recursive experiment in one call, as typed findings."""
+"""Functions that run the parts of the recursive experiment and return typed findings."""
 
 from __future__ import annotations
 
@@ -44,7 +44,8 @@ P0S = (1e-6, 1e-4, 1e-2, 1.0, 1e2, 1e4, 1e6)
 NOISES = (0.003, 0.01, 0.03, 0.1, 0.151, 0.5)
 LAMBDA0S = (0.9, 0.95, 0.98, 0.99, 0.995, 0.998)
 FACTORS = (0.5, 1.25, 1.5, 2.0, 3.0)
-# Paired runs of a cell: seven in ten on one side are found with 24 (sign test, 5 %).
+# Paired runs in each cell of a map. With 24 runs, a sign test at the level of 5 % finds a
+# difference if seven in ten runs lie on one side.
 RUNS_A_CELL = 24
 
 Progress = Callable[[str, float], None]
@@ -52,18 +53,18 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, eq=False)
 class KnownPlantFindings:
-    """Part (a): model (16) as the truth.
+    """Findings of part (a), with model (16) as the known plant.
 
     Attributes
     ----------
     noise
-        deviation of e(k) for which the offline model fits as the paper's.
+        standard deviation of e(k) for which the offline model has the fit of the paper's model.
     runs
-        one Recursive for each start: vague, and that of `start_of_one`.
+        one Recursive for each start: the vague start and that of `start_of_one`.
     changed
-        b grow by half at half time.
+        runs in which all b parameters grow by half at half of the record.
     loop
-        proportional control of model (16).
+        analysis of proportional control of model (16).
     """
 
     noise: float
@@ -74,14 +75,14 @@ class KnownPlantFindings:
 
 @dataclass(frozen=True, eq=False)
 class ClaimFindings:
-    """The maps and what they say.
+    """Maps of the claims, and the verdicts derived from them.
 
     Attributes
     ----------
     start_of_one
-        P0 at which lambda = 1 is as far from model (16) after 100 s as the paper's column.
+        P0 at which lambda = 1 has the same error after 100 s as the paper's column.
     error_of_one
-        that distance of the paper's column.
+        relative error of the paper's column for lambda = 1 against model (16).
     """
 
     judged: tuple[Judged, ...]
@@ -93,20 +94,20 @@ class ClaimFindings:
 
 @dataclass(frozen=True, eq=False)
 class RigFindings:
-    """Part (b): a rig with its offline model as the reference.
+    """Findings of part (b), on a rig with its offline model as the reference.
 
     Attributes
     ----------
     setting
-        scaling of the record.
+        orders of the model and scaling of the record.
     runs
         one Recursive for each start.
     changed, change
-        runs with these values of the rig from half time on.
+        runs in which the rig values change at half of the record, and the changed values.
     reading, rig_reading
-        K, omega_n, xi over the reference record, and what they say of the rig.
+        K, omega_n and xi over the reference record, and the rig values computed from them.
     sampled
-        the servo of the last reading, sampled again.
+        the servo of the last valid reading, sampled again.
     """
 
     setting: Setting
@@ -119,16 +120,16 @@ class RigFindings:
 
 
 def published_error_of_one() -> float:
-    """|theta_hat - theta| / |theta| of the paper's column for lambda = 1 against model (16)."""
+    """Returns |theta_hat - theta| / |theta| of the paper's lambda = 1 column against model (16)."""
     truth = np.array(MODEL_16)
     return float(np.linalg.norm(np.array(RECURSIVE["1"].theta) - truth) / np.linalg.norm(truth))
 
 
 def start_of_one(judged: tuple[Judged, ...], noise: float, error: float) -> float:
-    """P0 at which the median error of lambda = 1 after 100 s is `error`.
+    """Returns the P0 at which the median error of lambda = 1 after 100 s equals `error`.
 
-    Between the starts of the map by straight lines over log P0, multisine, the map's noise nearest
-    to the given one.
+    The value is interpolated linearly over log P0 between the starts of the map, for the multisine
+    and the noise of the map that is nearest to `noise`.
     """
     nearest = min({cell.condition.noise for cell in judged}, key=lambda n: abs(n - noise))
     curve = {
@@ -138,12 +139,12 @@ def start_of_one(judged: tuple[Judged, ...], noise: float, error: float) -> floa
     }
     p0s = np.array(sorted(curve))
     errors = np.array([curve[p0] for p0 in p0s])
-    # np.interp wants rising abscissae: the error falls with P0.
+    # np.interp requires rising abscissae, and the error falls with P0.
     return float(10.0 ** np.interp(-error, -errors, np.log10(p0s)))
 
 
 def judge_claims(noise: float, progress: Progress) -> ClaimFindings:
-    """Maps on model (16), and the start that explains the paper's column for lambda = 1."""
+    """Computes the maps on model (16) and the start that explains the paper's lambda = 1."""
     judged = tuple(
         map_claims(
             p0s=P0S,
@@ -171,7 +172,7 @@ def judge_claims(noise: float, progress: Progress) -> ClaimFindings:
 def run_on_known_plant(
     runs: int, claims: ClaimFindings, noise: float, progress: Progress
 ) -> KnownPlantFindings:
-    """Part (a), with as many runs."""
+    """Runs part (a) on model (16), with seeds 0 to runs - 1."""
     seeds = range(runs)
     found = tuple(
         on_known_plant(
@@ -197,7 +198,10 @@ def run_on_rig(
     runs: int,
     progress: Progress,
 ) -> RigFindings:
-    """Part (b), with as many runs; record and model: the offline half."""
+    """Runs part (b) on the rig, with seeds 0 to runs - 1.
+
+    `record` and `model` are the record of the offline procedure and the model identified from it.
+    """
     samples = record.column("command_v"), record.column("position_m")
     setting = setting_of(samples, model.orders)
     seeds = range(runs)
@@ -231,16 +235,17 @@ def run_on_rig(
 
 @dataclass(frozen=True, eq=False)
 class RecordFindings:
-    """A user's own record, once: no other draws of it are to be had.
+    """Findings on a user's own record, in a single run, since it cannot be drawn again.
 
     Attributes
     ----------
     setting
-        orders and scaling.
+        orders of the model and scaling of the record.
     runs
         one Recursive for each start; the reference is the offline model.
     reading, rig_reading, sampled
-        as in RigFindings; None where structure or sampling do not allow it.
+        as in RigFindings; None if the structure of the model or an unknown sampling time does not
+        allow the reading. rig_reading is also None without a rig.
     """
 
     setting: Setting
@@ -253,7 +258,7 @@ class RecordFindings:
 def run_on_record(
     samples: Samples, model: ArxModel, dt_s: float | None, rig: Rig | None
 ) -> RecordFindings:
-    """All contenders on one record of N samples, against its offline model."""
+    """Runs all contenders on one record of N samples and compares them with its offline model."""
     setting = setting_of(samples, model.orders)
     truth = np.tile(model.theta, (samples[0].size, 1))
     runs = tuple(

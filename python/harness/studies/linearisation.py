@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""The rig's own sampled frequency response, from command to position, by a small multisine.
+"""Sampled frequency response of a simulated rig, from command to position, by a small multisine.
 
-Strictly it is the best linear approximation for this excitation (R. Pintelon, J. Schoukens, System
-Identification: A Frequency Domain Approach, 2nd ed., 2012, ch. 3 and 4): what a linear model can at
-best say of the rig at this amplitude. Where the rig is smooth it tends to the linearisation as the
-amplitude falls; where it has friction at rest, a dead band or a single-ended cylinder, whose gain
-differs between the directions at any amplitude, it does not, and the amplitude matters.
+The response is the best linear approximation for this excitation (R. Pintelon, J. Schoukens, System
+Identification: A Frequency Domain Approach, 2nd ed., 2012, ch. 3 and 4): no linear model describes
+the rig better at this amplitude. For a smooth rig it tends to the linearisation as the amplitude
+falls. With static friction, a dead band or a single-ended cylinder, whose gain differs between the
+directions at any amplitude, it does not: the response then depends on the amplitude.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ SEED = 1  # of the phases
 
 @dataclass(frozen=True, eq=False)
 class SmallSignal(FrequencyResponse):
-    """A rig's response, and how far it is to be trusted.
+    """Frequency response of a rig, and figures that tell how reliable it is.
 
     Attributes
     ----------
     amplitude_v
-        peak of the excitation.
+        peak of the excitation in V.
     position0_m
-        where it was applied; None: mid-stroke.
+        initial position of the rod in m; None: mid-stroke.
     unsettled
-        largest change of the response from the last period but one to the last, of its size: what
-        is left of the transients.
+        largest change of the response between the last two periods, as a share of its largest
+        magnitude: the remaining transients.
     distortion
-        rms of the position's steps at odd lines that were not excited, of that at those that were:
-        what no linear model of the rig can say.
+        rms of the position steps at the odd lines that were not excited, as a share of the rms at
+        the excited lines: the part that no linear model of the rig can describe.
     trim_v
-        constant added to the command to keep the rod where it is.
+        constant in V added to the command to keep the rod in place.
     """
 
     amplitude_v: float
@@ -61,36 +61,36 @@ def small_signal_response(
     position0_m: float | None = None,
     band_hz: tuple[float, float] | None = None,
 ) -> SmallSignal:
-    """Excite the simulated rig periodically until its transients are gone; divide the spectra.
+    """Excites the simulated rig periodically until its transients decay, and divides the spectra.
 
-    The position integrates: its steps y(k) - y(k-1) are taken, which are periodic also where it
-    drifts, and their spectrum is divided by 1 - e^(-jw dt). A constant is added to the command,
-    corrected from period to period, that keeps the rod where it is: cylinders of unequal areas and
-    loads drift without one.
+    The position integrates and may drift. Its steps y(k) - y(k-1) are periodic also then, so their
+    spectrum is used and divided by 1 - e^(-jw dt). A constant added to the command, corrected after
+    each period, keeps the rod in place: without it, cylinders with unequal areas or with a load
+    drift. The excitation ends after 60 periods at the latest; `unsettled` tells what is left.
 
     Parameters
     ----------
     rig
-        the machine.
+        the rig to simulate.
     dt_s
-        sampling time in seconds; the command is held for it.
+        sampling time in seconds; the command is held for this time.
     amplitude_v
-        peak of the command, > 0.
+        peak of the command in V, > 0.
     position0_m
-        where to start; mid-stroke by default.
+        initial position of the rod in m; mid-stroke by default.
     band_hz
-        lowest and highest frequency; by default from 1 / (400 dt_s) to 0.96 / (2 dt_s). Odd
-        multiples of 1 / (400 dt_s) inside are excited, one in four of them left out.
+        lowest and highest frequency in Hz; by default from 1 / (400 dt_s) to 0.96 / (2 dt_s). The
+        odd multiples of 1 / (400 dt_s) in this band are excited, but one in four is left out.
 
     Returns
     -------
-    The response at the excited lines, without covariance: the simulator has no noise here.
+    The response at the excited lines, without covariance: the simulation has no noise here.
 
     Raises
     ------
     SimulationError
-        an amplitude out of range, a rig that cannot be simulated, or one that runs out of stroke
-        or does not settle.
+        the amplitude or the band is out of range, the rig cannot be simulated, or it reaches an
+        end of its stroke.
     """
     if not 0.0 < amplitude_v < np.inf:
         raise SimulationError(f"amplitude_v = {amplitude_v:g}: expected a finite number above 0")
@@ -124,7 +124,8 @@ def small_signal_response(
         response = steps[lines] / command[lines] / (1.0 - back)
         change = float(np.max(np.abs(response - before)) / np.max(np.abs(response)))
         before = response
-        # At the lowest line the response is velocity gain / (jw): it tells what stops the drift.
+        # At the lowest line the response is velocity gain / (jw). The velocity gain gives the
+        # constant that stops the drift.
         gain = float(np.abs(response[0])) * 2.0 * np.pi * float(lines[0]) / (PERIOD * dt_s)
         constant -= drift / (gain * PERIOD * dt_s) if gain > 0.0 else 0.0
         if change < SETTLED:

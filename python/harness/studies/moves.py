@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the offline procedure changes where a test fails, in order."""
+"""Changes of the settings that the offline procedure tries if a test fails, in their order."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ HIGHEST_ORDER = 6
 MORE_DELAYS = 5
 
 Proposal = tuple[Settings, str, str]
-"""Settings, what they change, and why."""
+"""New settings, what they change, and the reason, both in words."""
 
 Move = Callable[[Attempt, Attempt], Proposal | None]
-"""From the best attempt so far and the first; None where the change has no point."""
+"""Makes a proposal from the best attempt so far and the first one; None if it has no purpose."""
 
 
 def _lower_orders(best: Attempt, first: Attempt) -> Proposal | None:
@@ -82,7 +82,7 @@ def _constant_term(best: Attempt, first: Attempt) -> Proposal | None:
 
 
 def _all_orders(best: Attempt, first: Attempt) -> tuple[int, ...]:
-    """A change of the signals asks anew which order they need."""
+    """Returns all orders tried first or best, since changed signals may need another order."""
     return tuple(sorted({*first.settings.orders, *best.settings.orders}))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What makes an offline identification worthless, by name."""
+"""Problems that make an offline identification worthless, and the tests that find them."""
 
 from __future__ import annotations
 
@@ -20,17 +20,19 @@ from ehsid.harness.identification import (
     stability_distance,
 )
 
-# An instability counts where it is this many standard deviations from the border, and grows by a
-# factor e within the validation part: an integrator estimated a hair outside does neither.
+# An instability counts only if it is this many standard deviations beyond the stability border and
+# grows by a factor e within the validation part. An integrator estimated slightly outside the unit
+# circle does neither.
 SURE = 3.0
-# Levels of the tests: a response is there where chance would give it once in a hundred records; a
-# common root is ruled out where chance would give as much against it once in twenty.
+# Levels of the tests. A response counts as present if chance alone would give it in less than one
+# record in a hundred. A common root is ruled out if chance alone would give such evidence against
+# it in less than one record in twenty.
 NO_RESPONSE_LEVEL = 0.01
 CANCELLATION_LEVEL = 0.05
 
 
 class Problem(StrEnum):
-    """Names for reports and exit codes."""
+    """Names of the problems, for reports and exit codes."""
 
     TOO_SHORT = "too short"
     CONSTANT_INPUT = "constant input"
@@ -43,19 +45,19 @@ class Problem(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """A problem, and what it is about in words with numbers."""
+    """A problem, and its description in words with numbers."""
 
     problem: Problem
     text: str
 
 
 def record_problems(data: IoData, split: float) -> tuple[Finding, ...]:
-    """Signals that do not move, in either part.
+    """Finds parts of a record without samples, and signals that are constant within a part.
 
     Raises
     ------
     IdentificationError
-        a split out of range.
+        the split is out of range.
     """
     findings = []
     for part, what in zip(data.split(split), ("estimation", "validation"), strict=True):
@@ -74,7 +76,7 @@ def record_problems(data: IoData, split: float) -> tuple[Finding, ...]:
 
 
 def model_problems(result: IdentificationResult) -> tuple[Finding, ...]:
-    """Of the chosen model: excitation, response, stability, common roots."""
+    """Checks the chosen model for excitation, response, stability and common roots."""
     model = result.chosen.model
     checks = (
         _excitation(result),
@@ -86,7 +88,7 @@ def model_problems(result: IdentificationResult) -> tuple[Finding, ...]:
 
 
 def _excitation(result: IdentificationResult) -> Finding | None:
-    """Is the order the highest only because the input excites no higher one?"""
+    """Checks whether only the lack of excitation of the input prevented a higher order."""
     limited = [
         rejected
         for rejected in result.rejected
@@ -105,7 +107,7 @@ def _excitation(result: IdentificationResult) -> Finding | None:
 
 
 def _response(model: ArxModel) -> Finding | None:
-    """Wald test of b = 0: chi-squared with nb degrees of freedom."""
+    """Tests b = 0 by a Wald test: chi-squared with nb degrees of freedom."""
     na, nb = model.orders.na, model.orders.nb
     cov = model.covariance[na : na + nb, na : na + nb]
     if not np.any(cov):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The offline procedure of Ghazali et al. 2011, Fig. 3, with its loop back where a test fails."""
+"""The offline procedure of Ghazali et al. 2011, Fig. 3, which tries again if a test fails."""
 
 from __future__ import annotations
 
@@ -32,34 +32,36 @@ from ehsid.harness.studies.problems import Finding, record_problems
 
 @dataclass(frozen=True, eq=False)
 class Procedure:
-    """All attempts, and the best of them.
+    """Result of the offline procedure: all attempts, and the best of them.
 
     Attributes
     ----------
     data
         the record as given.
     split
-        share of it that is the estimation part.
+        share of the record that is the estimation part, 0 to 1.
     attempts
-        in the order they were made; empty where the record allows none.
+        all attempts in their order; empty if the record allows none.
     kept
-        the best: position in `attempts`, None where there is no model.
+        position of the best attempt in `attempts`; None if there is no model.
     problems
-        what makes the outcome worthless: of the record, or of the attempt that was kept.
+        problems that make the result worthless, of the record or of an attempt: the kept one or,
+        without a model, the first one.
     stopped
-        why there was no further attempt, in words.
+        reason why there was no further attempt, in words.
     meaning
-        which tests still fail and what that means; one sentence if none does.
+        sentences on the residual tests, whether they fail and what that means, on a better free
+        run of another attempt, and advice; empty if there is no model.
     poles_zeros
-        of the kept model.
+        poles and zeros of the kept model.
     response
-        of the kept model with its band, in the units of the record; frequencies in Hz, or in
-        cycles a sample where the sampling time is not known.
+        frequency response of the kept model with its covariance, in the units of the record;
+        frequencies in Hz, or in cycles per sample if the sampling time is not known.
     input_band
-        lowest and highest frequency of the band with 99 % of the input's power: beyond it the
+        lowest and highest frequency of the band with 99 % of the input's power: outside it the
         model extrapolates.
     loop
-        proportional control of the kept model, in the units of the record.
+        analysis of proportional control of the kept model, in the units of the record.
     """
 
     data: IoData
@@ -81,21 +83,21 @@ class Procedure:
         Raises
         ------
         IdentificationError
-            there is none; the message has the problems.
+            no attempt was kept; the message contains the problems.
         """
         if self.kept is None:
             raise IdentificationError(" ".join(finding.text for finding in self.problems))
         return self.attempts[self.kept]
 
     def against(self, truth: FrequencyResponse) -> Agreement:
-        """The kept model beside a response taken for true, as that of the rig."""
+        """Compares the kept model with a response taken as true, for example that of the rig."""
         model = self.best.model
         if model is None:
             raise IdentificationError("no model was kept")
         return agreement(model, truth, self.data.dt_s or 1.0)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON, without samples."""
+        """Returns the result as plain values for JSON, without the samples."""
         return {
             "split": self.split,
             "dt_s": self.data.dt_s,
@@ -119,22 +121,23 @@ def run_procedure(
     offset: bool = True,
     split: float = 0.5,
 ) -> Procedure:
-    """Pre-process, identify, test; where a test fails, change one thing and try again.
+    """Pre-processes, identifies and tests; if a test fails, changes one thing and repeats.
 
-    Changes are made to the best attempt so far, in this order, each once and only where it has a
-    point: lower orders where pole and zero cancel, longer delays, each higher order up to 6, lines
-    removed, means removed instead of a constant term. The best is judged by the one-step residuals
-    on the validation part, beyond chance (`better`). The choice among the few attempts makes the
-    figures of the validation part a little too good, as every choice on it does.
+    Each change starts from the best attempt so far. The changes come in this order, each once and
+    only if it has a purpose: lower orders if a pole and a zero cancel, longer delays, each higher
+    order up to 6, linear trends removed, means removed instead of a constant term, a constant term.
+    The one-step residuals on the validation part decide which attempt is better, beyond chance
+    (`better`). This choice makes the figures of the validation part slightly optimistic, as every
+    choice on it does.
 
     Parameters
     ----------
     data
         input and output.
     orders, delays
-        of the first attempt.
+        orders and delays, in samples, of the first attempt.
     preprocessing
-        of the first attempt; `Preprocessing()` by default.
+        pre-processing of the first attempt; `Preprocessing()` by default.
     offset
         whether the first attempt has a constant term.
     split
@@ -143,8 +146,8 @@ def run_procedure(
     Raises
     ------
     IdentificationError
-        no order or delay to try, or a setting out of range. What is wrong with the data is never
-        raised, but stands in `problems`.
+        there is no order or delay to try, or a setting is out of range. Faults of the data raise
+        no exception, but are listed in `problems`.
     """
     start = Settings(
         tuple(sorted(set(orders))),
@@ -224,7 +227,7 @@ def _meaning(best: Attempt, attempts: Sequence[Attempt]) -> tuple[str, ...]:
             "coloured, as sensor noise is in an ARX model, or the plant is nonlinear."
         )
     free = max(attempts, key=_simulation_fit)
-    # As for the choice of an order: a difference counts from one order's worth of misfit on.
+    # As in the choice of the order, the misfit must fall by the share required for one order.
     kept = 1.0 - result.min_improvement
     if 100.0 - _simulation_fit(free) < kept * (100.0 - _simulation_fit(best)):
         sentences.append(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Figures of the published experiment, to stand beside ours; none of them is a target.
+"""Figures of the published experiment, for comparison with our results, not as targets.
 
 R. Ghazali, Y. M. Sam, M. F. Rahmat, Zulfatman, "Recursive parameter estimation for discrete-time
 model of an electro-hydraulic servo system with varying forgetting factor", International Journal
@@ -16,10 +16,10 @@ SOURCE = (
 )
 
 DT_S = 0.05
-"""Sampling time of the experiment."""
+"""Sampling time of the experiment in seconds."""
 
 DURATION_S = 100.0
-"""Length of its record; one half to estimate, the other to validate."""
+"""Length of its record in seconds; one half is for estimation, the other for validation."""
 
 MODEL_16 = (-2.2390, 1.7820, -0.5427, 0.3850, -0.5810, 0.2954)
 """Eq. (16), the identified model: a1, a2, a3, b1, b2, b3; na = nb = 3, nk = 1."""
@@ -27,7 +27,7 @@ MODEL_16 = (-2.2390, 1.7820, -0.5427, 0.3850, -0.5810, 0.2954)
 
 @dataclass(frozen=True)
 class PublishedOrder:
-    """A row of the table of orders."""
+    """One row of the paper's table of model orders."""
 
     order: int
     fit_percent: float
@@ -45,7 +45,7 @@ ORDERS = (
 
 @dataclass(frozen=True)
 class PublishedRun:
-    """A column of the table of recursive estimates."""
+    """One column of the paper's table of recursive estimates: final parameters and RMSE."""
 
     theta: tuple[float, ...]
     rmse: float

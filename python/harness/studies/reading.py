@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the estimates say of the servo: K, omega_n and xi over time, and the rig behind them."""
+"""Reads the servo parameters K, omega_n and xi from the estimates over time, and rig values."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from ehsid.harness.studies.comparison import Contender, Samples, Setting
 
 Triple = tuple[float, float, float]  # value, low, high
 
-# Between two readings, samples: twice a second at 50 ms.
+# Samples between two readings: two readings a second at 50 ms.
 EVERY = 10
 SIGMAS = 1.959964  # 95 %
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """Physical parameters while the estimator runs; NaN where theta has no such counterpart.
+    """Physical parameters while the estimator runs; NaN where theta describes no servo.
 
     Attributes
     ----------
     time_s
-        shape (T,).
+        times of the T readings in seconds, shape (T,).
     value, deviation
-        shape (T, 3): K in m/(s V), omega_n in rad/s, xi.
+        values and their standard deviations, shape (T, 3): K in m/(s V), omega_n in rad/s, xi.
     status
-        of each reading, e.g. "ok" or why there is none.
+        status of each reading: "ok", or the reason why there are no values.
     theta
-        shape (T, 6), from which it was read.
+        estimated parameters of each reading, shape (T, 6).
     """
 
     time_s: FloatArray
@@ -47,7 +47,7 @@ class Reading:
 def read_over_time(
     samples: Samples, setting: Setting, contender: Contender, dt_s: float
 ) -> Reading:
-    """Run the estimator over a record, and read theta every half second.
+    """Runs the estimator over a record and reads the servo from theta every ten samples.
 
     The structure must be that of Eq. (7) for a servo: na = nb = 3, nk = 1.
     """
@@ -74,16 +74,16 @@ def read_over_time(
 
 @dataclass(frozen=True)
 class RigReading:
-    """What the last reading says of the rig; each with its 95 % interval, else None.
+    """Rig values computed from a reading: value, and lower and upper end of its 95 % interval.
 
     Attributes
     ----------
     velocity_gain
-        K found, and that of the rig.
+        estimated K in m/(s V).
     bulk_modulus_pa
-        from omega_n, with mass, areas and volumes as told.
+        bulk modulus in Pa from omega_n, with mass, areas and volumes of the rig file.
     mass_kg
-        from omega_n, with the bulk modulus as told.
+        mass in kg from omega_n, with the bulk modulus, areas and volumes of the rig file.
     """
 
     velocity_gain: Triple
@@ -92,7 +92,7 @@ class RigReading:
 
 
 def oil_spring(rig: Rig, position_m: float) -> float:
-    """Stiffness of the oil over its bulk modulus, m: A_a^2 / V_a + A_b^2 / V_b at a position."""
+    """Returns A_a^2 / V_a + A_b^2 / V_b at a position: oil stiffness over bulk modulus, in m."""
     v = rig.values
     cap = math.pi / 4.0 * v["cylinder.bore_m"] ** 2
     annulus = cap - math.pi / 4.0 * v["cylinder.rod_m"] ** 2
@@ -102,11 +102,12 @@ def oil_spring(rig: Rig, position_m: float) -> float:
 
 
 def read_rig_values(reading: Reading, rig: Rig, position_m: float) -> RigReading | None:
-    """Bulk modulus and mass behind the last reading that is one; None if there is none.
+    """Computes bulk modulus and mass from the last valid reading.
 
     omega_n^2 = beta_e (A_a^2 / V_a + A_b^2 / V_b) / m, the asymmetric form of the paper's
-    omega_n (Merritt, Hydraulic Control Systems, Wiley 1967, sec. 6.2). Intervals of K and omega_n
-    only: mass, areas and volumes count as known.
+    omega_n (Merritt, Hydraulic Control Systems, Wiley 1967, sec. 6.2). The intervals include only
+    the uncertainty of K and omega_n: the values of the rig file count as known. The result is None
+    without a valid reading, or for a rig whose plant is not "ehs".
     """
     good = [i for i, status in enumerate(reading.status) if status == "ok"]
     if not good or rig.plant != "ehs":

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""The recursive half of the experiment: forgetting side by side over many runs, in parallel.
+"""The recursive part of the experiment: compares forgetting policies over many parallel runs.
 
-(a) On model (16) as the known truth; (b) on a nonlinear rig, where the offline model is the
-reference, as in the paper. Each from the same start, and again with a change of the plant at half
-time, without and with the reset of Fig. 4.
+Part (a) uses model (16) as the known plant. Part (b) uses a nonlinear rig, with the offline model
+as the reference, as in the paper. All policies start from the same state. Further runs change the
+plant at half of the record, without and with the reset of Fig. 4.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ from ehsid.harness.studies.published import ORDERS as PUBLISHED_ORDERS
 from ehsid.harness.studies.rig_records import changed_record, rig_record
 
 CHANGE = SAMPLES // 2
-# Of the known plant: all b grow by half.
+# Factor on all b parameters of the known plant at the change.
 B_AFTER = 1.5
-# At the noise of the published fit this change only doubles the error of the prediction, less than
-# the factor of three at which the reset fires.
+# Standard deviation of e(k) in the runs with a change. At the noise of the published fit, the
+# change only doubles the prediction error, but the reset fires at a factor of three.
 QUIET_NOISE = 0.01
 PUBLISHED_FIT = next(row.fit_percent for row in PUBLISHED_ORDERS if row.order == 3)
 RUNS_A_TASK = 10
@@ -56,14 +56,14 @@ CONTENDERS: Mapping[str, Contender] = {
 
 @dataclass(frozen=True, eq=False)
 class Recursive:
-    """All contenders over all runs of one plant.
+    """Results of all contenders over all runs on one plant, from one start.
 
     Attributes
     ----------
     p0
-        P(0) = p0 I.
+        initial covariance, P(0) = p0 I.
     outcomes
-        by name of the contender.
+        results by name of the contender.
     """
 
     p0: float
@@ -72,7 +72,7 @@ class Recursive:
 
 @dataclass(frozen=True, eq=False)
 class Changed:
-    """The same around a change of the plant at sample `at`: (without, with reset) by name."""
+    """Results with a change of the plant at sample `at`: (without reset, with reset) by name."""
 
     at: int
     outcomes: Mapping[str, tuple[Outcome, Outcome]]
@@ -92,11 +92,12 @@ def _all(
 
 
 def noise_for_fit(target: float = PUBLISHED_FIT, seeds: Sequence[int] = range(8)) -> float:
-    """Deviation of e(k) for which the offline third-order model of (16) fits by `target` percent.
+    """Returns the standard deviation of e(k) at which the offline model fits by `target` percent.
 
-    Fit of the simulated output on the second half of the record, as in Fig. 7, model from the
-    first, median over the seeds. The one-step fit of model (16) never falls to the paper's figure:
-    its integrator sums the noise, and a large slow output is easily predicted.
+    A third-order model of a record of model (16) is identified from the first half. The fit is that
+    of its simulated output on the second half, as in Fig. 7, as the median over the seeds. The
+    one-step fit of model (16) never falls to the paper's figure: its integrator sums the noise, and
+    a large slow output is easy to predict.
     """
     plant = KnownPlant.of(ORDERS, MODEL_16)
 
@@ -126,7 +127,7 @@ def _known(p0: float, noise: float, change: bool, seeds: Sequence[int]) -> list[
 def on_known_plant(
     seeds: Sequence[int], *, p0: float, noise: float, progress: Progress | None = None
 ) -> Recursive:
-    """Model (16) as the truth, one run a seed."""
+    """Runs all contenders on model (16) as the known plant, with one run for each seed."""
     parts = _in_parallel(partial(_known, p0, noise, False), seeds, progress)
     return Recursive(p0, _named([part[0] for part in parts]))
 
@@ -134,13 +135,13 @@ def on_known_plant(
 def on_changed_plant(
     seeds: Sequence[int], *, p0: float = 1e6, progress: Progress | None = None
 ) -> Changed:
-    """Model (16), whose b grow by half at half time."""
+    """Runs all contenders on model (16), whose b parameters grow by half at half of the record."""
     parts = _in_parallel(partial(_known, p0, QUIET_NOISE, True), seeds, progress)
     return _paired(parts)
 
 
 def setting_of(samples: Samples, orders: ArxOrders, p0: float = 1e6) -> Setting:
-    """Scaled by the standard deviations of input and output, about their means."""
+    """Returns a setting that scales both signals by their standard deviations about their means."""
     u, y = samples
     return Setting(
         orders,
@@ -183,7 +184,10 @@ def on_rig(
     p0s: Sequence[float],
     progress: Progress | None = None,
 ) -> list[Recursive]:
-    """The rig, each seed a record of its own, for several starts; reference: its offline model."""
+    """Runs all contenders on the rig, for several starts P(0) = p0 I, one record for each seed.
+
+    The argument `reference` is the offline model of the rig.
+    """
     truth = np.tile(reference.theta, (SAMPLES, 1))
     task = partial(_on_rig, rig, truth, [replace(setting, p0=p0) for p0 in p0s])
     parts = _in_parallel(task, seeds, progress)
@@ -199,9 +203,9 @@ def on_changed_rig(
     *,
     progress: Progress | None = None,
 ) -> Changed:
-    """The rig, some of whose values change at half time.
+    """Runs all contenders on a rig, some of whose values change at half of the record.
 
-    The reference after the change is the offline model, of the same structure, of the changed rig.
+    After the change, the reference is the offline model of the changed rig, of the same structure.
     """
     changed = rig_record(rig.with_values(change), seeds[0]).record
     after = fit_arx(IoData.from_record(changed, "command_v", "position_m"), reference.orders)
@@ -215,13 +219,13 @@ def _in_parallel(
     seeds: Sequence[int],
     progress: Progress | None,
 ) -> list[list[list[Outcome]]]:
-    """Results of the task on groups of the seeds."""
+    """Returns the results of the task for groups of RUNS_A_TASK seeds, computed in parallel."""
     groups = [seeds[first : first + RUNS_A_TASK] for first in range(0, len(seeds), RUNS_A_TASK)]
     return run_tasks([partial(task, group) for group in groups], progress)
 
 
 def _named(parts: Sequence[Sequence[Outcome]]) -> dict[str, Outcome]:
-    """Outcomes of all groups, joined, by name of the contender."""
+    """Joins the outcomes of all groups and returns them by name of the contender."""
     return {name: joined([part[i] for part in parts]) for i, name in enumerate(CONTENDERS)}
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Records of a simulated rig for the experiment: 100 s at 50 ms, the rod kept inside its stroke."""
+"""Records of a simulated rig: 100 s, sampled every 50 ms, with the rod inside its stroke."""
 
 from __future__ import annotations
 
@@ -22,30 +22,35 @@ from ehsid.harness.studies.published import DT_S, DURATION_S
 
 SAMPLES = round(DURATION_S / DT_S)
 BAND_HZ = (0.05, 5.0)
-# Share of rated command: small enough that the orifices look linear, large against null.
+# Rms of the command as a share of the rated command. It is small enough that the orifices are
+# nearly linear, and large compared with the range around null.
 RMS_OF_RATED = 0.1
+# Samples before the change over which the changed rig is held to the states of the first half.
 LEAD = 5
 
 
 @dataclass(frozen=True, eq=False)
 class RigRecord:
-    """A record and the constant that had to be added to the command to stay inside the stroke."""
+    """A record, and the constant in V added to the command to keep the rod inside the stroke."""
 
     record: Record
     trim_v: float
 
 
 def excitation_of(rig: Rig, rng: np.random.Generator) -> FloatArray:
-    """Random-phase multisine of a tenth of rated command (rms), shape (2000,), mean zero."""
+    """Returns a random-phase multisine in V with an rms of a tenth of the rated command.
+
+    The shape is (2000,), the mean zero.
+    """
     rms = RMS_OF_RATED * rig.values.get("valve.rated_command_v", 10.0)
     return multisine(SAMPLES, DT_S, band_hz=BAND_HZ, rms=rms, rng=rng)
 
 
 def trim(rig: Rig, command: FloatArray) -> float:
-    """Constant that brings the rod back to its start.
+    """Returns the constant in V which, added to the command, brings the rod back to its start.
 
-    A cylinder of unequal areas extends faster than it retracts: a command without a mean drifts to
-    an end of the stroke within a minute.
+    A cylinder with unequal areas extends faster than it retracts: under a command with zero mean,
+    the rod drifts to an end of the stroke within a minute.
     """
     if rig.plant != "ehs":
         return 0.0
@@ -59,12 +64,12 @@ def trim(rig: Rig, command: FloatArray) -> float:
 
 
 def rig_record(rig: Rig, seed: int) -> RigRecord:
-    """One record from rest at mid-stroke, with the noise that the rig tells of its sensors.
+    """Simulates one record from rest at mid-stroke, with the sensor noise of the rig file.
 
     Raises
     ------
     SimulationError
-        a rig that cannot be simulated, or that reaches an end of its stroke all the same.
+        the rig cannot be simulated, or reaches an end of its stroke despite the added constant.
     """
     rng = np.random.default_rng(seed)
     command = excitation_of(rig, rng)
@@ -81,16 +86,16 @@ def rig_record(rig: Rig, seed: int) -> RigRecord:
 
 
 def changed_record(rig: Rig, change: Mapping[str, float], seed: int) -> RigRecord:
-    """The same, with other values of the rig from the middle of the record on.
+    """Simulates a record like `rig_record`, with changed rig values in its second half.
 
-    The second half starts from the state in which the first ends.
+    The second half starts from the state in which the first half ends.
     """
     whole = rig_record(rig, seed)
     half = SAMPLES // 2
     first = {name: whole.record.column(name) for name in whole.record.columns}
     start = prepare(rig, dt_s=DT_S, values=change)
-    # Over the samples before, the changed rig is led along the states of the first one, so that
-    # spool and delay line are where the command has brought them.
+    # Over the last samples before the change, the states of the changed rig are set to those of the
+    # first half. The spool and the delay line, which are not recorded, then follow the command.
     led = slice(half - LEAD, half + 1)
     aligned = np.full((SAMPLES - half + LEAD, len(STATES)), np.nan)
     aligned[: LEAD + 1] = np.column_stack(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The servo that was read from an estimate, sampled again: by our code and by python-control."""
+"""Samples the servo read from an estimate again, by `ehsid.discretise` and by python-control."""
 
 from __future__ import annotations
 
@@ -16,18 +16,19 @@ from ehsid.harness.studies.reading import Reading
 
 @dataclass(frozen=True, eq=False)
 class SampledServo:
-    """Coefficients a1, a2, a3, b1, b2, b3 of Eq. (6), each of shape (6,).
+    """Coefficients a1, a2, a3, b1, b2, b3 of Eq. (6) from three sources, each of shape (6,).
 
     Attributes
     ----------
     gain, omega_n, xi
-        of the servo (5): K in m/(s V), rad/s, damping ratio.
+        parameters of the servo (5): K in m/(s V), omega_n in rad/s, damping ratio.
     estimate
-        theta from which they were read.
+        estimated theta from which these parameters were read.
     ours
-        zero-order hold by `ehsid.discretise`.
+        coefficients with zero-order hold by `ehsid.discretise`.
     by_control
-        zero-order hold by python-control, from the matrix exponential of its state space.
+        coefficients with zero-order hold by python-control, from the matrix exponential of its
+        state space.
     """
 
     gain: float
@@ -39,12 +40,12 @@ class SampledServo:
 
 
 def sample_again(reading: Reading, dt_s: float) -> SampledServo | None:
-    """From the last theta that is a servo; None if none is.
+    """Samples the servo of the last valid reading; returns None if no reading is valid.
 
     Parameters
     ----------
     reading
-        of a record.
+        physical parameters over a record; a reading is valid if its status is "ok".
     dt_s
         sampling time in seconds.
     """
@@ -54,7 +55,7 @@ def sample_again(reading: Reading, dt_s: float) -> SampledServo | None:
     gain, omega_n, xi = (float(value) for value in reading.value[good[-1]])
     servo = ehsid.ContinuousServo(gain=gain, omega_n=omega_n, xi=xi)
     sampled = control.sample_system(servo_system(servo), dt_s, method="zoh")
-    # Three poles and two zeros: python-control leaves out leading zeros of the numerator.
+    # The numerator has three coefficients. python-control omits leading zeros, so they are added.
     numerator = sampled.num[0][0]
     return SampledServo(
         gain,

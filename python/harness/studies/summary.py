@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is said of many runs: medians with intervals, ready for tables and for JSON."""
+"""Summaries of many runs: medians with confidence intervals, for tables and for JSON."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ TIMES_S = (5.0, 20.0, 50.0, 100.0)
 
 @dataclass(frozen=True)
 class RunSummary:
-    """One contender over all runs; times in seconds, errors as shares of |theta|.
+    """Summary of one contender over all runs; times in seconds, errors as shares of |theta|.
 
     Attributes
     ----------
     error_at
-        |theta_hat - theta| / |theta| at these times.
+        relative error |theta_hat - theta| / |theta|, by time.
     settled_s
-        until that stays below 5 %; the length of the record where it never does.
+        time until this error stays below 5 %; the length of the record if it never does.
     never
-        share of the runs that never settle.
+        share of the runs that never settle, 0 to 1.
     spread
-        of theta over the last quarter.
+        spread of theta over the last quarter of the run, as a share of |theta|.
     rmse
-        of the innovation over the whole run.
+        RMSE of the innovation over the whole run.
     theta
-        medians at the end.
+        medians of the final parameters.
     """
 
     error_at: dict[float, Interval]
@@ -44,7 +44,7 @@ class RunSummary:
 
 
 def summarise(outcome: Outcome, dt_s: float, times_s: tuple[float, ...] = TIMES_S) -> RunSummary:
-    """Over all runs of an outcome."""
+    """Summarises all runs of an outcome."""
     samples = outcome.error.shape[1]
     settling = outcome.settling(SETTLED)
     return RunSummary(
@@ -61,18 +61,20 @@ def summarise(outcome: Outcome, dt_s: float, times_s: tuple[float, ...] = TIMES_
 
 @dataclass(frozen=True)
 class ChangeSummary:
-    """One contender around a change: samples until the error stays below 5 %, and the reset.
+    """Summary of one contender after a change of the plant, and of its reset.
 
     Attributes
     ----------
     without, with_reset
-        samples after the change; what is left of the record where it never settles.
+        samples after the change until the error stays below 5 %; the rest of the record if it
+        never does.
     never_without, never_with
-        shares of the runs that never settle.
+        shares of the runs that never settle, 0 to 1.
     fired, false_alarms
         shares of the runs in which the reset fired after the change, and before it.
     delay
-        samples from the change to the reset, of the runs in which it fired; None if in none.
+        samples from the change to the reset, over the runs in which it fired; None if it never
+        fired.
     """
 
     without: Interval
@@ -85,7 +87,7 @@ class ChangeSummary:
 
 
 def summarise_change(changed: Changed) -> dict[str, ChangeSummary]:
-    """By name of the contender."""
+    """Summarises the runs around a change, by name of the contender."""
     found = {}
     for name, (without, with_reset) in changed.outcomes.items():
         left = without.error.shape[1] - changed.at

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The recursive half of the experiment as runs with the hardware in the loop."""
+"""The recursive part of the experiment as hardware-in-the-loop runs."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from ehsid.harness.studies.recursive import CONTENDERS
 from ehsid.harness.studies.rig_records import SAMPLES, excitation_of, trim
 
 MASS = "load.mass_kg"
-# The factors of the experiment by the folder of their run.
+# Names of the contenders by the folder of their run.
 FACTORS = dict(zip(("varying", "lambda_0.99", "lambda_1", "f_ratio"), CONTENDERS, strict=True))
-# A rig takes up a second load as heavy as its own; so often with and without the reset of Fig. 4.
+# Factor on the mass of the load at the change, in a run without and in a run with the reset of
+# Fig. 4.
 CHANGED_LOAD = 2.0
 CHANGED = {"changed": False, "changed_reset": True}
 
@@ -33,14 +34,14 @@ def experiment_plans(
     values: Mapping[str, float] | None = None,
     watchdog_ms: int = WATCHDOG_MS,
 ) -> dict[str, Plan]:
-    """The recursive half of the published experiment, by folder.
+    """Returns the plans of the recursive part of the published experiment, by folder.
 
-    2000 samples of 50 ms of a random-phase multisine, the record of
-    `ehsid.harness.studies.rig_records.rig_record` with this seed: once for each forgetting
-    factor, and for the varying one twice more with a load that doubles at half time, without and
-    with the reset of Fig. 4 (a rig without `load.mass_kg`: not).
+    Each plan has 2000 samples of 50 ms of a random-phase multisine, the record of
+    `ehsid.harness.studies.rig_records.rig_record` with this seed. There is one plan for each
+    forgetting policy. If the rig has `load.mass_kg`, two more plans with the varying factor double
+    the load at half of the run, without and with the reset of Fig. 4.
     """
-    # In this order, so that it is the record of that seed.
+    # The random numbers are drawn in the order of `rig_record`, so that the record is the same.
     rng = np.random.default_rng(seed)
     command = excitation_of(rig, rng)
     command = command + trim(rig, command)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From the maps to a verdict on each claim: holds, does not, or holds only where."""
+"""Derives from the maps whether a claim holds, does not hold, or holds only for some conditions."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from enum import StrEnum
 from ehsid.harness.studies.claims import Judged, ResetJudged
 from ehsid.harness.studies.evidence import Comparison, Finding
 
-# A claim holds if it does nearly everywhere, and does not if nearly nowhere.
+# A claim holds if it holds in at least this share of the conditions. It fails if it holds in at
+# most one minus this share.
 NEARLY = 0.9
 
 
 class Verdict(StrEnum):
-    """On a claim over a map of conditions."""
+    """Verdict on a claim over a map of conditions."""
 
     holds = "holds"
     fails = "does not hold"
@@ -24,7 +25,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Level:
-    """A value of one condition, and in which share of the map there the claim holds or fails."""
+    """One value of a condition, and the shares of its cells in which a claim holds or fails."""
 
     value: str
     holds: float
@@ -33,18 +34,19 @@ class Level:
 
 @dataclass(frozen=True)
 class ClaimVerdict:
-    """What became of one claim.
+    """Verdict on one claim, with the shares of the map that support it.
 
     Attributes
     ----------
     claim
-        in words.
+        the claim in words.
     verdict
-        over the whole map.
+        verdict over the whole map.
     holds, fails, equal
-        shares of the map; the rest is undecided.
+        shares of the map, 0 to 1, where the claim holds, where it fails, and where there is no
+        difference; in the rest the runs decide nothing or no contender settles.
     levels
-        by condition: where it holds.
+        shares for each value of a condition, by name of the condition.
     """
 
     claim: str
@@ -55,7 +57,7 @@ class ClaimVerdict:
     levels: dict[str, tuple[Level, ...]]
 
     def where(self) -> str:
-        """For which values of each condition it holds in nearly all, or nearly none, of the map."""
+        """Lists the values of each condition at which the claim nearly always or never holds."""
         parts = []
         for name, levels in self.levels.items():
             good = [level.value for level in levels if level.holds >= NEARLY]
@@ -121,7 +123,7 @@ RESET_CLAIM = "After a change the reset brings the estimate back sooner"
 
 
 def verdicts(judged: Sequence[Judged], resets: Sequence[ResetJudged]) -> list[ClaimVerdict]:
-    """One for each claim of the paper, on the varying factor."""
+    """Returns one verdict for each claim of the paper on the varying forgetting factor."""
     found = [
         _verdict(claim, [(_condition(cell), of(cell)) for cell in judged])
         for claim, of in CLAIMS.items()

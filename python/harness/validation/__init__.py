@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""How far the diagnosis can be trusted: blind checks, their score, fleets."""
+"""Validation of the diagnosis by blind checks and their score, and diagnosis of fleets."""

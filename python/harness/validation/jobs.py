@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One diagnosis as a task: data in, files out, so that it may run on another machine."""
+"""A diagnosis as a task: it takes data and returns files, so it may run on another machine."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from ehsid.harness.rigs import Rig
 
 ERROR = "error.txt"
 
-# `ehsid.harness.gap.diagnose`, or what stands in for it.
+# `ehsid.harness.gap.diagnose`, or a function that replaces it.
 Diagnose = Callable[..., Diagnosis]
-# Writes the files of a diagnosis into a folder: folder, diagnosis, records, rig file.
+# Writes the files of a diagnosis. Arguments: folder, diagnosis, records, rig file.
 Write = Callable[[Path, Diagnosis, Sequence[Record], str], object]
 
 
 @dataclass(frozen=True)
 class Job:
-    """All that a diagnosis may know.
+    """Everything that a diagnosis may know.
 
     Attributes
     ----------
     name
-        of the case or the machine.
+        name of the case or the machine.
     rig
-        as told; `rig_file` as it stands in the results.
+        the rig as configured; `rig_file` is the path that the results name.
     fitted, held_out
-        records.
+        records to fit, and held-out records.
     exclude
-        ids of effects that are not to be found.
+        ids of effects that the diagnosis must leave out.
     """
 
     name: str
@@ -50,18 +50,18 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of it.
+    """Result of a job.
 
     Attributes
     ----------
     name
-        of the job.
+        name of the job.
     files
-        contents by name; `ERROR` alone where the diagnosis raised.
+        contents of the files by name; only `ERROR` where the diagnosis raised an exception.
     word
         the verdict, or the last line of the error.
     seconds
-        it took.
+        time that the job took, s.
     """
 
     name: str
@@ -71,12 +71,12 @@ class Outcome:
 
     @property
     def failed(self) -> bool:
-        """The diagnosis raised."""
+        """Whether the diagnosis raised an exception."""
         return ERROR in self.files
 
 
 def run_job(job: Job, diagnose: Diagnose, write: Write) -> Outcome:
-    """Diagnose on one core; an error is an outcome, too."""
+    """Runs the diagnosis on one core; an exception becomes an outcome, too."""
     began = time.monotonic()
     try:
         with workers(1):
@@ -93,19 +93,19 @@ def run_job(job: Job, diagnose: Diagnose, write: Write) -> Outcome:
 
 
 def failure(error: Exception) -> tuple[dict[str, bytes], str]:
-    """File of an error, whose last line is its message, and that message."""
+    """Returns the file of an exception, whose last line is its message, and that message."""
     message = one_line(f"{type(error).__name__}: {error}")
     text = "".join(traceback.format_exception(error))
     return {ERROR: f"{text}\n{message}\n".encode()}, message
 
 
 def one_line(text: str) -> str:
-    """Without breaks, for a log or a cell of a table."""
+    """Returns the text without line breaks, for a log or a cell of a table."""
     return " ".join(text.split())
 
 
 def keep(outcome: Outcome, folder: Path) -> None:
-    """Write the files as folder/NAME; whole or not at all, in place of an earlier result."""
+    """Writes the files to folder/NAME, all or none; they replace an earlier result."""
     unfinished = folder / ".unfinished"
     shutil.rmtree(unfinished, ignore_errors=True)
     unfinished.mkdir(parents=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From an offline model to the firmware: one configuration for the Python and the C++ estimator.
+"""Exports an offline model to the firmware: one configuration for Python and C++ estimators.
 
 >>> export = configure_from_record(data, ArxOrders(3, 3, 1), forgetting=ehsid.FRatio())
 >>> trace = GoldenTrace.of(export.configuration, *liveliest(data))

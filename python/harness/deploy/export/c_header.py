@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A configuration as a C99 header for ehsid/c_api.h: the numbers of the C++ header."""
+"""Renders a configuration as a C99 header for ehsid/c_api.h, with the numbers of the C++ header."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CONVERGENCE = ("tolerance", "magnitude", "hold")
 
 
 def _member(name: str, value: float) -> str:
-    """A designated initialiser; integers stay integers."""
+    """Returns a designated initialiser in C; an integer stays an integer."""
     if isinstance(value, int):
         return f".{name} = {value},"
     return f".{name} = {float32_literal(value)}, /* {np.float32(value):.6g} */"
@@ -35,7 +35,7 @@ def _members(settings: object, names: Sequence[str], prefix: str = "") -> list[s
 
 
 def _policy(forgetting: ehsid.Forgetting, n: int) -> tuple[str, list[str]]:
-    """Name of the policy in C, and its settings."""
+    """Returns the name of the forgetting policy in C and the initialisers of its settings."""
     target = "forgetting."
     match forgetting:
         case ehsid.Constant():
@@ -63,28 +63,29 @@ def render_c_header(
     dt_s: float | None = None,
     provenance: Sequence[str] = (),
 ) -> str:
-    """The text of the header: `NAME_configuration` and, with a seed, `NAME_estimate`.
+    """Returns the text of the header: `NAME_configuration` and, with a seed, `NAME_estimate`.
 
     Parameters
     ----------
     configuration
         settings and seed; at least two parameters, as any ARX model has.
     name
-        prefix of what the header defines.
+        prefix of the names that the header defines.
     dt_s
-        sampling time, None where it is not known.
+        sampling time, s; None if it is not known.
     provenance
-        lines of the comment at the top: where the numbers come from.
+        lines of the comment at the top that say where the numbers come from.
 
     Raises
     ------
     ValueError
-        a name that C++ does not take, or a number that is not finite in float32.
+        the name is not valid in C++, or a number is not finite in float32.
     """
     orders, seed = configuration.orders, configuration.seed
     policy, lines = _policy(configuration.forgetting, orders.n_parameters)
     reset = configuration.reset
-    # C has every member; without a reset those of the C++ defaults, which are valid and not used.
+    # The C structure always has these members. Without a reset they get the C++ defaults, which are
+    # valid and not used.
     thresholds = ehsid.RmseResetOptions() if reset is None else reset
     settings = [
         *_members(configuration.scaling, SCALING),
@@ -99,7 +100,7 @@ def render_c_header(
     return template("configuration.h.j2").render(
         name=check_name(name),
         version=ehsid.__version__,
-        # A line of a block comment, which must not end it.
+        # Each line stands in a block comment and must not end it.
         provenance=[comment(line).replace("*/", "*_") for line in provenance],
         orders=orders,
         policy=policy,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""All settings of a float32 estimator: the one source of the Python object and the header."""
+"""All settings of a float32 estimator, the single source of the Python object and the header."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from ehsid.harness.identification import ArxOrders, IdentificationError
 
 @dataclass(frozen=True, eq=False)
 class Seed:
-    """An estimate to start from.
+    """Initial estimate of an estimator with n parameters.
 
     Attributes
     ----------
     theta
-        shape (n,), in the units of the signals about the offsets of the scaling.
+        parameters, shape (n,), in the units of the signals about the offsets of the scaling.
     u, d
-        shapes (n, n), unit upper triangular, and (n,), > 0: P = u diag(d) u' of the scaled
-        parameters in units of sigma^2.
+        factors of the covariance P = u diag(d) u' of the scaled parameters, in units of sigma^2;
+        u has shape (n, n) and is unit upper triangular, d has shape (n,) and is > 0.
     noise_variance
-        sigma^2 in squared units of the position, >= 0; 0 for unknown.
+        sigma^2 in squared units of the position, >= 0; 0 if it is unknown.
     """
 
     theta: FloatArray
@@ -37,23 +37,25 @@ class Seed:
     def from_covariance(
         cls, theta: npt.ArrayLike, covariance: npt.ArrayLike, noise_variance: float
     ) -> Seed:
-        """Factors P in double precision, where float32 could no longer tell it from a singular one.
+        """Factors a covariance P in double precision and returns the seed.
+
+        In float32 it would not always be possible to distinguish P from a singular matrix.
 
         Parameters
         ----------
         theta
-            shape (n,), in the units of the signals.
+            parameters, shape (n,), in the units of the signals.
         covariance
             P, shape (n, n), of the scaled parameters in units of sigma^2; positive definite.
         noise_variance
-            sigma^2.
+            sigma^2 in squared units of the position.
 
         Raises
         ------
         IdentificationError
             P is not positive definite.
         """
-        # With rows and columns turned round, P = L L' becomes P = R R' with R upper triangular.
+        # In reversed order of rows and columns, P = L L' becomes P = R R' with R upper triangular.
         turned = np.asarray(covariance, dtype=np.float64)[::-1, ::-1]
         try:
             r = np.linalg.cholesky(turned)[::-1, ::-1]
@@ -74,24 +76,25 @@ class Seed:
 
 @dataclass(frozen=True, eq=False)
 class EstimatorConfiguration:
-    """Everything a float32 estimator is told before its first sample.
+    """Complete configuration of a float32 estimator before its first sample.
 
-    Numbers are given in double and rounded once to float32, here as in the header.
+    The numbers are double precision. They are rounded once to float32, both in the Python estimator
+    and in the header.
 
     Attributes
     ----------
     orders
-        structure; na, nb up to 6, nk up to 20.
+        structure of the ARX model; na, nb up to 6, nk up to 20.
     scaling, forgetting, rls, convergence
-        as `ehsid.ServoEstimator` takes them.
+        settings as `ehsid.ServoEstimator` takes them.
     reset
-        None never resets.
+        settings of the reset; with None the estimator never resets.
     variance0
-        diagonal of the P to which a reset goes back, of the scaled parameters, units of sigma^2.
+        diagonal of the P that a reset restores, of the scaled parameters, in units of sigma^2.
     input_limit
-        largest plausible |scaled signal|.
+        largest plausible absolute value of a scaled signal.
     seed
-        estimate to start from; None starts from zero and `variance0`.
+        initial estimate; with None the estimator starts from zero and `variance0`.
     """
 
     orders: ArxOrders
@@ -105,12 +108,13 @@ class EstimatorConfiguration:
     seed: Seed | None = None
 
     def estimator(self) -> ehsid.ServoEstimator:
-        """A new float32 estimator with these settings, at its start.
+        """Returns a new float32 estimator with these settings, before its first sample.
 
         Raises
         ------
         ValueError
-            a structure outside the compiled range, or a number outside its own in float32.
+            the structure is outside the compiled range, or a number is outside its range in
+            float32.
         """
         made = ehsid.ServoEstimator(
             self.orders.na,

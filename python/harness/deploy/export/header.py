@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A configuration as a C++ header: every number a hexadecimal float32 literal, exact to the bit."""
+"""Renders a configuration as a C++ header with bit-exact hexadecimal float32 literals."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Se
 from ehsid.harness.deploy.export.trace import GoldenTrace
 from ehsid.harness.files import write_text
 
-# Of C++20 too, so that a header does not stop to compile when the firmware moves on.
+# The list has the keywords of C++20, too, so that a header still compiles after the firmware
+# changes to that standard.
 KEYWORDS = (
     "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t "
     "char32_t class co_await co_return co_yield compl concept const const_cast consteval "
@@ -30,12 +31,12 @@ TAKEN = ("ehsid", "std", "Eigen", "linux", "unix")  # the last two are macros of
 
 
 def check_name(name: str) -> str:
-    """The name, if it can be that of a C++ namespace.
+    """Returns the name if it is valid for a C++ namespace.
 
     Raises
     ------
     ValueError
-        it cannot; says why.
+        the name is not valid; the message says why.
     """
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or "__" in name:
         raise ValueError(
@@ -50,12 +51,12 @@ def check_name(name: str) -> str:
 
 
 def float32_literal(value: float) -> str:
-    """The number rounded to float32 as a literal of C++17, e.g. 0x1.99999ap-4F for 0.1.
+    """Returns a number, rounded to float32, as a literal of C++17, e.g. 0x1.99999ap-4F for 0.1.
 
     Raises
     ------
     ValueError
-        not finite in float32.
+        the number is not finite in float32.
     """
     with np.errstate(over="ignore"):
         single = float(np.float32(value))
@@ -66,12 +67,15 @@ def float32_literal(value: float) -> str:
 
 
 def _set(target: str, value: float) -> str:
-    """An assignment, with the decimal for people."""
+    """Returns an assignment in C++, with the decimal number as a comment for readers."""
     return f"{target} = {float32_literal(value)};  // {np.float32(value):.6g}"
 
 
 def _fields(target: str, settings: object, names: Sequence[str]) -> list[str]:
-    """Assignments of members that are called the same in both languages; integers stay integers."""
+    """Returns assignments of members that have the same name in Python and C++.
+
+    Integers stay integers.
+    """
     lines = []
     for name in names:
         value = getattr(settings, name)
@@ -81,7 +85,7 @@ def _fields(target: str, settings: object, names: Sequence[str]) -> list[str]:
 
 
 def _policy(forgetting: ehsid.Forgetting, n: int) -> tuple[str, list[str]]:
-    """Type of the policy in C++, and its settings."""
+    """Returns the type of the forgetting policy in C++ and the assignments of its settings."""
     target, kind = "options.forgetting", type(forgetting).__name__
     match forgetting:
         case ehsid.Constant():
@@ -105,7 +109,10 @@ def _policy(forgetting: ehsid.Forgetting, n: int) -> tuple[str, list[str]]:
 
 
 def _settings(configuration: EstimatorConfiguration) -> list[str]:
-    """Every member of Estimator::Options but theta0, which the seed replaces."""
+    """Returns assignments of all members of Estimator::Options but theta0.
+
+    The seed replaces theta0.
+    """
     scaling = ("command_scale", "position_scale", "command_offset", "position_offset")
     lines = _fields("options.scaling", configuration.scaling, scaling)
     lines += _policy(configuration.forgetting, configuration.orders.n_parameters)[1]
@@ -126,17 +133,17 @@ def _settings(configuration: EstimatorConfiguration) -> list[str]:
 
 
 def upper_triangle(seed: Seed) -> list[float]:
-    """The entries above the diagonal of u, column by column, as ehsid::UdFactors keeps them."""
+    """Returns the entries of u above its diagonal, by columns, as ehsid::UdFactors stores them."""
     return [float(seed.u[i, j]) for j in range(seed.d.size) for i in range(j)]
 
 
 def comment(text: str) -> str:
-    """Nothing that would end a line comment, or carry it on."""
+    """Replaces characters that would end a line comment, or continue it on the next line."""
     return "".join(c if c.isprintable() and c != "\\" else "_" for c in text)
 
 
 def template(name: str) -> jinja2.Template:
-    """A template of this room, with the filter `float32`."""
+    """Returns a template of this package, with the filter `float32`."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("ehsid.harness.deploy.export"),
         undefined=jinja2.StrictUndefined,
@@ -157,25 +164,25 @@ def render_header(
     dt_s: float | None = None,
     provenance: Sequence[str] = (),
 ) -> str:
-    """The text of the header.
+    """Returns the text of the header.
 
     Parameters
     ----------
     configuration
         settings and seed.
     trace
-        of the same configuration.
+        golden trace of the same configuration.
     name
-        namespace.
+        name of the C++ namespace.
     dt_s
-        sampling time, None where it is not known.
+        sampling time, s; None if it is not known.
     provenance
-        lines of the comment at the top: where the numbers come from.
+        lines of the comment at the top that say where the numbers come from.
 
     Raises
     ------
     ValueError
-        a name that C++ does not take, or a number that is not finite in float32.
+        the name is not valid in C++, or a number is not finite in float32.
     """
     orders = configuration.orders
     seed = configuration.seed
@@ -195,12 +202,12 @@ def render_header(
 
 
 def write_header(path: Path, text: str) -> None:
-    """Write under a temporary name, then rename.
+    """Writes the text of a header under a temporary name, then renames the file.
 
     Raises
     ------
     ValueError
-        the folder is not there, or a folder stands at the path.
+        the folder does not exist, or the path itself is a folder.
     """
     if path.is_dir():
         raise ValueError(f"{path} is a folder; give the name of a file, e.g. servo.hpp")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A configuration whose start is an offline model of a record."""
+"""Makes an estimator configuration that starts from an offline model of a record."""
 
 from __future__ import annotations
 
@@ -20,33 +20,33 @@ from ehsid.harness.identification import (
 )
 
 LEAST_INFLATION = 10.0
-"""The covariance is true for white residuals and for the plant as it was on the day of the record.
-Residuals of real records are coloured and the oil is warmer tomorrow, so it is trusted ten times
-less; docs/export.md has what that costs and gains."""
+"""Smallest default factor on the covariance of the offline model. The covariance holds for white
+residuals and for the plant on the day of the record. Residuals of real records are coloured, and
+the oil temperature changes; docs/export.md describes the cost and the gain of the factor."""
 
 MOST_SAMPLES = 100.0
-"""However long the record, its model counts for no more samples than this: one that is wrong would
-otherwise take as many new ones to outvote."""
+"""Largest number of samples for which the model counts by default, however long the record is.
+Otherwise a wrong model of a long record would need as many new samples to be corrected."""
 
 VAGUE = 1e6
-"""Variance to which a reset goes back."""
+"""Smallest variance that a reset restores, of the scaled parameters, in units of sigma^2."""
 
 VAGUER = 100.0
-"""Times the largest variance of the start, the least that counts as vague."""
+"""A variance counts as vague if it is at least this many times the largest variance of the seed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Export:
-    """A seeded configuration and where it comes from.
+    """A seeded configuration and the offline model from which it was made.
 
     Attributes
     ----------
     configuration
-        all settings.
+        all settings of the estimator.
     model
         offline model of the scaled record.
     inflation
-        factor on its covariance.
+        factor on the covariance of the model.
     """
 
     configuration: EstimatorConfiguration
@@ -55,7 +55,7 @@ class Export:
 
     @property
     def counts_for(self) -> float:
-        """Samples of the record for which the start counts."""
+        """Number of samples of the record for which the initial estimate counts."""
         return self.model.n_rows / self.inflation
 
 
@@ -67,31 +67,31 @@ def configure_from_record(
     inflation: float | None = None,
     reset: bool = True,
 ) -> Export:
-    """Identify offline over the whole record and start the estimator from the result.
+    """Identifies a model offline over the whole record and makes it the start of the estimator.
 
-    Scaled by the standard deviations of the record about its means, as `estimate` does. A reset
-    goes back to a vague P, not to that of the offline model.
+    The signals are taken about their means and scaled by their standard deviations in the record,
+    as `estimate` does. A reset restores a vague P, not the P of the offline model.
 
     Parameters
     ----------
     data
-        input and output.
+        input and output of the record.
     orders
-        structure; na, nb up to 6, nk up to 20.
+        structure of the ARX model; na, nb up to 6, nk up to 20.
     forgetting
-        policy. One that forgets from the first sample on, forgets the seed too.
+        forgetting policy. A policy that forgets from the first sample on also forgets the seed.
     inflation
         factor >= 1 on the covariance of the offline model; by default 10, or more for a long
-        record, so that the model counts for 100 samples at most.
+        record, so that the model counts for at most 100 samples.
     reset
-        restart lambda and P where the RMSE shows a change of the plant.
+        whether to restart lambda and P when the RMSE shows a change of the plant.
 
     Raises
     ------
     IdentificationError
         the record does not determine the model or its noise.
     ValueError
-        inflation or structure out of range.
+        the inflation or the structure is out of range.
     """
     if inflation is not None and not (np.isfinite(inflation) and inflation >= 1.0):
         raise ValueError(f"inflation {inflation:g}: expected a finite number of at least 1")
@@ -122,12 +122,15 @@ def configure_from_record(
         variance0=max(VAGUE, VAGUER * float(seed.variances.max())),
         seed=seed,
     )
-    configuration.estimator()  # refuses what the recursion does not take
+    configuration.estimator()  # raises ValueError for settings that the recursion does not accept
     return Export(configuration, model, inflation)
 
 
 def _in_float32(scaling: ehsid.Scaling) -> ehsid.Scaling:
-    """As the estimator will have it, so that the offline model is of the same scaled signals."""
+    """Rounds a scaling to float32, as in the estimator.
+
+    The offline model then belongs to the same scaled signals.
+    """
     return ehsid.Scaling(
         command_scale=float(np.float32(scaling.command_scale)),
         position_scale=float(np.float32(scaling.position_scale)),
@@ -137,7 +140,7 @@ def _in_float32(scaling: ehsid.Scaling) -> ehsid.Scaling:
 
 
 def _units(orders: ArxOrders, scaling: ehsid.Scaling) -> npt.NDArray[np.float64]:
-    """From scaled parameters to those in the units of the signals, shape (n,)."""
+    """Factors from scaled parameters to parameters in the units of the signals, shape (n,)."""
     b = scaling.position_scale / scaling.command_scale
     return np.array(
         [1.0] * orders.na + [b] * orders.nb + [scaling.position_scale] * int(orders.offset)

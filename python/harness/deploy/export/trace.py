@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A few samples of the record and what the estimator makes of them: the self-test of the target."""
+"""Golden trace for the self-test of the target: some samples and the results of the estimator."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ TRACE_SAMPLES = 64
 
 @dataclass(frozen=True, eq=False)
 class GoldenTrace:
-    """Samples and results, as float32.
+    """Samples of a record and results of the estimator, as float32.
 
     Attributes
     ----------
     command, position
-        shape (m,), in the units of the signals.
+        samples, shape (m,), in the units of the signals.
     innovation
-        shape (m,), `innovation` of the estimator after each sample; 0 before the first estimate.
+        `innovation` of the estimator after each sample, shape (m,); 0 before the first estimate.
     theta
-        shape (n,), at the end.
+        estimate after the last sample, shape (n,).
     """
 
     command: Float32
@@ -39,7 +39,7 @@ class GoldenTrace:
     def of(
         cls, configuration: EstimatorConfiguration, u: npt.ArrayLike, y: npt.ArrayLike
     ) -> GoldenTrace:
-        """What a new estimator makes of these samples; u, y: shape (m,)."""
+        """Runs a new estimator over m samples of command u and position y, each of shape (m,)."""
         command, position = np.asarray(u, dtype=np.float32), np.asarray(y, dtype=np.float32)
         estimator = configuration.estimator()
         innovation = []
@@ -55,9 +55,10 @@ class GoldenTrace:
 
 
 def liveliest(data: IoData, length: int = TRACE_SAMPLES) -> tuple[Float32, Float32]:
-    """The samples in which command and position vary most, `length` of them or a whole segment.
+    """Returns the window of command and position samples with the largest sum of scaled variances.
 
-    Many a record begins at rest, where a trace would show nothing. Neither signal may be constant.
+    The window has `length` samples, or is a whole segment if no segment is that long. Many records
+    begin at rest, where a trace would show nothing. Neither signal may be constant.
     """
     scale_u, scale_y = np.std(data.u), np.std(data.y)
     best, found = -1.0, slice(0, 0)
@@ -67,7 +68,7 @@ def liveliest(data: IoData, length: int = TRACE_SAMPLES) -> tuple[Float32, Float
         lively = windows(data.u[segment], width).var(axis=1) / scale_u**2
         lively = lively + windows(data.y[segment], width).var(axis=1) / scale_y**2
         at = int(np.argmax(lively))
-        # A short segment is second to any long one.
+        # A longer window always has priority over a shorter one.
         if (width, float(lively[at])) > (found.stop - found.start, best):
             best, found = float(lively[at]), slice(segment.start + at, segment.start + at + width)
     return data.u[found].astype(np.float32), data.y[found].astype(np.float32)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Hardware in the loop: controller and estimator on a target, the plant here.
+"""Hardware in the loop: controller and estimator run on a target, the plant on this host.
 
-The line between them is described in docs/hil_protocol.md.
+docs/hil_protocol.md describes the protocol between the two.
 
 >>> with emulated(Path("firmware.elf")) as port, open_line(port) as line:
 ...     session = Session(line)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the target answers, and what it says unasked."""
+"""Packets from the target: answers to requests, and packets that it sends without a request."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from ehsid.harness.deploy.hil.messages import VERSION, Kind, Reason, State
 
 @dataclass(frozen=True)
 class Identity:
-    """Who answers.
+    """Identity of the target that answers.
 
     Attributes
     ----------
     version
-        of the protocol.
+        version of the protocol.
     firmware
         version of the firmware: major, minor, patch.
     policies
-        numbers of the forgetting policies that it holds.
+        numbers of the forgetting policies in the firmware.
     parameters
-        sizes of the estimators that it holds.
+        numbers of parameters of the estimators in the firmware.
     board
-        name.
+        name of the board.
     """
 
     LAYOUT: ClassVar = struct.Struct("<H3BBH12s")
@@ -40,14 +40,14 @@ class Identity:
 
     @classmethod
     def parse(cls, body: bytes) -> Self:
-        """From the body of `identity`.
+        """Reads the body of `identity`.
 
         Raises
         ------
         BadFrame
-            another length.
+            the body has a wrong length.
         HilError
-            another version of the protocol, whose layout is not known here.
+            the target has another version of the protocol, whose layout this host does not know.
         """
         if len(body) >= 2 and (version := int.from_bytes(body[:2], "little")) != VERSION:
             older = "the firmware" if version < VERSION else "this host (pip install -U ehsid)"
@@ -67,7 +67,7 @@ class Identity:
 
 @dataclass(frozen=True)
 class Done:
-    """A request was carried out; the state it led to."""
+    """The target has carried out a request and is now in this state."""
 
     LAYOUT: ClassVar = struct.Struct("<B")
 
@@ -75,48 +75,48 @@ class Done:
 
     @classmethod
     def parse(cls, body: bytes) -> Self:
-        """From the body of `done`; BadFrame where it is none."""
+        """Reads the body of `done`; raises BadFrame if it is not valid."""
         (state,) = _unpack(cls.LAYOUT, body)
         return cls(_state(state))
 
 
 @dataclass(frozen=True)
 class Result:
-    """What the target made of a sample.
+    """Answer of the target to a sample: command, state of the controller, estimate.
 
     Attributes
     ----------
     number
         k of the sample.
     command_v
-        acts from t_k to t_{k+1}, V.
+        command that acts from t_k to t_{k+1}, V.
     gain_v_m
-        of the controller, V/m.
+        gain of the controller, V/m.
     velocity_gain_m_s_v
-        of the plant, read from theta, m/s/V; 0 where theta gives none.
+        velocity gain of the plant, computed from theta, m/s/V; 0 if theta gives none.
     status
         `ehsid_status` of this sample, see `status_name`.
     converged, gain_estimated, limited
-        the estimate has converged; the gain comes from it; the command is at its limit.
+        whether the estimate has converged, the gain comes from it, the command is at its limit.
     resets
         changes of the plant since the start.
     innovation_m
-        epsilon(k), m.
+        innovation epsilon(k), m.
     forgetting_factor
         lambda(k).
     fit_percent
-        one step ahead, %.
+        fit of the one-step-ahead prediction, %.
     excitation
         share of recent samples that carried information, 0 to 1.
     residual_variance_m2
-        sigma^2, m^2.
+        residual variance sigma^2, m^2.
     step_cycles
-        of the processor clock, from sample to command and estimate.
+        cycles of the processor clock from the sample to the command and the estimate.
     bad_frames, repeated, trips
-        since power-up, each up to 65535: frames received damaged; answers given again; times
+        counts since power-up, each up to 65535: damaged frames received; answers given again; times
         the watchdog closed the valve.
     theta
-        n numbers, in the units of the signals.
+        estimate, n numbers in the units of the signals.
     """
 
     LAYOUT: ClassVar = struct.Struct("<I3f2BH5fI3HB")
@@ -143,7 +143,7 @@ class Result:
 
     @classmethod
     def parse(cls, body: bytes) -> Self:
-        """From the body of `result`; BadFrame where it is none."""
+        """Reads the body of `result`; raises BadFrame if it is not valid."""
         *fixed, n = _unpack(cls.LAYOUT, body[: cls.LAYOUT.size])
         theta = body[cls.LAYOUT.size :]
         if len(theta) != 4 * n:
@@ -155,14 +155,14 @@ class Result:
 
 @dataclass(frozen=True)
 class Refused:
-    """A request was not carried out; nothing has changed.
+    """The target refused a request and has changed nothing.
 
     Attributes
     ----------
     reason, state
-        why, and the state of the target.
+        reason of the refusal, and the state of the target.
     status
-        `ehsid_status` of the estimator that refused its configuration, else 0.
+        `ehsid_status` of the refused configuration, else 0.
     expected
         number of the sample that the target waits for.
     """
@@ -176,7 +176,7 @@ class Refused:
 
     @classmethod
     def parse(cls, body: bytes) -> Self:
-        """From the body of `refused`; BadFrame where it is none."""
+        """Reads the body of `refused`; raises BadFrame if it is not valid."""
         reason, state, status, expected = _unpack(cls.LAYOUT, body)
         if reason not in set(Reason):
             raise BadFrame(f"refused for reason {reason}, which there is not")
@@ -185,16 +185,16 @@ class Refused:
 
 @dataclass(frozen=True)
 class Safe:
-    """The watchdog has closed the valve; comes unasked.
+    """The watchdog has closed the valve; the target sends this without a request.
 
     Attributes
     ----------
     trips
-        times it has done so since power-up.
+        number of times the watchdog has closed the valve since power-up.
     expected
         number of the sample that the target waits for.
     valve_command_v
-        what the valve gets, V.
+        command at the valve, V.
     """
 
     LAYOUT: ClassVar = struct.Struct("<HIf")
@@ -205,7 +205,7 @@ class Safe:
 
     @classmethod
     def parse(cls, body: bytes) -> Self:
-        """From the body of `safe`; BadFrame where it is none."""
+        """Reads the body of `safe`; raises BadFrame if it is not valid."""
         return cls(*_unpack(cls.LAYOUT, body))
 
 
@@ -220,14 +220,14 @@ _ANSWERS: dict[int, type[Answer]] = {
 
 
 def parse_answer(packet: Packet) -> Answer:
-    """What the target says in this packet.
+    """Reads the answer of the target from a packet.
 
     Raises
     ------
     BadFrame
-        no answer of this version.
+        the packet is not an answer of this version.
     HilError
-        an identity of another version of the protocol.
+        the packet is an identity of another version of the protocol.
     """
     if packet.kind not in _ANSWERS:
         raise BadFrame(f"no answer has kind 0x{packet.kind:02X}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Are the target's estimates those of the host? Bit for bit, on the data the target had."""
+"""Compares the target's estimates with those of the host, bit for bit and on the same data."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
 from ehsid.harness.deploy.hil.run import RunResult
 
-# Of one sample besides theta_hat, in this order.
+# Results of the estimator that are compared for each sample besides theta_hat, in this order.
 SCALARS = ("innovation", "forgetting_factor", "residual_variance", "excitation")
-# Samples that gave an innovation.
+# Status values of samples that gave an innovation.
 ESTIMATED = (ehsid.Status.ok, ehsid.Status.no_information, ehsid.Status.reset)
 
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """The host's estimator over a run.
+    """Results of the host's estimator over a run of N samples with n parameters.
 
     Attributes
     ----------
     theta, deviation
-        shape (N, n), float32 numbers, units of the signals.
+        estimates and their standard deviations, shape (N, n), float32, in units of the signals.
     scalars
-        shape (N, 4), float32 numbers: `SCALARS`.
+        the results named in `SCALARS`, shape (N, 4), float32.
     status
-        shape (N,).
+        `ehsid.Status` of each sample, shape (N,).
     """
 
     theta: npt.NDArray[np.float32]
@@ -42,18 +42,19 @@ class Replay:
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """Target against host.
+    """Comparison of the target's results with those of the host.
 
     Attributes
     ----------
     replay
-        the host's.
+        results of the host.
     theta
-        shape (N, n), the target's.
+        estimates of the target, shape (N, n).
     different
-        samples at which any number or the status has other bits.
+        numbers of the samples at which any result or the status differs in at least one bit.
     largest
-        largest |difference| of a parameter over the largest size of it; 0 where none differ.
+        largest |difference| of a parameter, as a share of its largest |value| on the host; 0 if no
+        parameter differs.
     """
 
     replay: Replay
@@ -63,12 +64,12 @@ class Agreement:
 
     @property
     def equal(self) -> bool:
-        """Every bit of every sample."""
+        """Whether all results of all samples are equal bit for bit."""
         return self.different.size == 0
 
     @property
     def sentence(self) -> str:
-        """For people."""
+        """Result of the comparison as a sentence for the user."""
         total = self.theta.shape[0]
         if self.equal:
             return f"bit for bit the host's, all {total} samples"
@@ -85,7 +86,7 @@ def replay(
     position_m: FloatArray,
     restarts: Sequence[int] = (),
 ) -> Replay:
-    """The host's float32 estimator, anew at each sample of `restarts`, over N samples."""
+    """Runs the host's float32 estimator over N samples, with a new one at each of `restarts`."""
     estimator = configuration.estimator()
     theta = np.empty((command_v.size, estimator.n), dtype=np.float32)
     deviation = np.empty_like(theta)
@@ -103,7 +104,7 @@ def replay(
 
 
 def compare(run: RunResult) -> Agreement:
-    """The target's numbers beside those of the host on the same data."""
+    """Compares the results of the target with those of the host on the same data."""
     host = replay(run.plan.configuration.estimator, run.command_v, run.position_m, run.restarts)
     theta = np.array([result.theta for result in run.results], dtype=np.float32)
     scalars = np.array(
@@ -135,7 +136,7 @@ def compare(run: RunResult) -> Agreement:
 
 
 def rmse(run: RunResult) -> float:
-    """Of the innovation, m, from the first estimate on: the paper's measure. NaN without one."""
+    """RMSE of the innovation from the first estimate on, m, as in the paper; NaN without any."""
     errors = [result.innovation_m for result in run.results if result.status in ESTIMATED]
     return float(np.sqrt(np.mean(np.square(errors)))) if errors else float("nan")
 

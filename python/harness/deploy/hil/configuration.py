@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the target is told before a run: estimator, controller, watchdog."""
+"""Settings sent to the target before a run: estimator, controller and watchdog."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ehsid.harness.deploy.hil.frames import MAX_BODY
 from ehsid.harness.deploy.hil.layout import Body, Whole
 from ehsid.harness.deploy.hil.messages import Kind
 
-# By their number on the line.
+# Forgetting policies; the index is the number of the policy in the protocol.
 POLICIES = (
     ehsid.Constant,
     ehsid.Exponential,
@@ -49,7 +49,7 @@ _CONTROLLER = (
 
 @dataclass(frozen=True)
 class ControllerSettings:
-    """Position controller of the target; ranges in examples/firmware/servo/controller.hpp.
+    """Settings of the target's controller; ranges in examples/firmware/servo/controller.hpp.
 
     Attributes
     ----------
@@ -62,13 +62,14 @@ class ControllerSettings:
     command_limit_v
         largest |command|, V.
     bandwidth_rad_s
-        of the closed loop that a gain from the estimate aims at, rad/s.
+        bandwidth of the closed loop at which a gain from the estimate aims, rad/s.
     gain_min_v_m, gain_max_v_m
         bounds of the gain from the estimate, V/m.
     gain_step
         largest change of the gain in a sample, as a share of the fixed gain.
     position_control
-        False sends the `direct_v` of each sample, within the limit.
+        whether the target controls the position; if not, the command is the `direct_v` of each
+        sample, within the limit.
     retune
         whether the gain follows the estimate.
     """
@@ -87,12 +88,12 @@ class ControllerSettings:
 
 @dataclass(frozen=True, eq=False)
 class Configuration:
-    """Everything a target is told before a run.
+    """Complete configuration of a target before a run.
 
     Attributes
     ----------
     estimator
-        settings, and the estimate to start from where it has a seed.
+        settings of the estimator, with its initial estimate if it has a seed.
     controller
         settings of the position controller.
     watchdog_ms
@@ -107,17 +108,17 @@ class Configuration:
 
     @property
     def policy(self) -> int:
-        """Number of the forgetting policy on the line."""
+        """Number of the forgetting policy in the protocol."""
         return POLICIES.index(type(self.estimator.forgetting))
 
     def body(self) -> bytes:
-        """The body of `configure`.
+        """Returns the body of `configure`.
 
         Raises
         ------
         ValueError
-            a number that the line cannot carry, by name; drifts that differ; a seed of another
-            number of parameters, or of more than 11.
+            a number does not fit its type (the message names it), the drifts of the parameters
+            differ, or the seed has another number of parameters or more than 11.
         """
         estimator, controller = self.estimator, self.controller
         orders, seed, reset = estimator.orders, estimator.seed, estimator.reset
@@ -132,7 +133,7 @@ class Configuration:
         for name in _FORGETTING:
             body.real(name.rstrip("_"), _forgetting(estimator.forgetting, name))
         _append(body, estimator.rls, RLS)
-        # Without a reset the defaults, which are valid and not used.
+        # Without a reset the body has the default settings, which are valid and not used.
         _append(body, ehsid.RmseResetOptions() if reset is None else reset, RESET)
         _append(body, estimator.convergence, CONVERGENCE)
         _append(body, estimator, ("variance0", "input_limit"))
@@ -153,7 +154,7 @@ def _append(body: Body, settings: object, names: tuple[str, ...]) -> None:
 
 
 def _forgetting(policy: ehsid.Forgetting, name: str) -> float:
-    """A setting of the policy; 0 for one of another policy."""
+    """Returns a setting of the forgetting policy; 0 for a setting of another policy."""
     if name != "drift":
         return float(getattr(policy, name, 0.0))
     drift = policy.drift if isinstance(policy, ehsid.RandomWalk) else [0.0]

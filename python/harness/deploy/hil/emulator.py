@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Firmware on an emulated board: QEMU, with its serial line on a socket of this machine."""
+"""Runs firmware on a board emulated by QEMU, with its serial line on a socket of this machine."""
 
 from __future__ import annotations
 
@@ -21,45 +21,46 @@ _ELF, _ARM = b"\x7fELF", 40  # first bytes; machine, at byte 18
 
 
 class Emulator:
-    """An emulated board, on as long as the context lasts; `emulated` is the short form.
+    """An emulated board that runs as long as the context lasts; `emulated` is the short form.
 
-    Its program begins when the line is opened.
+    The firmware starts when the line is opened.
 
     Parameters
     ----------
     image
         ELF file for a Cortex-M.
     machine
-        board, as `qemu-system-arm -machine help` lists them.
+        name of the board, as `qemu-system-arm -machine help` lists it.
 
     Attributes
     ----------
     port
-        its serial line, for `open_line`; can be opened once.
+        serial line of the board, for `open_line`; it can be opened once.
 
     Raises
     ------
     HilError
-        the image is not there or for no Cortex-M, or QEMU is not installed.
+        the image does not exist or is not for a Cortex-M, or QEMU is not installed.
     """
 
     def __init__(self, image: Path, machine: str = MACHINE) -> None:
         _check(image)
-        # Bound here and handed down: no other program can take the number meanwhile.
+        # This process binds the port and passes the socket to QEMU, so that no other program can
+        # take the port number in between.
         with socket.create_server(("127.0.0.1", 0)) as listening:
             self.port = f"socket://127.0.0.1:{listening.getsockname()[1]}"
             self._said = tempfile.TemporaryFile()  # noqa: SIM115 -- as long as this lives
             self._process = self._start(image, machine, listening.fileno())
 
     def reset(self) -> None:
-        """As the reset button of a board does."""
+        """Resets the board, as its reset button would."""
         monitor = self._process.stdin
         if monitor is not None:
             monitor.write(b"system_reset\n")
             monitor.flush()
 
     def last_words(self, within_s: float = 1.0) -> str | None:
-        """What QEMU said where it ends by itself within this time; None where it goes on."""
+        """Returns the messages of QEMU if it ends by itself within this time, s; otherwise None."""
         try:
             code = self._process.wait(within_s)
         except subprocess.TimeoutExpired:
@@ -71,7 +72,7 @@ class Emulator:
 
     def close(self) -> None:
         """Ends QEMU; more than once is allowed."""
-        self._process.kill()  # there is nothing for it to save
+        self._process.kill()  # QEMU has nothing to save
         self._process.communicate()
         self._said.close()
 
@@ -82,7 +83,7 @@ class Emulator:
         self.close()
 
     def _start(self, image: Path, machine: str, listening: int) -> subprocess.Popen[bytes]:
-        # Where this process is killed and cannot end QEMU, the kernel does.
+        # If this process is killed and cannot end QEMU, the kernel ends it.
         with_us = ["setpriv", "--pdeathsig", "KILL"] if shutil.which("setpriv") else []
         line = f"socket,id=line,server=on,wait=on,nodelay=on,fd={listening}"
         return subprocess.Popen(
@@ -112,12 +113,13 @@ def emulated(image: Path, machine: str = MACHINE) -> Iterator[str]:
     Yields
     ------
     str
-        its serial line, for `open_line`.
+        serial line of the board, for `open_line`.
 
     Raises
     ------
     HilError
-        as `Emulator`; or what QEMU said, where it ended while the line was in use.
+        an error of `Emulator`, or QEMU ended while the line was in use; the message then has its
+        output.
     """
     with Emulator(image, machine) as emulator:
         try:
@@ -130,7 +132,10 @@ def emulated(image: Path, machine: str = MACHINE) -> Iterator[str]:
 
 
 def _check(image: Path) -> None:
-    """QEMU is there and the image right: any other file it takes for memory, and hangs."""
+    """Checks that QEMU is installed and that the image is an ELF file for ARM.
+
+    QEMU loads any other file as the contents of the memory and then hangs.
+    """
     if shutil.which(QEMU) is None:
         raise HilError(f"{QEMU} is not installed; on Debian and Ubuntu: apt install {QEMU}")
     try:

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""What goes wrong on the line, or at its other end."""
+"""Errors of the serial line and of the target."""
 
 
 class HilError(ValueError):
-    """The run cannot go on; the message says what was seen and how to mend it."""
+    """The run cannot continue; the message says what was observed and how to correct it."""
 
 
 class TargetReset(HilError):  # noqa: N818 -- an event, which a run gets over
-    """The target has begun anew in mid-run; `hello`, `configure` and `start` take it in again."""
+    """The target was reset during a run; `hello`, `configure` and `start` bring it back."""
 
 
 class BadFrame(ValueError):  # noqa: N818 -- usual on a line: dropped, counted, asked again
-    """Bytes that are no packet; says why."""
+    """The received bytes are not a valid packet; the message says why."""

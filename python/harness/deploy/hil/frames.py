@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Packets as frames: a check sum, and no zero inside, see docs/hil_protocol.md."""
+"""Converts packets to frames with a check sum and without zero bytes, see docs/hil_protocol.md."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ MAX_BODY = MAX_PACKET - _HEAD.size - _CRC.size
 
 @dataclass(frozen=True)
 class Packet:
-    """What a frame carries.
+    """Content of a frame.
 
     Attributes
     ----------
     kind
-        0 to 255, see `ehsid.harness.deploy.hil.Kind`.
+        kind of the packet, 0 to 255, see `ehsid.harness.deploy.hil.Kind`.
     sequence
-        0 to 65535; an answer has that of its request, 0 what comes unasked.
+        sequence number, 0 to 65535; an answer has the number of its request, an unrequested packet
+        has 0.
     body
         at most 507 bytes.
     """
@@ -37,17 +38,19 @@ class Packet:
 
 
 def check_sum(data: bytes) -> int:
-    """CRC-16/IBM-3740: polynomial 0x1021, start 0xFFFF, not reflected."""
+    """Returns the CRC-16/IBM-3740 of data: polynomial 0x1021, start 0xFFFF, not reflected."""
     return binascii.crc_hqx(data, 0xFFFF)
 
 
 def encode(kind: int, sequence: int, body: bytes) -> bytes:
-    """The bytes for the line: a zero, which ends what stood there before, the frame, a zero.
+    """Returns the bytes to send for a packet: a zero, the frame, a zero.
+
+    The first zero ends an incomplete frame that may be on the line.
 
     Raises
     ------
     ValueError
-        the body is longer than a packet takes.
+        the body is too long for a packet.
     """
     if len(body) > MAX_BODY:
         raise ValueError(f"a body of {len(body)} bytes; a packet takes at most {MAX_BODY}")
@@ -56,17 +59,17 @@ def encode(kind: int, sequence: int, body: bytes) -> bytes:
 
 
 def decode(frame: bytes) -> Packet:
-    """The packet of a frame, given without the zeros round it.
+    """Returns the packet of a frame that is given without the zeros around it.
 
     Raises
     ------
     BadFrame
-        not COBS, too long, too short, or another check sum.
+        the frame is not valid COBS, is too long or too short, or has a wrong check sum.
     """
     if len(frame) > MAX_FRAME:
         raise BadFrame(f"longer than {MAX_FRAME} bytes")
     data = cobs.decode(frame)
-    if len(data) > MAX_PACKET:  # a frame of the largest size whose codes stand for zeros
+    if len(data) > MAX_PACKET:  # possible for a frame of the largest size whose codes imply zeros
         raise BadFrame(f"a packet of {len(data)} bytes; at most {MAX_PACKET}")
     if len(data) < _HEAD.size + _CRC.size:
         raise BadFrame(f"a packet of {len(data)} bytes; at least {_HEAD.size + _CRC.size}")

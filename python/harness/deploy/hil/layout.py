@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Numbers as they go over the line: little-endian, float32, no padding."""
+"""Layout of numbers on the line: little-endian, float32, no padding."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from enum import StrEnum
 
 
 class Whole(StrEnum):
-    """Whole numbers of the line, by their code in `struct`."""
+    """Integer types of the protocol, with their codes in `struct`."""
 
     U8 = "B"
     U16 = "H"
@@ -26,7 +26,7 @@ _RANGES = {
 
 
 class Body:
-    """The body of a request, filled number by number; each has a name for the message it may need.
+    """Body of a request, to which numbers are appended; each has a name for error messages.
 
     >>> body = Body()
     >>> body.whole("number", 7, Whole.U32)
@@ -44,7 +44,7 @@ class Body:
         Raises
         ------
         ValueError
-            outside of what `kind` holds.
+            the number is outside the range of `kind`.
         """
         least, most = _RANGES[kind]
         if not least <= value <= most:
@@ -57,7 +57,7 @@ class Body:
         Raises
         ------
         ValueError
-            beyond float32; or not finite, where it has to be.
+            the number is beyond float32, or is not finite although `finite` is true.
         """
         if finite and not math.isfinite(value):
             raise ValueError(f"{name} = {value}: expected a finite number")

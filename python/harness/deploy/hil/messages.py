@@ -11,7 +11,7 @@ VERSION = 1
 
 
 class Kind(IntEnum):
-    """First byte of a packet."""
+    """Kind of a packet, its first byte."""
 
     HELLO = 0x01
     CONFIGURE = 0x02
@@ -27,7 +27,7 @@ class Kind(IntEnum):
 
 
 class State(IntEnum):
-    """Of the target; its valve is open in `RUNNING` only."""
+    """State of the target; its valve is open in `RUNNING` only."""
 
     IDLE = 0
     READY = 1
@@ -36,7 +36,7 @@ class State(IntEnum):
 
 
 class Reason(IntEnum):
-    """Why a request was refused."""
+    """Reason for which the target refused a request."""
 
     STATE = 1
     ORDER = 2
@@ -46,7 +46,10 @@ class Reason(IntEnum):
 
 
 def status_name(status: int) -> str:
-    """`ehsid_status` in words: invalid input; those that only C has by their number."""
+    """Returns an `ehsid_status` in words, e.g. "invalid input".
+
+    A status that only the C interface has is named by its number.
+    """
     try:
         return ehsid.Status(status).name.replace("_", " ")
     except ValueError:

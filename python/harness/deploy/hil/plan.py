@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a run does, sample by sample, and what the target is told before it."""
+"""Plans of runs: the signals of each sample and the configuration of the target."""
 
 from __future__ import annotations
 
@@ -23,45 +23,46 @@ from ehsid.harness.simulation import (
     velocity_gain,
 )
 
-# A third-order model about a working point that is not known beforehand.
+# A third-order model about an operating point that is not known in advance.
 THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)
-# The gain from the estimate stays between these multiples of the fixed one, and moves at most a
-# hundredth of it a sample.
+# The gain from the estimate stays between these multiples of the fixed gain. In each sample it
+# changes by at most a hundredth of the fixed gain.
 GAIN_RANGE = (0.5, 2.0)
 GAIN_STEP = 0.01
-# Converged enough for that gain: each parameter to a tenth, not to a twentieth as by default.
+# For this gain an estimate has converged if each parameter is known to a tenth; the default is a
+# twentieth.
 CERTAIN_ENOUGH = ehsid.ConvergenceOptions(tolerance=0.1)
 WATCHDOG_MS = 500
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """One run.
+    """Plan of one run of N samples.
 
     Attributes
     ----------
     name
-        of the run, for people.
+        name of the run, for the user.
     rig
-        the machine that is simulated, and how it is sampled.
+        rig that the host simulates.
     dt_s
         sampling time, s.
     direct_v
-        shape (N,), V: added to the controller's command; the command itself in an open loop.
+        added to the controller's command, V, shape (N,); in an open loop the command itself.
     reference_m
-        shape (N,), m; the speed of the reference is its difference.
+        reference position, m, shape (N,); its speed is computed from its differences.
     noise
-        shape (N, 6), see `draw_noise`.
+        noise that is added to the outputs, shape (N, 6), see `draw_noise`.
     configuration
-        of estimator and controller.
+        configuration of the estimator and the controller.
     position0_m
-        start, m.
+        initial position, m.
     values
-        of the simulated machine in place of those of the rig, by full name: what the controller
-        does not know.
+        values of the simulated machine that replace those of the rig, by full name; the controller
+        does not know them.
     change
-        multiples of the rig's values, by full name, from the middle of the run on: the plant
-        changes, and nobody tells the target.
+        factors on values of the rig, by full name, that act from the middle of the run on; the
+        target is not informed of this change of the plant.
     """
 
     name: str
@@ -77,24 +78,28 @@ class Plan:
 
     @property
     def samples(self) -> int:
-        """N."""
+        """Number of samples N."""
         return self.direct_v.size
 
     @property
     def change_at(self) -> int | None:
-        """The sample from which on `change` holds."""
+        """First sample for which `change` holds; None without a change."""
         return self.samples // 2 if self.change else None
 
     @property
     def reference_speed_m_s(self) -> FloatArray:
-        """Shape (N,), of the straight line to the next reference; zero at the last."""
+        """Reference speed from each sample to the next, m/s, shape (N,); zero at the last one."""
         return np.append(np.diff(self.reference_m), 0.0) / self.dt_s
 
 
 def _scaled_by(
     record: Record, orders: ArxOrders, forgetting: ehsid.Forgetting
 ) -> EstimatorConfiguration:
-    """Offsets at the means, scales at the deviations of a simulated record: P_0 is then vague."""
+    """Makes an estimator configuration whose scaling comes from a simulated record.
+
+    The offsets are the means of the signals, the scales their standard deviations. With this
+    scaling P_0 is vague.
+    """
     command, position = record.column("command_v"), record.column("position_m")
     for what, signal in (("command", command), ("position", position)):
         if not np.std(signal) > 0.0:
@@ -106,24 +111,24 @@ def _scaled_by(
         position_offset=float(np.mean(position)),
     )
     made = EstimatorConfiguration(orders, scaling=scaling, forgetting=forgetting)
-    made.estimator()  # refuses what is out of its range before anything is sent
+    made.estimator()  # raises ValueError for settings out of range before anything is sent
     return made
 
 
 def _limit(limit_v: float) -> float:
-    """An axis names no limit; the protocol wants a finite one."""
+    """Returns a finite command limit, V, as the protocol requires; an axis has no limit."""
     return limit_v if math.isfinite(limit_v) else float(np.finfo(np.float32).max)
 
 
 def controller_settings(
     controller: PositionController, rig: Rig, dt_s: float, *, retune: bool
 ) -> ControllerSettings:
-    """The simulator's P controller as the target takes it.
+    """Converts the simulator's P controller to the settings of the target's controller.
 
     Raises
     ------
     ValueError
-        an integral, which the target's controller does not have.
+        the controller has an integral, which the target's controller does not have.
     """
     if math.isfinite(controller.integral_time_s):
         raise ValueError("the target's controller has no integral: take a P controller")
@@ -155,15 +160,15 @@ def position_plan(
     values: Mapping[str, float] | None = None,
     watchdog_ms: int = WATCHDOG_MS,
 ) -> Plan:
-    """The controller on the target follows a reference.
+    """Returns the plan of a run in which the controller on the target follows a reference.
 
-    The loop is simulated here once before, with the rig as configured: it must be stable, and what
-    it does gives the estimator its scales.
+    The host first simulates the loop once with the rig as configured. The loop must be stable, and
+    its signals give the scaling of the estimator.
 
     Raises
     ------
     SimulationError, ValueError
-        as `simulate_closed_loop`; signals that do not move.
+        an error of `simulate_closed_loop`, or the command or the position is constant.
     """
     before = simulate_closed_loop(rig, reference_m, controller, dt_s=dt_s, noise=noise)
     estimator = replace(
@@ -196,12 +201,14 @@ def open_plan(
     values: Mapping[str, float] | None = None,
     watchdog_ms: int = WATCHDOG_MS,
 ) -> Plan:
-    """The command is given, the target passes it on within its limit and estimates.
+    """Returns the plan of a run in open loop with a given command.
+
+    The target passes the command on within its limit and estimates the parameters.
 
     Raises
     ------
     SimulationError, ValueError
-        a command that leads to an end of the stroke, or does not move.
+        the command leads to an end of the stroke, or the command or the position is constant.
     """
     before = simulate(rig, command_v, dt_s=dt_s, keep_inside=True, noise=noise).record
     settings = controller_settings(controller, rig, dt_s, retune=False)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Record and estimates of a run, written while it goes on.
+"""Writes the record and the estimates of a run to files during the run.
 
-Each sample is one write of one whole line, so whatever ends the program, the files end with the
-sample before.
+Each sample is written to a file as one whole line in one call. If the program is interrupted, the
+files end with the previous sample.
 """
 
 from __future__ import annotations
@@ -42,19 +42,19 @@ ESTIMATE_COLUMNS = (
 
 
 class Table:
-    """A CSV file that grows by whole lines."""
+    """A CSV file to which whole lines are appended."""
 
     def __init__(self, path: Path, columns: Sequence[str]) -> None:
-        # Unbuffered: a line is with the operating system as soon as write() is back.
+        # Without a buffer the operating system has the line as soon as write() returns.
         self._file: BinaryIO = path.open("wb", buffering=0)
         self._write(columns)
 
     def add(self, numbers: Sequence[float | int]) -> None:
-        """One row, numbers so that reading gives the same float64."""
+        """Appends a row; the numbers are written so that reading gives the same float64."""
         self._write([repr(x) if isinstance(x, float) else str(int(x)) for x in numbers])
 
     def close(self) -> None:
-        """No more rows."""
+        """Closes the file."""
         self._file.close()
 
     def _write(self, cells: Sequence[str]) -> None:
@@ -62,15 +62,16 @@ class Table:
 
 
 class Recording:
-    """The two files of a run, record.csv and estimates.csv, from its first sample on.
+    """Writes the two files of a run, record.csv and estimates.csv, from its first sample on.
 
-    The record holds what the target was sent and what it answered, as float32 numbers: a replay
-    gives the bits of the target. A run without a sample leaves no files.
+    The record has the position sent to the target and the command in its answer, both rounded to
+    float32, so that a replay reproduces the target bit for bit. A run without a sample leaves no
+    files.
 
     Attributes
     ----------
     samples
-        written so far.
+        number of samples written so far.
     """
 
     def __init__(self, folder: Path, outputs: Sequence[str], orders: ArxOrders) -> None:
@@ -104,7 +105,7 @@ class Recording:
         counters: Counters,
         restarts: int,
     ) -> None:
-        """One sample: what was measured, and the target's answer to it."""
+        """Appends one sample: the measured outputs and the answer of the target."""
         self._record.add(
             (time_s, result.command_v, *(float(outputs[name]) for name in self._outputs))
         )

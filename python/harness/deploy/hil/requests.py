@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the host asks of the target, but for `Configuration`, which has a module of its own."""
+"""Requests of the host to the target, but for `Configuration`, which has its own module."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ehsid.harness.deploy.hil.messages import VERSION, Kind
 
 @dataclass(frozen=True)
 class Hello:
-    """Who is there? Leads to idle."""
+    """Request for the identity of the target; the target goes to the state idle."""
 
     kind: ClassVar[Kind] = Kind.HELLO
 
     def body(self) -> bytes:
-        """The version spoken here."""
+        """Returns the body of `hello`: the protocol version of this host."""
         return struct.pack("<H", VERSION)
 
 
@@ -31,7 +31,7 @@ class Start:
     first: int
 
     def body(self) -> bytes:
-        """The body of `start`; ValueError where the number does not fit."""
+        """Returns the body of `start`; raises ValueError if the number does not fit its type."""
         body = Body()
         body.whole("first", self.first, Whole.U32)
         return bytes(body)
@@ -39,18 +39,19 @@ class Start:
 
 @dataclass(frozen=True)
 class Sample:
-    """What was measured at t_k. Not finite is allowed: a sensor may say so.
+    """Measurements at t_k; values that are not finite are allowed, because a sensor may give them.
 
     Attributes
     ----------
     number
-        k, one more than that of the sample before.
+        k, one more than the number of the sample before.
     position_m, reference_m
-        m.
+        measured position and reference position, m.
     reference_velocity_m_s
-        m/s.
+        speed of the reference, m/s.
     direct_v
-        command where the target does not control the position, V.
+        added to the command of the position controller, V; without position control it is the
+        whole command.
     """
 
     kind: ClassVar[Kind] = Kind.SAMPLE
@@ -62,7 +63,7 @@ class Sample:
     direct_v: float = 0.0
 
     def body(self) -> bytes:
-        """The body of `sample`; ValueError where a number is beyond its type."""
+        """Returns the body of `sample`; raises ValueError if a number does not fit its type."""
         body = Body()
         body.whole("number", self.number, Whole.U32)
         for name in ("position_m", "reference_m", "reference_velocity_m_s", "direct_v"):
@@ -72,12 +73,12 @@ class Sample:
 
 @dataclass(frozen=True)
 class Resume:
-    """Opens the valve again after the watchdog."""
+    """Opens the valve again after the watchdog has closed it."""
 
     kind: ClassVar[Kind] = Kind.RESUME
 
     def body(self) -> bytes:
-        """Nothing."""
+        """Returns the body of `resume`, which is empty."""
         return b""
 
 
@@ -88,5 +89,5 @@ class Stop:
     kind: ClassVar[Kind] = Kind.STOP
 
     def body(self) -> bytes:
-        """Nothing."""
+        """Returns the body of `stop`, which is empty."""
         return b""

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Lock step: the host simulates the servo, the target controls it and estimates.
+"""Runs host and target in lock step: the host simulates the servo, the target controls it.
 
-The mixed-reality scheme of the paper (its section on real-time implementation), turned round: the
-plant is simulated, the controller is real. Time stands still while an answer is under way, so the
-run is the same on every line and at every speed.
+The target also estimates the parameters. This is the mixed-reality scheme of the paper (its section
+on real-time implementation) with exchanged roles: the plant is simulated, the controller is real.
+The simulated time does not advance while the host waits for an answer, so the result of a run does
+not depend on the line and its speed.
 """
 
 from __future__ import annotations
@@ -33,20 +34,21 @@ MOST_RESTARTS = 3
 
 @dataclass(frozen=True, eq=False)
 class RunResult:
-    """What a run gave.
+    """Result of a run of N samples.
 
     Attributes
     ----------
     command_v, position_m
-        shape (N,), as the target sent and got them: float32 numbers.
+        commands that the target sent, V, and positions that it received, m; shape (N,), float32
+        numbers.
     results
-        the target's answers, N of them.
+        the N answers of the target.
     restarts
-        samples before which the target had lost everything and was configured anew.
+        numbers of the samples before which the target was reset and configured anew.
     counters
-        what happened on the line during this run.
+        errors on the line during this run.
     seconds
-        wall time.
+        duration of the run on the wall clock, s.
     """
 
     plan: Plan
@@ -69,31 +71,33 @@ def run_plan(
     real_time: bool = False,
     progress: Progress | None = None,
 ) -> RunResult:
-    """Configure the target, start it, and lead it through the plan.
+    """Configures the target, starts it, and carries out the plan.
 
-    A target that was reset in mid-run is configured anew and goes on at the sample where it was,
-    with an estimate from the start; after the third time the run ends. The valve is closed
-    however the run ends, as far as the target can be reached.
+    A target that was reset during the run is configured anew and continues at the same sample, with
+    its initial estimate; the fourth reset ends the run. The valve is closed at every end of the
+    run, as far as the target can be reached.
 
     Parameters
     ----------
     plan
-        what to do.
+        plan of the run.
     session
-        on an open line; `hello` need not have been said.
+        session on an open line; a call of `hello` is not needed before.
     recording
-        gets every sample as soon as it is answered.
+        receives every sample as soon as the target has answered it.
     real_time
-        wait for t_k on the wall clock before sample k; else as fast as the line allows.
+        whether to wait for t_k on the wall clock before sample k; if not, the run is as fast as the
+        line allows.
     progress
-        is called after each sample.
+        called after each sample.
 
     Raises
     ------
     HilError
-        the target does not answer, refuses, or was reset too often.
+        the target does not answer, refuses a request, or was reset too often, or the simulated
+        position is not finite.
     SimulationError
-        a rig that cannot be simulated.
+        the rig cannot be simulated.
     """
     start = prepare(
         plan.rig, dt_s=plan.dt_s, position0_m=plan.position0_m, values=plan.values or None
@@ -117,7 +121,7 @@ def run_plan(
                     f"{plan.name}: the simulated position is not finite from sample {k} on: the "
                     "loop is not stable; take a smaller --bandwidth or a shorter --dt"
                 )
-            # What the target gets is what the record says.
+            # The record and the target must have the same position, rounded to float32.
             shown[POSITION] = positions[k] = float(np.float32(shown[POSITION]))
             sample = Sample(
                 number=k,
@@ -143,12 +147,12 @@ def run_plan(
             if progress is not None:
                 progress(k + 1, result, counters)
     except HilError:
-        raise  # the target cannot be reached, or was told to stop; its watchdog closes the valve
+        raise  # without further requests the watchdog of the target closes the valve
     except BaseException:
         with suppress(HilError):
             session.stop()
         raise
-    with suppress(HilError):  # all samples are there; if it does not hear, its watchdog does it
+    with suppress(HilError):  # the run is complete; if this fails, the watchdog closes the valve
         session.stop()
     return RunResult(
         plan,
@@ -167,15 +171,14 @@ def _since(now: Counters, before: Counters) -> Counters:
 
 
 def _changed(plan: Plan, plant: ehsid.Plant) -> ehsid.Plant:
-    """The changed machine in the state of the one before, its spool at null.
+    """Returns the changed machine in the present state of the machine, but with its spool at null.
 
-    A spool settles within milliseconds; at the sampling time of the experiment that is a tenth of a
-    sample.
+    A spool settles within milliseconds, a tenth of a sample at the sampling time of the experiment.
     """
     state = dict(zip(OUTPUTS, plant.read(), strict=True))
     changed = {name: factor * plan.rig.values[name] for name, factor in plan.change.items()}
     values = {**plan.values, **changed}
-    # The initial values that there are; those of an axis are fewer.
+    # Only some of the outputs have an initial value as a parameter.
     for parameter in ehsid.plant_parameters():
         if parameter.name.startswith(INITIAL_PREFIX):
             output = parameter.name.removeprefix(INITIAL_PREFIX)
@@ -190,7 +193,7 @@ def _begin(session: Session, plan: Plan, first: int) -> None:
 
 
 def _answer(session: Session, plan: Plan, sample: Sample, restarts: list[int]) -> Result:
-    """The answer to a sample, over resets of the target."""
+    """Returns the answer to a sample; restarts a target that was reset, at most three times."""
     while True:
         try:
             return session.exchange(sample)
@@ -205,7 +208,7 @@ def _answer(session: Session, plan: Plan, sample: Sample, restarts: list[int]) -
 
 
 def _restart(session: Session, plan: Plan, first: int) -> None:
-    """Configured anew; a reset in the middle of that counts as the same one."""
+    """Configures and starts the target again; a further reset meanwhile counts as the same one."""
     for _ in range(MOST_RESTARTS):
         try:
             return _begin(session, plan, first)

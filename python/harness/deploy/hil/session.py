@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A run with a target: every request is answered once, whatever the line does to the frames."""
+"""Session with a target: each request takes effect once, even if frames are lost or damaged."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from ehsid.harness.deploy.hil.requests import Hello, Resume, Sample, Start, Stop
 from ehsid.harness.deploy.hil.transport import Line
 
 MOST_TRIPS = 10
-START_UP_S = 5.0  # of a board that opening its port has reset
-UNASKED = 0  # sequence
+START_UP_S = 5.0  # start-up time of a board that was reset when its port was opened
+UNASKED = 0  # sequence number of a packet that the target sends without a request
 
 Request = Hello | Configuration | Start | Sample | Resume | Stop
 A = TypeVar("A", Identity, Done, Result)
@@ -32,18 +32,18 @@ CHECK = (
 
 @dataclass
 class Counters:
-    """What went wrong on the line and was mended, as seen from here.
+    """Counts of the errors on the line that the host has corrected.
 
     Attributes
     ----------
     asked_again
-        requests sent once more for want of an answer.
+        requests sent again because no answer arrived.
     late
-        answers that came when they were no longer waited for, or twice.
+        answers that arrived when the host no longer waited for them, or arrived twice.
     bad_frames
-        frames received that were none.
+        received frames that were not valid.
     resumed
-        times that the watchdog of the target had closed the valve and it was opened again.
+        times the host opened the valve again after the watchdog of the target had closed it.
     """
 
     asked_again: int = 0
@@ -53,7 +53,7 @@ class Counters:
 
 
 class Session:
-    """Talks to one target over one line.
+    """Sends requests to one target over one line and waits for the answers.
 
     >>> with open_line("/dev/ttyACM0") as line:
     ...     session = Session(line)
@@ -66,21 +66,21 @@ class Session:
     Parameters
     ----------
     line
-        open; stays with the caller.
+        open line; the caller closes it.
     timeout_s
-        time to wait for an answer before asking again, s. Several times what a request takes
-        there and back: 0.2 s at 9600 baud.
+        time to wait for an answer before the request is sent again, s. It should be several times
+        the time of a request and its answer on the line, which is 0.2 s at 9600 baud.
     attempts
-        requests sent, the first one among them, before the run ends.
+        number of times a request is sent, the first time included, before the run ends.
     on_event
-        told in words of what a user may want to know: the valve opened again, answers missed.
+        called with a sentence for the user when the valve is opened again or answers are missed.
 
     Attributes
     ----------
     counters
-        see `Counters`.
+        counts of errors on the line, see `Counters`.
     identity
-        of the target that answered the last `hello`.
+        identity of the target that answered the last `hello`; None before.
     """
 
     def __init__(
@@ -101,16 +101,19 @@ class Session:
         self._timeout_s = timeout_s
         self._attempts = attempts
         self._on_event = on_event
-        # Not always the same, so that nothing a run before left on the line is taken for an answer.
+        # The first number is random, so that a packet of an earlier run that is still on the line
+        # is not taken for an answer.
         self._sequence = secrets.randbelow(0xFFFF)
 
     def hello(self) -> Identity:
-        """Asks who is there, for as long as a board takes to start, 5 s. The target goes idle.
+        """Requests the identity of the target; the target goes to the state idle.
+
+        The request is repeated for at least 5 s, the time that a board needs to start.
 
         Raises
         ------
         HilError
-            nothing answers, or it speaks another version; the line was closed.
+            no target answers, it has another protocol version, or the line was closed.
         """
         attempts = max(self._attempts, round(START_UP_S / self._timeout_s))
         self.identity = self._ask(Hello(), Identity, "hello", attempts)
@@ -122,13 +125,13 @@ class Session:
         Raises
         ------
         ValueError
-            a setting out of its range, by name.
+            a setting is out of its range; the message names it.
         HilError
-            the firmware does not hold such an estimator; the target refuses, or does not answer.
+            the firmware has no such estimator, or the target refuses or does not answer.
         TargetReset
-            the target has begun anew.
+            the target was reset.
         """
-        configuration.estimator.estimator()  # checks all ranges, and says which
+        configuration.estimator.estimator()  # checks all ranges; the error names the setting
         if self.identity is not None:
             self._check_held(configuration, self.identity)
         self._ask(configuration, Done, "the configuration")
@@ -139,24 +142,25 @@ class Session:
         Raises
         ------
         HilError, TargetReset
-            as `configure`.
+            as in `configure`.
         """
         self._ask(Start(first), Done, "the start of the run")
 
     def exchange(self, sample: Sample) -> Result:
-        """Sends a sample; the target carries it out exactly once, whatever the line does.
+        """Sends a sample and returns the answer; the target carries the sample out exactly once.
 
-        Where its watchdog had closed the valve meanwhile, this opens it again.
+        If the watchdog of the target has closed the valve, this method opens it again.
 
         Raises
         ------
         HilError
-            no answer, refused, or the watchdog has tripped more than 10 times.
+            the target does not answer or refuses the sample, or its watchdog has closed the valve
+            more than 10 times in this session.
         TargetReset
-            the target has begun anew: its estimate is gone. Call `hello`, `configure` and
-            `start(first=sample.number)`, then ask again.
+            the target was reset and has lost its estimate. Call `hello`, `configure` and
+            `start(first=sample.number)`, then send the sample again.
         ValueError
-            a number beyond its type.
+            a number does not fit its type.
         """
         what = f"sample {sample.number}"
         while True:
@@ -173,12 +177,12 @@ class Session:
             return result
 
     def stop(self) -> None:
-        """Closes the valve and ends the run; `start` begins another.
+        """Closes the valve and ends the run; `start` begins another run.
 
         Raises
         ------
         HilError, TargetReset
-            as `configure`.
+            as in `configure`.
         """
         self._ask(Stop(), Done, "the end of the run")
 
@@ -194,8 +198,11 @@ class Session:
         self._ask(Resume(), Done, "resume")
 
     def _ask(self, request: Request, wanted: type[A], what: str, attempts: int | None = None) -> A:
-        """The answer to the request, which is sent until there is one."""
-        self._sequence = self._sequence % 0xFFFF + 1  # 0 marks what comes unasked
+        """Sends a request until the target answers, at most `attempts` times; returns the answer.
+
+        `what` names the request in messages. `attempts` is that of the session by default.
+        """
+        self._sequence = self._sequence % 0xFFFF + 1  # 0 marks packets without a request
         frame = encode(request.kind, self._sequence, request.body())
         attempts = attempts or self._attempts
         for attempt in range(attempts):
@@ -216,10 +223,11 @@ class Session:
         )
 
     def _answer(self, wanted: type[A], asked: Request) -> A | Refused | None:
-        """What comes to the request in time; None for nothing."""
+        """Returns the answer to the request; None if no answer arrives within the timeout."""
         deadline = time.monotonic() + self._timeout_s
         while True:
-            # Once more after the deadline: where this process was held up, the answer is there.
+            # After the deadline the line is read once more, without waiting: if this process was
+            # delayed, the answer may have arrived.
             frame = self._line.receive(max(deadline - time.monotonic(), 0.0))
             if frame is None:
                 return None
@@ -240,7 +248,10 @@ class Session:
                 self.counters.late += 1
 
     def _unasked(self, answer: Answer, asked: Request) -> None:
-        """News from the target. `Safe` is none: its answer to the next sample says the same."""
+        """Raises TargetReset if the target announces a reset without a request.
+
+        `Safe` needs no action, because the answer to the next sample reports the same state.
+        """
         if isinstance(answer, Identity) and not isinstance(asked, Hello):
             raise TargetReset(self._reset())
 
@@ -279,11 +290,11 @@ class Session:
 
 
 class _Tripped(Exception):  # noqa: N818 -- never leaves this module
-    """The target is safe: the sample was not carried out."""
+    """The target is in the state safe, so it has not carried out the sample."""
 
 
 def _reason(answer: Refused) -> str:
-    """Why, in words, and what to do."""
+    """Returns the reason of a refusal in words, and what the user can do."""
     match answer.reason:
         case Reason.STATE:
             return "it takes none in its state; end what else talks to it, and begin with hello"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A serial line, or what stands in for one, that carries frames."""
+"""Sends and receives frames over a serial line, or over a socket in its place."""
 
 from __future__ import annotations
 
@@ -18,30 +18,31 @@ from ehsid.harness.deploy.hil.frames import MAX_FRAME
 
 BAUD = 115200
 WRITE_TIMEOUT_S = 5.0
-_POLL_S = 0.01  # of ports that cannot be waited for; wakes at the first byte all the same
+_POLL_S = 0.01  # read timeout of ports without a descriptor; a read returns at the first byte
 _CHUNK = 4096
 
 
 class Line:
-    """Frames over an open port; made by `open_line`. A context manager that closes it.
+    """Carries frames over an open port; `open_line` makes it, and its context closes the port.
 
     Attributes
     ----------
     name
-        of the port, as it was given.
+        name of the port, as the caller gave it.
     """
 
     def __init__(self, port: serial.Serial, name: str) -> None:
         self.name = name
         self._port = port
-        self._frame = bytearray()  # begun, its end is not there yet
+        self._frame = bytearray()  # first part of a frame whose end has not arrived yet
         self._received = bytearray()
         self._socket: socket.socket | None = getattr(port, "_socket", None)
         if self._socket is not None:
-            # Else a frame that follows one without an answer waits for up to 40 ms.
+            # Otherwise a frame that follows an unanswered one waits for up to 40 ms.
             self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        # pyserial reads from sockets byte by byte unless told to take what there is, which wants
-        # the waiting done here. Not every port has something to wait for.
+        # pyserial reads from sockets byte by byte unless its timeout is zero; then it returns the
+        # available bytes and this class has to wait for them. Not every port has a descriptor to
+        # wait for.
         try:
             self._descriptor: int | None = port.fileno()
             port.timeout = 0.0
@@ -50,12 +51,12 @@ class Line:
             port.timeout = _POLL_S
 
     def send(self, data: bytes) -> None:
-        """Writes all bytes.
+        """Writes all bytes to the line.
 
         Raises
         ------
         HilError
-            the line was closed, or took nothing for 5 s.
+            the line was closed, or accepted no bytes for 5 s.
         """
         try:
             self._port.write(data)
@@ -68,17 +69,17 @@ class Line:
             raise self._closed(error) from error
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """The next frame without its zero, as `decode` takes it; empty ones are skipped.
+        """Returns the next frame without its final zero, as `decode` takes it; skips empty frames.
 
         Parameters
         ----------
         timeout_s
-            longest time to wait, s. What has come of a frame by then is kept for the next call.
+            longest time to wait, s. The received part of a frame is kept for the next call.
 
         Returns
         -------
         bytes or None
-            None where no frame ended in time.
+            the frame; None if no frame was complete in time.
 
         Raises
         ------
@@ -96,7 +97,7 @@ class Line:
 
     def close(self) -> None:
         """Closes the port; more than once is allowed."""
-        # pyserial forgets the socket unclosed where the other end went first.
+        # If the other end closed first, pyserial drops the socket without closing it.
         self._port.close()
         if self._socket is not None:
             self._socket.close()
@@ -108,7 +109,10 @@ class Line:
         self.close()
 
     def _next_frame(self) -> bytes | None:
-        """Of the bytes received; of one that is too long only the start is kept."""
+        """Takes the next complete frame from the received bytes; None if there is none.
+
+        Of a frame that is too long only the start is kept.
+        """
         while self._received:
             part, zero, rest = self._received.partition(b"\0")
             self._frame += part[: MAX_FRAME + 1 - len(self._frame)]
@@ -120,7 +124,7 @@ class Line:
         return None
 
     def _read(self, timeout_s: float) -> bytes:
-        """What there is; waits for the first byte of it."""
+        """Returns the available bytes; waits for the first of them, at most `timeout_s`."""
         try:
             if self._descriptor is None:
                 return bytes(self._port.read(max(1, self._port.in_waiting)))
@@ -143,14 +147,15 @@ def open_line(port: str, baud: int = BAUD) -> Line:
     port
         /dev/ttyACM0, COM3, or a URL of pyserial: socket://host:port, rfc2217://host:port, loop://.
     baud
-        bits a second; sockets have none.
+        bit rate, bits per second; not used for sockets.
 
     Raises
     ------
     HilError
-        there is no such port, it is in use, or may not be opened; says how to mend it.
+        the port does not exist, is in use, or may not be opened; the message says how to correct
+        it.
     """
-    # pyserial knows no time limit for writing there.
+    # pyserial supports no write timeout for rfc2217 ports.
     write_timeout_s = None if port.lower().startswith("rfc2217:") else WRITE_TIMEOUT_S
     try:
         opened = serial.serial_for_url(
@@ -162,7 +167,7 @@ def open_line(port: str, baud: int = BAUD) -> Line:
 
 
 def _why(port: str, error: Exception) -> str:
-    """Why a port was not opened, and what to do."""
+    """Returns the reason why a port was not opened, and what the user can do."""
     number = getattr(error, "errno", None)
     if "://" in port:
         return (

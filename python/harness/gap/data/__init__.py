@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""What the records are worth: faults of the data, noise floor, regimes that were visited."""
+"""Quality of the records: faults of the data, noise floor, and the visited regimes."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Noise floor of a measured signal: what no simulator can explain."""
+"""Noise floor of a measured signal: the part that no simulator can explain."""
 
 from __future__ import annotations
 
@@ -20,20 +20,23 @@ from ehsid.harness.gap.thresholds import (
 )
 from ehsid.harness.records import Record
 
-# Order of the differences. A motion of w rad/s is left with (2 sin(w dt / 2))^7 / sqrt(C(14, 7)) of
-# its amplitude: 6e-5 for an oil spring of 70 Hz at 1 kHz, where third differences leave 2 %.
+# Order of the differences. They leave (2 sin(w dt / 2))^7 / sqrt(C(14, 7)) of the amplitude of a
+# motion of w rad/s: 6e-5 for an oil spring of 70 Hz at 1 kHz, where third differences leave 2 %.
 ORDER = 7
 BLOCKS = 20
 LEAST_SAMPLES = 100
-# Levels of a quantised signal that moves are fewer steps apart than this, mostly.
+# Most neighbouring levels of a quantised signal in motion are fewer steps apart than this.
 NEAR_LEVELS = 50
-# Median of |x| of a normal deviate.
+# Median of |x| of a standard normal variable.
 NORMAL_MEDIAN = 0.6744897501960817
 
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """Standard deviation of the noise, and the interval of 90 % over blocks of the record."""
+    """Standard deviation of the noise, in the unit of the signal, and its interval of 90 %.
+
+    The interval is the spread over the blocks or windows of the record.
+    """
 
     value: float
     low: float
@@ -41,12 +44,13 @@ class NoiseFloor:
 
 
 def noise_floor(signal: npt.ArrayLike) -> NoiseFloor:
-    """From what is too fast for a servo: seventh differences, median over blocks.
+    """Estimates the noise floor from seventh differences, which are too fast for a servo.
 
-    White noise of deviation s has k-th differences of deviation s sqrt(C(2k, k)). Where the sensor
-    shows whole steps q and stands still in most of them, q / sqrt(12) is the floor. Noise of low
-    frequency is not seen: the floor is then too low. Samples so far apart that the motion itself is
-    fast make it too high: see `sees_motion`.
+    The estimate is the median over blocks of the signal. White noise of standard deviation s has
+    k-th differences of deviation s sqrt(C(2k, k)). If the sensor shows whole steps q and most
+    samples do not change, the floor is q / sqrt(12). The differences do not show noise of low
+    frequency; the floor is then too low. With a sampling time so long that the motion itself is
+    fast, it is too high: see `sees_motion`.
 
     Parameters
     ----------
@@ -56,7 +60,7 @@ def noise_floor(signal: npt.ArrayLike) -> NoiseFloor:
     Raises
     ------
     ValueError
-        fewer samples.
+        there are fewer samples.
     """
     samples = np.asarray(signal, dtype=np.float64)
     by_block = np.maximum(_by_block(samples, ORDER), sensor_step(samples) / math.sqrt(12.0))
@@ -65,44 +69,45 @@ def noise_floor(signal: npt.ArrayLike) -> NoiseFloor:
 
 
 def sees_motion(signal: npt.ArrayLike) -> bool:
-    """Are the differences of `noise_floor` of motion rather than noise? Then it is a bound above.
+    """Tells whether the differences in `noise_floor` show motion; the floor is then an upper bound.
 
-    White noise is the same in differences of any order; motion of w is amplified from order k to
-    k + 2 by (2 sin(w dt / 2))^2 sqrt(C(2k, k) / C(2k + 4, k + 2)), which is 1 for a single w only.
+    White noise gives the same estimate from differences of any order. From order k to k + 2, the
+    estimate from a motion of w rad/s changes by the factor
+    (2 sin(w dt / 2))^2 sqrt(C(2k, k) / C(2k + 4, k + 2)), which is 1 for a single w only.
     """
     samples = np.asarray(signal, dtype=np.float64)
     seventh, ninth = (float(np.median(_by_block(samples, k))) for k in (ORDER, ORDER + 2))
     if min(seventh, ninth) <= max(sensor_step(samples), LEAST_FLOOR * float(np.std(samples))):
-        # Steps of the sensor, or nothing that matters.
+        # The differences are steps of the sensor, or too small to matter.
         return False
     return abs(math.log(ninth / seventh)) > MOTION_SEEN
 
 
 def floor_of(record: Record, name: str) -> NoiseFloor:
-    """The noise floor of a column, by the best way the record offers.
+    """Estimates the noise floor of a column by the best method that the record allows.
 
-    Repeats of the command, where there are any, show noise of all frequencies and all that does not
-    come again, in motion. Else windows at rest show noise of low frequency, too; the floor is then
-    the larger of that and of the seventh differences, unless these see the motion. Without repeats
-    and rest it is the differences alone.
+    Repeats of the command, if there are any, show noise of all frequencies in motion, and
+    everything else that is not repeatable. Otherwise windows at rest also show noise of low
+    frequency; the floor is the larger of their estimate and that of the seventh differences, unless
+    the differences show motion. Without repeats and rest, the differences alone give the floor.
 
     Parameters
     ----------
     record
         without gaps, with `command_v` and `position_m`, of at least 100 samples.
     name
-        of the column.
+        name of the column.
 
     Raises
     ------
     ValueError
-        fewer samples, or gaps.
+        the record has fewer samples, or gaps.
     """
     if record.dt_s is None or len(record.segments) > 1:
         raise ValueError(f"{record.name}: a noise floor needs one stretch with a sampling time")
     samples = record.column(name)
     white = noise_floor(samples)
-    # Below this nothing is resolved; a record without any noise is not measured.
+    # The floor is at least the resolution, because a measured signal always has some noise.
     least = max(sensor_step(samples) / math.sqrt(12.0), LEAST_FLOOR * float(np.std(samples)))
     if sees_motion(samples):
         white = NoiseFloor(white.value, min(least, white.low), white.high)
@@ -125,7 +130,7 @@ def _hull(value: float, one: NoiseFloor, other: NoiseFloor) -> NoiseFloor:
 
 
 def _of_windows(errors: Sequence[FloatArray]) -> NoiseFloor | None:
-    """Rms over windows; what is beyond the 95 % quantile of them counts as that much: spikes."""
+    """Rms over windows; mean squares above their 95 % quantile (spikes) count as the quantile."""
     if len(errors) < REST_WINDOWS:
         return None
     squares = np.array([float(np.mean(window**2)) for window in errors])
@@ -135,7 +140,7 @@ def _of_windows(errors: Sequence[FloatArray]) -> NoiseFloor | None:
 
 
 def _by_block(samples: FloatArray, order: int) -> FloatArray:
-    """Deviation of white noise with these differences, for each block of the record."""
+    """Standard deviation of white noise with these differences, for each block of the signal."""
     if samples.ndim != 1 or samples.size < LEAST_SAMPLES:
         raise ValueError(f"a noise floor needs {LEAST_SAMPLES} samples, there are {samples.size}")
     differences = np.diff(samples, order) / math.sqrt(math.comb(2 * order, order))
@@ -144,18 +149,18 @@ def _by_block(samples: FloatArray, order: int) -> FloatArray:
 
 
 def sensor_step(samples: FloatArray) -> float:
-    """Least step of a quantised signal, shape (N,); zero where values are not on a grid."""
+    """Smallest step of a quantised signal of shape (N,), in its unit; zero without a grid."""
     levels = np.unique(samples)
     if levels.size < 2:
         return 0.0
     steps = np.diff(levels)
-    # Rounding in a text file splits equal levels by some 1e-12 of them.
+    # Rounding in a text file makes equal levels differ by some 1e-12 of their value.
     resolution = 1e-9 * float(np.abs(levels).max())
     real = steps[steps > resolution]
     if real.size == 0:
         return 0.0
-    # Neighbouring levels are a few steps apart, all of them whole ones; without a grid the nearest
-    # two of many are far nearer than the others.
+    # On a grid, neighbouring levels are a few whole steps apart. Without a grid, the nearest two of
+    # many levels are far closer to each other than the others are.
     places = real / float(real.min())
     near = places[places < NEAR_LEVELS]
     on_grid = np.abs(near - np.round(near)) < 0.1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What must be known of the data before anything is blamed on the machine."""
+"""Checks of the data that must be made before a gap is attributed to the machine."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ehsid.harness.gap.thresholds import FLOORS_DIFFER, WINDOW_S
 from ehsid.harness.records import COLUMNS, Record
 from ehsid.harness.rigs import Rig
 
-# In the order of reading: without time nothing else can be said, a constant says nothing of signs.
+# The remarks are read in this order: a constant channel, for example, says nothing about signs.
 _CHECKS: tuple[Callable[[Record, Rig], list[Remark]], ...] = (
     check_sampling,
     check_constant,
@@ -32,19 +32,19 @@ _CHECKS: tuple[Callable[[Record, Rig], list[Remark]], ...] = (
 
 
 def gate(records: Sequence[Record], rig: Rig) -> tuple[Remark, ...]:
-    """Look through the records; nothing is changed and nothing raised.
+    """Checks the records for faults; it changes nothing and raises nothing.
 
     Parameters
     ----------
     records
-        as read, with or without gaps.
+        records as read, with or without gaps.
     rig
-        what they are to be compared with.
+        configuration of the simulator with which they are compared.
 
     Returns
     -------
-    Remarks in the order of the records, the serious ones of each first. Where a record has a
-    serious one the diagnosis cannot rest on it.
+    Remarks in the order of the records, the serious ones of each record first, then those on the
+    differences between records. The diagnosis cannot rest on a record with a serious remark.
     """
     found: list[Remark] = []
     usable = []
@@ -57,14 +57,14 @@ def gate(records: Sequence[Record], rig: Rig) -> tuple[Remark, ...]:
 
 
 def longest_stretch(record: Record) -> Record:
-    """The longest part of a record without a gap; the record itself where it has none."""
+    """Returns the longest part of a record without a gap, or the record itself if it has none."""
     if len(record.segments) == 1:
         return record
     return stretch(record, max(record.segments, key=lambda part: part.stop - part.start))
 
 
 def stretch(record: Record, part: slice) -> Record:
-    """A part of a record without a gap, as a record."""
+    """Returns a part of a record without a gap as a record."""
     assert record.time_s is not None
     return Record(
         name=record.name,
@@ -103,7 +103,7 @@ def _of_record(record: Record, rig: Rig) -> list[Remark]:
 
 
 def _noise_differs(records: Sequence[Record]) -> list[Remark]:
-    """Between records of one machine the noise of a sensor stays."""
+    """Checks that the noise of each sensor is the same in all records of the machine."""
     remarks = []
     for name in COLUMNS:
         having = [record for record in records if name in record.columns and name != "command_v"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Gate: does every channel live? Constants, frozen stretches, saturated sensors, spikes."""
+"""Gate for channels: constant ones, frozen stretches, saturated sensors, spikes."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ NEEDED = ("command_v", "position_m")
 
 
 def _runs(column: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """First and last sample of each run of equal values."""
+    """Indices of the first and the last sample of each run of equal values."""
     changes = np.flatnonzero(np.diff(column) != 0.0)
     return np.append(0, changes + 1), np.append(changes, column.size - 1)
 
 
 def check_constant(record: Record, rig: Rig) -> list[Remark]:
-    """Channels that never change, motion below noise, and stretches in which a sensor froze."""
+    """Finds constant channels, motion that is below the noise, and stretches of a frozen sensor."""
     remarks = []
     for name in (one for one in COLUMNS if one in record.columns):
         column = record.column(name)
@@ -64,7 +64,7 @@ def check_constant(record: Record, rig: Rig) -> list[Remark]:
 
 
 def _frozen(record: Record, name: str) -> list[Remark]:
-    """A sensor that froze shows one value for long, and jumps when it wakes."""
+    """Finds stretches where a sensor shows one value for a long time and then jumps."""
     assert record.dt_s is not None
     column = record.column(name)
     starts, ends = _runs(column)
@@ -88,7 +88,7 @@ def _frozen(record: Record, name: str) -> list[Remark]:
 
 
 def check_saturated(record: Record, rig: Rig) -> list[Remark]:
-    """A sensor at the end of its range: it runs into its largest or least value and stays there."""
+    """Finds sensors at the end of their range, which stay at their largest or smallest value."""
     remarks = []
     for name in (one for one in COLUMNS if one in record.columns):
         if name in ("command_v", "temperature_c"):
@@ -102,7 +102,8 @@ def check_saturated(record: Record, rig: Rig) -> list[Remark]:
         usual = float(np.quantile(steps, 0.95))
         for word, extreme in (("largest", column.max()), ("least", column.min())):
             at = long & (column[starts] == extreme) & (starts >= 2)
-            # It came in motion: the step before the one that was cut off is no small one.
+            # The signal must have reached the extreme in motion: the last step that the saturation
+            # did not cut is not small.
             before = steps[np.maximum(starts[at] - 2, 0)]
             moving = before > 0.1 * usual
             if usual > 0.0 and np.count_nonzero(moving) >= CLIPPED_RUNS:
@@ -119,10 +120,11 @@ def check_saturated(record: Record, rig: Rig) -> list[Remark]:
 
 
 def check_spikes(record: Record, rig: Rig) -> list[Remark]:
-    """Samples far from both neighbours, alone: no motion does that.
+    """Finds single samples that are far from both neighbours, which no motion causes.
 
-    Distance to the median of five (F. Hampel, J. Amer. Statist. Assoc. 69(346), 1974) and to the
-    neighbours' cubic, against what is usual in the channel and near by.
+    The distances to the median of five samples (F. Hampel, J. Amer. Statist. Assoc. 69(346), 1974)
+    and to the cubic through the neighbours are compared with the usual distance in the channel and
+    with those nearby.
     """
     remarks = []
     for name in (one for one in COLUMNS if one in record.columns):
@@ -142,21 +144,22 @@ def check_spikes(record: Record, rig: Rig) -> list[Remark]:
 
 
 def spikes(column: FloatArray) -> npt.NDArray[np.bool_]:
-    """Which samples are spikes, shape (N,)."""
-    # Away from the cubic through the four neighbours: at the turns of a motion that is small.
+    """Marks the samples that are spikes, shape (N,)."""
+    # Distance from the cubic through the four neighbours: it is small at reversals of a motion.
     weights = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0
     cubic = np.abs(correlate1d(column, weights, mode="nearest"))
     usual = float(np.quantile(cubic, 0.95))
     away = np.abs(column - median_filter(column, size=5, mode="nearest"))
     away = np.minimum(away, cubic)
-    # Away from the one before and the one after, both on the same side.
+    # A spike differs from the sample before and the sample after, in the same direction.
     before = np.diff(column, prepend=column[0])
     after = np.diff(column, append=column[-1])
     alone = np.minimum(np.abs(before), np.abs(after)) > 0.7 * away
-    # The most in eleven samples before and eleven after, two on either side left out.
+    # Largest distance in the eleven samples before and the eleven after, without the two nearest on
+    # either side.
     near = maximum_filter1d(away, 11, mode="nearest")
     around = np.maximum(np.roll(near, 8), np.roll(near, -8))
-    # A spike moves the medians of its neighbours, by less than itself.
+    # A spike also changes the medians of its neighbours, but by less than its own distance.
     highest = away >= maximum_filter1d(away, 5, mode="nearest")
     far = away > max(SPIKE_SIZE * usual, SPIKE_MATTERS * float(np.std(column)))
     alone &= highest & (before * after < 0.0) & (around < SPIKE_ALONE * away)

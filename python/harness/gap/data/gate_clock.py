@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Gate: is the time of a record even, fine and long enough?"""
+"""Gate for the time of a record: even sampling, fine sampling, sufficient length."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from ehsid.harness.gap.thresholds import (
 from ehsid.harness.records import COLUMNS, Record
 from ehsid.harness.rigs import Rig
 
-# No motion is looked for in these.
+# Columns in which the check of the sampling does not look for motion.
 SLOW = ("command_v", "temperature_c")
-# Parts of a record whose sampling times are compared.
+# Number of parts of a record whose sampling times are compared.
 PARTS = 10
 
 
 def check_clock(record: Record) -> list[Remark]:
-    """Time at all, jitter, drift, gaps."""
+    """Checks that the record has a time, and looks for jitter, drift and gaps in it."""
     if record.time_s is None or record.dt_s is None or record.jitter is None:
         return [
             Remark(
@@ -63,7 +63,7 @@ def check_clock(record: Record) -> list[Remark]:
 
 
 def _drift(record: Record) -> list[Remark]:
-    """Does the sampling time of parts of the record differ by more than its digits?"""
+    """Checks whether sampling times of parts of the record differ by more than jitter explains."""
     assert record.time_s is not None
     assert record.dt_s is not None
     assert record.jitter is not None
@@ -72,7 +72,7 @@ def _drift(record: Record) -> list[Remark]:
         return []
     steps = np.diff(record.time_s[edges]) / np.diff(edges)
     spread = float(np.ptp(steps) / record.dt_s)
-    # The ends of a part each waver by the jitter of a single sample.
+    # Each end of a part is uncertain by the jitter of a single sample.
     by_chance = 4.0 * record.jitter.max_relative / float(np.diff(edges).min())
     if spread <= max(CLOCK_DRIFT, by_chance):
         return []
@@ -86,7 +86,7 @@ def _drift(record: Record) -> list[Remark]:
 
 
 def check_length(record: Record) -> list[Remark]:
-    """Long enough to fit some windows and hold others out?"""
+    """Checks that the record is long enough to fit some windows and hold others out."""
     assert record.dt_s is not None
     seconds = len(record) * record.dt_s
     needed = SKIP_S + LEAST_WINDOWS * WINDOW_S
@@ -112,7 +112,7 @@ def check_length(record: Record) -> list[Remark]:
 
 
 def check_sampling(record: Record, rig: Rig) -> list[Remark]:
-    """Fine enough for the oil spring, and for telling noise from motion?"""
+    """Checks that the sampling resolves the oil spring and separates noise from motion."""
     assert record.dt_s is not None
     remarks = []
     spring = oil_spring_hz(rig)

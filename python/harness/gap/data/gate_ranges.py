@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Gate: are the values what the rig can have, and in the units of the schema?"""
+"""Gate for values: possible on this rig, and in the units of the schema."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from ehsid.harness.gap.thresholds import (
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
-# Units in which logs come, by what one of them is in the unit of the schema.
+# Units that logs use, each with its size in the unit of the schema.
 LENGTHS = MappingProxyType({"cm": 1e-2, "mm": 1e-3, "um": 1e-6})
 PRESSURES = MappingProxyType({"kPa": 1e3, "psi": 6894.757, "bar": 1e5, "MPa": 1e6})
 ATMOSPHERE_PA = 101325.0
@@ -36,19 +36,19 @@ CHAMBERS = ("pressure_a_pa", "pressure_b_pa")
 
 
 def _mapping(rig: Rig, name: str, unit: str) -> str:
-    """The line of [columns] that would read this column in that unit."""
+    """Returns the line of [columns] in the rig file that would read this column in that unit."""
     told = rig.columns.get(name)
     return f'[columns] {name} = {{ name = "{told.name if told else name}", unit = "{unit}" }}'
 
 
 def _nearest(scale: float, units: Mapping[str, float]) -> str | None:
-    """The unit of nearly that scale, within a factor of three."""
+    """Returns the unit whose scale is nearest; None if none is within a factor of three."""
     unit = min(units, key=lambda one: abs(math.log(units[one] / scale)))
     return unit if abs(math.log(units[unit] / scale)) < math.log(3.0) else None
 
 
 def check_command(record: Record, rig: Rig) -> list[Remark]:
-    """Beyond rated, or at rated for long?"""
+    """Checks whether the command exceeds the rated command, or is at it for a long time."""
     rated = rig.values.get("valve.rated_command_v")
     if rated is None:
         return []
@@ -87,7 +87,7 @@ def check_command(record: Record, rig: Rig) -> list[Remark]:
 
 
 def check_position(record: Record, rig: Rig) -> list[Remark]:
-    """Within the stroke, not at its ends, in metres?"""
+    """Checks that the position is in metres, within the stroke, and mostly away from its ends."""
     stroke = rig.values.get("cylinder.stroke_m")
     if stroke is None:
         return []
@@ -138,7 +138,7 @@ def check_position(record: Record, rig: Rig) -> list[Remark]:
 
 
 def check_pressures(record: Record, rig: Rig) -> list[Remark]:
-    """Between vacuum and what the supply can give, in pascal, absolute, as the rig says?"""
+    """Checks that pressures are in Pa, absolute, above vacuum, and possible with the supply."""
     supply = rig.values.get("supply.pressure_pa")
     if supply is None:
         return []
@@ -165,7 +165,7 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
     pressure = record.column(name)
     low, top = float(pressure.min()), float(np.quantile(pressure, 0.99))
     if top < PRESSURE_UNIT * supply:
-        # A chamber reaches some 70 % of the supply.
+        # The largest pressure in a chamber is some 70 % of the supply pressure.
         usual = supply if name == "supply_pressure_pa" else 0.7 * supply
         unit = _nearest(usual / top, PRESSURES) if top > 0.0 else None
         mend = (
@@ -181,7 +181,7 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
             )
         ]
     remarks = []
-    # Noise goes below zero, too, where oil is near vacuum.
+    # Noise also makes values below zero where the oil is near vacuum.
     if low < -VACUUM_FLOORS * noise_floor(pressure).value:
         gauge = low > -1.05 * ATMOSPHERE_PA
         mend = (
@@ -196,8 +196,8 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
                 serious=not gauge,
             )
         )
-    # A load that pulls can raise one chamber over the supply, by the ratio of the areas at most
-    # where it stands still.
+    # A pulling load can raise the pressure of one chamber above the supply pressure: at standstill,
+    # by the ratio of the areas at most.
     bore, rod = rig.values["cylinder.bore_m"], rig.values["cylinder.rod_m"]
     most = supply * (1.0 if name != "pressure_b_pa" else bore**2 / (bore**2 - rod**2))
     above = float(

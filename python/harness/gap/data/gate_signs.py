@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Gate: do command and position point the same way, and are the pressures at the right ports?"""
+"""Gate for signs: direction of command and position, and assignment of the pressure ports."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ehsid.harness.rigs import Rig
 
 
 def _slopes(record: Record, order: int) -> FloatArray:
-    """Derivative of the position by a parabola over FORCE_SMOOTHED_S."""
+    """Derivative of the position from a parabola fitted over FORCE_SMOOTHED_S, in SI units."""
     assert record.dt_s is not None
     length = max(5, 2 * round(0.5 * FORCE_SMOOTHED_S / record.dt_s) + 1)
     return np.asarray(
@@ -33,9 +33,9 @@ def _deviation(values: FloatArray) -> FloatArray:
 
 
 def correlation(first: FloatArray, second: FloatArray) -> float:
-    """Compute the correlation coefficient of two signals in any unit.
+    """Returns the correlation coefficient of two signals in any unit.
 
-    `np.corrcoef` squares the values as they are, which loses very small and very large ones.
+    `np.corrcoef` squares the values without scaling, which loses very small and very large ones.
 
     Parameters
     ----------
@@ -53,11 +53,11 @@ def correlation(first: FloatArray, second: FloatArray) -> float:
 
 
 def check_directions(record: Record, rig: Rig) -> list[Remark]:
-    """A positive command extends the rod: a valve makes speed of it, a motor power."""
+    """Checks that a positive command extends the rod, by the correlation of command and speed."""
     command, speed = record.column("command_v"), _slopes(record, 1)
     if np.ptp(command) == 0.0 or np.ptp(speed) == 0.0:
         return []
-    # Power of the drive, but for the mean command, which may hold a load.
+    # The means are subtracted, because the mean command may hold a load.
     together = correlation(command, speed)
     if together > -OPPOSITE:
         return []
@@ -72,7 +72,7 @@ def check_directions(record: Record, rig: Rig) -> list[Remark]:
 
 
 def check_ports(record: Record, rig: Rig) -> list[Remark]:
-    """The force balance with the pressures as named, and exchanged."""
+    """Compares the force balance with the pressures as named and with the pressures exchanged."""
     if rig.plant != "ehs" or any(name not in record.columns for name in CHAMBERS):
         return []
     p_a, p_b = (record.column(name) for name in CHAMBERS)
@@ -81,7 +81,7 @@ def check_ports(record: Record, rig: Rig) -> list[Remark]:
     cap = 0.25 * np.pi * rig.values["cylinder.bore_m"] ** 2
     annulus = cap - 0.25 * np.pi * rig.values["cylinder.rod_m"] ** 2
     speed, acceleration = _slopes(record, 1), _slopes(record, 2)
-    # m a = p_a A_a - p_b A_b - b v - F_c sgn v - k y - F_0: what the right columns leave is small.
+    # m a = p_a A_a - p_b A_b - b v - F_c sgn v - k y - F_0: the right columns leave little of it.
     terms = np.column_stack(
         [acceleration, speed, np.sign(speed), record.column("position_m"), np.ones(len(record))]
     )
@@ -90,7 +90,8 @@ def check_ports(record: Record, rig: Rig) -> list[Remark]:
     named, exchanged = (
         _balance(terms, cap * one - annulus * other) for one, other in ((p_a, p_b), (p_b, p_a))
     )
-    # With nearly equal areas exchanging is a change of sign: then the mass tells.
+    # With nearly equal areas an exchange changes the sign of the force. Then the sign of the fitted
+    # mass decides.
     wrong = exchanged[0] < EXCHANGED * named[0] or (
         named[1] < 0.0 < exchanged[1] and named[2] > 0.5 and exchanged[0] < 1.5 * named[0]
     )
@@ -107,7 +108,7 @@ def check_ports(record: Record, rig: Rig) -> list[Remark]:
 
 
 def _balance(terms: FloatArray, force: FloatArray) -> tuple[float, float, float]:
-    """Rms that the terms leave of a force, the weight of the first one, and the share explained."""
+    """Fits terms to a force; returns the residual rms, the first weight and the explained share."""
     weights, *_ = np.linalg.lstsq(terms, force, rcond=None)
     left = float(np.std(force - terms @ weights))
     spread = float(np.std(force))

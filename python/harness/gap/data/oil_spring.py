@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How fast a machine swings, as far as the rig tells."""
+"""Natural frequency of a machine on its oil spring, from the values in the rig file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ehsid.harness.rigs import Rig
 
 
 def oil_spring_hz(rig: Rig) -> float | None:
-    """Frequency of the load on the oil at mid-stroke, in Hz; None for a plant without oil."""
+    """Natural frequency of the load on the oil at mid-stroke, Hz; None for a plant without oil."""
     v = rig.values
     if rig.plant == "axis":
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where a record has been: what it did not visit it cannot speak of."""
+"""Regimes that a record visits; it says nothing about effects in regimes it does not visit."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ from ehsid.harness.simulation import command_limit, measured_states
 
 @dataclass(frozen=True)
 class Regimes:
-    """What a record visits; shares of its time unless said otherwise.
+    """Regimes that a record visits, as shares of its time unless stated otherwise.
 
     Attributes
     ----------
     largest_command
-        fraction of rated command, or of the record's own largest where the drive names no limit.
+        fraction of the rated command, or of the record's own largest if the drive has no limit.
     near_null
-        commands within NEAR_NULL of rated.
+        time with commands below NEAR_NULL of the rated command.
     slow
-        speeds within SLOW_SHARE of the largest.
+        time with speeds below SLOW_SHARE of the largest speed.
     command_reversals, motion_reversals
-        counts: turns of the command, and of the rod, by more than a few per cent of their range.
+        numbers of reversals of the command and of the rod, by more than 5 and 2 % of their range.
     travel
         share of the stroke that the rod covers; None without a stroke.
     at_ends
-        within a hundredth of the stroke of an end; None without a stroke.
+        time within a hundredth of the stroke from either end; None without a stroke.
     load_signs
-        1 or 2: whether the load on the cylinder pushes one way or both; None without pressures.
+        1 or 2: number of directions in which the load force acts; None without pressures.
     fast_power_hz
-        frequency below which 99 % of the power of the command's changes lies.
+        frequency below which 99 % of the power of the command's changes lies, Hz.
     lowest_pressure_pa, highest_pressure_pa
-        of both chambers; None without pressures.
+        lowest and highest pressure of both chambers, Pa; None without pressures.
     position_floor_m
-        noise of the position sensor, its steps included.
+        noise floor of the position sensor, its steps included, m.
     """
 
     largest_command: float
@@ -58,7 +58,7 @@ class Regimes:
 
 
 def reversals(signal: FloatArray, share: float) -> int:
-    """Turns of a signal, each by more than this share of its range (zigzag)."""
+    """Counts the reversals of a signal that exceed this share of its range (zigzag)."""
     least = share * float(np.ptp(signal))
     if least <= 0.0:
         return 0
@@ -76,12 +76,12 @@ def reversals(signal: FloatArray, share: float) -> int:
 
 
 def visited(record: Record, rig: Rig) -> Regimes:
-    """Look through a record without gaps.
+    """Determines the regimes that a record without gaps visits.
 
     Raises
     ------
     ValueError
-        a record with gaps, or without sampling time.
+        the record has gaps, or no sampling time.
     """
     states = measured_states(record)
     assert record.dt_s is not None
@@ -100,9 +100,9 @@ def visited(record: Record, rig: Rig) -> Regimes:
         cap = rig.values["cylinder.bore_m"] ** 2
         annulus = cap - rig.values["cylinder.rod_m"] ** 2
         load = states[:, 2] * cap - states[:, 3] * annulus
-        # Both ways where it does so for a twentieth of the time at least.
+        # The load acts in both directions if it acts in each for more than a twentieth of the time.
         load_signs = 2 if 0.05 < float(np.mean(load > 0.0)) < 0.95 else 1
-        # Noise has no part in it: one sample in a thousand is beyond.
+        # Quantiles keep noise out of the extremes: one sample in a thousand is beyond each.
         lowest, highest = (float(end) for end in np.quantile(states[:, 2:], [0.001, 0.999]))
     return Regimes(
         largest_command=float(share.max()),
@@ -121,7 +121,10 @@ def visited(record: Record, rig: Rig) -> Regimes:
 
 
 def _fast_power(command: FloatArray, dt_s: float) -> float:
-    """Of the changes from sample to sample: a held step counts as what it excites."""
+    """Frequency below which 99 % of the power of the command's changes lies, Hz.
+
+    The changes from sample to sample are used, so that a step counts as what it excites.
+    """
     power = np.abs(np.fft.rfft(np.diff(command))) ** 2
     if power.sum() <= 0.0:
         return 0.0

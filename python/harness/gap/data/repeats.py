@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where a record's command repeats itself: what differs between two repeats is noise.
+"""Repeats of the command in a record: the difference of the responses to them is noise.
 
 R. Pintelon, J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012, sec.
 2.5: the sample variance over periods needs no model of the plant.
@@ -21,15 +21,16 @@ from ehsid.harness.gap.thresholds import (
 )
 from ehsid.harness.records import Record
 
-# Samples that are looked for again; a word of this length with several values is no accident.
+# Length of the pieces of command (words) that are searched for. A word of this length with several
+# different values does not repeat by chance.
 WORD = 24
-# Where words are taken from: a stretch of a twentieth of the record is found.
+# Number of places from which words are taken: a stretch of a twentieth of the record is found.
 ANCHORS = 40
 
 
 @dataclass(frozen=True)
 class Repeat:
-    """Samples first to last, last excluded, have the command of those `lag` samples later."""
+    """Samples `first` to `last` (excluded), whose command repeats exactly `lag` samples later."""
 
     lag: int
     first: int
@@ -37,23 +38,23 @@ class Repeat:
 
 
 def find_repeat(command: FloatArray, least: int) -> Repeat | None:
-    """The longest stretch whose command comes again exactly; None where it is below `least`.
+    """Finds the longest stretch whose command repeats exactly; None if it is below `least`.
 
-    Commands that a controller computed from a noisy sensor never do.
+    Commands that a controller computed from a noisy sensor never repeat exactly.
 
     Parameters
     ----------
     command
         shape (N,).
     least
-        samples that the stretch must have.
+        number of samples that the stretch must have.
     """
     n = command.size
     found: Repeat | None = None
     tried: set[int] = set()
     for anchor in np.linspace(0, max(0, n - 2 * WORD), ANCHORS).astype(int).tolist():
         word = command[anchor : anchor + WORD]
-        # A word that stands still, or nearly, is found everywhere.
+        # A word with few different values is found everywhere.
         if np.unique(word).size < WORD // 4:
             continue
         rest = command[anchor + 1 :]
@@ -71,7 +72,7 @@ def find_repeat(command: FloatArray, least: int) -> Repeat | None:
 
 
 def _longest(same: npt.NDArray[np.bool_]) -> tuple[int, int]:
-    """Longest run of True, its end excluded."""
+    """Finds the longest run of True; returns its first index and its end, which is excluded."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(np.int8)))
     starts, ends = edges[::2], edges[1::2]
     if starts.size == 0:
@@ -81,23 +82,24 @@ def _longest(same: npt.NDArray[np.bool_]) -> tuple[int, int]:
 
 
 def repeat_errors(record: Record, name: str) -> list[FloatArray]:
-    """What differs between repeats of a column, in windows, each of the noise's own deviation.
+    """Differences of a column between repeats, in windows, scaled to the deviation of the noise.
 
-    Of three repeats in a row it is x_1 - 2 x_2 + x_3, of six times the variance of the noise: what
-    changes evenly, as the response of a rod that drifts, goes out. Of two it is x_1 - x_2, of twice
-    the variance, and only where the rod stays in place. The mean over a window goes, too: a servo
-    drifts, and the gap is measured in windows.
+    With three repeats in a row the difference is x_1 - 2 x_2 + x_3, with six times the variance of
+    the noise; an even change from repeat to repeat, as from a drift of the rod, cancels. With two
+    it is x_1 - x_2, with twice the variance, and is used only if the rod stays in place. The mean
+    of each window is subtracted, because a servo drifts and the gap is measured in windows.
 
     Parameters
     ----------
     record
         without gaps, with `command_v` and `position_m`.
     name
-        of the column.
+        name of the column.
 
     Returns
     -------
-    Windows of equal length; none where the command does not repeat itself.
+    Windows of equal length, in the unit of the column; an empty list if the command does not repeat
+    or the rod drifts too far.
     """
     assert record.dt_s is not None
     length = max(10, round(WINDOW_S / record.dt_s))
@@ -106,7 +108,7 @@ def repeat_errors(record: Record, name: str) -> list[FloatArray]:
     if repeat is None:
         return []
     begin = repeat.first + settled
-    # Where the stretch is longer than a period the third repeat begins within it.
+    # If the stretch is longer than a period, the third repeat begins within it.
     samples = repeat.last - repeat.lag - begin
     weights, most = np.array([1.0, -2.0, 1.0]), REPEAT_DRIFT_EVEN
     if samples < 2 * length:
@@ -124,5 +126,5 @@ def repeat_errors(record: Record, name: str) -> list[FloatArray]:
     count = samples // length
     windows = difference[: count * length].reshape(count, length)
     centred = windows - windows.mean(axis=1, keepdims=True)
-    # One degree of freedom went with the mean.
+    # The subtraction of the mean takes one degree of freedom.
     return list(centred * np.sqrt(length / (length - 1)))

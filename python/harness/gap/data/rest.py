@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Stretches of a record in which the rod stands still: what moves there is noise."""
+"""Stretches of a record in which the rod stands still: changes of the signals there are noise."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from ehsid.harness.records import Record
 
 
 def rest_windows(record: Record) -> list[slice]:
-    """Windows at rest, each after one in which the command already stood still.
+    """Finds windows at rest, each after a window in which the command already stood still.
 
-    At rest the command stays within REST_COMMAND of its range, and the mean speed is below
-    REST_SPEED of the record's largest.
+    At rest the command varies by at most REST_COMMAND of its range in the record, and the mean
+    speed is at most REST_SPEED of the largest mean speed of a window.
 
     Parameters
     ----------
@@ -41,13 +41,13 @@ def rest_windows(record: Record) -> list[slice]:
 
 
 def rest_errors(record: Record, name: str) -> list[FloatArray]:
-    """A column in the windows at rest, less a straight line each: what creeps is no noise."""
+    """Returns a column in the windows at rest, less a straight line in each: creep is no noise."""
     column = record.column(name)
     found = []
     for window in rest_windows(record):
         samples = column[window]
         time = np.linspace(-1.0, 1.0, samples.size)
         line = samples.mean() + time * (time @ samples) / (time @ time)
-        # Two degrees of freedom went with the line.
+        # The subtraction of the line takes two degrees of freedom.
         found.append((samples - line) * np.sqrt(samples.size / (samples.size - 2)))
     return found

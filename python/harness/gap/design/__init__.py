@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""The next experiment: what would separate the causes that the records cannot."""
+"""Design of the next experiment, which separates causes that the records cannot separate."""

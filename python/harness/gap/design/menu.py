@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Experiments, each made for some regime, inside the limits of a machine."""
+"""Menu of experiments, each for some regime, inside the limits of a machine."""
 
 from __future__ import annotations
 
@@ -28,23 +28,23 @@ from ehsid.harness.simulation import (
     velocity_gain,
 )
 
-# Makes a shape in [-1, 1] of n samples at dt_s.
+# A function that returns a signal in [-1, 1], shape (n,), from n and the sampling time dt_s.
 Shape = Callable[[int, float], FloatArray]
 SEED = 7
 
 
 @dataclass(frozen=True)
 class Entry:
-    """An excitation.
+    """An excitation of the menu.
 
     Attributes
     ----------
     words
-        for the operator; {speed} and {size} are filled in.
+        description for the operator; {speed} in mm/s and {size} in per cent are filled in.
     size
-        of the command, as a share of its limit.
+        amplitude of the command, as a share of its limit.
     shape
-        of the command.
+        function that returns the shape of the command.
     """
 
     words: str
@@ -54,14 +54,14 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """An experiment as the best rival predicts it.
+    """An experiment with the outputs that the best rival predicts.
 
     Attributes
     ----------
     description
         one line for the operator.
     record
-        all outputs of the plant, without noise.
+        command and all outputs of the plant, without noise.
     """
 
     description: str
@@ -88,20 +88,20 @@ def _chirp(n: int, dt_s: float) -> FloatArray:
 
 
 def _away_from_null(n: int, dt_s: float) -> FloatArray:
-    """To and fro at a steady speed, with small reversals on it."""
+    """Forward and back at a steady speed, with a small triangle on it; shape (n,)."""
     slow = np.sign(np.sin(2.0 * np.pi * 0.5 * np.arange(n) * dt_s))
     return np.asarray(0.85 * slow + 0.15 * triangle(n, dt_s, amplitude=1.0, period_s=0.25))
 
 
 def _pauses(n: int, dt_s: float) -> FloatArray:
-    """Moves of a quarter of a second with rests of three quarters between them."""
+    """Moves of 0.25 s in alternating directions, with rests of 0.75 s between them; shape (n,)."""
     phase = np.arange(n) * dt_s
     moving = phase % 1.0 < 0.25
     return np.where(moving, np.sign(np.sin(np.pi * np.floor(phase) + 0.5)), 0.0)
 
 
 def _everything(n: int, dt_s: float) -> FloatArray:
-    """Slow triangle, small reversals, fast multisine and large steps, one after the other."""
+    """Slow triangle, small reversals, fast multisine and large steps in sequence; shape (n,)."""
     part = n // 4
     shapes = (
         0.05 * _triangle(1.0, part, dt_s),
@@ -151,30 +151,30 @@ def candidate(
     limit_v: float,
     span_m: tuple[float, float],
 ) -> Candidate | None:
-    """An excitation as a machine would run it, or None where it would leave the limits.
+    """Simulates an excitation on a machine; returns None if it would leave the limits.
 
-    A servo drifts: a slow position loop holds the rod about its path. The command as it comes out
-    of that loop is what is to be sent.
+    Because a servo drifts, a slow position loop holds the rod about its path. The command that this
+    loop puts out is the command of the experiment.
 
     Parameters
     ----------
     entry
-        of the menu.
+        entry of the menu.
     rig
         the machine.
     values
-        of the best rival, by full name.
+        values of the best rival, by full name.
     dt_s
-        sampling time.
+        sampling time, s.
     limit_v
-        largest command.
+        largest command, V.
     span_m
-        least and largest position of the rod.
+        smallest and largest position of the rod, m.
     """
     n = round(DESIGN_S / dt_s)
     shape = entry.shape(n, dt_s)
     command = entry.size * limit_v * (shape - shape.mean())
-    # Where a plant that follows its command would go: it ends where it began.
+    # Path of a plant whose speed follows the command. It ends where it began.
     path = velocity_gain(rig) * dt_s * np.cumsum(command)
     room = (1.0 - 2.0 * DESIGN_MARGIN) * (span_m[1] - span_m[0])
     scale = min(1.0, room / max(float(np.ptp(path)), 1e-12))
@@ -186,7 +186,7 @@ def candidate(
         return None
     record = run.run.record
     position = record.column("position_m")
-    # Half of the margin is for what the rival does not know.
+    # The other half of the margin is for errors of the rival.
     edge = 0.5 * DESIGN_MARGIN * (span_m[1] - span_m[0])
     if position.min() < span_m[0] + edge or position.max() > span_m[1] - edge:
         return None

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""The experiment that tells rivals apart which the records at hand cannot.
+"""Design of the experiment that tells rivals apart where the records cannot.
 
-T-optimal design: the record on which the best rival's outputs are farthest from those of every
-other rival after that one has been fitted anew (A. Atkinson, V. Fedorov, Biometrika 62(1), 1975).
+The design is T-optimal: it chooses the record on which the outputs of the best rival are farthest
+from those of every other rival, after a new fit of that other rival (A. Atkinson, V. Fedorov,
+Biometrika 62(1), 1975).
 """
 
 from __future__ import annotations
@@ -31,10 +32,10 @@ from ehsid.harness.rigs.parameters import EFFECT_PREFIX, plant_parameters
 from ehsid.harness.simulation import command_limit
 from ehsid.harness.simulation.outputs import NOISE_OF
 
-# Entries of the menu that are looked at closely side by side; the answer hangs on it, the number of
-# cores does not.
+# Number of finalists that are fitted in parallel. The result depends on this number; therefore it
+# does not depend on the number of cores.
 AT_ONCE = 2
-# Sensors that can be added, in this order.
+# Sensors that can be added, in this order of preference.
 MORE_SENSORS = (("pressure_a_pa", "pressure_b_pa"), ("supply_pressure_pa",))
 
 
@@ -46,7 +47,7 @@ def _least(
     floors: Mapping[str, float],
     iterations: int,
 ) -> Separation:
-    """Of the rival that is hardest to set apart."""
+    """Returns the separation of the rival with the smallest power on the record of a candidate."""
     found = separations(rig, rivals, one.record, floors, iterations=iterations)
     return min(found, key=lambda each: each.power)
 
@@ -61,33 +62,35 @@ def next_experiment(
     command_limit_v: float | None = None,
     span_m: tuple[float, float] | None = None,
 ) -> NextExperiment | None:
-    """Design a record that sets the best rival apart from all others.
+    """Designs a record that separates the best rival from all others.
 
-    Among the excitations of the menu, inside stroke, command and pressure limits, the one with the
-    largest power against the hardest rival. Sensors that the records did not have are asked for
-    only where without them the power stays below DESIGN_POWER. A low power is given as it is.
+    The design is the excitation of the menu, inside the limits of stroke, command and pressure,
+    that has the largest power against the rival that is hardest to separate. Sensors that the
+    records did not have are requested only if the power stays below DESIGN_POWER without them. A
+    low power is reported as it is.
 
     Parameters
     ----------
     rig
         the machine.
     rivals
-        effects and values of the plant by full name, the best first; values that are not there
-        are those of the rig.
+        effects and values of the plant by full name, the best first; values that are missing are
+        taken from the rig.
     outputs
-        that the records had.
+        outputs that the records had.
     floors
-        of those outputs.
+        noise floors of those outputs, by name.
     dt_s
-        sampling time of the experiment.
+        sampling time of the experiment, s.
     command_limit_v
-        by default rated command; needed where the rig names none.
+        largest command, V; by default the rated command, required if the rig has none.
     span_m
-        least and largest position; by default the stroke, needed where there is none.
+        smallest and largest position, m; by default the stroke, required if the rig has none.
 
     Returns
     -------
-    None where there are no two rivals, or no entry of the menu stays inside the limits.
+    The experiment; None if there are fewer than two rivals, a limit is not known, or no entry of
+    the menu stays inside the limits.
     """
     if len(rivals) < 2:
         return None
@@ -124,10 +127,14 @@ def next_experiment(
 def _most_powerful(
     rig: Rig, rivals: Sequence[Rival], made: Sequence[Candidate], floors: Mapping[str, float]
 ) -> tuple[float, Candidate]:
-    """All of them with short fits, the farthest then with whole ones, until one is good enough."""
+    """Returns the largest power and its candidate.
+
+    All candidates get short fits. Those with the largest separation then get whole fits, until one
+    of them reaches DESIGN_POWER.
+    """
     least = partial(_least, rig, list(rivals), floors=floors)
     screened = run_tasks([partial(least, one, iterations=DESIGN_ITERATIONS) for one in made])
-    # The farthest first; those as far as each other stay in the order of the menu.
+    # The largest separation comes first; equal ones stay in the order of the menu.
     order = sorted(range(len(made)), key=lambda i: screened[i].nats, reverse=True)
     found: list[tuple[float, Candidate]] = []
     for begin in range(0, min(len(made), DESIGN_FINALISTS), AT_ONCE):
@@ -140,7 +147,7 @@ def _most_powerful(
 
 
 def runnable(values: Mapping[str, float]) -> dict[str, float]:
-    """Values as the simulator takes them: a fit ends at a bound, give or take a rounding."""
+    """Returns values that the simulator accepts: a fit may pass a bound by a rounding error."""
     inside = {
         name: min(max(value, plant_parameters()[name].minimum), plant_parameters()[name].maximum)
         if value != 0.0
@@ -158,7 +165,7 @@ def runnable(values: Mapping[str, float]) -> dict[str, float]:
 def _sensor_sets(
     rig: Rig, outputs: Sequence[str], floors: Mapping[str, NoiseFloor]
 ) -> list[dict[str, float]]:
-    """Floors by output: as measured, and with more sensors."""
+    """Returns noise floors by output: for the measured outputs, and for sets with more sensors."""
     known = {name: floors[name].value for name in outputs}
     sets = [known]
     if rig.plant != "ehs":

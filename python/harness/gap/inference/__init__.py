@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""From fits to findings: candidates, evidence for each, where and how far, the verdict."""
+"""Findings from fits: candidates, evidence for each, place and size of the gap, verdict."""

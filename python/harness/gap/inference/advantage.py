@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How much better one rival is than another on held-out data, with its uncertainty."""
+"""Advantage of one candidate over another on held-out records, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ from ehsid.harness.gap.thresholds import BOOTSTRAP_DRAWS, BOOTSTRAP_SEED, INDEPE
 
 @dataclass(frozen=True)
 class Advantage:
-    """Of one rival over another.
+    """Advantage of one candidate over another.
 
     Attributes
     ----------
     nats
-        of held-out log-likelihood.
+        difference of the held-out log-likelihoods, nats.
     low
-        the level that 95 % of the draws of windows exceed.
+        the level of `nats` that 95 % of the bootstrap draws of windows exceed.
     relative
-        ln of the ratio of their errors with the floor, mean over the outputs: 0.1 is 10 %.
+        ln(errors of the other candidate / errors of this one), noise floor included, mean over the
+        outputs: 0.1 is 10 %.
     """
 
     nats: float
@@ -33,16 +34,22 @@ class Advantage:
 
 
 def _log_errors(case: Case, rival: Rival, weights: FloatArray) -> FloatArray:
-    """Errors as ln sqrt(mse + floor^2), mean over outputs; weights (draws, W)."""
+    """Returns ln sqrt(mse + floor^2), mean over the outputs, shape (draws,).
+
+    weights: how often each draw takes each window, shape (draws, W).
+    """
     floors = np.array([case.floors[name].value for name in case.outputs])
     mse = (weights @ rival.squares) / (weights @ rival.counts)[:, np.newaxis]
     return np.asarray(0.5 * np.log(mse + floors**2).mean(axis=1), dtype=np.float64)
 
 
 def advantage(case: Case, better: Rival, worse: Rival) -> Advantage:
-    """Of `better` over `worse`; windows are drawn with replacement, the same for both.
+    """Returns the advantage of `better` over `worse`, with a bootstrap over windows.
 
-    nats = outputs n (mean over outputs of ln e_worse - ln e_better), n the independent errors.
+    Windows are drawn with replacement, the same windows for both candidates. With e the errors
+    (noise floor included) and n the number of independent errors of an output,
+
+        nats = outputs n (mean over outputs of ln e_worse - ln e_better).
     """
     windows = better.counts.size
     rng = np.random.default_rng(BOOTSTRAP_SEED)
@@ -56,9 +63,9 @@ def advantage(case: Case, better: Rival, worse: Rival) -> Advantage:
 
 
 def above_floor(case: Case, rival: Rival) -> float:
-    """Held-out errors over the floor, both with the floor: ln of the ratio, mean over the outputs.
+    """Returns ln of the held-out errors over the noise floor, mean over the outputs.
 
-    A rival at the floor has 0: its errors are noise.
+    The floor is added in quadrature to both, so that a candidate whose errors are noise has 0.
     """
     floors = np.array([case.floors[name].value for name in case.outputs])
     weights = np.ones((1, rival.counts.size))

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""What the equations of measured signals, or the errors of a position, say of effects one by one.
+"""Attribution of the gap to subsystems, from equations or position errors, without any fit.
 
-The strongest suspect is put into the equations, which are then asked again, until nothing gains.
-Gains are in nats per independent statistic, as are the logarithms of what remains above the noise,
-so that both make shares of the subsystems.
+The effect with the largest gain (the strongest suspect) is put into the equations of the measured
+signals, and all effects are tried again, until none gains enough. Gains are in nats per independent
+statistic, as are the logarithms of the residuals that remain above the noise. Both are added up to
+shares of the subsystems. Without equations one suspect is taken, from the position errors.
 """
 
 from __future__ import annotations
@@ -43,18 +44,19 @@ from ehsid.harness.rigs.parameters import effects
 
 @dataclass(frozen=True)
 class Attribution:
-    """What was found without any fit.
+    """Result of the attribution without any fit of effects.
 
     Attributes
     ----------
     equations
-        before any suspect; empty without pressures.
+        what they leave over before any suspect; empty without the measurements for them.
     taken
-        those that were put in one after another.
+        suspects that were put into the equations, in this order.
     subsystem
-        shares, sum 1; empty where nothing is above the noise, or nothing can be told.
+        share of the gap by subsystem, sum 1; empty where nothing is above the noise, or where the
+        data do not show it.
     notes
-        sentences.
+        sentences for the reader.
     """
 
     equations: tuple[EquationShare, ...]
@@ -66,7 +68,10 @@ class Attribution:
 def attribute_equations(
     records: Sequence[Record], rig: Rig, values: Mapping[str, float], exclude: Sequence[str] = ()
 ) -> Attribution:
-    """From measured pressures; see `equations` for the parameters."""
+    """Attributes the gap from the equations of the measured signals.
+
+    `exclude` holds ids of effects that are not tried; for the other parameters see `equations`.
+    """
     signals = [measured(record, rig) for record in records]
     told = all_values(rig, values)
     found = equations(records, rig, told)
@@ -94,14 +99,14 @@ def attribute_equations(
         times = float(np.sqrt(np.mean(equation.residual**2)))
         whose: tuple[str, ...] = (share.subsystem,)
         if any(effects()[one.effect].subsystem == "sensor" for one in taken):
-            # What a sensor did to the position is undone by halves only.
+            # The effect of a sensor on the position can be undone only in part.
             whose = ("sensor",)
         elif share.equation in (CAP, ROD):
-            # May be a flow of the valve as well as another.
+            # The flow that is wrong may be that of the valve or another one.
             whose = ("valve", "hydraulics")
         for subsystem in whose:
             _add(weights, subsystem, math.log(times) / len(whose))
-        # Friction within the smoothing of the speed, or a sensor's own: no news.
+        # What a suspect leaves over (friction within the smoothing of the speed) is not new.
         if not set(whose) <= {effects()[one.effect].subsystem for one in taken}:
             notes.append(
                 f'The equation "{share.equation}" is left with {times:.1f} times what it may be '
@@ -111,16 +116,16 @@ def attribute_equations(
 
 
 def attribute_errors(problem: Problem, x: FloatArray, exclude: Sequence[str] = ()) -> Attribution:
-    """From the calibrated errors of the position, to first order about the calibration.
+    """Attributes the gap from the calibrated position errors, linearised about the calibration.
 
     Parameters
     ----------
     problem
-        of the calibration alone.
+        problem of the calibration alone, without effects.
     x
-        where it ended.
+        parameters at the end of its fit, shape (n,).
     exclude
-        ids that are not asked for.
+        ids of effects that are not tried.
     """
     rows = problem.errors(x)["position_m"]
     spread = np.concatenate([one.centred(one.outputs["position_m"]) for one in problem.records])
@@ -167,7 +172,7 @@ def _changed(
 
 
 def _error_equation(problem: Problem, x: FloatArray, rows: FloatArray) -> Equation:
-    """The errors as an equation whose own values are those of the calibration."""
+    """Returns the position errors as an equation with the calibrated values as its own."""
     parameters = problem.parameters
     columns = np.empty((rows.size, x.size))
     for i, parameter in enumerate(parameters):
@@ -197,9 +202,9 @@ def _error_equation(problem: Problem, x: FloatArray, rows: FloatArray) -> Equati
 
 
 def _share_out(weights: dict[str, float], asked: Sequence[Suspect]) -> list[str]:
-    """The strongest gain, in equal parts to the subsystems of all that gain nearly as much.
+    """Adds the strongest gain, in equal parts, to the subsystems of all nearly as strong suspects.
 
-    Says so where they are several.
+    Returns a sentence that says so where there are several subsystems.
     """
     near = [one for one in asked if one.gain >= SUSPECT_NEAR * asked[0].gain]
     whose = sorted({effects()[one.effect].subsystem for one in near})

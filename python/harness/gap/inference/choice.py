@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The set of effects that the data ask for, and those that they cannot tell from it."""
+"""Choice of the set of effects that the data require, and of the sets that do as well."""
 
 from __future__ import annotations
 
@@ -34,14 +34,15 @@ FRICTION = frozenset(("coulomb_friction", "stribeck_friction"))
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What was decided.
+    """Chosen set of effects, and the sets that the data cannot tell from it.
 
     Attributes
     ----------
     best
-        the calibrated rig with the fewest effects that the data ask for.
+        the calibrated rig with the fewest effects that the data require.
     equals
-        other sets that the data cannot tell from it, best first; each is asked for in its turn.
+        other sets that the data cannot tell from `best`, lowest held-out cost first; each of them
+        is better than the calibrated rig alone.
     """
 
     best: Rival
@@ -49,7 +50,10 @@ class Choice:
 
 
 def _edges_do_as_well(case: Case, rival: Rival) -> bool:
-    """A load force that unequal edges could stand for, where no pressure tells them apart."""
+    """Tells whether unequal edges of the valve could stand for a candidate's load force.
+
+    They can where no pressure is measured and the force is small beside its standard deviation.
+    """
     if case.pressures or FORCE not in rival.effects or case.rig.plant != "ehs":
         return False
     names = [one.name for one in case.parameters(rival.effects)]
@@ -59,12 +63,12 @@ def _edges_do_as_well(case: Case, rival: Rival) -> bool:
 
 
 def decided(gain: Advantage) -> bool:
-    """One is better than the other without doubt, and by an amount that counts."""
+    """Tells whether an advantage is beyond doubt, and large enough to count."""
     return gain.nats >= DECIDED_NATS and gain.low > 0.0 and gain.relative >= DECIDED_RELATIVE
 
 
 def asked_for(case: Case, more: Rival, less: Rival, calibrated: Rival) -> bool:
-    """The effects of `more` are worth their names."""
+    """Tells whether `more` is so much better than `less` that its effects are justified."""
     gain = advantage(case, more, less)
     left = min(above_floor(case, less), NEAREST)
     smaller = rms(less) - rms(more)
@@ -77,7 +81,7 @@ def asked_for(case: Case, more: Rival, less: Rival, calibrated: Rival) -> bool:
 
 
 def together(case: Case, best: Rival, calibrated: Rival) -> float:
-    """Share of the errors above the floor that a set takes, mean over the outputs."""
+    """Share of the calibrated errors above the noise floor that the effects of `best` remove."""
     floors = np.array([case.floors[name].value for name in case.outputs])
     before, after = (np.maximum(rms(one) - floors, 0.0) for one in (calibrated, best))
     scale = case.variation()
@@ -85,12 +89,15 @@ def together(case: Case, best: Rival, calibrated: Rival) -> float:
 
 
 def rms(rival: Rival) -> FloatArray:
-    """Held-out errors by output, shape (outputs,)."""
+    """Rms of the held-out errors by output, in the unit of the output, shape (outputs,)."""
     return np.asarray(np.sqrt(rival.squares.sum(axis=0) / rival.counts.sum()), dtype=np.float64)
 
 
 def choose(case: Case, found: Found) -> Choice:
-    """From nothing to the best single effect, the best pair, and so on while it is asked for."""
+    """Chooses the set of effects that the data require: none, one, a pair and so on.
+
+    The best set of each size replaces a smaller one only where the data require it.
+    """
     pool = [
         one
         for one in found.rivals
@@ -120,7 +127,10 @@ def choose(case: Case, found: Found) -> Choice:
 
 
 def _simplest(case: Case, best: Rival, pool: Sequence[Rival], calibrated: Rival) -> Rival:
-    """The nested set that does as well, if there is one: Coulomb for Stribeck, one for two."""
+    """Returns the simplest nested set that does as well as `best`, else `best` itself.
+
+    Examples are Coulomb friction for Stribeck friction, or one effect for two.
+    """
     for one in sorted(pool, key=lambda one: (len(one.effects), one.x.size, one.held_out_cost)):
         simpler = (len(one.effects), one.x.size) < (len(best.effects), best.x.size)
         nested = simpler and contains(best.effects, one.effects)
@@ -130,5 +140,5 @@ def _simplest(case: Case, best: Rival, pool: Sequence[Rival], calibrated: Rival)
 
 
 def one_family(effects: Sequence[str]) -> frozenset[str]:
-    """The set with both laws of friction taken for one."""
+    """Returns the set of effects with both laws of friction counted as one."""
     return frozenset("friction" if effect in FRICTION else effect for effect in effects)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Conditions under which a servo works, in words with their numbers, and when they hold."""
+"""Operating conditions of a servo: a description with its limits, and when each one holds."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 def conditions(records: Sequence[Compared], rig: Rig) -> dict[str, BoolArray]:
-    """When each condition holds, at the samples inside windows, record after record.
+    """Returns the samples where each condition holds, by its description, record after record.
 
-    Limits are those of all records together. Conditions on pressures only where every record has
-    them.
+    Only samples inside windows count. Limits are computed from all records together. Conditions on
+    pressures are included only where every record has both.
     """
     states = np.concatenate([measured_states(one.record)[one.used] for one in records])
     command = np.concatenate([one.record.column("command_v")[one.used] for one in records])
@@ -82,7 +82,10 @@ def _of_pressures(
 
 
 def after_turns(signal: FloatArray, share: float, samples: int) -> BoolArray:
-    """Samples that follow a turn of more than this share of the signal's range, shape (N,)."""
+    """Marks each turn of a signal and the given number of samples after it, shape (N,).
+
+    A turn is a peak or a trough with a prominence of at least this share of the signal's range.
+    """
     least = share * float(np.ptp(signal))
     marks = np.zeros(signal.size)
     if least > 0.0:

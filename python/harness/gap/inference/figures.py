@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Findings from fits: simulated records, how far, values with intervals, probabilities."""
+"""Figures of the diagnosis: simulated records, gap, values with intervals, probabilities."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from ehsid.harness.rigs.parameters import EFFECT_PREFIX, NUISANCE_PREFIX
 def held_out_figures(
     case: Case, nominal: Rival, calibrated: Rival, best: Rival
 ) -> tuple[tuple[HeldOutRun, ...], HowFar]:
-    """Held-out records beside the three simulations, and the figures of the gap."""
+    """Returns the held-out records with their three simulations, and the figures of the gap."""
     fine = decisive(case)
     rivals = (nominal, calibrated, best)
     problems = [fine.problem(one.effects, held_out=True) for one in rivals]
@@ -74,7 +74,11 @@ def _times(compared: Compared) -> FloatArray:
 
 
 def _by_command(case: Case, runs: Sequence[HeldOutRun]) -> tuple[float, float] | None:
-    """Share of the explainable gap in the windows of smaller and of larger commands."""
+    """Shares of the explainable gap that the effects remove at smaller and at larger commands.
+
+    Windows are split at the median of their mean |command|. None with fewer than 8 windows, or
+    where a half has no explainable gap.
+    """
     rows = []
     for run in runs:
         numbers = run.window[run.window >= 0]
@@ -106,7 +110,11 @@ def _by_command(case: Case, runs: Sequence[HeldOutRun]) -> tuple[float, float] |
 
 
 def estimates(case: Case, rival: Rival) -> tuple[dict[str, Estimate], dict[str, bool]]:
-    """Of all fitted values by full name; and whether each has moved from what was told."""
+    """Returns the estimates of all fitted values by full name, and whether each has moved.
+
+    A moved value is off the centre of its prior by MOVED_TOLD deviations of the prior and MOVED_FIT
+    of the fit.
+    """
     scatter, windows = scatter_of(case, rival)
     model_error = MODEL_ERROR if case.pressures else MODEL_ERROR_POSITION
     found, moved = {}, {}
@@ -123,7 +131,10 @@ def estimates(case: Case, rival: Rival) -> tuple[dict[str, Estimate], dict[str, 
 def calibration_of(
     case: Case, found: Mapping[str, Estimate], moved: Mapping[str, bool]
 ) -> dict[str, CalibratedValue]:
-    """Of the rig's values and nuisances; a nuisance has no told value to move from."""
+    """Returns the calibrated values of the rig and the nuisances.
+
+    A nuisance has no value in the rig file, so that it never counts as moved.
+    """
     return {
         one.name: CalibratedValue(
             one.value(one.centre),
@@ -136,7 +147,10 @@ def calibration_of(
 
 
 def in_sigmas(parameter: Parameter, estimate: Estimate) -> Estimate | None:
-    """An estimate in standard deviations of the parameter's prior, from its centre."""
+    """Returns an estimate in standard deviations of the parameter's prior, from its centre.
+
+    None where the prior has no finite deviation.
+    """
     if not (math.isfinite(parameter.sigma) and parameter.sigma > 0.0):
         return None
     value, low, high = (
@@ -147,10 +161,10 @@ def in_sigmas(parameter: Parameter, estimate: Estimate) -> Estimate | None:
 
 
 def probabilities(case: Case, choice: Choice, far: HowFar) -> dict[str, float]:
-    """That each effect of the best set is there.
+    """Returns the probability that each effect of the best set is present.
 
-    Weights exp(-nats / TEMPERATURE) over the set and its equals, and no more than SURE: rivals that
-    nobody thought of are always there, the more so the more of the gap is left.
+    The best set and its equals have the weights exp(-nats / TEMPERATURE). Because another cause is
+    always possible, the probability is at most SURE, and lower, the more of the gap is left.
     """
     floor = far.noise_floor[1]
     room = far.calibrated - floor
@@ -172,7 +186,7 @@ def probabilities(case: Case, choice: Choice, far: HowFar) -> dict[str, float]:
 def found_effects(
     case: Case, found: Found, choice: Choice, values: Mapping[str, Estimate], far: HowFar
 ) -> tuple[FoundEffect, ...]:
-    """The best set, each with its part in the held-out gain."""
+    """Returns the effects of the best set, each with its share of the held-out gain."""
     best = choice.best
     sure = probabilities(case, choice, far)
     gains = {}
@@ -193,7 +207,7 @@ def found_effects(
 
 
 def listed(case: Case, found: Found, choice: Choice) -> tuple[Candidate, ...]:
-    """All sets that were fitted, the best first, then those that were only looked at."""
+    """Lists the calibrated rig and all sets that were fitted or screened, by held-out cost."""
     equals = {one.effects for one in (choice.best, *choice.equals)}
     best = min([choice.best, *found.rivals], key=lambda one: one.held_out_cost)
     room = above_floor(case, found.calibrated)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How far the gap shrinks on held-out data, with intervals from whole windows."""
+"""Reduction of the gap on held-out records, with intervals from a bootstrap over windows."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ from ehsid.harness.gap.thresholds import BOOTSTRAP_DRAWS, SHRINKAGE_LEVEL
 
 @dataclass(frozen=True, eq=False)
 class WindowSums:
-    """Sums over each window, by output: shape (W,) each.
+    """Sums over each window, by output, shape (W,) each.
 
     Attributes
     ----------
     error, spread
-        of squared errors, and of squared measured values less their window's mean.
+        sums of squared errors, and of squared measured values less their window's mean, in the
+        squared unit of the output.
     count
-        samples.
+        number of samples.
     """
 
     error: Mapping[str, FloatArray]
@@ -42,7 +43,10 @@ def window_sums(
     simulated: Sequence[Mapping[str, FloatArray]],
     outputs: Sequence[str],
 ) -> WindowSums:
-    """Of all records, window after window; simulated: outputs of shape (N,) for each record."""
+    """Computes the sums over the windows of all records, window after window.
+
+    simulated: for each record the simulated outputs by name, shape (N,).
+    """
     errors: dict[str, list[FloatArray]] = {name: [] for name in outputs}
     spreads: dict[str, list[FloatArray]] = {name: [] for name in outputs}
     counts = []
@@ -54,7 +58,7 @@ def window_sums(
             spread = record.centred(record.outputs[name])
             errors[name].append(_by_window(numbers, error**2))
             spreads[name].append(_by_window(numbers, spread**2))
-    # Windows of other blocks have a number but no samples.
+    # Windows of the blocks that are not compared have a number here, but no samples.
     count = np.concatenate(counts)
     held = count > 0.0
     return WindowSums(
@@ -65,7 +69,7 @@ def window_sums(
 
 
 def _gaps(sums: WindowSums, chosen: npt.NDArray[np.int64]) -> FloatArray:
-    """Nrmse by output over the chosen windows, shape (outputs,)."""
+    """Normalised rms error (nrmse) by output over the chosen windows, shape (outputs,)."""
     return np.array(
         [
             np.sqrt(sums.error[name][chosen].sum() / sums.spread[name][chosen].sum())
@@ -93,10 +97,11 @@ def how_far(
     floors: Mapping[str, NoiseFloor],
     rng: np.random.Generator,
 ) -> HowFar:
-    """Figures and intervals; windows are drawn with replacement, the same for all three.
+    """Computes the figures of the gap and their intervals from the sums of three simulations.
 
-    Samples of a window hang together, windows of half a second hardly do (Künsch, Ann. Statist.
-    17(3), 1989: blocks longer than the correlation).
+    Windows are drawn with replacement, the same windows for all three. Errors within a window are
+    correlated, those of different windows of half a second hardly (Künsch, Ann. Statist. 17(3),
+    1989: blocks longer than the correlation).
     """
     windows = calibrated.count.size
     every = np.arange(windows)

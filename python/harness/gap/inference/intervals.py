@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Intervals of fitted values from windows, whose errors hang together within but hardly between.
+"""Confidence intervals of fitted values, from the gradients of the cost in each window.
 
-The sandwich H^-1 (sum_w g_w g_w' + Lambda) H^-1 (H. White, Econometrica 50(1), 1982), with g_w the
-gradient of a window, H the Gauss-Newton Hessian and Lambda the information of the priors: errors
-that are structured count as often as they are independent, whatever the cost assumes.
+Errors are correlated within a window, but hardly between windows. The covariance is the sandwich
+H^-1 (sum_w g_w g_w' + Lambda) H^-1 (H. White, Econometrica 50(1), 1982), with g_w the gradient of a
+window, H the Gauss-Newton Hessian and Lambda the information of the priors. Structured errors
+therefore count as often as they are independent, whatever the cost assumes.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ LEVEL = 0.9
 
 
 def deviations(problem: Problem, x: FloatArray) -> FloatArray:
-    """Standard deviation of each x, shape (n,)."""
+    """Standard deviation of each parameter x, shape (n,); zero where a bound holds it."""
     step, gradients = problem.window_gradients(x)
-    # Parameters at a bound do not move with the data.
+    # A parameter that the data push against its bound does not move with them.
     held = ((x <= problem.low) & (step.gradient > 0.0)) | (
         (x >= problem.high) & (step.gradient < 0.0)
     )
@@ -43,10 +44,10 @@ def deviations(problem: Problem, x: FloatArray) -> FloatArray:
 
 
 def scatter_of(case: Case, rival: Rival) -> tuple[FloatArray, int]:
-    """Deviation of each x of a rival, and the number of windows it rests on.
+    """Returns the standard deviation of each x of a candidate, and the number of windows used.
 
-    Nuisances that were left out, for nothing of the record tells them from an effect, are as
-    uncertain as their priors are: so is what stands for them.
+    The fit leaves out nuisances that the record cannot tell from an effect. Here they are included
+    with the uncertainty of their priors, which adds to that of the effect that stands for them.
     """
     problem = decisive(case).problem(rival.effects, unseen=True)
     names = {one.name for one in case.parameters(rival.effects)}
@@ -60,9 +61,10 @@ def scatter_of(case: Case, rival: Rival) -> tuple[FloatArray, int]:
 def interval(
     parameter: Parameter, x: float, deviation: float, windows: int, model_error: float = 0.0
 ) -> Estimate:
-    """Value and interval of 90 % with Student's t of the windows, inside the bounds.
+    """Returns a fitted value with its 90 % interval, by Student's t, inside the bounds.
 
-    model_error: deviation of the value, relative, by which the simulator is no machine.
+    The degrees of freedom are the number of windows less one. model_error: relative standard
+    deviation of the value because the simulator is not an exact model of the machine.
     """
     model = model_error * (1.0 if parameter.logarithmic else abs(x))
     spread = math.hypot(deviation, model)
@@ -74,7 +76,7 @@ def interval(
 
 
 def in_deviations(parameter: Parameter, x: float, deviation: float) -> tuple[float, float]:
-    """How far x is from its prior: in deviations told, and of the fit."""
+    """Distance of x from the centre of its prior, in deviations of the prior, and of the fit."""
     away = abs(x - parameter.centre)
     told = away / parameter.sigma if math.isfinite(parameter.sigma) else math.inf
     return told, away / deviation if deviation > 0.0 else math.inf

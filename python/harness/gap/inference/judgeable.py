@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Which effects a record cannot speak of, and why: not visited is not absent."""
+"""Effects on which the records give no evidence, with the reason.
+
+An effect that acts only where a record has not been is not shown to be absent.
+"""
 
 from __future__ import annotations
 
@@ -69,7 +72,7 @@ def _pressures_vary(regimes: Regimes) -> str | None:
     return f"chamber pressures stay within {low:.2g} to {high:.2g} Pa: air is like softer oil there"
 
 
-# What each effect needs; those not named show in any motion.
+# What a record must contain to show each effect; effects that are not named show in any motion.
 _NEEDS: Mapping[str, tuple[Callable[[Regimes], str | None], ...]] = MappingProxyType(
     {
         "transport_delay": (_fast_commands,),
@@ -91,16 +94,16 @@ _NEEDS: Mapping[str, tuple[Callable[[Regimes], str | None], ...]] = MappingProxy
 def cannot_judge(
     regimes: Sequence[Regimes], effects: Sequence[str], plant: str = "ehs"
 ) -> list[CannotJudge]:
-    """Effects for which something is missing in every record, with what is.
+    """Returns the effects that no record can show, each with what the records lack.
 
     Parameters
     ----------
     regimes
-        of each record; what one of them visits is visited.
+        operating regimes of each record; it is enough if one record visits a regime.
     effects
-        ids that are asked for, in the order of the answer.
+        ids of the effects to check, in the order of the result.
     plant
-        of the rig: an effect on a part that it does not have cannot be judged either.
+        plant of the rig: an effect on a part that it does not have cannot be judged either.
     """
     found = []
     for effect in effects:
@@ -122,7 +125,7 @@ def cannot_judge(
 def _missing_everywhere(
     need: Callable[[Regimes], str | None], regimes: Sequence[Regimes]
 ) -> str | None:
-    """The reason of the first record, where all of them have one."""
+    """Returns the reason of the first record where every record has one, else None."""
     reasons = [need(one) for one in regimes]
     return reasons[0] if reasons and all(reason is not None for reason in reasons) else None
 
@@ -130,19 +133,19 @@ def _missing_everywhere(
 def beyond_reach(
     values: Mapping[str, float], regimes: Sequence[Regimes], effects: Sequence[str]
 ) -> list[CannotJudge]:
-    """Of fitted effects those whose size lies beyond what the records reached, with the reason.
+    """Returns the fitted effects whose size lies beyond the range of the records, with the reason.
 
-    Such a size is a guess from the first bend of a curve, or from what noise hides: other effects
-    bend and hide alike.
+    Such a size is extrapolated from the beginning of a curve, or is hidden by noise. Other effects
+    can look the same there.
 
     Parameters
     ----------
     values
-        of the plant, by full name.
+        fitted values of the plant, by full name.
     regimes
-        of each record.
+        operating regimes of each record.
     effects
-        ids that were fitted.
+        ids of the effects that were fitted.
     """
     command = max(one.largest_command for one in regimes)
     floor = min(one.position_floor_m for one in regimes)

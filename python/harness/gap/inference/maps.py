@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Where in regimes, frequency and time the calibrated error above the noise floor lies.
+"""Distribution of the calibrated error above the noise floor over regimes, frequency and time.
 
-The outputs count by their errors over the rms of the measured output about its window's mean, as in
-the contract's nrmse; a share is that of the sum of squares above the floor's.
+The errors of an output are divided by the rms of the measured output about its window's mean, as in
+the nrmse of the contract. A share is one of the sum of squares, less that of the noise floor.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from ehsid.harness.rigs import Rig
 
 @dataclass(frozen=True)
 class Maps:
-    """Shares of the gap above the floor; empty where there is nothing above it."""
+    """Shares of the gap above the noise floor; empty where the errors do not exceed it."""
 
     regimes: tuple[RegimeShare, ...] = ()
     frequency: tuple[BandShare, ...] = ()
@@ -46,7 +46,7 @@ def maps(
     *,
     seed: int = 0,
 ) -> Maps:
-    """Maps of errors inside the windows of all records.
+    """Computes the maps of the errors inside the windows of all records.
 
     Parameters
     ----------
@@ -56,11 +56,11 @@ def maps(
         simulated minus measured by output, shape (sum of the samples inside windows,), as
         `Problem.errors` gives them.
     floors
-        deviation of the noise by output.
+        standard deviation of the noise by output, in the unit of the output.
     rig
-        as told.
+        the rig as configured.
     seed
-        of the bootstrap over whole windows.
+        seed of the bootstrap over whole windows.
     """
     spread = {
         name: float(np.mean(np.concatenate([c.centred(c.outputs[name]) for c in compared]) ** 2))
@@ -90,7 +90,7 @@ def maps(
 
 
 def window_numbers_of(compared: Sequence[Compared]) -> npt.NDArray[np.int64]:
-    """Number of the window of each sample inside windows, counted through all records."""
+    """Returns the window number of each sample inside windows, counted through all records."""
     found: list[npt.NDArray[np.int64]] = []
     first = 0
     for one in compared:
@@ -101,7 +101,10 @@ def window_numbers_of(compared: Sequence[Compared]) -> npt.NDArray[np.int64]:
 
 
 def _share(part: FloatArray, whole: FloatArray, draws: npt.NDArray[np.int64]) -> Estimate:
-    """Of sums over windows, with the interval over drawn windows (Künsch 1989); within [0, 1]."""
+    """Returns the share of `part` in `whole`, both summed over windows, inside [0, 1].
+
+    The interval follows from a bootstrap over windows (Künsch 1989).
+    """
     tail = 0.5 * (1.0 - SHRINKAGE_LEVEL)
     wholes = whole[draws].sum(axis=1)
     positive = wholes > 0.0
@@ -119,11 +122,11 @@ def _bands(
     by_window: FloatArray,
     draws: npt.NDArray[np.int64],
 ) -> list[BandShare]:
-    """By the cosine transform of each window (DCT-II).
+    """Returns the share of each frequency band, from the cosine transform (DCT-II) of each window.
 
-    Orthonormal, so that squares add up to those of the samples, and continued evenly, so that a
-    drift over the window does not leak into all bands as with a Fourier transform (N. Ahmed, T.
-    Natarajan, K. R. Rao, IEEE Trans. Comput. C-23, 1974).
+    The transform is orthonormal, so that its squares add up to those of the samples. It continues a
+    window evenly, so that a drift over the window does not leak into all bands as with a Fourier
+    transform (N. Ahmed, T. Natarajan, K. R. Rao, IEEE Trans. Comput. C-23, 1974).
     """
     nyquist = 0.5 / max(one.dt_s for one in compared)
     edges = [edge for edge in BANDS_HZ if edge < nyquist] + [nyquist]
@@ -131,7 +134,7 @@ def _bands(
     dts = np.concatenate([np.full(np.count_nonzero(one.used), one.dt_s) for one in compared])
     begins = np.flatnonzero(np.diff(window, prepend=-1))
     for number, (begin, end) in enumerate(zip(begins, [*begins[1:], window.size], strict=True)):
-        # Of n samples, number k turns k / 2 times over the window.
+        # Coefficient k has k / 2 periods over the n samples of the window.
         hz = 0.5 * np.arange(end - begin) / ((end - begin) * dts[begin])
         band = np.minimum(np.searchsorted(edges, hz, side="right"), len(edges) - 1) - 1
         power = np.sum(
@@ -145,7 +148,10 @@ def _bands(
 
 
 def _spans(compared: Sequence[Compared], by_window: FloatArray) -> list[SpanShare]:
-    """Stretches of at least SPAN_WINDOWS windows that hold SPAN_EXCESS times their share."""
+    """Returns the stretches of the records that hold far more of the gap than others.
+
+    They consist of runs of SPAN_WINDOWS windows, each with over SPAN_EXCESS times its mean share.
+    """
     total, done, found = float(by_window.sum()), 0, []
     least = SPAN_EXCESS * SPAN_WINDOWS / by_window.size
     ones = np.ones(SPAN_WINDOWS)
@@ -156,7 +162,7 @@ def _spans(compared: Sequence[Compared], by_window: FloatArray) -> list[SpanShar
         share = by_window[done : done + numbers.size] / total
         done += numbers.size
         start_s = 0.0 if one.record.time_s is None else float(one.record.time_s[0])
-        # Between blocks that are held out there are others: a stretch does not reach across.
+        # Other blocks lie between those that are held out; a stretch does not reach across them.
         for part in np.split(np.arange(numbers.size), np.flatnonzero(np.diff(numbers) > 1) + 1):
             if part.size < SPAN_WINDOWS:
                 continue

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Steps of the position sensor: seen in the record itself, no fit needed, and nothing shrinks."""
+"""Quantisation of the position sensor: the record shows it without a fit.
+
+It belongs to the noise floor, so that it does not shrink the gap.
+"""
 
 from __future__ import annotations
 
@@ -20,10 +23,11 @@ QUANTISATION = "sensor_quantisation"
 
 
 def position_step(case: Case, exclude: Sequence[str] = ()) -> Estimate | None:
-    """Step of the position, m, where it is more than a sensor has anyway; else None.
+    """Returns the step of the position, m, if it is larger than a sensor has anyway, else None.
 
-    It must make most of the noise (q / sqrt(12) of even rounding, W. R. Bennett, Bell Syst. Tech.
-    J. 27(3), 1948), be more than what is told of the sensor, and be the same in all records.
+    Its rounding noise, q / sqrt(12) (W. R. Bennett, Bell Syst. Tech. J. 27(3), 1948), must make up
+    most of the noise floor and exceed the sensor noise in the rig file. The step must be the same
+    in all records.
     """
     if QUANTISATION in (*case.rig.effects(), *exclude) or "position_m" not in case.floors:
         return None

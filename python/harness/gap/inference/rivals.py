@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Fits of the calibration alone and together with effects, each with the same budget."""
+"""Fits of candidates: the calibration alone or with effects, each with the same budget."""
 
 from __future__ import annotations
 
@@ -30,24 +30,25 @@ SLEW = "nuisance.spool_slew_1_s"
 
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """An explanation: the calibrated rig with some effects.
+    """Candidate explanation of the records: the calibrated rig with a set of effects.
 
     Attributes
     ----------
     effects
-        ids, none for the calibration alone.
+        ids of the effects; none for the calibration alone.
     x
-        shape (n,), as `Case.parameters(effects)`.
+        fitted parameters, shape (n,), in the order of `Case.parameters(effects)`.
     values
-        of the plant by full name.
+        the same as values of the plant, by full name.
     cost
-        on the training records, prior included.
+        cost on the training records, prior included, nats.
     held_out_cost
-        on the held-out records, without the prior.
+        cost on the held-out records, without the prior, nats.
     converged
-        the fit ended by itself.
+        whether the fit converged within its iterations.
     squares, counts
-        of the held-out errors by window: sums, shape (W, outputs), and samples, shape (W,).
+        held-out errors by window: sums of squares, shape (W, outputs), and numbers of samples,
+        shape (W,).
     """
 
     effects: tuple[str, ...]
@@ -82,22 +83,22 @@ def _best(fits: Sequence[Fit]) -> Fit:
 
 
 def decisive(case: Case) -> Case:
-    """The same with the steps of integration that decide."""
+    """Returns the case with the finer integration steps that decisions are based on."""
     return replace(case, substeps=max(case.substeps, DECISION_SUBSTEPS))
 
 
 def as_told(case: Case) -> Rival:
-    """The rig without any fit, nuisances at their typical values."""
+    """Returns the rig as configured, without any fit, with nuisances at their typical values."""
     problem = decisive(case).problem()
     x = problem.centre()
     return _rival(decisive(case), (), Fit(x, problem.cost(x), 0, True))
 
 
 def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> Rival:
-    """The rig alone, from its priors, cold with short windows first, and from any other start.
+    """Fits the rig without effects, from its priors and from any other starts.
 
-    A cold start into windows of half a second can settle on a wrong multiple of a limit cycle; in
-    short ones it cannot.
+    From the priors it starts directly, and also by way of short windows: in windows of half a
+    second a cold start can settle on a wrong multiple of a limit cycle, in short ones it cannot.
     """
     problem = case.problem()
     cold = problem.centre()
@@ -109,16 +110,16 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> Rival:
 
 
 def _from_all(problem: Problem, starts: Sequence[FloatArray]) -> Fit:
-    """The best of all starts, and of a slower spool from there."""
+    """Fits from all starts, then from the best with a slower spool; returns the best fit."""
     best = _best([fit(problem, start, iterations=ITERATIONS) for start in starts])
     slower = _slower_spool(problem, best)
     return best if slower is None else _best([best, fit(problem, slower, iterations=ITERATIONS)])
 
 
 def _slower_spool(problem: Problem, best: Fit) -> FloatArray | None:
-    """The same values with the limit of the spool's speed that does best, if that is better.
+    """Returns the values with the best limit of the spool's speed if that lowers the cost, or None.
 
-    A limit that nothing reaches has no slope.
+    Several limits are tried, because the cost has no gradient by a limit that nothing reaches.
     """
     names = [parameter.name for parameter in problem.parameters]
     if SLEW not in names:
@@ -135,19 +136,19 @@ def _slower_spool(problem: Problem, best: Fit) -> FloatArray | None:
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """Values to start from, shape (n,), with the sensitivities there."""
+    """Values from which a fit starts, shape (n,), with the sensitivities of the errors there."""
 
     x: FloatArray
     linear: Linear
 
 
 def base(case: Case, effects: tuple[str, ...], x: FloatArray) -> Base:
-    """The values of a rival as a base."""
+    """Returns the values of a candidate as a base."""
     return Base(x, case.problem(effects).linear(x))
 
 
 def values_as_told(case: Case, calibrated: Rival) -> Rival:
-    """Only what no data sheet tells is fitted; the rig's own values stay as told."""
+    """Fits the nuisances only; the rig's own values stay as in the rig file."""
     fine = decisive(case)
     coarse, exact = case.problem(), fine.problem()
     told = [not one.name.startswith(NUISANCE_PREFIX) for one in coarse.parameters]
@@ -156,16 +157,17 @@ def values_as_told(case: Case, calibrated: Rival) -> Rival:
         problem.low = np.where(told, centre, problem.low)
         problem.high = np.where(told, centre, problem.high)
     near = _from_all(coarse, [calibrated.x, centre])
-    # Held values make the valley narrow: twice the steps.
+    # Held values make the minimum narrow, so that the fit needs twice the steps.
     near = fit(coarse, near.x, iterations=ITERATIONS)
     return _rival(fine, (), fit(exact, near.x, iterations=ITERATIONS_FINE))
 
 
 def screen(case: Case, effects: tuple[str, ...], bases: Sequence[Base]) -> Rival:
-    """A short fit with the last effect from each of its active sizes; the best of them.
+    """Makes short fits from each active size of the last effect and each base; returns the best.
 
-    bases: values of calibration and all effects but the last to start from. A calibration without
-    the effect may have gone far to hide it, so that the values as told are a base of their own.
+    bases: values of the calibration and of all effects but the last, to start from. A calibration
+    without the effect may have moved far to hide it, so that the values in the rig file are a base
+    of their own.
     """
     problem = case.problem(effects)
     effect = effects[-1]
@@ -183,7 +185,7 @@ def screen(case: Case, effects: tuple[str, ...], bases: Sequence[Base]) -> Rival
         ]
     simpler = SIMPLER.get(effect)
     if simpler is not None and simpler not in effects:
-        # Its minimum is far narrower than that of the simpler law, and near it.
+        # The minimum of the cost is far narrower than that of the simpler law, and near it.
         less = screen(case, (*effects[:-1], simpler), bases)
         force_n = less.values[f"{EFFECT_PREFIX}{simpler}.force_n"]
         grown = effect_parameters(effect, grown_start(effect, force_n, case.rig), case.rig.plant)
@@ -193,7 +195,7 @@ def screen(case: Case, effects: tuple[str, ...], bases: Sequence[Base]) -> Rival
 
 
 def polish(case: Case, effects: tuple[str, ...], start: FloatArray) -> Rival:
-    """The long fit, at the steps of integration that decide."""
+    """Makes the long fit, which ends with the integration steps that decisions are based on."""
     near = fit(case.problem(effects), start, iterations=ITERATIONS)
     fine = decisive(case)
     if fine.substeps == case.substeps:

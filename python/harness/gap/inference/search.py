@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The search for effects: all alone, then forward from the best few, then backward."""
+"""Search for effects: each one alone, then forward from the best few, then backward."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ from ehsid.harness.parallel import Progress, run_tasks
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import acts_on, effects
 
-# It shows in the record itself.
+# Quantisation shows in the record itself.
 NOT_FITTED = (QUANTISATION,)
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """All that was fitted.
+    """Result of the search: all candidates that were fitted.
 
     Attributes
     ----------
     nominal, calibrated
         the rig as configured, and with its values fitted.
     rivals
-        sets of effects that got the long fit, best on held-out data first.
+        sets of effects that got the long fit, lowest held-out cost first.
     screened
         short fits of each effect alone.
     """
@@ -56,7 +56,7 @@ class Found:
 
 
 def candidates(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
-    """Effects that may be found: those the plant can have and the rig does not tell."""
+    """Ids of the effects that may be found: the plant can have them, the rig file does not."""
     return tuple(
         info.id
         for info in ehsid.effects()
@@ -66,7 +66,7 @@ def candidates(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
 
 
 def search(case: Case, exclude: Sequence[str] = (), progress: Progress | None = None) -> Found:
-    """Fit everything that may explain the record; decides nothing but where to look."""
+    """Fits all sets of effects that may explain the records; it decides only where to look."""
     told = _Steps(progress)
     nominal = as_told(case)
     calibrated = calibrate(case)
@@ -74,7 +74,8 @@ def search(case: Case, exclude: Sequence[str] = (), progress: Progress | None = 
     asked = candidates(case.rig, exclude)
     singles = _widen(case, [calibrated], asked, told.part(0.35), more=[nominal.x])
     alone = _lengthen(case, singles, _both(calibrated), told.part(0.5))
-    # The null gets the same luck: it starts again from the values that the best effects found.
+    # The calibration alone gets the same chance: it starts again from the values of the rig that
+    # the fits with the best effects found.
     size = calibrated.x.size
     again = [one.x[:size] for one in alone[:2]]
     calibrated = min([calibrated, *(polish(case, (), x) for x in again)], key=lambda one: one.cost)
@@ -109,12 +110,12 @@ def _held_out(rival: Rival) -> float:
 
 
 def _both(rival: Rival) -> float:
-    """Fitted and held out alike: what only one of them excites is not lost."""
+    """Sum of both costs, nats, so that an effect that only one part excites is not lost."""
     return rival.cost + rival.held_out_cost
 
 
 def _pays(case: Case, more: Rival, less: Rival) -> bool:
-    """Whether it is worth looking further from here; the verdict asks for more."""
+    """Tells whether to search further from `more`; the verdict requires a larger gain."""
     if not all(matters(effect, more.values, case.rig) for effect in more.effects):
         return False
     gain = advantage(case, more, less)
@@ -128,7 +129,10 @@ def _widen(
     progress: Progress,
     more: Sequence[FloatArray] = (),
 ) -> list[Rival]:
-    """Every parent with every effect that it does not have; each set once. more: bases."""
+    """Makes short fits of every parent with every effect that it does not have, each set once.
+
+    more: values of further bases without effects.
+    """
     tasks, seen = [], set()
     others = [base(case, (), x) for x in more]
     for parent in parents:
@@ -143,15 +147,15 @@ def _widen(
 
 
 def _lengthen(case: Case, short: Sequence[Rival], before: float, progress: Progress) -> list[Rival]:
-    """The long fit for the first few; not for one that gains next to nothing beside the first.
+    """Makes long fits of the first few, except of those that gain little beside the first one.
 
-    before: the cost, as `_both` has it, that they start from.
+    before: cost without the last effect, as `_both` defines it, nats.
     """
     least = IN_THE_RUNNING * max(before - _both(short[0]), 0.0) if short else 0.0
     running = [one for one in short[:KEPT] if before - _both(one) >= least] or short[:1]
     tasks = [partial(polish, case, one.effects, one.x) for one in running]
     long = sorted(run_tasks(tasks, progress), key=_both)
-    # Who leads must not do so, or lose, by where the fit was stopped.
+    # The order of the two best must not depend on where their fits were stopped.
     tasks = [partial(polish, case, one.effects, one.x) for one in long[:2] if not one.converged]
     again = run_tasks(tasks)
     done = {one.effects for one in again}
@@ -159,7 +163,7 @@ def _lengthen(case: Case, short: Sequence[Rival], before: float, progress: Progr
 
 
 def _without_one(case: Case, best: Sequence[Rival], there: Sequence[Rival]) -> list[partial[Rival]]:
-    """Subsets of a set, one effect less, that were not fitted yet."""
+    """Returns tasks that fit the best sets with one effect less, unless that was fitted already."""
     known = {frozenset(one.effects) for one in there}
     tasks = []
     for rival in best:
@@ -173,7 +177,7 @@ def _without_one(case: Case, best: Sequence[Rival], there: Sequence[Rival]) -> l
 def _simpler(
     case: Case, asked: Sequence[str], best: Sequence[Rival], there: Sequence[Rival]
 ) -> list[partial[Rival]]:
-    """A set with the simpler law in place of one that holds it, where that was not fitted yet."""
+    """Returns tasks that fit the best sets with a simpler law, unless that was fitted already."""
     known = {frozenset(one.effects) for one in there}
     tasks = []
     for rival in best:
@@ -192,7 +196,7 @@ def _simpler(
 
 
 def restrict(case: Case, rival: Rival, kept: Sequence[str]) -> FloatArray:
-    """The x of a rival with some of its effects taken away."""
+    """Returns the x of a candidate without the parameters of effects that are not kept."""
     place = rival.x.size - sum(_width(case, effect) for effect in rival.effects)
     parts = [rival.x[:place]]
     for effect in rival.effects:
@@ -209,7 +213,7 @@ def _width(case: Case, effect: str) -> int:
 
 
 class _Steps:
-    """Progress of stages, each up to a share of the whole."""
+    """Progress of successive stages, each up to a share of the whole search, 0 to 1."""
 
     def __init__(self, progress: Progress | None) -> None:
         self._progress = progress

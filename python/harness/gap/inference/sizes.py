@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sizes below which an effect is what every servo has, and not worth a name."""
+"""Sizes of effects that every servo has anyway, so that smaller ones are not reported."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ STROKE = "cylinder.stroke_m"
 
 
 def matters(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
-    """Whether an effect of this size is more than a servo without it has anyway.
+    """Tells whether an effect of this size is more than a servo without it has anyway.
 
     Parameters
     ----------
     effect
-        id.
+        id of the effect.
     values
-        fitted, by full name.
+        fitted values, by full name.
     rig
-        whose pressures, areas and flows are the measure.
+        the rig whose pressures, areas and flows set the scale.
     """
 
     def size(name: str) -> float:
@@ -68,11 +68,12 @@ def matters(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
         case "coulomb_friction":
             return size("force_n") >= LEAST_FRICTION * force
         case "stribeck_friction":
-            # Without a rise towards rest it is Coulomb friction under another name.
+            # Without a rise of the force towards rest the effect is the same as Coulomb friction.
             least, most = (rise * size("coulomb_n") for rise in (LEAST_RISE, MOST_RISE))
             return least <= size("static_n") <= most and size("static_n") >= LEAST_FRICTION * force
         case "load_force":
-            # An axis has neither pressure sensors nor the atmosphere on a rod.
+            # An axis has neither zero errors of pressure sensors nor the atmosphere on a rod, so
+            # that a smaller force counts.
             least = LEAST_FORCE if rig.plant == "ehs" else LEAST_FRICTION
             return abs(size("force_n")) >= least * force
         case "load_spring":

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Which effect would remove what equations leave over: for the order of a search, no verdict.
+"""Ranking of the effects by how much of the residuals of equations they would remove; no verdict.
 
-Every effect is put into the equations at several sizes. What that changes in their residuals is a
-column; all equations share its factor, and move their own values along with it.
+Every effect is put into the equations at several sizes. The change of the residuals is a regressor
+(a column). All equations share its factor, and each adjusts its own values along with it.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from ehsid.harness.rigs.parameters import acts_on, effects
 
 @dataclass(frozen=True)
 class Suspect:
-    """An effect that would take something off the residuals.
+    """Effect that would reduce the residuals of the equations.
 
     Attributes
     ----------
     effect
-        id.
+        id of the effect.
     values
-        of its parameters, by full name, roughly.
+        approximate values of its parameters, by full name.
     gain
-        nats per independent statistic: sum over the equations of ln(rms before / rms after); zero
-        where it is not beyond chance.
+        sum over the equations of ln(rms before / rms after), nats per independent statistic; zero
+        where it may be due to chance.
     deviations
-        of the gain from zero, by its scatter over windows of half a second.
+        the gain over its standard deviation, from its scatter over windows of half a second.
     """
 
     effect: str
@@ -52,25 +52,26 @@ class _Trial:
     deviations: float
 
 
-# Residual rows of the equations with the parameters of an effect, by full name, besides the rest.
+# Function from the parameters of an effect, by full name, to the residual rows of each equation
+# with this effect added.
 Change = Callable[[Mapping[str, float]], Mapping[str, FloatArray]]
 
 
 def suspects(
     found: Sequence[Equation], change: Change, rig: Rig, exclude: Sequence[str] = ()
 ) -> tuple[Suspect, ...]:
-    """Effects that the rig does not tell, strongest first.
+    """Returns the effects that the rig file does not contain, largest gain first.
 
     Parameters
     ----------
     found
-        equations.
+        equations without the effects.
     change
-        their rows with an effect; where these are not finite, it is not tried.
+        gives the residual rows with an effect; where these are not finite, it is left out.
     rig
-        as told.
+        the rig as configured.
     exclude
-        ids that are not asked for.
+        ids of effects that are not tried.
     """
     if not found:
         return ()
@@ -87,7 +88,7 @@ def suspects(
         if best is None:
             continue
         if effect in SIZES and best.gain > 0.0:
-            # Once more at the size that the factor tells, which need not be in proportion.
+            # Try once more at the estimated size: residuals need not be in proportion to it.
             sizes = {name.rpartition(".")[2]: value for name, value in best.values.items()}
             again = _trial(effect, [sizes], found, base, change)
             best = again if again is not None and again.gain > best.gain else best
@@ -102,7 +103,10 @@ def _trial(
     base: Mapping[str, FloatArray],
     change: Change,
 ) -> Suspect | None:
-    """None where it cannot be simulated, or would have to be of the other sign."""
+    """Estimates the size and the gain of an effect from its columns.
+
+    None where residuals are not finite, or a parameter leaves its range, as with the other sign.
+    """
     changed = [change(full_names(effect, column)) for column in columns]
     signature = {
         one.name: np.column_stack(
@@ -122,12 +126,13 @@ def _trial(
 
 
 def _try(found: Sequence[Equation], signature: Mapping[str, FloatArray]) -> _Trial:
-    """Factors shared by all equations, each weighted by what it is left with in the end.
+    """Estimates the factors that all equations share, and the gain.
 
-    With d the further moves of the equation's own values, min |r + C d + S f|^2 + d' W d over d
-    leaves a quadratic in f.
+    Each equation is weighted by the residual that it is left with in the end. With d the further
+    moves of its own values, min |r + C d + S f|^2 + d' W d over d leaves a quadratic in f.
     """
-    # Without the bounds of the prior, which would hold values at what they took for the effect.
+    # The bounds of the prior are left out: a value that has moved to a bound in place of the effect
+    # would stay there.
     start = {e.name: regress(e.rows, e.columns, e.centre, e.weight) for e in found}
     before = {e.name: e.rows + e.columns @ start[e.name] for e in found}
     after, spent = dict(before), {e.name: _spent(e, start[e.name]) for e in found}
@@ -154,23 +159,23 @@ def _try(found: Sequence[Equation], signature: Mapping[str, FloatArray]) -> _Tri
 
 
 def _follow(equation: Equation, signature: FloatArray) -> FloatArray:
-    """Moves of the equation's own values per factor."""
+    """Moves of the equation's own values per unit of each factor, shape (n, factors)."""
     c = equation.columns
     return _solve(c.T @ c + np.diag(equation.weight), -(c.T @ signature))
 
 
 def _spent(equation: Equation, moved: FloatArray) -> float:
-    """On the prior, in squares of rows."""
+    """Penalty of the prior for the moves of the equation's own values, in squares of rows."""
     return float(np.sum(equation.weight * (moved - equation.centre) ** 2))
 
 
 def _cost(rows: Mapping[str, FloatArray], spent: Mapping[str, float], name: str) -> float:
-    # Rows that are as quiet as they may be count as one: nothing is gained below.
+    # Each row counts one more, the square of what it may be off: below that little can be gained.
     return float(rows[name] @ rows[name]) + spent[name] + rows[name].size
 
 
 def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """Of a symmetric matrix in any units; directions without information stay where they are."""
+    """Solves a symmetric system in any units; directions without information do not move."""
     scale = np.sqrt(np.diag(matrix))
     scale = np.where(scale > 0.0, scale, 1.0)
     divided = right / (scale if right.ndim == 1 else scale[:, np.newaxis])
@@ -182,10 +187,10 @@ _State = tuple[Mapping[str, FloatArray], Mapping[str, float]]
 
 
 def _gain(found: Sequence[Equation], first: _State, last: _State) -> tuple[float, float]:
-    """Nats per independent statistic, and its deviations from zero.
+    """Gain, nats per independent statistic, and the gain over its standard deviation.
 
-    A row's gain: ln(s_0 / s_1) + (r_0 / s_0)^2 / 2 - (r_1 / s_1)^2 / 2; its sums over windows are
-    taken for independent draws. s^2 counts what is spent on the prior, too.
+    A row gains ln(s_0 / s_1) + (r_0 / s_0)^2 / 2 - (r_1 / s_1)^2 / 2, with 0 before and 1 after.
+    The sums over windows are taken for independent draws. s^2 includes the penalty of the prior.
     """
     total, by_block = 0.0, np.zeros(int(found[0].block.max()) + 1)
     for equation in found:
@@ -193,7 +198,7 @@ def _gain(found: Sequence[Equation], first: _State, last: _State) -> tuple[float
         v0, v1 = (_cost(*state, equation.name) / r0.size for state in (first, last))
         gain = 0.5 * math.log(v0 / v1)
         total += gain
-        # What was spent is spread over all rows, so that these add up to the gain.
+        # The penalty of the prior is spread over all rows, so that these add up to the gain.
         by_row = r0**2 / v0 - r1**2 / v1
         by_block += np.bincount(equation.block, gain + 0.5 * (by_row - by_row.mean()))
     scatter = float(np.std(by_block)) * math.sqrt(by_block.size)

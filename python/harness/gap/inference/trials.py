@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sizes at which an effect is tried against residuals, as columns of a regression."""
+"""Sizes at which an effect is tried against residuals, as regressors (columns)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from ehsid.harness.gap.model.starts import effect_starts
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
-# Sizes of what is not in proportion to its parameter, a factor of two apart; in between the factor
-# of the column does well enough to rank.
+# Sizes of effects that are not proportional to their parameter, mostly a factor of two apart.
+# Between two sizes the factor of the column is accurate enough for a ranking.
 SIZES: Mapping[str, tuple[str, tuple[float, ...]]] = MappingProxyType(
     {
         "valve_lag": ("bandwidth_hz", (20.0, 40.0, 80.0)),
@@ -26,7 +26,7 @@ SIZES: Mapping[str, tuple[str, tuple[float, ...]]] = MappingProxyType(
         "valve_null_bias": ("offset", (0.01,)),
     }
 )
-# Several columns, each with a factor of its own: the parameters that an effect is linear in.
+# Effects that are linear in several parameters: each of these has a column and a factor of its own.
 _COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "external_leakage": ("coefficient_a_m3_s_pa", "coefficient_b_m3_s_pa"),
@@ -34,21 +34,21 @@ _COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 _BESIDE: Mapping[str, Mapping[str, float]] = MappingProxyType({"valve_lag": {"damping": 0.8}})
-# Power by which a size goes with the factor of its column where it is not in proportion: a limit L
-# takes x^3 / (3 L^2), a lag 2 zeta / w.
+# Sizes that are proportional to a power of the factor of their column: a limit L takes away
+# x^3 / (3 L^2), a lag delays by 2 zeta / w.
 _POWERS: Mapping[str, float] = MappingProxyType({"limit": -0.5, "bandwidth_hz": -1.0})
-# What says how, not how much.
+# Parameters of the form of an effect, not of its size: a factor does not scale them.
 _CONSTANTS = ("stribeck_velocity_m_s", "damping", "accumulator_capacitance_m3_pa")
 _STRIBECK_SPEEDS = (0.005, 0.02, 0.08)
 
 
 def full_names(effect: str, parameters: Mapping[str, float]) -> dict[str, float]:
-    """The same by full name."""
+    """Returns the parameters of an effect by their full names."""
     return {f"{EFFECT_PREFIX}{effect}.{name}": value for name, value in parameters.items()}
 
 
 def candidates(effect: str, rig: Rig) -> list[list[dict[str, float]]]:
-    """Trials of an effect: each a list of columns, a column a set of parameters."""
+    """Returns the trials of an effect: each a list of columns, each column a set of parameters."""
     if effect in SIZES:
         name, sizes = SIZES[effect]
         return [[{**_BESIDE.get(effect, {}), name: size}] for size in sizes]
@@ -64,11 +64,12 @@ def candidates(effect: str, rig: Rig) -> list[list[dict[str, float]]]:
     try:
         starts = effect_starts(effect, rig)
     except KeyError:
-        # A property of the sensor that is in the floor.
+        # Quantisation is a property of the sensor and part of the noise floor: it has no starts.
         return []
     if effect in _COLUMNS:
         sizes_of = dict(starts[0])
-        # What starts from nothing, a force at mid-stroke, as large as the other over 0.1 m.
+        # A size that starts at zero, the force at mid-stroke, is tried with the force of the spring
+        # over 0.1 m.
         other = 0.1 * max(sizes_of.values())
         return [
             [
@@ -82,7 +83,7 @@ def candidates(effect: str, rig: Rig) -> list[list[dict[str, float]]]:
 
 
 def scaled(columns: Sequence[Mapping[str, float]], factors: FloatArray) -> dict[str, float]:
-    """The parameters at the factors: sums of those that the effect is linear in."""
+    """Returns the parameters at the factors; those that the effect is linear in are summed."""
     found: dict[str, float] = {}
     for column, factor in zip(columns, factors.tolist(), strict=True):
         for name, size in column.items():

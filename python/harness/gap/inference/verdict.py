@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From figures to one of six verdicts, with the reasons."""
+"""Verdict of the diagnosis from the figures of the fits, with the reasons."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from ehsid.harness.gap.thresholds import (
 
 @dataclass(frozen=True)
 class Ruling:
-    """The verdict, in one plain sentence, and what it rests on."""
+    """Verdict, the same in one plain sentence, and the reasons for it."""
 
     verdict: Verdict
     sentence: str
@@ -43,22 +43,22 @@ def rule(
     untouched: Rival | None = None,
     step: Estimate | None = None,
 ) -> Ruling:
-    """Decide.
+    """Decides the verdict on data that can carry a diagnosis.
 
     Parameters
     ----------
     case, found, choice
-        what was fitted and chosen.
+        rig and records, fitted candidates, and the chosen set of effects.
     far
-        figures on held-out data.
+        figures of the gap on the held-out records.
     calibration
-        values, with those that have moved.
+        calibrated values, and whether they have moved, by full name.
     beyond
-        chosen effects whose size no record reached.
+        chosen effects whose size no record reached, with the reason.
     untouched
-        the calibration with the rig's own values as told, where nothing else was found.
+        the fit with the rig's own values as in the rig file; None where an effect was found.
     step
-        of the position sensor where it is coarse, m.
+        step of the position sensor, m, where it is coarse; else None.
     """
     best = choice.best
     above = above_floor(case, best)
@@ -147,7 +147,7 @@ def rule(
 
 
 def named(effects: Sequence[str]) -> str:
-    """Ids in words."""
+    """Returns the ids of effects as a list in words."""
     words = [effect.replace("_", " ") for effect in effects]
     words = [word.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck") for word in words]
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where the structural gap lies: subsystem, regimes, frequency, time; what speaks against it."""
+"""Place of the structural gap by subsystem, regime, frequency and time, with contradictions."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ from ehsid.harness.rigs.parameters import effects
 
 @dataclass(frozen=True)
 class Evidence:
-    """What is known of the place of the gap before any effect is fitted.
+    """Evidence on the place of the gap before any effect is fitted.
 
     Attributes
     ----------
     attribution
-        of the equations where pressures are measured, else of the errors of the position.
+        result from the equations where their signals are measured, else from the position errors.
     noise
-        of the process noise that each subsystem would need; None where the equations speak.
+        process noise that each subsystem would need; None where the equations are used, or where
+        it cannot be computed.
     """
 
     attribution: Attribution
@@ -37,7 +38,7 @@ class Evidence:
 
     @property
     def subsystem(self) -> dict[str, float]:
-        """Shares of the subsystems, sum 1; empty where nothing can be told."""
+        """Share of the gap by subsystem, sum 1; empty where the data do not show it."""
         found = dict(self.attribution.subsystem)
         if not found and self.noise is not None:
             found = dict(self.noise.subsystem)
@@ -45,9 +46,10 @@ class Evidence:
 
 
 def gather(case: Case, calibrated: Rival, exclude: Sequence[str] = ()) -> Evidence:
-    """Equations of measured signals at the told values; without them the calibrated errors.
+    """Gathers the evidence from the equations of measured signals, else from the position errors.
 
-    At the told values, for a calibration has already bent to hide an effect where it could.
+    The equations take the values in the rig file, because a calibration has already moved where it
+    could hide an effect. The position errors are those of the calibrated simulation.
 
     Parameters
     ----------
@@ -56,7 +58,7 @@ def gather(case: Case, calibrated: Rival, exclude: Sequence[str] = ()) -> Eviden
     calibrated
         the fit without effects.
     exclude
-        ids that are not asked for.
+        ids of effects that are not tried.
     """
     found = attribute_equations(case.records, case.rig, {}, exclude)
     if found.equations or "position_m" not in case.outputs:
@@ -75,7 +77,7 @@ def localise(
     shares: Mapping[str, float] | None = None,
     evidence: Evidence | None = None,
 ) -> Where:
-    """Put together what the equations, the effects that were found and the maps say.
+    """Combines the evidence, the effects that were found and the maps of the gap.
 
     Parameters
     ----------
@@ -86,9 +88,9 @@ def localise(
     best
         the fit with the effects that were found; None, or without effects, where there are none.
     shares
-        of the held-out gain by id of effect; by default each the same.
+        share of the held-out gain by id of the effect; by default all are equal.
     evidence
-        of `gather`, where it was asked for before.
+        result of `gather`, if it is already there.
     """
     if evidence is None:
         evidence = gather(case, calibrated)
@@ -115,7 +117,7 @@ def localise(
 
 
 def _of_effects(found: Sequence[str], shares: Mapping[str, float] | None) -> dict[str, float]:
-    """Shares of their subsystems; negative ones count as nothing."""
+    """Returns the shares of the subsystems of these effects; a negative share counts as zero."""
     weights = {one: max(shares.get(one, 0.0), 0.0) if shares else 1.0 for one in found}
     total = sum(weights.values())
     if total <= 0.0:
@@ -130,7 +132,7 @@ def _of_effects(found: Sequence[str], shares: Mapping[str, float] | None) -> dic
 def _contradictions(
     simulated: Mapping[str, float], told: Mapping[str, float], equations: bool
 ) -> list[str]:
-    """Subsystems that matter for one and hardly for the other."""
+    """Returns sentences on subsystems with a large share in one source, hardly any in the other."""
     basis = "the equations of the measured signals" if equations else "the errors of the position"
     if not told:
         return [f"From {basis} alone nothing can be said of the subsystem."] if equations else []
@@ -152,7 +154,7 @@ def _contradictions(
 
 
 def _of_noise(evidence: Evidence) -> list[str]:
-    """What process noise says where nothing else does."""
+    """Returns what the process noise says of the subsystem where the attribution has no shares."""
     noise = evidence.noise
     if noise is None or evidence.attribution.subsystem:
         return []

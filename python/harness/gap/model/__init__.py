@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""The servo as it is fitted: parameters, cost, fits, and what its equations leave over."""
+"""Model of the servo for the diagnosis: parameters, cost, fits, and residuals of its equations."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is diagnosed: a rig, records to fit and records that are held out."""
+"""The case of a diagnosis: a rig, training records and held-out records."""
 
 from __future__ import annotations
 
@@ -35,26 +35,26 @@ from ehsid.harness.rigs import Rig
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """Everything a fit needs; the same for all rivals.
+    """All inputs of a fit; they are the same for all candidates.
 
     Attributes
     ----------
     rig
-        as told.
+        the rig as configured in the rig file.
     training, held_out
-        records; all have the compared outputs.
+        records to fit and held-out records; all of them have the compared outputs.
     outputs
-        that count: those that vary by more than noise in every record.
+        names of the compared outputs: those that vary by more than noise in every record.
     left_out
-        outputs of the records that do not count.
+        names of the outputs that all records have but that are not compared.
     floors
-        by output, over the training records.
+        noise floor by output: the largest over the training records.
     substeps
-        steps of integration a sample.
+        integration steps per sample.
     blocks
-        training and held out are blocks of the same records.
+        true if training and held-out data are different blocks of the same records.
     window_s, all_states
-        windows as in `compare`.
+        length of the windows in s, and which states are reset in each window, as in `compare`.
     """
 
     rig: Rig
@@ -70,16 +70,16 @@ class Case:
 
     @property
     def records(self) -> tuple[Record, ...]:
-        """Each record once."""
+        """All records, each of them once."""
         return self.training if self.blocks else (*self.training, *self.held_out)
 
     @property
     def pressures(self) -> bool:
-        """Whether the pressure of a chamber is compared."""
+        """Whether the pressure of at least one chamber is compared."""
         return any(name.startswith("pressure_") for name in self.outputs)
 
     def variation(self) -> FloatArray:
-        """Rms of the measured outputs about their means in windows, held out, shape (outputs,)."""
+        """Rms of each measured output about its window means, held-out data, shape (outputs,)."""
         records = self.problem(held_out=True).records
         return np.array(
             [
@@ -94,11 +94,14 @@ class Case:
     def parameters(
         self, effects: Sequence[str] = (), *, unseen: bool = False
     ) -> tuple[Parameter, ...]:
-        """Calibration first, then the effects in order; unseen: as `calibration_parameters`."""
+        """Returns the parameters of the calibration, then those of the effects in the given order.
+
+        `unseen` has the same meaning as in `calibration_parameters`.
+        """
         found = list(calibration_parameters(self.rig, pressures=self.pressures, unseen=unseen))
         for effect in effects:
             if effect in STANDS_FOR:
-                # One of the two is enough; the place of the other stays.
+                # The effect replaces its nuisance. The nuisance is held but keeps its place in x.
                 found = [one.held() if one.name == STANDS_FOR[effect] else one for one in found]
             start = effect_starts(effect, self.rig)[0]
             found += [p for p, _ in effect_parameters(effect, start, self.rig.plant)]
@@ -113,7 +116,7 @@ class Case:
         all_states: bool | None = None,
         unseen: bool = False,
     ) -> Problem:
-        """The cost of calibration and effects together; windows of the case if not told."""
+        """Returns the cost of calibration and effects; by default in the windows of the case."""
         window_s = self.window_s if window_s is None else window_s
         all_states = self.all_states if all_states is None else all_states
         records = self.held_out if held_out else self.training
@@ -132,14 +135,15 @@ class Case:
 
 
 def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] = ()) -> Case:
-    """Choose the outputs, measure their floors, choose the steps of integration.
+    """Selects the compared outputs, their noise floors, the integration steps and the windows.
 
-    Without records that are held out, blocks of the others are.
+    If there are no held-out records, blocks of the training records are held out instead.
 
     Raises
     ------
     ValueError
-        no record, a record that cannot be compared, or nothing in common that moves.
+        there is no training record, a record cannot be compared, or no common output varies by
+        more than its noise.
     """
     blocks = not held_out
     records = [*training, *held_out]
@@ -171,10 +175,10 @@ def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] =
 
 
 def _windows(records: Sequence[Record]) -> tuple[float, bool]:
-    """Length of the windows, and whether all measured states are put right in each.
+    """Length of the windows in s, and whether each window starts from all measured states.
 
-    Where a record mostly swings by itself, in a limit cycle, half a second holds so many periods
-    that a servo a little stiffer is out of phase, and the errors say nothing else.
+    The windows are short if all records show mainly a limit cycle. Half a second then holds so many
+    periods that a slightly stiffer servo loses the phase, which hides all other errors.
     """
     if min(map(_swings, records)) > MOSTLY_SWINGS:
         return WINDOW_SWINGING_S, True
@@ -182,7 +186,10 @@ def _windows(records: Sequence[Record]) -> tuple[float, bool]:
 
 
 def _swings(record: Record) -> float:
-    """Share of the power of the pressure, else the speed, above the frequency of commands."""
+    """Share of the signal power above SWING_HZ, that is, above the frequencies of commands.
+
+    The signal is the pressure in chamber A if it is measured, else the speed.
+    """
     if "pressure_a_pa" in record.columns:
         signal = record.column("pressure_a_pa")
     else:
@@ -190,12 +197,12 @@ def _swings(record: Record) -> float:
     assert record.dt_s is not None
     length = min(signal.size, round(1.0 / record.dt_s))
     frequency, power = welch(signal, 1.0 / record.dt_s, nperseg=length)
-    # Noise is white; what it leaves in the upper band must not count as a swing.
+    # White noise also has power in the upper band. It must not count as a limit cycle.
     power = np.maximum(power - 2.0 * np.median(power), 0.0)
     total = float(power.sum())
     return float(power[frequency > SWING_HZ].sum()) / total if total > 0.0 else 0.0
 
 
 def _floor(records: Sequence[Record], name: str) -> NoiseFloor:
-    """The largest of the records': what is explained in one may be noise in another."""
+    """Largest noise floor over the records: what is explained in one may be noise in another."""
     return max((floor_of(record, name) for record in records), key=lambda floor: floor.value)

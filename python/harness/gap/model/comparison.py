@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A record made ready to be compared with simulations, and the gap as the contract defines it."""
+"""Preparation of a record to compare with simulations, and the gap as the contract defines it."""
 
 from __future__ import annotations
 
@@ -24,29 +24,30 @@ from ehsid.harness.simulation.windows import (
 
 Blocks = Literal["all", "fit", "held out"]
 
-# Outputs that are compared where the record has them. The supply pressure is measured to settle
-# what the valve gets, velocity is position again.
+# Outputs that are compared if the record has them. The measured supply pressure determines the
+# pressure at the valve. The velocity is left out because it repeats the position.
 OUTPUTS = ("position_m", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa", "spool")
 
-# An output whose variation within the windows is below this many times its floor is noise.
+# An output counts as noise if its variation within the windows is at most VARIES times its floor.
 VARIES = 3.0
 
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """A record in windows.
+    """A record of N samples, divided into windows.
 
     Attributes
     ----------
     record
-        without gaps.
+        the record, without gaps.
     outputs
-        measured columns that are compared, by name.
+        measured columns that are compared, by name, shape (N,) each.
     window
-        shape (N,), number of a sample's window, -1 where it is skipped.
+        shape (N,), number of the window of each sample, -1 for a skipped sample.
     aligned
-        shape (N, 4), as `ehsid.simulate_plant` takes it: the measured position at the start of each
-        window, or all that is measured, and what is known of the state at the very first sample.
+        shape (N, 4), states for `ehsid.simulate_plant`, NaN where it keeps its own. Each window
+        starts with the measured position, or with all measured states; the first sample holds all
+        that is known of the state.
     """
 
     record: Record
@@ -56,22 +57,25 @@ class Compared:
 
     @property
     def used(self) -> npt.NDArray[np.bool_]:
-        """Samples inside windows, shape (N,)."""
+        """Mask of the samples inside windows, shape (N,)."""
         return self.window >= 0
 
     @property
     def dt_s(self) -> float:
-        """Sampling time."""
+        """Sampling time of the record, s."""
         assert self.record.dt_s is not None
         return self.record.dt_s
 
     @property
     def seconds(self) -> float:
-        """Of the samples inside windows."""
+        """Total duration of the samples inside windows, s."""
         return float(np.count_nonzero(self.used)) * self.dt_s
 
     def centred(self, errors: FloatArray) -> FloatArray:
-        """Errors inside the windows less their mean over each window; axis 0 are the N samples."""
+        """Returns the errors inside the windows, less the mean of each window.
+
+        Axis 0 of `errors` has the N samples of the record, axis 0 of the result those in windows.
+        """
         inside = errors[self.used]
         starts = np.flatnonzero(np.diff(self.window[self.used], prepend=-1))
         counts = np.diff(np.append(starts, inside.shape[0]))
@@ -88,16 +92,16 @@ def compare(
     all_states: bool = False,
     blocks: Blocks = "all",
 ) -> Compared:
-    """Make a record ready.
+    """Prepares a record for comparison with simulations.
 
-    blocks: windows of the blocks that are fitted, of those that are held out, or all.
-    all_states: speed and pressures, too, are what the measurement says at the start of each window,
-    so that a wrong rig cannot lose the phase of a limit cycle.
+    blocks: selects the windows of the blocks to fit, those of the held-out blocks, or all windows.
+    all_states: speed and pressures, too, start each window at their measured values, so that a
+    simulator with wrong values cannot lose the phase of a limit cycle.
 
     Raises
     ------
     ValueError
-        a record with gaps, without time, or too short for a window.
+        the record has gaps, has no sampling time, or is too short for a window.
     """
     if record.dt_s is None or len(record.segments) > 1:
         raise ValueError(
@@ -119,7 +123,7 @@ def compare(
         if name in record.columns:
             aligned[0, column] = float(np.mean(record.column(name)[:first]))
     if blocks != "all":
-        # Whole windows, as many to a block as come nearest to its length.
+        # A block consists of whole windows. Their number is the one nearest to its length.
         held_out = window // max(1, round(BLOCK_S / window_s)) % BLOCKS_TURN == 1
         window[held_out if blocks == "fit" else ~held_out] = -1
     outputs = {name: record.column(name) for name in OUTPUTS if name in record.columns}
@@ -128,29 +132,33 @@ def compare(
 
 @dataclass(frozen=True)
 class GapFigure:
-    """nrmse by output and their mean, as the contract defines the gap."""
+    """The gap as the contract defines it: normalised rms error (nrmse) by output, and the mean."""
 
     per_output: Mapping[str, float]
 
     @property
     def mean(self) -> float:
-        """Over the compared outputs."""
+        """Mean of the nrmse over the compared outputs."""
         return float(np.mean(list(self.per_output.values())))
 
 
 def gap_figure(
     compared: Compared, simulated: Mapping[str, FloatArray], outputs: tuple[str, ...]
 ) -> GapFigure:
-    """The contract's nrmse = rms(e) / rms(m minus its mean over the window), e = s - m.
+    """Returns the gap of a simulation, as the contract defines it.
+
+        nrmse = rms(e) / rms(m minus its mean over the window),  e = s - m
+
+    with the simulated output s and the measured output m.
 
     Parameters
     ----------
     compared
         the record.
     simulated
-        shape (N,) by output.
+        simulated signals by output, shape (N,) each.
     outputs
-        those that count.
+        names of the compared outputs.
     """
     figures = {}
     for name in outputs:
@@ -162,7 +170,7 @@ def gap_figure(
 
 
 def varying_outputs(compared: Compared, floors: Mapping[str, float]) -> tuple[str, ...]:
-    """Outputs whose variation within the windows is more than noise."""
+    """Names of the outputs whose variation within the windows exceeds VARIES noise floors."""
     return tuple(
         name
         for name, measured in compared.outputs.items()

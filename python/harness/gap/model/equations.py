@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What every equation of the servo leaves over, from measured signals and without a fit of effects.
+"""Residual of each equation of the servo, from measured signals and without a fit of effects.
 
-Each equation is regressed on its own: its terms at given values, and their slopes by every value of
-the rig and nuisance that it contains, held by the priors of the calibration. Equations do not share
+Each equation has its own regression, of its residual at the given values on its slopes with respect
+to the rig values and nuisances in it, with the priors of the calibration. Equations do not share
 values, so that an effect in one of them cannot hide in another.
 """
 
@@ -43,7 +43,7 @@ from ehsid.harness.rigs import Rig
 
 Values = Mapping[str, float]
 
-# Whose effects show in an equation first.
+# The subsystem whose effects appear first in each equation.
 SUBSYSTEM = {
     SPOOL: "valve",
     CAP: "hydraulics",
@@ -58,31 +58,33 @@ PRESSURES = ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
 
 @dataclass(frozen=True, eq=False)
 class Equation:
-    """An equation over all records, regressed.
+    """An equation over all records, after its regression with K rows and n parameters.
 
     Attributes
     ----------
     name
-        of the equation.
+        name of the equation.
     rows
-        shape (K,), its residual at the given values over sigma.
+        shape (K,), residual at the given values divided by sigma; no unit.
     columns
-        shape (K, n), slopes of the rows by the equation's own parameters.
+        shape (K, n), slopes of the rows with respect to the equation's own parameters.
     sigma
-        shape (K,), what a row may be off: by noise, by what the equations get right of a real
-        servo, by a command that is TIMING_S late, by FREE_GAS_TIMES the gas near vacuum.
+        shape (K,), accepted deviation of a row, in the unit of the equation. It covers the noise,
+        the model error of the equation for a real servo, a command that is late by TIMING_S, and
+        FREE_GAS_TIMES the free gas near vacuum.
     centre, weight
-        shape (n,), of the prior of their moves in the regression, in squares of rows.
+        shape (n,), prior of the parameter changes in the regression: its mean, and its weight
+        relative to squares of rows.
     moved
-        shape (n,), as regressed, within MOST_SIGMAS of the prior.
+        shape (n,), estimated parameter changes, within MOST_SIGMAS of the prior.
     noise
-        shape (K,), what a draw of sensor noise adds to the residual.
+        shape (K,), change of the residual by one draw of sensor noise, in the unit of the equation.
     largest
-        rms of the largest term.
+        rms of the largest term, in the unit of the equation.
     block
-        shape (K,), number of the window of half a second of a row.
+        shape (K,), number of the window of half a second to which a row belongs.
     independent
-        independent rows.
+        number of independent rows.
     """
 
     name: str
@@ -99,31 +101,31 @@ class Equation:
 
     @property
     def residual(self) -> FloatArray:
-        """Shape (K,), after its own parameters have been moved, over sigma."""
+        """Residual after the regression divided by sigma, shape (K,)."""
         return np.asarray(self.rows + self.columns @ self.moved, dtype=np.float64)
 
     @property
     def is_loud(self) -> bool:
-        """Is it off by more than it may be, in all of the interval over windows?"""
+        """Whether the whole bootstrap interval of the rms of `residual` is above EQUATION_LOUD."""
         return _rms(self, self.residual).low > EQUATION_LOUD
 
 
 def equations(records: Sequence[Record], rig: Rig, values: Values) -> tuple[Equation, ...]:
-    """All equations for which every record has the measurements.
+    """Regresses all equations for which every record has the measurements.
 
     Parameters
     ----------
     records
-        without gaps.
+        records without gaps.
     rig
-        as told.
+        the rig as configured in the rig file.
     values
-        in place of the rig's, by full name: the calibrated ones.
+        values that replace those of the rig, by full name.
 
     Raises
     ------
     ValueError
-        a record with gaps.
+        a record has gaps.
     """
     signals = [measured(record, rig) for record in records]
     told = all_values(rig, values)
@@ -162,7 +164,7 @@ def equations(records: Sequence[Record], rig: Rig, values: Values) -> tuple[Equa
         independent = INDEPENDENT_HZ * seconds
         weight = moved = np.zeros(centre.size)
         for _ in range(EQUATION_SETTLES):
-            # The prior counts against n independent rows of the deviation that is left.
+            # The prior is weighted against n independent rows with the variance of the residual.
             variance = float(np.mean((rows + columns @ moved) ** 2)) + 1.0
             weight = variance * rows.size / independent * precision
             moved = regress(rows, columns, centre, weight, reach)
@@ -185,14 +187,17 @@ def equations(records: Sequence[Record], rig: Rig, values: Values) -> tuple[Equa
 
 
 def share_of(equation: Equation) -> EquationShare:
-    """Its residual and noise as shares of its largest term."""
+    """Residual and noise of an equation, as shares of its largest term."""
     rms = _rms(equation, equation.residual * equation.sigma / equation.largest)
     noise = float(np.sqrt(np.mean(equation.noise**2))) / equation.largest
     return EquationShare(equation.name, SUBSYSTEM[equation.name], rms, noise)
 
 
 def _rms(equation: Equation, rows: FloatArray) -> Estimate:
-    """Interval from whole windows, drawn with replacement (Künsch, Ann. Statist. 17(3), 1989)."""
+    """Rms of the rows with its bootstrap interval of level SHRINKAGE_LEVEL.
+
+    Whole windows are drawn with replacement (Künsch, Ann. Statist. 17(3), 1989).
+    """
     squares, counts = np.bincount(equation.block, rows**2), np.bincount(equation.block)
     rng = np.random.default_rng(0)
     drawn = rng.integers(counts.size, size=(BOOTSTRAP_DRAWS, counts.size))
@@ -204,7 +209,7 @@ def _rms(equation: Equation, rows: FloatArray) -> Estimate:
 
 
 def _tolerance(name: str, largest: float, values: Values, plant: str) -> float:
-    """What the equation gets right of a real servo, in its own unit."""
+    """Model error of an equation that is accepted for a real servo, in the unit of the equation."""
     if name == SUPPLY:
         return SUPPLY_TOLERANCE * largest
     tolerance = EQUATION_TOLERANCE * largest
@@ -214,7 +219,7 @@ def _tolerance(name: str, largest: float, values: Values, plant: str) -> float:
 
 
 def _stacked(signals: Sequence[Measured], values: Values, plant: str) -> dict[str, Terms]:
-    """Terms of the equations that all records have, record after record."""
+    """Terms of the equations that all records have; the records follow each other in the rows."""
     each = [servo_terms(one, values, plant) for one in signals]
     common = [name for name in each[0] if all(name in one for one in each)]
     return {
@@ -224,7 +229,7 @@ def _stacked(signals: Sequence[Measured], values: Values, plant: str) -> dict[st
 
 
 def residuals(signals: Sequence[Measured], values: Values, plant: str) -> dict[str, FloatArray]:
-    """Residual rows of the equations at given values, shape (K,) each."""
+    """Residuals of the equations at given values, in the unit of each equation, shape (K,) each."""
     return {name: _sum(terms) for name, terms in _stacked(signals, values, plant).items()}
 
 
@@ -234,7 +239,7 @@ def _sum(terms: Terms) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class _Own:
-    """A value that an equation may move: prior of its move, and slopes of the residual rows."""
+    """A value that an equation may change: prior of its change, and slopes of the residuals."""
 
     centre: float
     sigma: float
@@ -242,10 +247,12 @@ class _Own:
 
 
 def _slope(signals: Sequence[Measured], values: Values, plant: str, parameter: Parameter) -> _Own:
-    """Central difference over half a deviation of the prior: roundings bend within it.
+    """Slopes of the residuals with respect to a parameter, by a central difference.
 
-    The equations are linear in a value, or in one over it, rather than in its logarithm: there a
-    move of two deviations has a size of (exp(2 sigma) - 1), of which half is taken for one.
+    It extends over half a standard deviation of the prior, because rounded curves bend within one.
+    The equations are linear in a value, or in its reciprocal, rather than in its logarithm. For a
+    logarithm a change of two standard deviations has the size exp(2 sigma) - 1; half of it counts
+    as one standard deviation.
     """
     x = parameter.place(values[parameter.name])
     reach = min(0.25 * parameter.sigma, 0.1 * (parameter.high - parameter.low))
@@ -260,7 +267,10 @@ def _slope(signals: Sequence[Measured], values: Values, plant: str, parameter: P
 
 
 def _zero_errors(signals: Sequence[Measured], values: Values, plant: str) -> list[_Own]:
-    """Of each pressure sensor, as a share of the supply pressure."""
+    """Zero error of each pressure sensor, as a parameter of the regression.
+
+    The unit of the parameter is ZERO_ERROR times the supply pressure.
+    """
     if plant != "ehs":
         return []
     base = residuals(signals, values, plant)
@@ -278,7 +288,7 @@ def _zero_errors(signals: Sequence[Measured], values: Values, plant: str) -> lis
 
 
 def _with_noise(signals: Measured, seed: int) -> Measured:
-    """The same signals with another draw of the noise that is in them already."""
+    """Returns the signals with one more draw of noise, as large as the noise that they contain."""
     rng = np.random.default_rng(seed)
     columns = {
         name: column + noise_floor(column).value * rng.standard_normal(column.size)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Minimise a problem's cost: Levenberg-Marquardt inside bounds.
+"""Minimisation of the cost of a problem by the Levenberg-Marquardt method inside bounds.
 
-J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006, ch. 10 and 16.7: steps in the
-parameters that are not held at a bound, then projected.
+J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006, ch. 10 and 16.7. A step
+changes the parameters that are not held at a bound. It is then projected into the bounds.
 """
 
 from __future__ import annotations
@@ -17,30 +17,33 @@ from ehsid.harness.gap.model.problem import Linear, Problem, Step
 
 DAMPING = 1e-2
 LESS, MORE = 1.0 / 6.0, 8.0
-# Damping falls to 1e-9 where steps gain; from there a short step is as many tries away.
+# Successful steps reduce the damping, down to 1e-9. From there it takes this many tries until the
+# damping makes a step short.
 TRIES = 10
 TRIES_STALE = 2
-# A gain in cost below this is none: costs are log-likelihoods, where one is a standard error.
+# A smaller decrease in cost counts as none. Costs are log-likelihoods, in which a difference of
+# the order of one is a standard error.
 GAIN = 1e-2
-# Steps between exact sensitivities, and the least share of the foretold gain to go on without.
+# Steps from one evaluation of exact sensitivities to the next, and the smallest share of the
+# predicted decrease with which a fit continues without them.
 FRESH = 4
 HONEST = 0.25
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Where a fit ended.
+    """Result of a fit.
 
     Attributes
     ----------
     x
-        shape (n,), inside the bounds.
+        shape (n,), final parameters, inside the bounds.
     cost
-        there.
+        cost at x, nats.
     iterations
-        steps that were taken.
+        number of steps taken.
     converged
-        the last step gained less than GAIN, or none gained anything.
+        true if the last step decreased the cost by less than GAIN, or no step decreased it.
     """
 
     x: FloatArray
@@ -52,11 +55,11 @@ class Fit:
 def fit(
     problem: Problem, start: FloatArray, *, iterations: int = 15, first: Linear | None = None
 ) -> Fit:
-    """Minimise from a start, which is moved inside the bounds.
+    """Minimises the cost of a problem from a start, which is first moved inside the bounds.
 
-    Sensitivities cost ten simulations. They are exact at the start, then for some steps changed by
-    what the errors at the next point say, and exact again after FRESH steps, or where the cost does
-    not fall as they foretell. `first` stands for those of the first parameters at the start.
+    Exact sensitivities cost ten simulations. They are computed at the start, after FRESH steps, or
+    if the cost does not decrease as predicted. In between they are updated from the errors at each
+    new point. `first` replaces those of the first parameters at the start.
     """
     x = np.clip(np.asarray(start, dtype=np.float64), problem.low, problem.high)
     damping = DAMPING
@@ -87,7 +90,7 @@ def fit(
 
 @dataclass(frozen=True, eq=False)
 class _Better:
-    """A point of lower cost, its errors, the damping that led there, and the gain foretold."""
+    """A point of lower cost, its errors, the damping that led there, and the predicted decrease."""
 
     x: FloatArray
     cost: float
@@ -97,7 +100,10 @@ class _Better:
 
 
 def _try(problem: Problem, x: FloatArray, here: Step, damping: float, tries: int) -> _Better | None:
-    """Damped steps, ever shorter, until one gains."""
+    """Tries damped steps, each shorter than the last, until the cost decreases.
+
+    The result is None if no step decreases the cost.
+    """
     held = ((x <= problem.low) & (here.gradient > 0.0)) | (
         (x >= problem.high) & (here.gradient < 0.0)
     )

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Terms of the two continuity equations and of the supply line, from measured pressures.
 
-Merritt, Hydraulic Control Systems, Wiley 1967, ch. 5, 6 and 11, as in the simulator.
+The equations are those of the simulator: Merritt, Hydraulic Control Systems, Wiley 1967, ch. 5, 6
+and 11.
 """
 
 from __future__ import annotations
@@ -31,7 +32,10 @@ POLYTROPIC = 1.3
 def supplied(
     signals: Measured, opening: FloatArray, a: FloatArray, b: FloatArray, values: Values
 ) -> tuple[FloatArray, EdgeFlows]:
-    """Supply pressure, measured or by its own equation, and the flows from it."""
+    """Returns the supply pressure, Pa, shape (N,), and the flows through the metering edges.
+
+    A supply pressure that is not measured is computed from the equation of the supply line.
+    """
     if "supply_pressure_pa" in signals.columns:
         supply = signals.columns["supply_pressure_pa"]
         return supply, edge_flows(opening, a, b, supply, values)
@@ -40,7 +44,7 @@ def supplied(
     flows = edge_flows(opening, a, b, supply, values)
     resistance, capacitance = _line(values)
     if resistance > 0.0:
-        # C dp/dt = (source - p) / R - q, the flow from the supply pressure of the turn before.
+        # C dp/dt = (source - p) / R - q, with q at the supply pressure of the iteration before.
         decay = math.exp(-signals.dt_s / (resistance * capacitance))
         for _ in range(3):
             lost = resistance * (flows.supply_a + flows.supply_b)
@@ -58,7 +62,7 @@ def _line(values: Values) -> tuple[float, float]:
 
 
 def supply_line(supply: FloatArray, flows: EdgeFlows, values: Values, weak: WeakForm) -> Terms:
-    """0 = p_s - source + R (q + C p_s')."""
+    """Terms of the supply line in weak form, Pa: 0 = p_s - source + R (q + C p_s')."""
     resistance, capacitance = _line(values)
     return {
         "supply": weak.mean(supply),
@@ -76,10 +80,12 @@ def continuities(
     values: Values,
     weak: WeakForm,
 ) -> tuple[Terms, Terms]:
-    """0 = V (q / V - (ln V)' - p' / beta_e(p)) of either chamber, m^3/s.
+    """Terms of the continuity equations of the chambers A and B in weak form, m^3/s.
 
-    Divided by the volume everything but the flow is the slope of a function of one measured
-    signal; times the volume in the middle of the test function it is a flow again.
+        0 = V (q / V - (ln V)' - p' / beta_e(p))
+
+    After division by the volume all terms but the flow are derivatives of functions of one measured
+    signal. Multiplied by the volume at the middle of the test function they are flows again.
     """
     area_a, area_b = areas(values)
     position = true_position(signals, values)
@@ -112,7 +118,7 @@ def continuities(
 
 
 def strain(pressure: FloatArray, values: Values) -> FloatArray:
-    """Int dp / beta_e(p) from an arbitrary pressure on."""
+    """Volumetric strain, the integral of dp / beta_e(p), up to a constant; no unit, shape (N,)."""
     beta = values["fluid.bulk_modulus_pa"]
     free = values["nuisance.free_gas"] * ATMOSPHERE_PA
     alpha = values["effects.entrained_air.volume_fraction"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Terms of the force balance, from measured position and what drives the rod."""
+"""Terms of the force balance, from the measured position and the driving force."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NO_SPOOL = {
 
 
 def _motion(signals: Measured, values: Values, prefix: str, weak: WeakForm) -> Terms:
-    """Inertia, friction and load with the sign that they have beside the driving force."""
+    """Inertia, friction and load in weak form, N, signed to add up with the driving force."""
     position = true_position(signals, values)
     middle = 0.5 * values["cylinder.stroke_m"] if prefix == "load" else 0.0
     spring = "effects.load_spring."
@@ -61,9 +61,12 @@ def _friction(signals: Measured, values: Values) -> FloatArray:
 def cylinder_force(
     signals: Measured, a: FloatArray, b: FloatArray, values: Values, weak: WeakForm
 ) -> Terms:
-    """0 = p_a A_a - p_b A_b - p_0 (A_a - A_b) - m y'' - b y' - load - friction.
+    """Terms of the force balance of a cylinder in weak form, N.
 
-    Not at the ends of the stroke, whose stops push, too: there all terms are zero.
+        0 = p_a A_a - p_b A_b - p_0 (A_a - A_b) - m y'' - b y' - load - friction
+
+    All terms are zero where the test function includes an end of the stroke, because the end stops
+    then push as well.
     """
     area_a, area_b = areas(values)
     outside = values["nuisance.atmosphere"] * ATMOSPHERE_PA
@@ -76,7 +79,7 @@ def cylinder_force(
 
 
 def axis_force(signals: Measured, values: Values, weak: WeakForm) -> Terms:
-    """0 = gain u - m y'' - b y' - load - friction."""
+    """Terms of the force balance of an axis, N: 0 = gain u - m y'' - b y' - load - friction."""
     command = spool_of(signals, {**values, **_NO_SPOOL})
     force = values["axis.force_per_volt"] * command
     return {"drive": weak.mean(force), **_motion(signals, values, "axis", weak)}

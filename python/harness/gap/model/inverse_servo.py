@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The terms of every equation of a servo from what a record measured, in weak form.
+"""Terms of all equations of a servo in weak form, from the measured signals of a record.
 
-Nothing is simulated but the valve's command path: positions and pressures are those of the record.
+Positions and pressures are those of the record. Only the command path of the valve is simulated,
+and the supply pressure where it is not measured.
 """
 
 from __future__ import annotations
@@ -23,21 +24,21 @@ ROD = "valve and rod-side continuity"
 SUPPLY = "supply line"
 FORCE = "force balance"
 
-# A chamber pulls no vacuum; noise about it may read less.
+# The pressure in a chamber does not fall to vacuum. Sensor noise near vacuum may show less.
 LOWEST_PA = 1e3
 
 
 def servo_terms(signals: Measured, values: Values, plant: str) -> dict[str, Terms]:
-    """Terms of the equations for which there are measurements, by equation.
+    """Returns the terms of the equations for which the record has measurements, by equation.
 
     Parameters
     ----------
     signals
-        of a record.
+        measured signals of a record.
     values
-        all of the plant, see `all_values`.
+        all values of the plant by full name, see `all_values`.
     plant
-        "ehs" or "axis"; others have no equations here.
+        "ehs" or "axis"; other plants have no equations here.
     """
     weak = WeakForm(signals.dt_s, first=math.ceil(SKIP_S / signals.dt_s))
     if plant == "axis":

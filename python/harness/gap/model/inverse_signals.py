@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a record measured, as the equations of the servo take it."""
+"""Measured signals of a record, prepared for the equations of the servo."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from ehsid.harness.simulation.windows import SMOOTHED_S
 
 Values = Mapping[str, float]
 
-# Terms of an equation, shape (K,) each; they add up to its residual.
+# Terms of an equation by name, shape (K,) each. Their sum is the residual of the equation.
 Terms = dict[str, FloatArray]
 
 ATMOSPHERE_PA = 101325.0
 
-# What loops over samples is kept for this many records or sizes: most values do not touch it.
+# Number of cached results of functions that filter a whole signal: most values do not change them.
 KEPT = 16
 
 
@@ -37,9 +37,9 @@ class Measured:
     Attributes
     ----------
     dt_s
-        sampling time.
+        sampling time, s.
     command
-        fraction of rated; V for an axis.
+        command as a fraction of the rated command; in V for an axis.
     columns
         measured columns by name.
     """
@@ -50,12 +50,12 @@ class Measured:
 
 
 def measured(record: Record, rig: Rig) -> Measured:
-    """What the equations need; of samples closer than a millisecond every n-th only.
+    """Returns the signals of a record; every n-th sample if it is faster than EQUATIONS_DT_S.
 
     Raises
     ------
     ValueError
-        a record with gaps or without sampling time.
+        the record has gaps or no sampling time.
     """
     if record.dt_s is None or len(record.segments) > 1:
         raise ValueError(
@@ -66,32 +66,39 @@ def measured(record: Record, rig: Rig) -> Measured:
     command = record.column("command_v") / (limit if math.isfinite(limit) else 1.0)
     every = max(1, round(EQUATIONS_DT_S / record.dt_s))
     count = len(record) // every
-    # The command is held: over n samples it acts by its mean.
+    # The command is held from sample to sample. Over n samples its mean acts on the servo.
     held = command[: count * every].reshape(count, every).mean(axis=1)
     columns = {name: column[: count * every : every] for name, column in record.columns.items()}
     return Measured(every * record.dt_s, held, columns)
 
 
 def all_values(rig: Rig, values: Values) -> dict[str, float]:
-    """By full name, all of the plant: those given, of the rig, typical; effects else off."""
+    """Returns all values of the plant by full name.
+
+    Given values replace those of the rig file. Without either, effects are off and other values are
+    typical ones.
+    """
     numbers = rig.plant_values(values)
     return dict(zip(plant_parameters(), numbers.tolist(), strict=True))
 
 
 def areas(values: Values) -> tuple[float, float]:
-    """Of the piston, cap side and rod side, m^2."""
+    """Areas of the piston on the cap side and on the rod side, m^2."""
     cap = 0.25 * math.pi * values["cylinder.bore_m"] ** 2
     return cap, cap - 0.25 * math.pi * values["cylinder.rod_m"] ** 2
 
 
 def speed_of(signals: Measured) -> FloatArray:
-    """Slope of a parabola fitted to the measured position over 20 ms, m/s."""
+    """Speed of the rod, m/s: the slope of parabolas fitted to the measured position, shape (N,)."""
     return smoothed(signals, 1)
 
 
 @lru_cache(maxsize=KEPT)
 def smoothed(signals: Measured, order: int) -> FloatArray:
-    """Position, order 0, or its slope, from parabolas over 20 ms (Savitzky, Golay 1964)."""
+    """Smoothed position, m (order 0), or its slope, m/s (order 1), shape (N,).
+
+    Parabolas are fitted to the measured position over SMOOTHED_S (Savitzky, Golay 1964).
+    """
     length = max(5, 2 * round(0.5 * SMOOTHED_S / signals.dt_s) + 1)
     position = signals.columns["position_m"]
     return np.asarray(savgol_filter(position, length, polyorder=2, deriv=order, delta=signals.dt_s))
@@ -99,25 +106,28 @@ def smoothed(signals: Measured, order: int) -> FloatArray:
 
 @lru_cache(maxsize=KEPT)
 def side(signals: Measured, distance: float) -> FloatArray:
-    """Of the last motion of the rod, see `bend`."""
+    """Direction of the last motion of the rod, in [-1, 1], shape (N,), see `bend`."""
     return bend(smoothed(signals, 0), distance)
 
 
 def true_position(signals: Measured, values: Values) -> FloatArray:
-    """What the sensor would show without its effects: lag, then play, undone; steps cannot be."""
+    """Position, m, with the lag, then the play of its sensor compensated; quantisation remains."""
     position = signals.columns["position_m"]
     lag = values["effects.sensor_lag.time_constant_s"]
     if lag > 0.0:
         position = position + lag * speed_of(signals)
     half_width = values["effects.sensor_backlash.half_width_m"]
     if half_width > 0.0:
-        # The side of the play that touches: that of the last motion.
+        # The last motion determines which side of the play is in contact.
         position = position + half_width * side(signals, 0.2 * half_width)
     return position
 
 
 def bend(position: FloatArray, distance: float) -> FloatArray:
-    """Side of the last motion: s' = (v - |v| s) / distance, from 0 to +-1 (Dahl 1968)."""
+    """Direction s of the last motion, in [-1, 1]: s' = (v - |v| s) / distance (Dahl 1968).
+
+    It is 0 at the start. It approaches +-1 as the motion exceeds `distance`, m.
+    """
     moves = np.diff(position, prepend=position[0])
     ways = np.sign(moves).tolist()
     decays = np.exp(-np.abs(moves) / distance).tolist()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What the command does to the valve's openings and flows, for measured pressures.
+"""Openings of the valve and flows through it, from the command and the measured pressures.
 
-The equations are those of the simulator (docs/simulator.md), here without its integration: spool
-from the command, flows from spool and measured pressures.
+The equations are those of the simulator (docs/simulator.md), without its integration: the spool
+follows from the command, and the flows follow from the spool and the measured pressures.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ehsid.harness.gap.model.inverse_signals import (
 
 
 def play(signal: FloatArray, half_width: float) -> FloatArray:
-    """Play operator: w = min(max(w, u - half_width), u + half_width), from w = 0."""
+    """Applies the play operator, w = min(max(w, u - half_width), u + half_width), from w = 0."""
     if half_width == 0.0:
         return signal
     held, shown = 0.0, []
@@ -34,7 +34,7 @@ def play(signal: FloatArray, half_width: float) -> FloatArray:
 
 
 def second_order(held: FloatArray, bandwidth_hz: float, damping: float, dt_s: float) -> FloatArray:
-    """Solve x'' + 2 zeta w x' + w^2 x = w^2 u, u held over each sample; x at the samples."""
+    """Solves x'' + 2 zeta w x' + w^2 x = w^2 u for x at the samples; u is held over each sample."""
     w = 2.0 * math.pi * bandwidth_hz
     system = (
         np.array([[0.0, 1.0], [-w * w, -2.0 * damping * w]]),
@@ -48,7 +48,7 @@ def second_order(held: FloatArray, bandwidth_hz: float, damping: float, dt_s: fl
 
 
 def delayed(held: FloatArray, samples: float) -> FloatArray:
-    """Mean of the delayed command over each sample; zero before the first one."""
+    """Mean of the delayed command over each sample, shape (N,); zero before the first sample."""
     whole = math.floor(samples)
     share = samples - whole
     padded = np.concatenate([np.zeros(whole + 1), held])
@@ -57,7 +57,7 @@ def delayed(held: FloatArray, samples: float) -> FloatArray:
 
 
 def spool_of(signals: Measured, values: Values) -> FloatArray:
-    """Spool at the samples, fraction of rated. Shape (N,)."""
+    """Spool position at the samples, as a fraction of that at rated command, shape (N,)."""
     bandwidth_hz = values["effects.valve_lag.bandwidth_hz"]
     damping = values["effects.valve_lag.damping"]
     if bandwidth_hz == 0.0:
@@ -78,13 +78,13 @@ def _spool(
 ) -> FloatArray:
     held = play(delayed(signals.command, delay_s / signals.dt_s), half_width)
     if bandwidth_hz == 0.0:
-        # A held command jumps at the sample: there it is the mean of before and after.
+        # A held command jumps at each sample. Its value there is the mean of both sides.
         return np.asarray(0.5 * (held + np.concatenate([held[:1], held[:-1]])))
     return second_order(held, bandwidth_hz, damping, signals.dt_s)
 
 
 def opening_of(spool: FloatArray, values: Values) -> FloatArray:
-    """Null bias and flow saturation behind the spool."""
+    """Opening of the valve: the spool position with null bias and flow saturation, shape (N,)."""
     opening = spool + values["effects.valve_null_bias.offset"]
     limit = values["effects.valve_flow_saturation.limit"]
     return np.asarray(limit * np.tanh(opening / limit) if limit > 0.0 else opening)
@@ -92,7 +92,10 @@ def opening_of(spool: FloatArray, values: Values) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class EdgeFlows:
-    """Through the four metering edges, m^3/s, shape (N,) each; positive with the arrow."""
+    """Flows through the four metering edges, m^3/s, shape (N,) each.
+
+    A flow is positive from the first to the second place in its name.
+    """
 
     supply_a: FloatArray
     a_tank: FloatArray
@@ -107,10 +110,11 @@ def edge_flows(
     supply: FloatArray,
     values: Values,
 ) -> EdgeFlows:
-    """Orifices that open past their overlap and turn laminar at small drops.
+    """Computes the flows through the metering edges from the opening and the pressures.
 
         q = K a dp / (dp^2 + dp_l^2)^((1 - e) / 2),  a = (s + sqrt(s^2 + r^2)) / 2
 
+    An edge opens beyond its overlap. Its flow is laminar at small pressure drops.
     Merritt, Hydraulic Control Systems, Wiley 1967, ch. 3 and 5.
     """
     exponent = values["nuisance.flow_exponent"]
@@ -126,7 +130,7 @@ def edge_flows(
             + side * values["nuisance.edge_overlap_sides"]
             + to_tank * values["nuisance.edge_overlap_tank"]
         )
-        # The edges that extend are those whose way, to the spool, is positive.
+        # An edge with positive `way` opens with a positive spool position and extends the rod.
         share = (
             1.0
             + way * values["nuisance.edge_gain_direction"]

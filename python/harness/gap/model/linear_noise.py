@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The servo about mid-stroke, linearised, and the covariance of its position under a disturbance.
+"""Servo linearised about mid-stroke, and the covariance of its position under a disturbance.
 
-Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6, with both chambers and the spool:
+The model is that of Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6, with both chambers and
+the spool:
 
     x'' + 2 zeta w x' + w^2 x = w^2 d_valve,            m v' = A_a p_a - A_b p_b - b v + d_force,
     V_a / beta p_a' =  K_q x - K_c p_a - A_a v + d_a,
@@ -20,23 +21,24 @@ from scipy.signal import cont2discrete
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.inverse_signals import Values, areas
 
-# Steps of the covariance in one of the averaged error.
+# Steps of the covariance per step of the averaged error.
 SUBSTEPS = 4
 
 
 def linear_servo(
     values: Values, plant: str, opening: float
 ) -> tuple[FloatArray, Mapping[str, tuple[FloatArray, ...]]]:
-    """State matrix, position last, and where each subsystem's disturbances enter it.
+    """State matrix with the position as last state, and the disturbance inputs of each subsystem.
 
     Parameters
     ----------
     values
-        all of the plant.
+        all values of the plant by full name.
     plant
         "ehs" or "axis".
     opening
-        rms of the record's, fraction of full: what gives the orifices their damping.
+        rms opening of the valve in the record, as a fraction of full opening. It determines the
+        damping by the orifices.
     """
     if plant == "axis":
         mass, viscous = values["axis.mass_kg"], values["axis.viscous_friction_n_s_m"]
@@ -48,7 +50,7 @@ def linear_servo(
     stiff_b = beta / (values["cylinder.dead_volume_b_m3"] + area_b * middle)
     per_root = values["valve.rated_flow_m3_s"] / math.sqrt(values["valve.rated_pressure_drop_pa"])
     drop = 0.5 * values["supply.pressure_pa"]
-    # Pressures in units of this drop, so that the matrix is well scaled.
+    # Pressures are in units of this pressure drop, so that the matrix is well scaled.
     gain = per_root * math.sqrt(drop) / drop
     loss = 0.5 * per_root * opening / math.sqrt(drop)
     bandwidth_hz, damping = (
@@ -71,7 +73,7 @@ def linear_servo(
     unit = np.eye(6)
     return state, {
         "valve": (unit[x_rate],),
-        # In units of the valve's flow.
+        # These disturbances are flows in units of the flow of the valve.
         "hydraulics": (stiff_a * gain * unit[p_a], stiff_b * gain * unit[p_b]),
         "mechanics": (unit[v],),
     }
@@ -80,10 +82,11 @@ def linear_servo(
 def position_covariance(
     state: FloatArray, enters: FloatArray, corner_hz: float, dt_s: float, count: int
 ) -> FloatArray:
-    """Of the position at `count` samples after it was put right, all else in its steady state.
+    """Covariance of the position at `count` samples after its reset, shape (count, count).
 
-    The disturbance is white noise behind a first-order filter of `corner_hz`. Scaled to a mean
-    variance of one; shape (count, count).
+    At the reset the position is exact and all other states have their stationary covariance. The
+    disturbance is white noise behind a first-order low-pass filter with the corner frequency
+    `corner_hz`. The result is scaled to a mean variance of one.
     """
     order = state.shape[0]
     whole = np.zeros((order + 1, order + 1))
@@ -99,7 +102,7 @@ def position_covariance(
         step[:order, :order], noise[:order, :order], method="direct"
     )
     many = np.linalg.matrix_power(step, SUBSTEPS)
-    # Row of the position in many^k, for all k: cov(y_i+k, y_i) = e' many^k P_i e.
+    # Row of the position in many^k for all k, as cov(y_i+k, y_i) = e' many^k P_i e.
     rows = [np.eye(order + 1)[-1]]
     for _ in range(count - 1):
         rows.append(rows[-1] @ many)

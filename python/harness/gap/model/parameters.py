@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a fit may move: values of the rig, nuisances, effects; how far, and how it counts them."""
+"""Parameters of a fit: values of the rig, nuisances and effects, with priors and bounds."""
 
 from __future__ import annotations
 
@@ -27,26 +27,26 @@ from ehsid.harness.rigs.parameters import (
 )
 
 OF_HIDDEN_SPOOL = ("nuisance.spool_bandwidth_hz", "nuisance.spool_damping")
-# Effects whose size a nuisance has within the tolerance of any servo.
+# Nuisance that stands for an effect within the tolerance of any servo, by id of the effect.
 STANDS_FOR = MappingProxyType({"valve_null_bias": "nuisance.null_bias"})
 FRICTION_NUISANCES = ("nuisance.presliding_m", "nuisance.sliding_onset_m_s")
 
-# Smallest size of an effect that a fit may go to, as a share of its largest: below it is off.
+# Smallest size of an effect in a fit, as a share of its largest size. A smaller effect is off.
 SMALLEST_SHARE = 1e-5
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A value of the plant as the fit sees it: x, which is the value or its logarithm.
+    """A value of the plant as a parameter x of the fit; x is the value or its logarithm.
 
     Attributes
     ----------
     name
-        full name.
+        full name of the value.
     logarithmic
-        x = ln(value), for what is positive and known by a factor.
+        true if x = ln(value), for positive values whose uncertainty is a factor.
     centre, sigma
-        prior of x, normal; sigma infinite where nothing is told.
+        mean and standard deviation of the normal prior of x; sigma is infinite without a prior.
     low, high
         bounds of x.
     """
@@ -59,19 +59,19 @@ class Parameter:
     high: float
 
     def value(self, x: float) -> float:
-        """The value of the plant."""
+        """Value of the plant that belongs to x."""
         return math.exp(x) if self.logarithmic else x
 
     def slope(self, x: float) -> float:
-        """Derivative of the value by x."""
+        """Derivative of the value with respect to x."""
         return math.exp(x) if self.logarithmic else 1.0
 
     def held(self) -> Parameter:
-        """The same where it does not move."""
+        """Returns the same parameter, held at the centre of its prior."""
         return replace(self, low=self.centre, high=self.centre)
 
     def place(self, value: float) -> float:
-        """The x of a value, inside the bounds."""
+        """Returns the x of a value, clipped to the bounds."""
         if self.logarithmic:
             value = math.log(value) if value > 0.0 else self.low
         return min(max(value, self.low), self.high)
@@ -80,11 +80,12 @@ class Parameter:
 def calibration_parameters(
     rig: Rig, *, pressures: bool = True, unseen: bool = False
 ) -> tuple[Parameter, ...]:
-    """Values of the rig inside their uncertainty, and nuisances inside their bounds.
+    """Returns the values of the rig and the nuisances that a calibration may change.
 
-    Effects that the rig tells are calibrated like any other value. What defines other values or is
-    measured with a ruler stays, and so do nuisances that do not act on the plant, or, where no
-    pressures are measured, cannot be told from an effect; but for `unseen`, which takes them in.
+    The uncertainty of a rig value gives its prior and bounds. Effects in the rig file are treated
+    like any other value. Values that define others or are measured with a ruler (HELD) stay, and so
+    do nuisances that do not act on the plant. Without measured pressures, nuisances that cannot be
+    distinguished from an effect (SEEN_BY_PRESSURES) stay, too, unless `unseen` includes them.
     """
     found = []
     for name, value in rig.values.items():
@@ -114,7 +115,7 @@ def calibration_parameters(
 
 
 def _log_within(maximum: float) -> float:
-    """Its logarithm, rounded so that the value that comes back is not above it."""
+    """Logarithm of a maximum, rounded so that its exponential is not above the maximum."""
     x = math.log(maximum)
     while math.exp(x) > maximum:
         x = math.nextafter(x, -math.inf)
@@ -122,7 +123,7 @@ def _log_within(maximum: float) -> float:
 
 
 def _log_above(minimum: float) -> float:
-    """The same of a minimum: what comes back is not below it."""
+    """Logarithm of a minimum, rounded so that its exponential is not below the minimum."""
     x = math.log(minimum)
     while math.exp(x) < minimum:
         x = math.nextafter(x, math.inf)
@@ -152,21 +153,21 @@ def _nuisances(rig: Rig, pressures: bool) -> list[Parameter]:
 def effect_parameters(
     effect: str, start: Mapping[str, float], plant: str = "ehs"
 ) -> tuple[tuple[Parameter, float], ...]:
-    """Parameters of an effect without a prior, each with the x of its start.
+    """Returns the parameters of an effect, without priors, each with the x where its fit starts.
 
     Parameters
     ----------
     effect
-        id.
+        id of the effect.
     start
-        by the parameter's own name; an active size.
+        start value by the parameter's own name; sizes at which the effect is active.
     plant
-        of the rig.
+        kind of plant of the rig.
 
     Raises
     ------
     ValueError
-        the plant does not have the effect.
+        the plant does not have the subsystem on which the effect acts.
     """
     info = effects()[effect]
     if not acts_on(info, plant):
@@ -176,7 +177,7 @@ def effect_parameters(
         name = f"{EFFECT_PREFIX}{effect}.{parameter.name}"
         value = start[parameter.name]
         if parameter.minimum < 0.0:
-            # Of either sign: a force, a bias.
+            # A force or a bias can have either sign, so that x cannot be a logarithm.
             made = Parameter(name, False, 0.0, math.inf, parameter.minimum, parameter.maximum)
         else:
             low = max(parameter.minimum, SMALLEST_SHARE * parameter.maximum)

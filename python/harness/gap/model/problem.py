@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""The cost of a set of values on some records, with its Gauss-Newton form.
+"""Cost of a set of values on a set of records, with its gradient and Gauss-Newton Hessian.
 
     J(x) = sum_outputs (n / 2) ln(mse + floor^2) + sum_parameters ((x - centre) / sigma)^2 / 2
 
-that is the likelihood of normal errors of unknown deviation for each output, so that no output
-needs a weight by hand, and the prior of the rig. n counts independent errors, not samples.
+The first sum is the negative log-likelihood of normal errors whose standard deviation is unknown
+for each output, so that no output needs a weight by hand. The second sum is the prior of the
+parameters. n is the number of independent errors, not of samples.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from ehsid.harness.simulation.outputs import OUTPUTS
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """Gradient and Gauss-Newton Hessian of the cost at a point, and the cost itself."""
+    """Cost at a point, nats, with its gradient, shape (n,), and Gauss-Newton Hessian, (n, n)."""
 
     cost: float
     gradient: FloatArray
@@ -36,7 +37,7 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """Errors, shape (N,), and their derivatives, (N, n), by output."""
+    """Errors, shape (N,), and their derivatives with respect to x, shape (N, n), by output."""
 
     errors: Mapping[str, FloatArray]
     slopes: Mapping[str, FloatArray]
@@ -44,11 +45,12 @@ class Linear:
     def moved(
         self, move: FloatArray, errors: Mapping[str, FloatArray], scale: FloatArray
     ) -> Linear:
-        """After a move, the slopes changed as little as its errors allow.
+        """Returns the errors after a step `move` in x, and the slopes with Broyden's update.
 
         J + (e - e_0 - J dx) dx' D / (dx' D dx)   (C. G. Broyden, Math. Comput. 19, 1965), with
-        D = diag(scale) so that units do not count. Changes the slopes in place; a move along values
-        that nothing depends on says nothing of them.
+        D = diag(scale) so that the units of x have no influence. It is the smallest change of J
+        that agrees with the new errors e. The slopes are changed in place, but not by a step along
+        parameters on which nothing depends.
         """
         length = float(move @ (scale * move))
         if length <= 0.0:
@@ -60,24 +62,24 @@ class Linear:
 
 
 class Problem:
-    """Records, a rig, and the parameters that may move.
+    """The cost function of a fit: a rig, records, and the parameters that a fit may change.
 
     Parameters
     ----------
     rig
-        told values.
+        the rig as configured in the rig file.
     records
-        at least one, all with the compared outputs.
+        at least one record; all of them have the compared outputs.
     parameters
-        in the order of x.
+        parameters in the order of x.
     outputs
-        that count.
+        names of the compared outputs.
     floors
-        noise floor by output, > 0.
+        noise floor by output, in the unit of the output, > 0.
     substeps
-        steps of integration a sample.
+        integration steps per sample.
     fixed
-        values in place of those of the rig that do not move.
+        values by full name that replace those of the rig where no parameter does.
     """
 
     def __init__(
@@ -109,11 +111,11 @@ class Problem:
         self.high = np.array([parameter.high for parameter in parameters])
 
     def information(self) -> FloatArray:
-        """Of the priors: sigma^-2 of each parameter, shape (n,)."""
+        """Information of the priors: sigma^-2 of each parameter, shape (n,)."""
         return self._weight
 
     def window_gradients(self, x: FloatArray) -> tuple[Step, FloatArray]:
-        """The step at x, and the gradient of the first sum by windows, shape (W, n)."""
+        """Step at x, and the gradient of the first sum of J for each window, shape (W, n)."""
         step = self.step(x)
         errors, jacobians = self._errors(x, range(x.size))
         numbers = self._window_numbers()
@@ -125,13 +127,13 @@ class Problem:
         return step, by_window
 
     def window_squares(self, errors: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
-        """Sums of squared errors by window and output, shape (W, outputs), and samples, (W,)."""
+        """Sums of squared errors by window and output, (W, outputs), and sample counts, (W,)."""
         joined = self._window_numbers()
         squares = [np.bincount(joined, errors[name] ** 2) for name in self.outputs]
         return np.stack(squares, axis=1), np.bincount(joined).astype(np.float64)
 
     def _window_numbers(self) -> npt.NDArray[np.int64]:
-        """Of the samples of `errors`, counted through all records."""
+        """Number of the window of each sample of `errors`, counted through all records."""
         numbers, first = [], 0
         for record in self.records:
             _, inside = np.unique(record.window[record.used], return_inverse=True)
@@ -140,35 +142,38 @@ class Problem:
         return np.concatenate(numbers)
 
     def centre(self) -> FloatArray:
-        """Middle of the priors, inside the bounds."""
+        """Centres of the priors, clipped to the bounds, shape (n,)."""
         return np.asarray(np.clip(self._centre, self.low, self.high), dtype=np.float64)
 
     def plant_values(self, x: FloatArray) -> FloatArray:
-        """All values of the plant, shape (P,)."""
+        """All P values of the plant at x, in the order of `plant_parameters`, shape (P,)."""
         values = self._base.copy()
         for place, parameter, at in zip(self._places, self.parameters, x, strict=True):
             values[place] = parameter.value(float(at))
         return values
 
     def simulate(self, x: FloatArray) -> list[dict[str, FloatArray]]:
-        """Outputs of each record, shape (N,) by name."""
+        """Simulated outputs at x for each record, by name, shape (N,) each."""
         return [outputs for outputs, _ in self._runs(x, ())]
 
     def errors(self, x: FloatArray) -> dict[str, FloatArray]:
-        """Simulated minus measured inside the windows of all records; position less its means."""
+        """Errors, simulated minus measured, inside the windows of all records, by output.
+
+        The mean of each window is subtracted from the errors of the position.
+        """
         errors, _ = self._errors(x)
         return errors
 
     def cost(self, x: FloatArray) -> float:
-        """J(x); infinite where the simulation is."""
+        """Cost J(x), nats; infinite if the simulation diverges."""
         return self.cost_of(x, self.errors(x))
 
     def cost_of(self, x: FloatArray, errors: Mapping[str, FloatArray]) -> float:
-        """J(x) from the errors at x."""
+        """Cost J(x), nats, from the errors at x."""
         return self.fit_cost(errors) + self.prior_cost(x)
 
     def fit_cost(self, errors: Mapping[str, FloatArray]) -> float:
-        """The first sum."""
+        """First sum of J, the negative log-likelihood of the errors, nats."""
         total = 0.0
         for name in self.outputs:
             mse = float(np.mean(errors[name] ** 2))
@@ -178,13 +183,14 @@ class Problem:
         return total
 
     def prior_cost(self, x: FloatArray) -> float:
-        """The second sum."""
+        """Second sum of J, the negative logarithm of the priors, nats."""
         return float(0.5 * np.sum(self._weight * (x - self._centre) ** 2))
 
     def linear(self, x: FloatArray, first: Linear | None = None) -> Linear:
-        """Errors at x with exact sensitivities; those of the first parameters as told, if they are.
+        """Returns the errors at x with exact sensitivities, except those that `first` provides.
 
-        first: at a point nearby, shape (N, m) by output, m <= n.
+        first: sensitivities of the first m parameters at a point near x, shape (N, m) by output,
+        m <= n.
         """
         if first is None:
             return Linear(*self._errors(x, range(x.size)))
@@ -194,21 +200,21 @@ class Problem:
         return Linear(errors, joined)
 
     def form(self, x: FloatArray, linear: Linear) -> Step:
-        """Cost, gradient and Gauss-Newton Hessian from errors and their derivatives at x."""
+        """Cost, gradient and Gauss-Newton Hessian at x, from the errors and their derivatives."""
         gradient = self._weight * (x - self._centre)
         hessian = np.diag(self._weight)
         for name in self.outputs:
             e, j = linear.errors[name], linear.slopes[name]
             # d/dx (n / 2) ln(mse + floor^2) = n / (N (mse + floor^2)) J' e
             share = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
-            # Sensitivities of a simulation on its way to infinity overflow; no step is taken then.
+            # The sensitivities of a simulation that diverges overflow. No step is taken then.
             with np.errstate(over="ignore", invalid="ignore"):
                 gradient = gradient + share * (j.T @ e)
                 hessian = hessian + share * (j.T @ j)
         return Step(self.fit_cost(linear.errors) + self.prior_cost(x), gradient, hessian)
 
     def step(self, x: FloatArray) -> Step:
-        """The form at x by exact sensitivities."""
+        """Cost, gradient and Gauss-Newton Hessian at x, with exact sensitivities."""
         return self.form(x, self.linear(x))
 
     def _errors(

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""With the position alone: which subsystem's process noise explains the calibrated error best.
+"""Subsystem whose process noise best explains the calibrated error, from the position alone.
 
-Noise enters one subsystem of the linearised servo at a time. Over a window the error of the
-position is then normal with covariance q S + floor^2 I, S known, q its intensity. The likelihood is
+Noise enters one subsystem of the linearised servo at a time. Over a window the position error is
+then normal with the covariance q S + floor^2 I, with S known and the intensity q. The likelihood is
 that of the innovations of a Kalman filter with this noise (F. C. Schweppe, IEEE Trans. Inf. Theory
-11(1), 1965); the eigenvalues of S give it for every q at once. A sensor is in error by white noise,
-timing by a delay that wanders, times the measured speed.
+11(1), 1965). The eigenvalues of S give it for every q at once. The error of a sensor is modelled as
+white noise. The error of timing is modelled as a varying delay times the measured speed.
 
-Modest: effects are no noise, and what enters by the valve looks much like what enters by the oil.
+The reliability is limited: effects are not noise, and disturbances at the valve and in the oil have
+similar consequences.
 """
 
 from __future__ import annotations
@@ -36,17 +37,18 @@ from ehsid.harness.simulation import command_limit, measured_states
 
 @dataclass(frozen=True, eq=False)
 class NoiseNeeded:
-    """What the process noise of each subsystem would explain.
+    """Process noise that each subsystem needs to explain the position error.
 
     Attributes
     ----------
     deviation
-        rms of the position that each needs within a window, m.
+        rms of the position error that each subsystem needs within a window, m.
     behind
-        nats per averaged error behind the best.
+        log-likelihood below that of the best subsystem, nats per averaged error.
     subsystem
-        share of draws of the windows in which each explains best, shared among those that cannot be
-        told apart; sum 1, or empty where the noise of the sensor alone explains as much.
+        share of bootstrap draws of the windows in which each subsystem explains the error best.
+        Subsystems that cannot be distinguished share a draw. The sum is 1. Empty if the noise floor
+        of the sensor alone explains the error as well.
     """
 
     deviation: Mapping[str, float]
@@ -57,18 +59,21 @@ class NoiseNeeded:
 def noise_needed(
     problem: Problem, values: Mapping[str, float], error: FloatArray, *, seed: int = 0
 ) -> NoiseNeeded | None:
-    """Compare the subsystems; None where the plant has no such model or a window is too short.
+    """Compares the process noise of the subsystems by its likelihood.
+
+    The result is None if the plant has no such model, if the windows are too short, or if the
+    records have different sampling times.
 
     Parameters
     ----------
     problem
-        of the calibration.
+        the problem of the calibration.
     values
-        calibrated, by full name.
+        calibrated values by full name.
     error
-        of the position inside the windows, each less its mean, shape (N,).
+        error of the position inside the windows, less the mean of each window, m, shape (N,).
     seed
-        of the bootstrap over windows.
+        seed of the bootstrap over windows.
     """
     if problem.rig.plant not in ("ehs", "axis"):
         return None
@@ -91,7 +96,7 @@ def noise_needed(
 
     errors = np.array([averaged(e) for e, _ in full])
     speeds = np.array([averaged(v) for _, v in full])
-    # The mean of a window is gone: all that is left is orthogonal to it.
+    # The errors have no window mean any more: the basis spans all that is orthogonal to it.
     basis = np.linalg.qr(np.column_stack([np.ones(count), np.eye(count)[:, 1:]]))[0][:, 1:]
     white = problem.floors["position_m"] ** 2 / step
     likelihoods, deviations = {}, {}
@@ -109,7 +114,7 @@ def noise_needed(
 
 
 def _windows(problem: Problem) -> list[slice]:
-    """Of the samples inside windows, record after record."""
+    """Slice of each window in the samples inside windows, in the order of the records."""
     found, first = [], 0
     for one in problem.records:
         numbers = one.window[one.used]
@@ -122,7 +127,11 @@ def _windows(problem: Problem) -> list[slice]:
 def _covariances(
     problem: Problem, values: Mapping[str, float], count: int, dt_s: float, speeds: FloatArray
 ) -> dict[str, list[FloatArray]]:
-    """By subsystem: covariances of one window, or of each, that its disturbance may have."""
+    """Possible covariances of the averaged position error within a window, by subsystem.
+
+    There is one per corner frequency, and a single one for the sensor. A covariance has the shape
+    (count, count), or (windows, count, count) if it differs by window.
+    """
     told = all_values(problem.rig, values)
     command = np.concatenate([one.record.column("command_v")[one.used] for one in problem.records])
     opening = float(np.sqrt(np.mean(command**2))) / command_limit(problem.rig)
@@ -151,7 +160,7 @@ def _covariances(
 def _likelihood(
     errors: FloatArray, basis: FloatArray, covariance: FloatArray, white: float
 ) -> tuple[FloatArray, float]:
-    """Log-likelihood of each window at the best intensity, shape (W,), and its deviation, m."""
+    """Log-likelihood of each window at the best intensity q, nats, (W,), and sqrt(q), m."""
     inside = basis.T @ covariance @ basis
     if inside.ndim == 2:
         sizes, ways = eigh(inside)
@@ -172,7 +181,10 @@ def _likelihood(
 
 
 def _shares(per_error: Mapping[str, FloatArray], rng: np.random.Generator) -> dict[str, float]:
-    """Share of draws of whole windows in which a subsystem is best, ties in equal parts."""
+    """Share of bootstrap draws of whole windows in which each subsystem is best.
+
+    Subsystems within NOISE_TELLS of the best one share a draw in equal parts.
+    """
     names = list(per_error)
     rows = np.array([per_error[name] for name in names])
     draws = rng.integers(rows.shape[1], size=(BOOTSTRAP_DRAWS, rows.shape[1]))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How far a record sets rivals apart, once each of them has been fitted to it."""
+"""Log-likelihood by which a record separates candidates after each of them is fitted to it."""
 
 from __future__ import annotations
 
@@ -27,20 +27,21 @@ from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 from ehsid.harness.simulation import simulate
 
-# Effects, and values of the plant by full name.
+# A candidate: its effects, and its values of the plant by full name.
 Rival = tuple[tuple[str, ...], Mapping[str, float]]
 
 
 @dataclass(frozen=True)
 class Separation:
-    """How far a record sets a rival apart.
+    """Separation of a candidate from the best candidate by a record.
 
     Attributes
     ----------
     nats
-        log-likelihood by which the rival, fitted anew, falls short on all windows.
+        log-likelihood over all windows by which the candidate, fitted to the record, is below the
+        best candidate.
     deviation
-        of that sum, by the scatter over the windows and by the noise.
+        standard deviation of this sum, nats, by the scatter over the windows and by the noise.
     """
 
     nats: float
@@ -48,9 +49,9 @@ class Separation:
 
     @property
     def power(self) -> float:
-        """Probability that the sum comes out beyond SEPARATED_NATS.
+        """Probability that the log-likelihood difference exceeds SEPARATED_NATS.
 
-        P = Phi((nats - SEPARATED_NATS) / deviation): a sum over windows is nearly normal.
+        P = Phi((nats - SEPARATED_NATS) / deviation), because a sum over windows is nearly normal.
         """
         if self.deviation <= 0.0:
             return float(self.nats > SEPARATED_NATS)
@@ -58,7 +59,7 @@ class Separation:
 
 
 def parameters_of(rig: Rig, rival: Rival) -> tuple[tuple[Parameter, ...], FloatArray]:
-    """Calibration and effects of a rival with the x it stands at, as a problem takes them."""
+    """Returns the parameters of calibration and effects of a candidate, and their x, shape (n,)."""
     effects, values = rival
     found = list(calibration_parameters(rig))
     x = [one.place(values[one.name]) if one.name in values else one.centre for one in found]
@@ -79,32 +80,34 @@ def separations(
     *,
     iterations: int = ITERATIONS,
 ) -> list[Separation]:
-    """How far a record of the best rival sets each other one apart, all of them fitted to it.
+    """Computes how far a record of the best candidate separates each other candidate from it.
 
-    With ms_w the mean square of the errors in window w, over all windows ms, f the floor:
+    All candidates are fitted to the record. With the mean square ms_w of the errors in window w,
+    the mean square ms over all windows, and the noise floor f:
 
         nats = sum_w sum_outputs (n_w / 2) (ms_w(other) - ms_w(best)) / v,
         v = (ms(other) + ms(best)) / 2 + 2 f^2,
 
-    which is the difference of the cost (n / 2) ln(ms + f^2), on records with noise of deviation f,
-    to first order about the middle of both. Its variance is that over windows and that of the
-    noise, n_w |ms_w(other) - ms_w(best)| f^2 / v^2.
+    This is the difference of the cost (n / 2) ln(ms + f^2), on records with noise of standard
+    deviation f, to first order about the mean of both ms. Its variance is the sum of the variance
+    over windows and the variance by noise, n_w |ms_w(other) - ms_w(best)| f^2 / v^2.
 
-    A rival that contains the best one can always do what that one does: there the question is
-    whether the best one could hide it, so that its outputs, on the same command, are the record.
+    A candidate that contains the best one can always reproduce its outputs. The question is then
+    whether the best one can reproduce those of the larger candidate. The record is therefore
+    replaced by the outputs of the larger candidate on the same command.
 
     Parameters
     ----------
     rig
-        the machine.
+        the rig as configured in the rig file.
     rivals
-        effects and values, the best first; two at least.
+        effects and values of each candidate, the best first; at least two.
     record
-        without noise: command, and outputs of the best rival.
+        record without noise: the command, and the outputs of the best candidate.
     floors
-        deviation of the noise, by output that is measured.
+        standard deviation of the noise, by measured output.
     iterations
-        of each fit.
+        largest number of steps of each fit.
     """
     best, compared = rivals[0], compare(record)
     errors = _fitted_errors(rig, best, compared, floors, iterations)
@@ -121,13 +124,13 @@ def separations(
 
 
 def contains(larger: Sequence[str], smaller: Sequence[str]) -> bool:
-    """Can the larger set of effects do all that the smaller does?"""
+    """Whether the larger set of effects can reproduce every behaviour of the smaller one."""
     able = {*larger, *(SIMPLER[effect] for effect in larger if effect in SIMPLER)}
     return set(smaller) <= able
 
 
 def _replayed(rig: Rig, rival: Rival, record: Record) -> Record:
-    """Outputs of a rival on the command of a record, from the same start."""
+    """Simulates a candidate on the command of a record, from the initial position of the record."""
     assert record.dt_s is not None
     start = float(record.column("position_m")[0])
     command = record.column("command_v")
@@ -137,7 +140,7 @@ def _replayed(rig: Rig, rival: Rival, record: Record) -> Record:
 def _fitted_errors(
     rig: Rig, rival: Rival, compared: Compared, floors: Mapping[str, float], iterations: int
 ) -> dict[str, FloatArray]:
-    """Errors in the windows after calibration and effects were fitted, from the rival's values."""
+    """Errors inside the windows after a fit that starts at the values of a candidate, by output."""
     parameters, x = parameters_of(rig, rival)
     problem = Problem(
         rig,
@@ -158,7 +161,7 @@ def _separation(
     other: Mapping[str, FloatArray],
 ) -> Separation:
     if any(_rms(best[name]) > _bearable(compared, name, floor) for name, floor in floors.items()):
-        # Steps of integration as the fits take them are too long for this record: it tells nothing.
+        # The integration steps of the fits are too long for this record. It has no information.
         return Separation(0.0, 0.0)
     number = compared.window[compared.used]
     counts = np.bincount(number)
@@ -179,6 +182,6 @@ def _rms(errors: FloatArray) -> float:
 
 
 def _bearable(compared: Compared, name: str, floor: float) -> float:
-    """Error of the best rival on its own record that is still no matter."""
+    """Largest acceptable rms error of the best candidate on its own record, unit of the output."""
     spread = _rms(compared.centred(compared.outputs[name]))
     return max(floor, DESIGN_ERROR * spread)

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Where fits of an effect start: an effect that is off has no gradient, so from active sizes."""
+"""Start values for the fits of an effect.
+
+The cost has no gradient with respect to an effect that is off. The fits therefore start from sizes
+at which the effect is active.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +19,12 @@ def _sizes(name: str, *values: float) -> tuple[Start, ...]:
     return tuple({name: value} for value in values)
 
 
-# Fractions, times and lengths: a small and a large one, a factor of four apart, so that one of them
-# is within a factor of two or three of any size that matters.
+# Start values that are fractions, times or lengths: mostly a small and a large one, a factor of
+# about four apart, so that one of them is within a factor of two or three of any relevant size.
 _FIXED: Mapping[str, tuple[Start, ...]] = MappingProxyType(
     {
-        # Not a multiple of a step of integration: there the delayed command jumps between steps and
-        # the sensitivity is zero.
+        # Not a multiple of an integration step: the delayed command would jump between two steps,
+        # and the sensitivity would be zero.
         "transport_delay": _sizes("delay_s", 0.0021, 0.0083),
         "valve_hysteresis": _sizes("half_width", 0.01, 0.04),
         "valve_lag": (
@@ -38,14 +42,15 @@ _FIXED: Mapping[str, tuple[Start, ...]] = MappingProxyType(
 
 
 def effect_starts(effect: str, rig: Rig) -> tuple[Start, ...]:
-    """Active sizes of an effect, by the parameter's own name; forces and flows by the rig's.
+    """Returns the start values of an effect at which it is active, by the parameter's own name.
 
-    Quantisation is a property of the sensor that shows in the record itself; it is not fitted.
+    Forces and flows are in proportion to those of the rig. Quantisation is a property of the sensor
+    that is visible in the record itself. It is not fitted and has no start values.
 
     Raises
     ------
     KeyError
-        an effect without starts.
+        the effect has no start values.
     """
     if effect in _FIXED:
         return _FIXED[effect]
@@ -56,7 +61,8 @@ def effect_starts(effect: str, rig: Rig) -> tuple[Start, ...]:
         flow = v["valve.rated_flow_m3_s"]
         stroke = v["cylinder.stroke_m"]
     else:
-        # Ten volts of an axis; a linear servo at the pressure that its full flow would lose.
+        # The force of an axis at a command of ten volts. The pressure of a linear servo is the one
+        # that its full flow would lose.
         force = 10.0 * v.get("axis.force_per_volt", 100.0)
         pressure, flow, stroke = 1e7, 1e-3, 0.3
     weak, strong = 0.01 * force, 0.04 * force
@@ -70,7 +76,7 @@ def effect_starts(effect: str, rig: Rig) -> tuple[Start, ...]:
             return tuple(
                 {
                     "source_resistance_pa_s_m3": share * pressure / flow,
-                    # A time constant of 20 ms behind the resistance.
+                    # Resistance and capacitance have a time constant of 20 ms.
                     "accumulator_capacitance_m3_pa": 0.02 * flow / (share * pressure),
                 }
                 for share in (0.05, 0.2)
@@ -92,14 +98,14 @@ def effect_starts(effect: str, rig: Rig) -> tuple[Start, ...]:
     raise KeyError(effect)
 
 
-# What a law becomes where one of its terms is taken away.
+# The simpler law that an effect becomes if one of its terms is removed, by id of the effect.
 SIMPLER: Mapping[str, str] = MappingProxyType(
     {"stribeck_friction": "coulomb_friction", "load_spring": "load_force"}
 )
 
 
 def shrunk_force(effect: str, values: Mapping[str, float]) -> float:
-    """The force of the simpler law, N, from the sizes of one that holds it, by full name."""
+    """Force of the simpler law, N, from the values, by full name, of the law that contains it."""
     if effect == "stribeck_friction":
         ends = (values[f"effects.{effect}.{name}"] for name in ("coulomb_n", "static_n"))
         return 0.5 * sum(ends)
@@ -107,7 +113,7 @@ def shrunk_force(effect: str, values: Mapping[str, float]) -> float:
 
 
 def grown_start(effect: str, force_n: float, rig: Rig) -> Start:
-    """An active size of an effect that holds a simpler one, from the force that this one found."""
+    """Start values of an effect that contains a simpler one, from the fitted force of that one."""
     if effect == "stribeck_friction":
         return {"coulomb_n": force_n, "static_n": 1.5 * force_n, "stribeck_velocity_m_s": 0.02}
     reach = rig.values.get("cylinder.stroke_m", 0.3)

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Differential equations without derivatives of measured signals: weak form with test functions.
+"""Weak form of differential equations: test functions replace derivatives of measured signals.
 
-An equation holds in the mean over any smooth weight psi of compact support, and by parts
+An equation also holds as a mean with any smooth weight psi of compact support. Integration by parts
 
     int psi f' dt = -int psi' f dt,    int psi f'' dt = int psi'' f dt,
 
-so that only psi is differentiated: H. A. Preisig, D. W. T. Rippin, Theory and application of the
+leaves only derivatives of psi: H. A. Preisig, D. W. T. Rippin, Theory and application of the
 modulating function method, Comput. Chem. Eng. 17(1), 1993; D. A. Messenger, D. M. Bortz, Weak
-SINDy, Multiscale Model. Simul. 19(3), 2021, whose psi = (1 - s^2)^p is taken, s in [-1, 1].
+SINDy, Multiscale Model. Simul. 19(3), 2021. The test function of the latter is used here,
+psi = (1 - s^2)^p, s in [-1, 1].
 """
 
 from __future__ import annotations
@@ -23,21 +24,22 @@ from ehsid.harness.gap.thresholds import WEAK_FORM_ORDER, WEAK_FORM_S, WEAK_FORM
 
 
 class WeakForm:
-    """Test functions along a record, each half covered by the next; they integrate to one.
+    """Test functions along a record; each overlaps the next by half and has the integral one.
 
     Parameters
     ----------
     dt_s
-        sampling time.
+        sampling time, s.
     first
-        sample where the first test function begins.
+        sample at which the first test function begins.
     length
-        samples of its support; by default WEAK_FORM_S, and WEAK_FORM_SAMPLES at least. Even.
+        length of the support in samples, an even number; by default that of WEAK_FORM_S, but at
+        least WEAK_FORM_SAMPLES.
 
     Attributes
     ----------
     stride
-        samples from one to the next.
+        samples from the start of one test function to the start of the next.
     """
 
     def __init__(self, dt_s: float, *, first: int = 0, length: int | None = None) -> None:
@@ -49,8 +51,8 @@ class WeakForm:
         s = np.linspace(-1.0, 1.0, length + 1)
         time_s = 0.5 * length * dt_s * s
         bump = Polynomial([1.0, 0.0, -1.0]) ** WEAK_FORM_ORDER
-        # The trapezoidal rule, made exact for parabolas: slope of t and curvature of t^2 / 2 are
-        # one, those of a constant nothing (by symmetry, but for psi'').
+        # The trapezoidal rule is made exact for parabolas: t has the slope one, t^2 / 2 the
+        # curvature one, a constant neither. For psi' symmetry ensures this, psi'' is corrected.
         self._weights: list[FloatArray] = []
         for order, moment in enumerate((np.ones(s.size), time_s, 0.5 * time_s**2)):
             weights = bump.deriv(order)(s) if order else bump(s)
@@ -59,19 +61,19 @@ class WeakForm:
             self._weights.append(weights / float(weights @ moment))
 
     def mean(self, signal: FloatArray) -> FloatArray:
-        """Int psi f dt for each test function: from shape (N,) to (K,)."""
+        """Int psi f dt for each test function; the shape changes from (N,) to (K,)."""
         return self._integral(signal, 0)
 
     def slope(self, signal: FloatArray) -> FloatArray:
-        """Int psi f' dt, in units of the signal per second."""
+        """Int psi f' dt for each test function, in units of the signal per second, shape (K,)."""
         return self._integral(signal, 1)
 
     def curvature(self, signal: FloatArray) -> FloatArray:
-        """Int psi f'' dt."""
+        """Int psi f'' dt for each test function, in units of the signal per s^2, shape (K,)."""
         return self._integral(signal, 2)
 
     def centres(self, samples: int) -> npt.NDArray[np.int64]:
-        """Sample in the middle of each test function, shape (K,)."""
+        """Index of the sample in the middle of each test function, shape (K,)."""
         last = samples - self.length - self._first
         return self._first + self.length // 2 + np.arange(0, max(0, last), self.stride)
 
@@ -89,27 +91,27 @@ def regress(
     weight: FloatArray,
     reach: FloatArray | None = None,
 ) -> FloatArray:
-    """Least squares with priors: min |rows + columns c|^2 + sum weight (c - centre)^2.
+    """Solves the least squares min |rows + columns c|^2 + sum weight (c - centre)^2 with priors.
 
     Parameters
     ----------
     rows
-        shape (K,).
+        residuals, shape (K,).
     columns
-        shape (K, n); any scale, dependent ones included.
+        regressors, shape (K, n); they may have any scale and may be linearly dependent.
     centre, weight
-        shape (n,); weight zero where nothing is told.
+        mean and weight of the prior of c, shape (n,); the weight is zero without a prior.
     reach
-        shape (n,), > 0: c stays within centre +- reach; by default anywhere.
+        shape (n,), > 0: c stays within centre +- reach; by default without bounds.
 
     Returns
     -------
     c
-        shape (n,).
+        estimated coefficients, shape (n,).
     """
     scale = np.sqrt(np.sum(columns**2, axis=0) + weight)
     scale[scale == 0.0] = 1.0
-    # A square root of the normal equations: as many rows as unknowns, whatever K.
+    # QR gives a square root of the normal equations. It has as many rows as unknowns for any K.
     stacked = np.vstack([columns, np.diag(np.sqrt(weight))]) / scale
     right = np.concatenate([-(rows + columns @ centre), np.zeros(centre.size)])
     q, r = np.linalg.qr(stacked)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Known effects put into logs of real machines, without touching what the machine did.
+"""Injects known effects into logs of real machines without a change of the machine's motion.
 
 >>> injected = inject(record, rig, {"valve_dead_band": {"overlap": 0.04}})
 >>> injected.answer.effects

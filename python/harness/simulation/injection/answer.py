@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What was put into a log: to be kept apart from it, and compared with a diagnosis."""
+"""Description of the effects injected into a log, for comparison with a diagnosis of this log."""
 
 from __future__ import annotations
 
@@ -13,31 +13,34 @@ import ehsid
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer to an injected record.
+    """The answer to an injected record: what was injected, and what a diagnosis should find.
 
     Attributes
     ----------
     put_in
-        ids with sizes, SI, as asked.
+        ids of the injected effects with their sizes, SI, as the caller gave them.
     effects
-        of the catalogue: what a diagnosis is to find beside what it finds in the untouched log.
+        effects of the catalogue that a diagnosis should find in addition to those of the original
+        log, with their sizes, SI.
     parameters
-        values of the rig by full name, and the factor by which the machine's is now larger.
+        full names of values of the rig, each with the factor by which the machine's value is now
+        larger.
     outside
-        ids that are not in the catalogue and show as no effect of it.
+        ids that are not in the catalogue and do not appear as an effect of it.
     not_exact
-        where the record is not what a machine with these effects would have logged, one sentence
-        each; empty where it is, to rounding.
+        sentences that say where the record differs from what a machine with these effects would
+        have logged; empty where the two agree to rounding.
     remarks
-        what else is to be known.
+        further sentences about the injection.
     rig, plant
-        for which it was made.
+        name of the rig and its plant, for which the record was made.
     source, sha256
-        name of the untouched record's file and its digest; None for a record made in memory.
+        file name of the original record and its digest; None for a record made in memory.
     command
-        rated_v (None for a motor), largest_v_before, largest_v, share_beyond_rated.
+        rated_v (None for a motor), largest_v_before, largest_v, share_beyond_rated: V, and a share
+        of the samples.
     samples
-        source, dropped_at_start, dropped_at_end, written.
+        numbers of samples: source, dropped_at_start, dropped_at_end, written.
     """
 
     put_in: Mapping[str, Mapping[str, float]]
@@ -54,7 +57,7 @@ class Answer:
     samples: Mapping[str, int]
 
     def plain(self) -> dict[str, Any]:
-        """As plain data for a file."""
+        """Returns the answer as plain data for a file."""
         told = asdict(self)
         source = {"file": told.pop("source"), "sha256": told.pop("sha256")}
         return {
@@ -66,5 +69,5 @@ class Answer:
 
 
 def file_of(source: Path | None) -> str | None:
-    """The name alone: where it lies is nobody's business."""
+    """File name without the folder, which is private to the user."""
     return None if source is None else source.name

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pre-images on the command path: u' with effect(u') = u, both as a fraction of rated command."""
+"""Pre-images of effects on the command path: u' with effect(u') = u, in units of rated command."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from ehsid.harness.simulation.injection.notes import (
 
 
 def before_dead_band(command: FloatArray, overlap: float) -> Step:
-    """The inverse of u' - overlap sgn(u') where |u'| > overlap, else 0: u' = u + overlap sgn(u).
+    """Returns the pre-image of a dead band: u' = u + overlap sgn(u).
 
-    At u = 0 every u' within the band will do. It is 0: the middle, which stays inside of a band
-    that is found a little too small, and needs no memory.
+    The dead band passes u' - overlap sgn(u') where |u'| > overlap, else 0. At u = 0 every u' within
+    the band is a pre-image. The function takes u' = 0, the middle of the band: it needs no memory,
+    and it stays inside the band even if a diagnosis estimates the band a little too small.
     """
     signs = np.sign(command)
     jumps = int(np.count_nonzero(np.diff(signs[signs != 0.0])))
@@ -32,20 +33,21 @@ def before_dead_band(command: FloatArray, overlap: float) -> Step:
 
 
 def before_bias(command: FloatArray, offset: float) -> Step:
-    """By the inverse of u' + offset: u - offset."""
+    """Returns the pre-image of a bias u' + offset: u' = u - offset."""
     return Step(command - offset, [])
 
 
 def before_gain(command: FloatArray, factor: float) -> Step:
-    """By the inverse of factor u': u / factor."""
+    """Returns the pre-image of a gain, factor u': u' = u / factor."""
     return Step(command / factor, [])
 
 
 def before_play(command: FloatArray, half_width: float) -> Step:
-    """Of w_k = min(max(w_{k-1}, u'_k - h), u'_k + h), w_{-1} = 0: u' with w = u.
+    """Returns the pre-image of play with half width h: u' for which w = u.
 
-    Where u rises it is pushed from below, u' = u + h; where u falls, u' = u - h; where u rests
-    every u' within h will do, and u' rests too. Before the first move it is u itself, 0.
+    The play is w_k = min(max(w_{k-1}, u'_k - h), u'_k + h), w_{-1} = 0. Where u rises,
+    u' = u + h, because the play pushes w from below. Where u falls, u' = u - h. Where u rests,
+    every u' within h of u is a pre-image, and u' rests, too. Before the first move u' = u = 0.
     """
     move = np.sign(np.diff(command, prepend=0.0))
     last = np.maximum.accumulate(np.where(move != 0.0, np.arange(move.size), 0))

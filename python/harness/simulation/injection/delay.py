@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Time lost, on the way to the machine or on the way back from its sensor."""
+"""Delays on the way from the controller to the machine or from the sensor to the log."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ from ehsid.harness.simulation.injection.notes import (
     rms,
 )
 
-# A delay counts as whole where it is so within a thousandth of a sample: clocks are no better.
+# A delay within a thousandth of a sample of a whole number counts as whole: clocks are no better.
 WHOLE = 1e-3
 
 
 def _samples(delay_s: float, dt_s: float, length: int) -> tuple[int, float]:
-    """Whole samples and the rest, in samples, of a delay of a signal of this length."""
+    """Splits a delay into whole samples and the rest, in samples.
+
+    `length` is the number of samples of the signal; a delay of more than half of it is refused.
+    """
     samples = delay_s / dt_s
     if samples > 0.5 * length:
         raise InjectError(f"a delay of {delay_s:g} s is more than half of the record")
@@ -31,12 +34,13 @@ def _samples(delay_s: float, dt_s: float, length: int) -> tuple[int, float]:
 
 
 def before_delay(command: FloatArray, delay_s: float, dt_s: float) -> Step:
-    """What had to be sent: u'(t) = u(t + delay). Shape (N - M,), M samples of delay, rounded up.
+    """Returns the command before a delay, u'(t) = u(t + delay), shape (N - M,).
 
-    The last M samples of the record are lost: what would have come of them was not recorded. A
-    command is held over its sample, so that a rest of f of a sample cannot be had: the machine
-    would get f u'_{k-n-1} + (1 - f) u'_{k-n} in place of u_k. Then u' is interpolated, and the
-    machine gets u smoothed over three samples.
+    M is the delay in samples, rounded up. The last M samples of u' are missing, because the command
+    after the end of the record is not known. A command is held over its sample, so a delay of n + f
+    samples, 0 < f < 1, has no exact pre-image: the machine would get
+    f u'_{k-n-1} + (1 - f) u'_{k-n} in place of u_k. Then u' is interpolated, and the machine gets u
+    smoothed over three samples.
     """
     whole, rest = _samples(delay_s, dt_s, command.size)
     start = f"the first {delay_s:g} s ran on commands from before the record as it now begins"
@@ -60,7 +64,10 @@ def before_delay(command: FloatArray, delay_s: float, dt_s: float) -> Step:
 
 
 def behind_delay(position: FloatArray, delay_s: float, dt_s: float) -> Step:
-    """Shape (N - M,): y'(t) = y(t - delay), from sample M on; between samples a straight line."""
+    """Returns the delayed position, y'(t) = y(t - delay), from sample M on; shape (N - M,).
+
+    M is the delay in samples, rounded up. Between samples y is interpolated linearly.
+    """
     whole, rest = _samples(delay_s, dt_s, position.size)
     if rest == 0.0:
         return Step(position[: position.size - whole].copy(), [])

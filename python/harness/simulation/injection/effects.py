@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What can be put into a log, in which sizes, and into which plant."""
+"""Effects that can be injected into a log, with their ranges and plants."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ Sizes = Mapping[str, float]
 
 
 class InjectError(ValueError):
-    """An effect, a size or a record that cannot be used; the message says what and how to mend."""
+    """An effect, a size or a record that cannot be used; the message says how to correct it."""
 
 
-# On the command by pre-image, from the machine back to the controller: the catalogue's order of
-# the command path, reversed. A force of an axis and the gain of the drive stand behind all of it.
+# Effects on the command, injected by their pre-images from the machine back to the controller: the
+# reversed order of the command path in the catalogue. A load force of an axis and the gain of the
+# drive act behind the whole command path.
 COMMAND = (
     "load_force",
     "gain",
@@ -31,8 +32,8 @@ COMMAND = (
     "transport_delay",
 )
 
-# On the position as it was logged, in the catalogue's order of the sensor; a late reading is one of
-# the sensor before it is rounded.
+# Effects on the logged position, in the order of the sensor in the catalogue. A delayed reading is
+# a reading of the sensor before quantisation.
 POSITION = (
     "position_bias",
     "sensor_backlash",
@@ -41,7 +42,7 @@ POSITION = (
     "sensor_quantisation",
 )
 
-# Not of the catalogue: what they are there is told in `GAIN_OF` and in the answer.
+# Effects that are not in the catalogue. `GAIN_OF` and the answer say what they correspond to.
 OWN: Mapping[str, Mapping[str, Range]] = MappingProxyType(
     {
         "gain": {"factor": (0.2, 5.0)},
@@ -50,7 +51,7 @@ OWN: Mapping[str, Mapping[str, Range]] = MappingProxyType(
     }
 )
 
-# The value of the rig that a gain of the command is.
+# The value of the rig that a gain of the command multiplies.
 GAIN_OF = MappingProxyType(
     {
         "ehs": "valve.rated_flow_m3_s",
@@ -59,8 +60,9 @@ GAIN_OF = MappingProxyType(
     }
 )
 
-# What an effect cannot be moved past without changing it: the log's own effects stand behind what
-# is put in front of them, in the sensor before it.
+# Effects of the rig with which an injected effect does not commute. An effect on the command is
+# injected in front of all the effects of the machine in the log, an effect on the position behind
+# them.
 DOES_NOT_PASS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "gain": (
@@ -83,13 +85,13 @@ DOES_NOT_PASS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 
 
 def injectable(plant: str) -> dict[str, dict[str, Range]]:
-    """Ids of all that can be put into a log of this plant, with the range of each parameter."""
+    """Returns the ids of the effects for a log of this plant, with the range of each parameter."""
     known = catalogue()
     found: dict[str, dict[str, Range]] = {}
     for effect in (*COMMAND, *POSITION):
         if effect in OWN:
             found[effect] = dict(OWN[effect])
-        # A force is a command of a motor; behind a valve it is not.
+        # A load force is equivalent to a command of a motor, but not to a command of a valve.
         elif effect == "load_force" and plant != "axis":
             continue
         elif acts_on(known[effect], plant):
@@ -98,12 +100,12 @@ def injectable(plant: str) -> dict[str, dict[str, Range]]:
 
 
 def check(effects: Mapping[str, Sizes], rig: Rig) -> None:
-    """All can be put into a log of this rig.
+    """Checks that all these effects can be injected into a log of this rig.
 
     Raises
     ------
     InjectError
-        with all that is wrong.
+        an effect or a size cannot be used; the message lists all problems.
     """
     if not effects:
         raise InjectError(f"no effect is named; there are: {', '.join(injectable(rig.plant))}")

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Effects put into a log.
+"""Injects effects into a log.
 
-A machine got the command u and moved as was recorded. A machine that had an effect besides, in
-front of all its own, and was sent u' with effect(u') = u, would have done exactly the same. So the
-record with u' in place of u is a log of that machine. In a closed loop u' is what a controller of
-that machine would have had to send. An effect of the sensor changes the position alone.
+A machine received the command u and moved as recorded. Consider the same machine with one more
+effect in front of all its own, which receives u' with effect(u') = u. It would have moved in
+exactly the same way. So the record with u' in place of u is a log of that machine. In a closed loop
+u' is the command that a controller of that machine would have had to send. An effect of the sensor
+changes the position alone.
 """
 
 from __future__ import annotations
@@ -38,9 +39,9 @@ from ehsid.harness.simulation.injection.notes import (
     Step,
 )
 
-# Behind the spool: a spool that was measured has to be where these want it, too.
+# Effects behind the spool. A measured spool position must be changed by their pre-images, too.
 BEHIND_SPOOL = ("gain", "valve_dead_band", "valve_null_bias")
-# Outputs that a late position would be late against.
+# Other outputs of a record, against which a delayed position is visible as delayed.
 OTHER_OUTPUTS = (
     "pressure_a_pa",
     "pressure_b_pa",
@@ -53,34 +54,34 @@ OTHER_OUTPUTS = (
 
 @dataclass(frozen=True, eq=False)
 class Injected:
-    """The record with the effects in it, and what to find in it."""
+    """Record with the injected effects, and the answer that describes them."""
 
     record: Record
     answer: Answer
 
 
 def inject(record: Record, rig: Rig, effects: Mapping[str, Sizes]) -> Injected:
-    """Put effects into a log.
+    """Injects effects into a log.
 
     Parameters
     ----------
     record
-        with time, `command_v` and `position_m`, without gaps.
+        record with time, `command_v` and `position_m`, without gaps.
     rig
-        of the machine: its plant, and what counts as 1 of the command.
+        rig of the machine; it gives the plant and the rated command.
     effects
-        by id (see `injectable`), each with all its parameters, SI. Several act together, in the
-        order of the catalogue.
+        effects by id (see `injectable`), each with all its parameters, SI. Several effects act
+        together, in the order of the catalogue.
 
     Returns
     -------
-    A record of the same columns, shorter by the delays; the answer.
+    A record of the same columns, shorter by the delays, and the answer.
 
     Raises
     ------
     InjectError
-        an effect or a size that cannot be used, a record with gaps or without time, a command that
-        no machine with these effects could have been sent.
+        an effect or a size cannot be used, the record has gaps or no time, or no machine with these
+        effects could have received such a command.
     RecordError
         a column is missing.
     """
@@ -96,7 +97,7 @@ def inject(record: Record, rig: Rig, effects: Mapping[str, Sizes]) -> Injected:
     columns = {"time_s": record.time_s, **record.columns}
     notes = [*_passing(effects, rig)]
 
-    # In fractions of rated, from the machine back to the controller.
+    # The command is a fraction of the rated command here.
     sent = before / rated
     for effect in (one for one in COMMAND if one in effects):
         step = _pre_image(effect, effects[effect], sent, rig, dt_s)
@@ -160,7 +161,7 @@ def inject(record: Record, rig: Rig, effects: Mapping[str, Sizes]) -> Injected:
 
 
 def rated_command_v(rig: Rig) -> float:
-    """What counts as 1 of the command, V."""
+    """Command that counts as 1 in the pre-images, V: the rated command, and 1 V for an axis."""
     if rig.plant == "axis":
         return 1.0
     if rig.plant == "linear":
@@ -202,7 +203,7 @@ def _sensor(effect: str, sizes: Sizes, position: FloatArray, dt_s: float) -> Ste
 
 
 def _passing(effects: Mapping[str, Sizes], rig: Rig) -> list[Note]:
-    """What stands on the wrong side of an effect that the rig tells."""
+    """Returns a note for each injected effect that does not commute with an effect of the rig."""
     return [
         Note(
             f"'{effect}' is put on the near side of the '{own}' that the rig tells, the catalogue "
@@ -218,7 +219,7 @@ def _passing(effects: Mapping[str, Sizes], rig: Rig) -> list[Note]:
 def _expected(
     effects: Mapping[str, Sizes], rig: Rig, record: Record
 ) -> tuple[dict[str, dict[str, float]], tuple[str, ...], list[Note]]:
-    """Effects of the catalogue that a diagnosis is to find, what is outside of it, notes."""
+    """Returns the catalogue effects that a diagnosis should find, the ids outside it, and notes."""
     found = {effect: dict(sizes) for effect, sizes in effects.items() if effect not in OWN}
     outside: list[str] = []
     notes = []

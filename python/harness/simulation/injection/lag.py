@@ -3,9 +3,9 @@
 
     x'' + 2 zeta w x' + w^2 x = w^2 u'
 
-x is smooth, the command that the machine got, u, has steps: no u' gives x(t) = u(t). What can be
-had is that the mean of x over each sample is u_k. Within a sample x then swings about u, faster
-than half the sampling rate.
+x is smooth, but the command u that the machine received has steps, so no u' gives x(t) = u(t). It
+is possible to make the mean of x over each sample equal to u_k. Within a sample x then oscillates
+about u, faster than half the sampling rate.
 """
 
 from __future__ import annotations
@@ -28,19 +28,23 @@ from ehsid.harness.simulation.injection.notes import (
 
 ComplexArray = npt.NDArray[np.complex128]
 
-# The response of the inverse dies out by a factor for each sample; nearer to one than this it rings
-# on for a thousand samples.
+# The response of the inverse decays by a factor in each sample. A factor nearer to one than this
+# would let it ring for a thousand samples.
 RINGS = 0.97
-# What is left of it at the ends of the record.
+# Share of the response that may remain at the ends of the record.
 DIED_OUT = 1e-16
-# Cut-off frequencies of the smoothing that are tried, each this share of the one before.
+# Ratio of each cut-off frequency of the smoothing to the one tried before.
 COARSE = 0.97
-# More of the command (rms) than this smoothed away is a gap of its own, as large as an effect.
+# Largest share of the command (rms) that smoothing may remove. More would be a gap of its own, as
+# large as that of an effect.
 MOST_LOST = 0.05
 
 
 class _MeanOfSample(NamedTuple):
-    """Mean of x over a sample, the input held: C z + D u, z <- A z + B u with z = (x, x' / w)."""
+    """Discrete system whose output is the mean of x over a sample during which u' is held.
+
+    The output is C z + D u', with the state z = (x, x' / w) and z <- A z + B u'.
+    """
 
     A: FloatArray
     B: FloatArray
@@ -48,12 +52,12 @@ class _MeanOfSample(NamedTuple):
     D: float
 
     def slowest_of_inverse(self) -> float:
-        """Largest factor a sample by which the two-sided inverse dies out: of its zeros."""
+        """Largest factor by which the two-sided inverse decays in a sample, from the zeros."""
         zeros = np.abs(np.linalg.eigvals(self.A - np.outer(self.B, self.C) / self.D))
         return float(np.max(np.minimum(zeros, 1.0 / np.maximum(zeros, DIED_OUT))))
 
     def at(self, z: ComplexArray) -> ComplexArray:
-        """Transfer function D + C (z - A)^-1 B; complex, of the shape of z."""
+        """Transfer function D + C (z - A)^-1 B at z; complex, of the shape of z."""
         (a, b), (c, d) = self.A
         determinant = (z - a) * (z - d) - b * c
         position = ((z - d) * self.B[0] + b * self.B[1]) / determinant
@@ -62,7 +66,10 @@ class _MeanOfSample(NamedTuple):
 
 
 def _mean_of_sample(bandwidth_hz: float, damping: float, dt_s: float) -> _MeanOfSample:
-    """Exact, by the exponential of the lag with its integral and its input as further states."""
+    """Returns the discrete system of a lag: exact, by a matrix exponential.
+
+    The states of the exponential are those of the lag, the integral of x and the input.
+    """
     angle = 2.0 * math.pi * bandwidth_hz * dt_s
     rates = np.zeros((4, 4))
     rates[0, 1] = angle
@@ -79,17 +86,18 @@ def before_lag(
     dt_s: float,
     limit: float = math.inf,
 ) -> Step:
-    """The command whose spool, averaged over each sample, is `command`; both of shape (N,).
+    """Returns the command for which the spool, averaged over each sample, is `command`, shape (N,).
 
-    Zeros of the transfer function lie outside of the unit circle, too, so the inverse looks ahead
-    by some samples: it is taken for all frequencies at once, with rest before and after the record.
-    Where the result would go beyond `limit`, the command is smoothed first (a Gaussian, no phase),
-    as little as brings it within: a lagging valve cannot have made what is smoothed away.
+    The transfer function also has zeros outside the unit circle, so its inverse looks ahead by some
+    samples. Therefore the inverse is computed in the frequency domain, with the signal at rest
+    before and after the record. Where the result would exceed `limit`, or the largest |command| if
+    that is larger, the command is first smoothed with a Gaussian without phase, as little as
+    possible. A lagging valve cannot have produced the part that is removed.
 
     Raises
     ------
     InjectError
-        the inverse rings on, or smoothing would take more than MOST_LOST of the command.
+        the inverse decays too slowly, or smoothing would remove more than MOST_LOST of the command.
     """
     mean = _mean_of_sample(bandwidth_hz, damping, dt_s)
     slowest = mean.slowest_of_inverse()
@@ -107,7 +115,7 @@ def before_lag(
         return np.asarray(irfft(spectrum * response, held.size)[: command.size], dtype=np.float64)
 
     def smoothing(cut_off: float) -> FloatArray:
-        """Half the power at the cut-off."""
+        """Response of the Gaussian, which halves the power at `cut_off`, a share of Nyquist."""
         return np.asarray(np.exp(-0.5 * math.log(2.0) * (share_of_nyquist / cut_off) ** 2))
 
     exact = back(inverse)
@@ -145,9 +153,11 @@ def before_lag(
 
 
 def _with_rest(command: FloatArray, samples: int) -> FloatArray:
-    """Held for so many samples behind the end and, as the spectrum sees it, before the start.
+    """Extends a command so that it rests for `samples` samples after its end and before its start.
 
-    Between the two it goes back without a step; the length is one that transforms quickly.
+    The spectrum takes the signal as periodic, so the rest before the start is at the end of the
+    array. Between the two rests the signal returns without a step. The length is one for which the
+    Fourier transform is fast.
     """
     rest = next_fast_len(command.size + 4 * samples, real=True) - command.size - 2 * samples
     return np.concatenate(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is to be told of a step, beside its result."""
+"""Result of one injection step, and the notes for the user about it."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from ehsid.harness.arrays import FloatArray
 
 
 class Note(NamedTuple):
-    """A sentence; `exact` is False where the step is not what was asked to the last digit."""
+    """A sentence about a step; `exact` is False where the step is only approximate."""
 
     text: str
     exact: bool = True
 
 
 class Step(NamedTuple):
-    """A signal behind a step, and what is to be told of it."""
+    """The signal after an injection step, and notes about the step."""
 
     signal: FloatArray
     notes: list[Note]
 
 
 def rms(signal: FloatArray) -> float:
-    """Root of the mean square."""
+    """Root mean square of a signal, in the unit of the signal."""
     return float(np.sqrt(np.mean(np.square(signal))))

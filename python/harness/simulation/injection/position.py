@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Effects of a sensor on a position that was logged, as the catalogue defines them."""
+"""Applies effects of a sensor, as the catalogue defines them, to a logged position in m."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from ehsid.harness.simulation.injection.notes import (
 
 
 def behind_bias(position: FloatArray, offset_m: float) -> Step:
-    """Moved by the offset."""
+    """Adds the offset to the position."""
     return Step(position + offset_m, [])
 
 
 def behind_play(position: FloatArray, half_width_m: float) -> Step:
-    """m_k = min(max(m_{k-1}, y_k - h), y_k + h), at rest at the first sample."""
+    """Applies play with half width h: m_k = min(max(m_{k-1}, y_k - h), y_k + h), m_0 = y_0."""
     shown = np.empty_like(position)
     held = position[0]
     for k, (low, high) in enumerate(
@@ -33,9 +33,9 @@ def behind_play(position: FloatArray, half_width_m: float) -> Step:
 
 
 def behind_lag(position: FloatArray, time_constant_s: float, dt_s: float) -> Step:
-    """Of tau m' = y - m at the samples, exact where y runs along straight lines between them.
+    """Applies the lag tau m' = y - m; exact where y is linear between samples.
 
-    With s the slope and d = exp(-dt / tau): m_k = d (m_{k-1} - y_{k-1} + tau s) + y_k - tau s.
+    With the slope s and d = exp(-dt / tau): m_k = d (m_{k-1} - y_{k-1} + tau s) + y_k - tau s.
     """
     decay = math.exp(-dt_s / time_constant_s)
     ahead = time_constant_s / dt_s * (1.0 - decay)
@@ -47,6 +47,6 @@ def behind_lag(position: FloatArray, time_constant_s: float, dt_s: float) -> Ste
 
 
 def behind_quantisation(position: FloatArray, step_m: float) -> Step:
-    """In whole steps: step round(y / step), halves away from zero."""
+    """Rounds the position to whole steps: step round(y / step), halves away from zero."""
     steps = position / step_m
     return Step(step_m * np.sign(steps) * np.floor(np.abs(steps) + 0.5), [])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""An injected record and its answer as files."""
+"""Writes an injected record and its answer to files."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ehsid.harness.simulation.injection.inject import Injected
 
 
 def answer_path(path: str | os.PathLike[str]) -> Path:
-    """Where the answer of a record goes: beside it, its whole name and `.answer.json`."""
+    """Path of the answer of a record: in the same folder, its whole name and `.answer.json`."""
     path = Path(path)
     return path.with_name(f"{path.name}.answer.json")
 
 
 def write_injected(injected: Injected, path: str | os.PathLike[str]) -> Path:
-    """Write the record in the format its extension names, and the answer beside it.
+    """Writes the record in the format that its extension names, and the answer beside it.
 
-    The answer is written under a temporary name first and renamed when the record is there, so that
-    an error leaves neither.
+    The answer first gets a temporary name and is renamed after the record is written, so that an
+    error leaves neither file.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def write_injected(injected: Injected, path: str | os.PathLike[str]) -> Path:
     InjectError
         the answer cannot be written.
     RecordError
-        the record cannot.
+        the record cannot be written.
     """
     path, answer = Path(path), answer_path(path)
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Maps of the claims: where the varying factor wins, and where not."""
+"""Maps of the claims: the conditions in which the varying factor is better, and in which not."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ COLOURS = {
 
 
 def _draw(axes: Any, cells: Sequence[Sequence[Comparison]]) -> None:
-    """Colours by finding, median ratios as text; rows upwards."""
+    """Draws a map: colours by finding, median ratios as text, the first row at the bottom."""
     order = list(COLOURS)
     values = [[order.index(cell.finding) for cell in row] for row in cells]
     axes.imshow(
@@ -58,7 +58,7 @@ def _legend(figure: Figure) -> None:
 def claims_figure(
     judged: Sequence[Judged], claims: dict[str, Callable[[Judged], Comparison]], kind: Input
 ) -> Figure:
-    """A row for each claim, a panel for each lambda0: P0 against noise, for one input."""
+    """Draws the maps over P0 and noise for one input: a row per claim, a panel per lambda0."""
     cells = {
         (c.condition.p0, c.condition.noise, c.condition.lambda0): c
         for c in judged
@@ -84,7 +84,10 @@ def claims_figure(
 
 
 def start_figure(judged: Sequence[Judged], published: float) -> Figure:
-    """Error of lambda = 1 after 100 s over P0, one curve a noise; dashed the paper's column."""
+    """Draws the error of lambda = 1 after 100 s over P0, with one curve for each noise.
+
+    The dashed line is the error of the paper's column.
+    """
     figure = Figure(figsize=(8, 4), layout="constrained")
     axes = figure.subplots()
     noises = sorted({cell.condition.noise for cell in judged})
@@ -121,7 +124,11 @@ def start_figure(judged: Sequence[Judged], published: float) -> Figure:
 
 
 def reset_figure(resets: Sequence[ResetJudged]) -> Figure:
-    """Size of the change against noise: with reset to without; below, how often it fired."""
+    """Draws two maps over the size of the change and the noise.
+
+    Left is the ratio of the settling times with and without reset, right the share of the runs in
+    which the reset fired.
+    """
     noises = sorted({cell.noise for cell in resets})
     factors = sorted({cell.factor for cell in resets})
     cells = {(cell.noise, cell.factor): cell for cell in resets}

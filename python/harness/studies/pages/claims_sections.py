@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The verdict on each claim, with the maps that show it."""
+"""Sections of the report with the verdict on each claim and the maps behind it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ehsid.harness.studies.verdicts import CLAIMS
 
 
 def claims_table(found: ClaimFindings) -> Table:
-    """One row a claim."""
+    """Returns the table of the verdicts, with one row for each claim."""
     return Table(
         "The paper's claims on the varying factor, Eq. (15), over all conditions of the maps: "
         "share of the conditions in which the claim holds, fails, or makes no difference; the rest "
@@ -32,7 +32,7 @@ def claims_table(found: ClaimFindings) -> Table:
 
 
 def claims_sections(found: ClaimFindings) -> list[Section]:
-    """Verdicts, maps, and the start behind the paper's column for lambda = 1."""
+    """Returns the sections on verdicts, maps, and the start behind the paper's lambda = 1."""
     paper = ", ".join(f"{name}: {run.rmse:g}" for name, run in RECURSIVE.items())
     maps = [
         Picture(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Figures of a comparison on a known plant."""
+"""Figures of a comparison of several contenders."""
 
 from __future__ import annotations
 
@@ -12,12 +12,15 @@ from ehsid.harness.studies import Outcome
 
 
 def _widths(n: int) -> list[float]:
-    """Line widths from thick to thin: a curve that lies on an earlier one leaves it visible."""
+    """Returns line widths from thick to thin, so that a curve under a later one stays visible."""
     return [float(width) for width in np.linspace(3.0, 1.0, n)]
 
 
 def error_figure(outcomes: Mapping[str, Outcome], dt_s: float) -> Figure:
-    """Parameter error over time, median and 5 to 95 % of runs; forgetting factor of the first."""
+    """Draws the parameter error over time, and below the forgetting factor of the first run.
+
+    The error is shown in percent, as the median and the range from 5 to 95 % of the runs.
+    """
     figure = Figure(figsize=(9, 6), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
     widths = _widths(len(outcomes))
@@ -29,7 +32,7 @@ def error_figure(outcomes: Mapping[str, Outcome], dt_s: float) -> Figure:
         upper.fill_between(time, low, high, color=line.get_color(), alpha=0.12, linewidth=0)
         lower.plot(time, outcome.forgetting_factor, color=line.get_color(), linewidth=width)
         lowest = min(lowest, float(low.min()))
-    # Before the first dozen equations the error is many times the parameters: out of the picture.
+    # In the first dozen equations the error is many times the parameters. It is not shown.
     upper.set_ylim(0.8 * lowest, 200.0)
     upper.margins(x=0.0)
     upper.set_ylabel("parameter error in %")
@@ -43,9 +46,10 @@ def error_figure(outcomes: Mapping[str, Outcome], dt_s: float) -> Figure:
 def change_figure(
     pairs: Mapping[str, tuple[Outcome, Outcome]], dt_s: float, change: int, window: slice
 ) -> Figure:
-    """Parameter error around a change of the plant, without (dashed) and with the reset (solid).
+    """Draws the parameter error around a change of the plant, as the median of the runs.
 
-    pairs: (without, with) by name; change: sample of the change; window: samples shown.
+    Dashed curves are without the reset, solid curves with it. The argument `pairs` contains
+    (without, with) by name, `change` is the sample of the change, `window` the samples shown.
     """
     figure = Figure(figsize=(9, 4.5), layout="constrained")
     axes = figure.subplots()

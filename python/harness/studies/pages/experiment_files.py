@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Findings of the experiment as plain values for JSON and as CSV."""
+"""Converts findings of the experiment to plain values for JSON and to CSV text."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ehsid.harness.studies.summary import summarise, summarise_change
 
 
 def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
-    """One row a mapping, all with the same keys."""
+    """Returns CSV text with one row for each mapping; all mappings have the same keys."""
     text = io.StringIO()
     writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
     writer.writeheader()
@@ -25,7 +25,7 @@ def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def orders_table(procedure: Procedure) -> dict[str, str]:
-    """The table of orders by file name; nothing where no model was kept."""
+    """Returns the table of orders as CSV text by file name; empty if no model was kept."""
     result = None if procedure.kept is None else procedure.best.result
     if result is None:
         return {}
@@ -47,7 +47,7 @@ def orders_table(procedure: Procedure) -> dict[str, str]:
 
 
 def claim_rows(judged: Sequence[Judged]) -> list[dict[str, Any]]:
-    """One a condition."""
+    """Returns the table rows of claims 1 to 3, one row for each condition."""
     rows = []
     for cell in judged:
         at = cell.condition
@@ -71,7 +71,7 @@ def claim_rows(judged: Sequence[Judged]) -> list[dict[str, Any]]:
 
 
 def reset_rows(resets: Sequence[ResetJudged]) -> list[dict[str, Any]]:
-    """One a condition."""
+    """Returns the table rows of claim 4 on the reset, one row for each condition."""
     return [
         {
             "noise": cell.noise,
@@ -87,7 +87,7 @@ def reset_rows(resets: Sequence[ResetJudged]) -> list[dict[str, Any]]:
 
 
 def plain_runs(runs: Sequence[Recursive], dt_s: float) -> list[dict[str, Any]]:
-    """Medians and intervals of each contender, by start."""
+    """Returns medians and intervals of each contender, with one entry for each start."""
     return [
         {
             "p0": run.p0,
@@ -98,5 +98,5 @@ def plain_runs(runs: Sequence[Recursive], dt_s: float) -> list[dict[str, Any]]:
 
 
 def plain_change(changed: Changed) -> dict[str, Any]:
-    """Medians and intervals around a change, by contender."""
+    """Returns medians and intervals of the runs with a change, by contender."""
     return {name: to_plain(summary) for name, summary in summarise_change(changed).items()}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The report of the experiment as one page, and its pictures as files."""
+"""Builds the report of the experiment as one page."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ehsid.harness.studies.verdicts import ClaimVerdict
 
 
 def verdict_lead(verdicts: Sequence[ClaimVerdict]) -> list[str]:
-    """One sentence a claim."""
+    """Returns one sentence for each claim: its verdict, and the shares where it holds and fails."""
     return [
         f"{verdict.claim}: {verdict.verdict.value} "
         f"({100.0 * verdict.holds:.0f} % of the conditions tried, the opposite in "
@@ -33,7 +33,7 @@ def experiment_page(
     sections: Sequence[Section],
     title: str = "The published experiment, redone",
 ) -> Page:
-    """Everything on one page."""
+    """Returns the page with the lead, all sections and the source of the experiment."""
     return Page(
         title=title,
         lead=list(lead),
@@ -43,7 +43,7 @@ def experiment_page(
 
 
 def record_sections(found: RecordFindings, dt_s: float | None, name: str) -> list[Section]:
-    """The recursive half on a user's own record."""
+    """Returns the sections on the recursive estimates from a user's own record."""
     blocks: list[Words | Table | Picture] = [
         Words(
             f"All contenders on {name}, once; the reference is the offline model above, so that "

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Figures of the offline procedure: outputs, residual tests, poles and zeros, Bode."""
+"""Figures of the offline procedure: outputs, residual tests, poles and zeros."""
 
 from __future__ import annotations
 
@@ -15,13 +15,18 @@ from ehsid.harness.identification import (
 )
 from ehsid.harness.studies.attempts import Attempt
 
-# 95 % of a normal pair of values lie within this of the centre, squared, in deviations.
+# Size of the regions of 95 %: the squared radius, in standard deviations, of the ellipse for two
+# normal values, and the half width, in standard deviations, of the interval for one value.
 CHI2_2_95 = 5.991
 DEVIATIONS_95 = 1.960
 
 
 def outputs_figure(attempt: Attempt, dt_s: float | None, output: str) -> Figure:
-    """Measured and simulated output on the validation part, and what either prediction misses."""
+    """Draws measured and simulated output on the validation part, and the errors below.
+
+    The errors are those of the simulation and of the one-step prediction, as measured less
+    predicted output. The time is in seconds, or in samples without a sampling time.
+    """
     figure = Figure(figsize=(9, 6), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
     if attempt.one_step is None or attempt.simulated is None:
@@ -56,7 +61,7 @@ def outputs_figure(attempt: Attempt, dt_s: float | None, output: str) -> Figure:
 
 
 def residual_figure(result: IdentificationResult) -> Figure:
-    """Autocorrelation of the residual and its correlation with the input, with their bands."""
+    """Draws the residual's autocorrelation and its correlation with the input, with 99 % bands."""
     figure = Figure(figsize=(9, 5), layout="constrained")
     upper, lower = figure.subplots(2, 1)
     white, independent = result.whiteness, result.independence
@@ -89,7 +94,7 @@ def residual_figure(result: IdentificationResult) -> Figure:
 
 
 def poles_zeros_figure(found: PolesZeros) -> Figure:
-    """Poles and zeros with their regions of 95 %, whole and around z = 1."""
+    """Draws poles and zeros with their regions of 95 %, in the whole plane and around z = 1."""
     figure = Figure(figsize=(9, 4.8), layout="constrained")
     whole, near = figure.subplots(1, 2)
     values = np.concatenate((found.poles.values, found.zeros.values, [1.0]))

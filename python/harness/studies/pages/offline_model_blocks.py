@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the sections on the offline procedure show of the model that was kept."""
+"""Blocks of the sections on the offline procedure that describe the model that was kept."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from ehsid.harness.studies.procedure import Procedure
 def validation_blocks(
     best: Attempt, result: IdentificationResult, procedure: Procedure
 ) -> list[Words | Picture]:
-    """Outputs (the paper's Fig. 7) and residual tests (Fig. 8)."""
+    """Returns the pictures of the outputs (the paper's Fig. 7) and the residual tests (Fig. 8)."""
     return [
         Picture(
             outputs_figure(best, procedure.data.dt_s, procedure.data.output_name),
@@ -48,7 +48,7 @@ def validation_blocks(
 
 
 def poles_zeros_blocks(found: PolesZeros) -> list[Words | Table | Picture]:
-    """Table and figure of poles and zeros."""
+    """Returns the table and the picture of the poles and zeros."""
     rows = [
         *_root_rows("pole", found.poles),
         *_root_rows("zero", found.zeros),
@@ -99,7 +99,7 @@ def _root_rows(name: str, roots: Roots) -> list[tuple[str, ...]]:
 
 
 def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> list[Words | Picture]:
-    """Bode diagram, beside the rig's response where it is known."""
+    """Returns the Bode diagram of the model, compared with the rig's response if it is known."""
     assert procedure.response is not None
     beside = "" if truth is None else f" Dots: {truth.source}."
     margins = (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sections on the offline procedure: pre-processing, attempts, order, validation, response."""
+"""Sections of the report on the offline procedure, from the attempts to the closed loop."""
 
 from __future__ import annotations
 
@@ -25,18 +25,19 @@ def offline_sections(
     published: Sequence[PublishedOrder] | None = None,
     rig_response: FrequencyResponse | None = None,
 ) -> list[Section]:
-    """What the procedure did with a record and found, or why it found nothing.
+    """Returns the sections on the attempts and the model of a record, or why there is no model.
 
     Parameters
     ----------
     procedure
-        finished.
+        result of the offline procedure.
     record_name
-        for the headings.
+        name of the record, for the headings.
     published
-        rows of the paper's table, to stand beside.
+        rows of the paper's table of orders, for comparison.
     rig_response
-        of the rig, command to output in the record's units, to stand beside the model's.
+        frequency response of the rig from command to output, in the units of the record, for
+        comparison with the model.
     """
     problems = [
         Words(f"{finding.problem.capitalize()}: {finding.text}") for finding in procedure.problems

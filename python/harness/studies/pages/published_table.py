@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The paper's recursive estimates as a table, to stand beside ours."""
+"""Table of the paper's recursive estimates, for comparison with our results."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ehsid.harness.studies.published import RECURSIVE
 
 
 def published_table() -> Table:
-    """The paper's, as the paper's."""
+    """Returns the table of the paper's recursive estimates: final parameters and RMSE."""
     columns = RECURSIVE.values()
     rows = [
         (name, *(f"{column.theta[i]:.4f}" for column in columns))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""K, omega_n and xi while the estimator runs."""
+"""Figure of K, omega_n and xi while the estimator runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NAMES = ("K in m/(s V)", "omega_n in rad/s", "xi")
 
 
 def reading_figure(reading: Reading) -> Figure:
-    """Each with its 95 % band; grey where theta is no servo."""
+    """Draws K, omega_n and xi over time with their 95 % bands; grey where theta is no servo."""
     figure = Figure(figsize=(9, 6), layout="constrained")
     panels = figure.subplots(3, 1, sharex=True)
     known = np.isfinite(reading.value).all(axis=1) & np.isfinite(reading.deviation).all(axis=1)
@@ -23,7 +23,7 @@ def reading_figure(reading: Reading) -> Figure:
             reading.time_s, value - SIGMAS * deviation, value + SIGMAS * deviation, alpha=0.25
         )
         if known.any():
-            # The first readings swing by orders of magnitude; the axis follows the rest.
+            # The first readings vary by orders of magnitude. The axis limits follow the later ones.
             late = value[known][known.sum() // 5 :]
             middle, reach = float(np.median(late)), float(np.ptp(late))
             margin = 0.5 * reach + 3.0 * float(np.median(deviation[known])) + 1e-12

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The recursive half of the experiment as sections of a page."""
+"""Sections of the report on the recursive part of the experiment."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ THETA_NAMES = ("a1", "a2", "a3", "b1", "b2", "b3")
 
 
 def interval_text(interval: Interval, scale: float = 1.0, digits: int = 3) -> str:
-    """Median, and its interval in brackets."""
+    """Returns the median and its interval in brackets, multiplied by `scale`."""
     middle, low, high = (
         f"{scale * value:.{digits}g}" for value in (interval.median, interval.low, interval.high)
     )
@@ -35,7 +35,7 @@ def interval_text(interval: Interval, scale: float = 1.0, digits: int = 3) -> st
 
 
 def speed_table(summaries: Mapping[str, RunSummary], caption: str, unit: str = "s") -> Table:
-    """How close, how fast, how calm."""
+    """Returns the table of parameter errors, settling time, spread and RMSE for each contender."""
     rows = []
     for name, summary in summaries.items():
         settled = interval_text(summary.settled_s)
@@ -75,7 +75,11 @@ SPEED_CAPTION = (
 
 
 def change_table(changed: Changed) -> Table:
-    """Samples until the estimate has followed, and what the reset did."""
+    """Returns the table of the settling times after a change, and of the reset.
+
+    For the reset, the table has the share of the runs in which it fired, its delay in samples, and
+    the share of false alarms.
+    """
     rows = []
     for name, summary in summarise_change(changed).items():
 
@@ -105,7 +109,7 @@ def _change_window(changed: Changed) -> slice:
 
 
 def parameter_table(run: Recursive, summaries: Mapping[str, RunSummary]) -> Table:
-    """Truth, ours, and the paper's columns as the paper's."""
+    """Returns the table of the true parameters, our final estimates and those of the paper."""
     rows = []
     for i, parameter in enumerate(THETA_NAMES):
         ours = [f"{summary.theta[i]:.4f}" for summary in summaries.values()]
@@ -123,7 +127,7 @@ def parameter_table(run: Recursive, summaries: Mapping[str, RunSummary]) -> Tabl
 
 
 def known_plant_sections(found: KnownPlantFindings, runs: int) -> list[Section]:
-    """Part (a)."""
+    """Returns the sections on part (a), the runs on model (16)."""
     blocks: list[Words | Table | Picture] = [
         Words(
             f"Third-order ARX at 50 ms for 100 s, {runs} runs (seeds 0 to {runs - 1}), float32, "
@@ -170,7 +174,7 @@ def known_plant_sections(found: KnownPlantFindings, runs: int) -> list[Section]:
 
 
 def rig_sections(found: RigFindings, runs: int, name: str) -> list[Section]:
-    """Part (b)."""
+    """Returns the sections on part (b), the runs on the nonlinear rig."""
     blocks: list[Words | Table | Picture] = [
         Words(
             f"{runs} records of 100 s of {name}, each with a multisine and noise of its own. The "
@@ -216,7 +220,7 @@ def rig_sections(found: RigFindings, runs: int, name: str) -> list[Section]:
 def reading_section(
     reading: Reading, rig: RigReading | None, sampled: SampledServo | None
 ) -> Section:
-    """Part 4: K, omega_n, xi over time, and what they say of the rig."""
+    """Returns the section on K, omega_n and xi over time, and the rig values computed from them."""
     refused = {status for status in reading.status if status != "ok"}
     share = sum(status == "ok" for status in reading.status) / len(reading.status)
     blocks: list[Words | Table | Picture] = [
@@ -259,7 +263,7 @@ def reading_section(
 
 
 def _sampled_table(sampled: SampledServo) -> Table:
-    """The estimate beside the sampled servo that was read from it."""
+    """Returns the table that compares the estimate with the sampled servo read from it."""
     columns = (sampled.estimate, sampled.ours, sampled.by_control)
     difference = float(np.max(np.abs(sampled.ours - sampled.by_control)))
     return Table(

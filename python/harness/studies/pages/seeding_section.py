@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a start from the offline model is worth."""
+"""Section of the report on the benefit of a start from the offline model."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _figure(starts: Mapping[float, Starts]) -> Figure:
 
 
 def seeding_section(starts: Mapping[float, Starts], runs: int) -> Section:
-    """Both starts, by noise."""
+    """Returns the section that compares the seeded with the vague start, for each noise."""
     rows = []
     for noise, start in starts.items():
         seeded, vague = start.settled()

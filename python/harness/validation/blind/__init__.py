@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""Blind checks: cases whose effect is withheld, made under a seal and diagnosed."""
+"""Blind checks: sealed cases whose effect is withheld, and their diagnosis."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Making a check: cases of all grades and kinds, the answers apart, all under one seal."""
+"""Making of a check: cases of all grades and kinds, separate answers, and one seal for all."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ Making = Callable[[], tuple[str, dict[str, Any]]]
 
 
 def make_check(out: Path, settings: Settings, progress: Progress | None = None) -> Seal:
-    """Write `cases`, `transfer`, `answers.json` and `seal.json` into a new folder.
+    """Writes `cases`, `transfer`, `answers.json` and `seal.json` into a new folder.
 
-    All is made in a folder below and put in place at the end, the seal last: without a seal there
-    is no check.
+    All files are made in a sub-folder and put in place at the end, the seal last. A folder without
+    a seal is no check.
 
     Raises
     ------
     ValueError
-        the folder has files already, or two cases have one name.
+        the folder has files already, or two cases have the same name.
     ImportError
         numba is not installed.
     """
@@ -51,14 +51,14 @@ def make_check(out: Path, settings: Settings, progress: Progress | None = None) 
             (unfinished / name).rename(out / name)
     finally:
         shutil.rmtree(unfinished, ignore_errors=True)
-        with suppress(OSError):  # goes only where nothing was put in place
+        with suppress(OSError):  # only an empty folder is removed: nothing was put in place
             out.rmdir()
     return seal
 
 
 def makings(folder: Path, settings: Settings) -> Sequence[Making]:
-    """A task for each case; it returns the case's name and answer."""
-    # Reality is compiled by an optional dependency: only who makes cases needs it.
+    """Returns a task for each case; a task writes the case and returns its name and answer."""
+    # The package `reality` needs an optional dependency, so it is imported only here.
     from ehsid.harness.validation.reality.batch import write_one
     from ehsid.harness.validation.reality.case import Sensors
     from ehsid.harness.validation.reality.effects import CATALOGUE
@@ -71,7 +71,7 @@ def makings(folder: Path, settings: Settings) -> Sequence[Making]:
             folder / CASES,
             SEEDS * settings.seed + i,
             cast(Grade, settings.grades[i % len(settings.grades)]),
-            # The effects in turn: each is left out about as often as any other.
+            # The effects take turns, so each is left out about as often as any other.
             kind="one" if settings.exclude_truth else None,
             effects=[ids[i % len(ids)]] if settings.exclude_truth else None,
             sensors=cast(Sensors | None, settings.sensors),

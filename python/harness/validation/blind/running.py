@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Running a check: every case that has no result yet, several at a time, each kept at once."""
+"""Run of a check: diagnoses each case that has no result yet and writes each result at once."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DIAGNOSIS = "diagnosis.json"
 
 
 def unfinished_cases(out: Path) -> list[str]:
-    """Names of the cases without a result, in order."""
+    """Returns the names of the cases without a result, in alphabetic order."""
     names = sorted(path.name for path in (out / CASES).iterdir())
     done = (DIAGNOSIS, ERROR)
     return [
@@ -38,10 +38,10 @@ def unfinished_cases(out: Path) -> list[str]:
 
 
 def run_check(out: Path, seal: Seal, diagnose: Diagnose) -> Iterator[Outcome]:
-    """Diagnose the cases without a result; each is kept before it is given.
+    """Diagnoses the cases without a result; each outcome is written before it is yielded.
 
-    What runs elsewhere is handed the rig and the two records, never a path: it could not open the
-    answers or the transfer records if it tried.
+    A task in another process gets the rig and the two records, but no path of the check. So it
+    cannot open the answers or the transfer records.
     """
     excluded = _truth_of(out) if seal.settings.exclude_truth else {}
     tasks = (_task(out, name, excluded.get(name, ()), diagnose) for name in unfinished_cases(out))
@@ -49,14 +49,14 @@ def run_check(out: Path, seal: Seal, diagnose: Diagnose) -> Iterator[Outcome]:
 
 
 def run_and_keep(tasks: Iterable[Callable[[], Outcome]], folder: Path) -> Iterator[Outcome]:
-    """Outcomes as they come, each kept in the folder before it is given."""
+    """Runs the tasks and yields each outcome as it comes, after writing it into the folder."""
     for outcome in run_unordered(tasks):
         keep(outcome, folder)
         yield outcome
 
 
 def _truth_of(out: Path) -> Mapping[str, tuple[str, ...]]:
-    """Effects of each case: for the study that leaves the true one out, and for nothing else."""
+    """Returns the true effects of each case; only the study that leaves them out may use this."""
     answers = json.loads((out / ANSWERS).read_text(encoding="utf-8"))
     return {name: tuple(answer["effects"]) for name, answer in answers.items()}
 
@@ -66,13 +66,13 @@ def _task(
 ) -> Callable[[], Outcome]:
     try:
         job = read_case(out, name, exclude)
-    except Exception as error:  # an iterable of tasks must not raise
+    except Exception as error:  # `run_unordered` demands that the iterable of tasks does not raise
         return functools.partial(Outcome, name, *failure(error), 0.0)
     return functools.partial(run_job, job, diagnose, write_brief)
 
 
 def read_case(out: Path, name: str, exclude: tuple[str, ...] = ()) -> Job:
-    """What is told of a case; files go by their path below the check's folder."""
+    """Reads what the diagnosis may know of a case; paths of files are below the check's folder."""
     folder = out / CASES / name
     rig = read_rig(folder / "rig.toml")
     train, validate = (
@@ -85,7 +85,7 @@ def read_case(out: Path, name: str, exclude: tuple[str, ...] = ()) -> Job:
 def write_brief(
     folder: Path, diagnosis: Diagnosis, records: Sequence[Record], rig_file: str
 ) -> None:
-    """What scoring reads: `diagnosis.json` and the rig with what was found."""
+    """Writes the files that scoring reads: `diagnosis.json` and the augmented rig file."""
     text = diagnosis_text(diagnosis, records, rig_file)
     (folder / DIAGNOSIS).write_text(text, encoding="utf-8")
     write_rig(diagnosis.augmented_rig, folder / "rig.augmented.toml")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The seal: digests of everything a check was made with, so that nothing can change unseen."""
+"""Seal of a check: digests of all its files, so that no change of them can remain unnoticed."""
 
 from __future__ import annotations
 
@@ -20,16 +20,18 @@ CASES, TRANSFER, RESULTS = "cases", "transfer", "results"
 
 @dataclass(frozen=True)
 class Seal:
-    """Attributes
+    """Digests of the files of a check, and how the check was made.
+
+    Attributes
     ----------
     answers_sha256
-        of `answers.json`.
+        SHA-256 of `answers.json`.
     files
-        SHA-256 by path below the check's folder: all of `cases` and `transfer`.
+        SHA-256 of all files in `cases` and `transfer`, by path below the check's folder.
     settings
-        the cases were made with.
+        settings with which the cases were made.
     ehsid_version
-        that made them.
+        version of ehsid that made them.
     """
 
     answers_sha256: str
@@ -49,7 +51,7 @@ def _sealed_files(out: Path) -> Iterator[Path]:
 
 
 def write_seal(out: Path, settings: Settings) -> Seal:
-    """Seal the answers, cases and transfer records that are in the folder."""
+    """Writes the seal of the answers, cases and transfer records in the folder, and returns it."""
     seal = Seal(
         _digest(out / ANSWERS),
         {path.relative_to(out).as_posix(): _digest(path) for path in _sealed_files(out)},
@@ -67,12 +69,12 @@ def write_seal(out: Path, settings: Settings) -> Seal:
 
 
 def read_seal(out: Path) -> Seal:
-    """The seal of a check.
+    """Reads the seal of a check.
 
     Raises
     ------
     ValueError
-        there is none, or it cannot be read.
+        there is no seal, or it cannot be read.
     """
     path = out / SEAL
     try:
@@ -90,12 +92,12 @@ def read_seal(out: Path) -> Seal:
 
 
 def verify(out: Path) -> Seal:
-    """The seal, after every file was compared with it.
+    """Compares every file with the seal, and returns the seal.
 
     Raises
     ------
     ValueError
-        a file has changed, is missing or was added: which one.
+        a file has changed, is missing or was added; the message names it.
     """
     seal = read_seal(out)
     mend = "restore it, or make the check anew in another folder"

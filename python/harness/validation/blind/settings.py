@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a check is made of: how many cases, of which grades, with which sensors."""
+"""Settings of a check: how many cases it has, of which grades, with which sensors."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from typing import Any
 SENSORS = ("position", "pressures", "pressures+supply", "pressures+supply+spool")
 GRADES = ("plain", "hard", "confusable")
 
-# Seeds of the cases of one check: none is in the check of another seed.
+# Number of case seeds that belong to one check; no case seed belongs to two checks.
 SEEDS = 100_000
 LEAST_SECONDS, MOST_SECONDS = 2.0, 120.0
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What decides the cases; with the same version of ehsid the same settings make the same ones.
+    """Settings that determine the cases, together with the version of ehsid.
 
     Attributes
     ----------
     seed
-        1 or more; the cases of different seeds are all different.
+        1 or more; checks with different seeds have no case in common.
     count
         number of cases, 1 to `SEEDS`.
     grades
-        dealt out in turn, so each has an equal share: they are reported apart, and equal shares
-        make the widest of their intervals as narrow as it can be.
+        taken by the cases in turn, so each grade has an equal share. The score reports each grade
+        separately; equal shares make the widest confidence interval as narrow as possible.
     sensors
-        of all cases; None: a mix.
+        sensors of all cases; None: a mix.
     seconds
-        length of each record; None: drawn for each case, 8 to 20 s.
+        length of each record, s; None: drawn for each case, 8 to 20 s.
     exclude_truth
-        each case has one effect of the catalogue, and the diagnosis must do without that effect.
+        whether each case has one effect of the catalogue that the diagnosis must leave out.
     """
 
     seed: int = 1
@@ -68,21 +68,21 @@ class Settings:
         return None
 
     def with_given(self, given: Mapping[str, Any]) -> Settings:
-        """The same with those of the given ones that are not None."""
+        """Returns these settings, with those of the given values that are not None."""
         return replace(self, **{name: value for name, value in given.items() if value is not None})
 
     def plain(self) -> dict[str, Any]:
-        """For a file."""
+        """Returns the settings as plain data for a JSON file."""
         return asdict(self) | {"grades": list(self.grades)}
 
     @staticmethod
     def of_plain(plain: Mapping[str, Any]) -> Settings:
-        """From a file.
+        """Returns the settings from the plain data of a JSON file.
 
         Raises
         ------
         ValueError
-            something is missing or out of range.
+            a setting is missing or out of range.
         """
         missing = [one.name for one in fields(Settings) if one.name not in plain]
         if missing:
@@ -91,7 +91,7 @@ class Settings:
         return Settings(**values | {"grades": tuple(values["grades"])})
 
     def differences(self, other: Settings) -> list[str]:
-        """In words, each setting that is not the same: "count 40, not 20"."""
+        """Describes each setting that differs from the other's, such as "count 40, not 20"."""
         mine, others = self.plain(), other.plain()
         return [
             f"{name} {_word(mine[name])}, not {_word(others[name])}"

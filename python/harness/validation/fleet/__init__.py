@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""Many machines side by side: each is diagnosed, then they are ranked."""
+"""Fleets: each of many machines is diagnosed, then the machines are ranked."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Many machines side by side: whose gap is largest, and which effects they share."""
+"""Ranking of the machines of a fleet by structural gap, and the effects that they share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ehsid.harness.validation.jobs import ERROR
 
 @dataclass(frozen=True)
 class FleetEffect:
-    """An effect of a machine; `share_of_gap` of its structural gap, in [0, 1]."""
+    """An effect of a machine; `share_of_gap` is its share of the structural gap, in [0, 1]."""
 
     id: str
     probability: float
@@ -26,28 +26,29 @@ class FleetEffect:
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine and its diagnosis in short.
+    """A machine and a summary of its diagnosis.
 
     Attributes
     ----------
     name
-        of its folder.
+        name of its folder.
     verdict, sentence
-        of its diagnosis.
+        verdict of its diagnosis, and the verdict as a sentence.
     nominal, calibrated, augmented
-        gaps on held-out data, nrmse: as told, values fitted, with effects; NaN where not judged.
+        gaps on held-out data, nrmse: of the simulator as configured, with fitted values, and with
+        effects; NaN where not judged.
     noise_floor
-        lowest and highest.
+        lowest and highest noise floor, nrmse.
     structural
-        calibrated gap above the highest floor, not below zero; NaN where not judged.
+        calibrated gap above the highest noise floor, nrmse, not below zero; NaN where not judged.
     effects
-        that were named.
+        effects that the diagnosis named.
     ambiguity_set
         sets of ids that explain the records equally well, the named one first.
     cannot_judge
-        why, by id.
+        by id of an effect, why the records do not allow to judge it.
     why
-        what the verdict rests on.
+        reasons of the verdict.
     """
 
     name: str
@@ -65,12 +66,12 @@ class Machine:
 
     @property
     def judged(self) -> bool:
-        """There is a gap to rank it by."""
+        """Whether there is a structural gap by which the machine can be ranked."""
         return math.isfinite(self.structural)
 
     @property
     def rivals(self) -> tuple[str, ...]:
-        """Ids that were not named and explain the records as well."""
+        """Ids of effects that were not named, but explain the records equally well."""
         named = {one.id for one in self.effects}
         others = [one for group in self.ambiguity_set for one in group if one not in named]
         return tuple(dict.fromkeys(others))
@@ -78,8 +79,9 @@ class Machine:
 
 @dataclass(frozen=True)
 class Shared:
-    """An effect and the machines in which it was named, and in which it is one of several rivals;
-    both in the order of their gaps.
+    """An effect, the machines in which it was named, and those in which it is a rival only.
+
+    Both lists are in the order of the structural gap, largest first.
     """
 
     id: str
@@ -89,14 +91,16 @@ class Shared:
 
 @dataclass(frozen=True)
 class Fleet:
-    """Attributes
+    """The machines of a fleet in order, and the effects that they share.
+
+    Attributes
     ----------
     ranked
         machines that were judged, the largest structural gap first.
     not_judged
-        whose records do not allow it.
+        machines whose records do not allow a judgement.
     failed
-        messages of folders that could not be diagnosed, by name.
+        error messages of machines that could not be diagnosed, by name.
     shared
         effects, the most common first.
     """
@@ -108,12 +112,12 @@ class Fleet:
 
 
 def read_fleet(out: Path, names: Iterable[str]) -> Fleet:
-    """From the results of these machines.
+    """Reads the results of these machines and ranks the machines.
 
     Raises
     ------
     ValueError
-        a result that cannot be read.
+        a result cannot be read.
     """
     machines, failed = [], {}
     for name in names:

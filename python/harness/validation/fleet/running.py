@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A folder of machines: which are to be diagnosed, and the diagnosis of each, kept at once."""
+"""Run of a fleet: which machines of a folder need a diagnosis, and the diagnosis of each."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ RIG = "rig.toml"
 INPUTS = "inputs.json"
 HELD_OUT = "validate"
 
-# Reads a machine's folder; ValueError or OSError in words where it cannot.
+# Reads the folder of a machine; raises a ValueError or OSError with a message where it cannot.
 Read = Callable[[Path], Job]
 
 
 def machine_folders(folder: Path) -> list[Path]:
-    """One sub-folder a machine, by name; hidden ones are left alone.
+    """Returns the sub-folders by name, one for each machine; hidden ones are left out.
 
     Raises
     ------
     ValueError
-        there is none.
+        there is no such folder, or it has no sub-folder.
     """
     if not folder.is_dir():
         raise ValueError(f"{folder}: there is no such folder")
@@ -42,12 +42,12 @@ def machine_folders(folder: Path) -> list[Path]:
 
 
 def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
-    """Records of a machine to be fitted, and those held out, by their names.
+    """Returns the records of a machine to fit, and the held-out ones, both sorted by name.
 
     Raises
     ------
     ValueError
-        there is no rig file, or no record to be fitted.
+        there is no rig file, or no record to fit.
     """
     if not (folder / RIG).is_file():
         raise ValueError(f"{folder}: has no {RIG}")
@@ -66,7 +66,7 @@ def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
 
 
 def inputs_of(folder: Path, exclude: Sequence[str]) -> bytes:
-    """What decides the result of a machine: files by digest, effects left out, version."""
+    """Returns what determines a result, as JSON: digests of files, effects left out, version."""
     files = {
         path.name: hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(folder.iterdir())
@@ -77,18 +77,18 @@ def inputs_of(folder: Path, exclude: Sequence[str]) -> bytes:
 
 
 def is_finished(result: Path, inputs: bytes) -> bool:
-    """There is a diagnosis of the same inputs."""
+    """Whether the folder of a result has a diagnosis of the same inputs."""
     kept = result / INPUTS
     return (result / DIAGNOSIS).is_file() and kept.is_file() and kept.read_bytes() == inputs
 
 
 def check_results(folders: Iterable[Path], out: Path) -> None:
-    """What stands where results go are results: they will be replaced.
+    """Checks that folders in the place of the results hold results, which may be replaced.
 
     Raises
     ------
     ValueError
-        a folder of something else.
+        a folder holds something else.
     """
     for folder in folders:
         result = out / folder.name
@@ -100,7 +100,7 @@ def check_results(folders: Iterable[Path], out: Path) -> None:
 
 
 def unfinished_machines(folders: Iterable[Path], out: Path, exclude: Sequence[str]) -> list[Path]:
-    """Without a diagnosis of what their folders hold now; those with an error are tried again."""
+    """Returns the machines without a diagnosis of their present files; errors are tried again."""
     return [
         folder
         for folder in folders
@@ -116,7 +116,7 @@ def run_fleet(
     diagnose: Diagnose,
     write: Write,
 ) -> Iterator[Outcome]:
-    """Diagnose each machine; what `write` makes is in OUT/NAME before the outcome is given."""
+    """Diagnoses each machine; the files of `write` are in OUT/NAME before an outcome is yielded."""
     tasks = (_task(folder, exclude, read, diagnose, write) for folder in folders)
     return run_and_keep(tasks, out)
 
@@ -134,6 +134,6 @@ def _task(
 
 
 def run_machine(job: Job, diagnose: Diagnose, write: Write, inputs: bytes) -> Outcome:
-    """Diagnose one machine; beside the files of the result, what it was made of."""
+    """Diagnoses one machine and adds a file of the inputs to the files of the result."""
     outcome = run_job(job, diagnose, write)
     return replace(outcome, files=outcome.files | {INPUTS: inputs})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Generator of blind records; shares nothing with the simulator that the diagnosis uses."""
+"""Generator of blind records; it shares nothing with the simulator that the diagnosis uses."""
 
 from ehsid.harness.validation.reality.case import RealityCase, make_case
 from ehsid.harness.validation.reality.writing import write_case

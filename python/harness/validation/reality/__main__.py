@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`python -m ehsid.harness.validation.reality`: write blind cases, and their answers elsewhere."""
+"""`python -m ehsid.harness.validation.reality` writes blind cases, and their answers elsewhere."""
 
 from __future__ import annotations
 

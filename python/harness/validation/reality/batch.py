@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Many blind cases at once: kinds mixed, folders named by chance, answers in a separate file."""
+"""Many blind cases at once: mixed kinds, random folder names, the answers in a separate file."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ SHARES = {"one": 0.5, "two": 0.15, "none": 0.1, "params": 0.1, "open": 0.15}
 
 
 def draw_kind(seed: int) -> Kind:
-    """Of the case with this seed, in a mix: half of them with one effect."""
+    """Draws the kind of the case with this seed; half of all cases have one effect."""
     stream = np.random.default_rng((seed, 7))
     return KINDS[int(stream.choice(len(KINDS), p=[SHARES[kind] for kind in KINDS]))]
 
 
 def draw_sensors(seed: int, grade: Grade) -> Sensors:
-    """Smooth and small records have the position only; of the others every third."""
+    """Draws the sensors: the position only in confusable cases and in a third of the others."""
     if grade == "confusable":
         return "position"
     stream = np.random.default_rng((seed, 8))
@@ -37,7 +37,7 @@ def draw_sensors(seed: int, grade: Grade) -> Sensors:
 
 
 def draw_seconds(seed: int) -> float:
-    """Length of the records of a case, 8 to 20 s; says nothing of the effect."""
+    """Draws the length of the records of a case, 8 to 20 s, independently of its effect."""
     return round(float(np.random.default_rng((seed, 9)).uniform(8.0, 20.0)), 1)
 
 
@@ -52,7 +52,10 @@ def write_one(
     effects: Sequence[str] | None = None,
     transfer: Path | None = None,
 ) -> tuple[str, dict[str, Any]]:
-    """One case; its transfer record goes to `transfer`/NAME.csv. Returns its name and answer."""
+    """Writes one case and returns its name and answer.
+
+    The transfer record goes to `transfer`/NAME.csv.
+    """
     case = make_case(
         seed,
         grade,
@@ -80,21 +83,21 @@ def write_cases(
     seconds: float | None = 20.0,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Write folders of cases, and their answers by name to a file outside of them.
+    """Writes folders of cases, and their answers by name to a file outside of them.
 
     Parameters
     ----------
     kind, sensors
-        of all cases; drawn for each where None.
+        kind and sensors of all cases; drawn for each case where None.
     seconds
-        length of each record; drawn for each case, 8 to 20 s, where None.
+        length of each record, s; drawn for each case, 8 to 20 s, where None.
     progress
-        called with the share that is done.
+        called with the share of the cases that is done.
 
     Raises
     ------
     ValueError
-        the answers would lie among the cases.
+        the file of answers would lie in the folder of the cases.
     """
     target, sealed = Path(folder).resolve(), Path(answers).resolve()
     if target == sealed.parent or target in sealed.parents:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A blind case: a rig as configured, records of the machine as it is, and the answer apart."""
+"""A blind case: the rig as configured, records of the true machine, and the separate answer."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from ehsid.harness.validation.reality.truth import Truth
 Kind = Literal["one", "two", "none", "params", "open"]
 Sensors = Literal["position", "pressures", "pressures+supply", "pressures+supply+spool"]
 KINDS: tuple[Kind, ...] = ("one", "two", "none", "params", "open")
-BEFORE_S = 1.0  # runs before the record begins
+BEFORE_S = 1.0  # the machine runs for this time before the record begins
 
 COLUMNS: Mapping[Sensors, tuple[str, ...]] = MappingProxyType(
     {
@@ -50,21 +50,23 @@ COLUMNS: Mapping[Sensors, tuple[str, ...]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class RealityCase:
-    """Attributes
+    """A blind case: what the diagnosis may read, and what is withheld from it.
+
+    Attributes
     ----------
     name
-        of the folder; drawn, says nothing.
+        name of the folder; it is drawn and says nothing about the case.
     rig_toml
-        what is told.
+        text of the rig file.
     train, validate
         columns of the record schema by name, each (n,), SI.
     transfer
-        a third record, under an excitation of another kind; withheld like the answer, to see
-        whether what was found carries over.
+        a third record, under an excitation of another kind; it is withheld like the answer, to see
+        whether the diagnosed rig holds there, too.
     answer
-        what is withheld; plain data.
+        what is withheld, as plain data.
     truth, healthy
-        constants of the machine, and what they would be without the effects.
+        constants of the true machine, with the effects and without them.
     """
 
     name: str
@@ -88,32 +90,32 @@ def make_case(
     seconds: float = 20.0,
     dt_s: float = 0.001,
 ) -> RealityCase:
-    """A case of its own, the same for the same arguments.
+    """Makes one blind case; the same arguments always make the same case.
 
-    Rig, excitation and noise come from streams of their own: with another kind or effect they stay.
-    The transfer record has streams of its own, too, and is never small: a wrong cause that shrinks
-    the gap at small amplitudes does not at large ones.
+    Rig, excitation and noise have random streams of their own, so another kind or effect does not
+    change them. The transfer record has its own streams, too. Its amplitude is never small: a wrong
+    cause may shrink the gap at small amplitudes, but not at large ones.
 
     Parameters
     ----------
     seed
         not negative.
     effects
-        ids, for kinds with effects; with sizes if they are to be given, too; drawn where None.
+        ids of the effects, or their sizes by id, for kinds with effects; drawn where None.
     excitation
-        of the first two records; drawn where None.
+        excitation of the first two records; drawn where None.
 
     Raises
     ------
     ValueError
-        an unknown effect, or a number of effects that the kind does not have.
+        an effect is not known, or the kind has another number of effects.
     """
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(7)]
     rig_stream, inside, asked, noisy, hidden, broken, apart = streams
     told = draw_told(rig_stream, plant)
     name = f"{int(rig_stream.integers(2**32)):08x}"
     chosen = _sizes(hidden, told, kind, effects)
-    if "valve_lag" in chosen:  # what is told is no gap
+    if "valve_lag" in chosen:  # a lag that the rig file states would be no gap
         told = replace(told, values={k: v for k, v in told.values.items() if k not in LAG})
     accuracy: Literal["exact", "within", "moved"] = "within"
     if kind == "none":
@@ -123,7 +125,7 @@ def make_case(
     true = draw_true_values(inside, told, accuracy)
     structure = draw_structure(inside, told, grade)
     machine = build(told, true, structure)
-    if grade == "hard":  # saturates by another curve, 2.2 % of the limit from the tanh at most
+    if grade == "hard":  # its saturation differs from the tanh by at most 2.2 % of the limit
         machine = machine._replace(limit_power=2.7)
     healthy = machine
     for one, sizes in chosen.items():
@@ -176,7 +178,7 @@ def make_case(
 
 
 class Draws(NamedTuple):
-    """Random streams of a record."""
+    """Random streams of one record."""
 
     task: np.random.Generator
     noise: np.random.Generator
@@ -198,7 +200,7 @@ def _sizes(
     kind: Kind,
     wanted: Sequence[str] | Mapping[str, Sizes] | None,
 ) -> dict[str, Sizes]:
-    """Effects with their sizes."""
+    """Returns the sizes of the wanted or drawn effects, by id and parameter."""
     count = {"one": 1, "two": 2, "none": 0, "params": 0, "open": 1}[kind]
     pool = OUTSIDE if kind == "open" else CATALOGUE
     names = [name for name, one in pool.items() if one.axis or told.plant == "ehs"]
@@ -222,7 +224,7 @@ def _draw_excitation(rng: np.random.Generator, grade: Grade) -> tuple[Excitation
 def _another_excitation(
     rng: np.random.Generator, used: tuple[Excitation, Excitation]
 ) -> Excitation:
-    """Of a kind that none of the used ones is."""
+    """Draws a kind of excitation that the first two records do not use."""
     free = [kind for kind in EXCITATIONS if kind not in used]
     return free[int(rng.integers(len(free)))]
 
@@ -262,11 +264,11 @@ def _record(
 def _run(
     machine: Truth, task: Task, noise: Noise, wrong: Faults, dt_s: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Commands and outputs.
+    """Simulates the machine and returns its commands (n,) and outputs (n, 6).
 
-    Steps of integration are chosen from the state before a sample. A large step of the command
-    makes a stiff machine stiffer within the sample than that state tells, and once in hundreds of
-    records the integration goes to infinity: then with steps a quarter as long.
+    The integration step is chosen from the state before a sample. A large step of the command
+    makes a stiff machine stiffer within the sample than that state shows, and once in hundreds of
+    records the integration diverges. Then it is repeated with `fine` four times as large.
     """
     for fine in (2, 8):
         try:
@@ -291,7 +293,7 @@ def _run(
 
 
 def start_state(machine: Truth, position: float) -> FloatArray:
-    """At rest, valve shut, chambers in balance with the load."""
+    """State (12,) at rest: the valve is closed, and the chamber pressures balance the load."""
     s = np.zeros(equations.STATES)
     s[equations.Y] = s[equations.Y_2] = s[equations.M] = position
     if machine.force_per_unit_n > 0.0:

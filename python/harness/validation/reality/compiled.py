@@ -17,5 +17,5 @@ F = TypeVar("F", bound=Callable[..., object])
 
 
 def compiled(function: F) -> F:
-    """The same function as machine code, with the cache that numba keeps beside the source."""
+    """Returns the function compiled by numba, which keeps its cache on disk beside the source."""
     return cast(F, numba.njit(cache=True)(function))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Effects of the catalogue and outside of it: sizes drawn for a machine, and put into it.
+"""Effects of the catalogue: how their sizes are drawn for a machine, and how they change it.
 
-Names and parameters are those of the diagnosis; the equations that they act in are not.
+Names and parameters are those of the diagnosis; the equations in which they act are not.
 """
 
 from __future__ import annotations
@@ -21,12 +21,16 @@ Sizes = Mapping[str, float]
 
 @dataclass(frozen=True)
 class Effect:
-    """Draw sizes for a rig; put them into a machine, whose bristles bend by so much."""
+    """An effect that the generator can put into a machine.
+
+    `draw` draws sizes for a rig file. `put` puts them into a machine; its last argument is the
+    deflection of the friction's bristles before they slide, m.
+    """
 
     subsystem: str
     draw: Callable[[np.random.Generator, Told], dict[str, float]]
     put: Callable[[Truth, Sizes, float], Truth]
-    axis: bool = False  # acts on a motor-driven axis, too
+    axis: bool = False  # it acts on a motor-driven axis, too
 
 
 def _signed(rng: np.random.Generator, low: float, high: float) -> float:
@@ -34,7 +38,7 @@ def _signed(rng: np.random.Generator, low: float, high: float) -> float:
 
 
 def _rated(told: Told) -> float:
-    """Flow at full opening and half the supply pressure, m^3/s."""
+    """Flow at full opening and half the pressure difference of supply and tank, m^3/s."""
     v = told.values
     drop = 0.5 * (v["supply.pressure_pa"] - v["supply.tank_pressure_pa"])
     return v["valve.rated_flow_m3_s"] * math.sqrt(drop / v["valve.rated_pressure_drop_pa"])
@@ -203,7 +207,7 @@ CATALOGUE: Mapping[str, Effect] = {
     ),
 }
 
-# One effect contains the other, or the two write to the same place.
+# Pairs that are not drawn together: one effect contains the other, or both set the same field.
 TWINS = (
     frozenset({"coulomb_friction", "stribeck_friction"}),
     frozenset({"load_spring", "load_force"}),

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""References of a position servo: what an experimenter would ask of the machine.
+"""Excitation of a position servo: the motions that an experimenter would command.
 
-Nothing here knows of an effect; sizes follow from what the rig file tells.
+Nothing here depends on an effect; amplitudes follow from the values in the rig file.
 """
 
 from __future__ import annotations
@@ -17,12 +17,16 @@ from ehsid.harness.validation.reality.told import Told, spread
 
 Excitation = Literal["multisine", "steps", "triangle", "chirp", "prbs"]
 EXCITATIONS: tuple[Excitation, ...] = ("multisine", "steps", "triangle", "chirp", "prbs")
-TRAVEL = 0.28  # of the stroke, to each side of the place where it works
+TRAVEL = 0.28  # share of the stroke, to each side of the working point
 
 
 @dataclass(frozen=True)
 class Task:
-    """What the controller is given: (n,) fractions of rated command, (n,) m, fraction per m."""
+    """Inputs of the position controller.
+
+    `forward`, (n,), is a fraction of the rated command, `reference`, (n,), a position in m, and
+    `gain` a fraction of the rated command per m.
+    """
 
     forward: FloatArray
     reference: FloatArray
@@ -38,14 +42,14 @@ def draw_task(
     small: bool,
     open_loop: bool,
 ) -> Task:
-    """A reference with its feed-forward, and a gain that the rig as configured would bear.
+    """Draws a reference, its feed-forward, and a gain that the rig as configured tolerates.
 
     Parameters
     ----------
     small
-        slow and small: up to 1.5 Hz and 15 % of rated command.
+        whether the motion is slow and small: up to 1.5 Hz and 15 % of the rated command.
     open_loop
-        the command is given; the loop only keeps the rod from drifting away.
+        whether the feed-forward is the command; the loop only keeps the rod from drifting away.
     """
     place = told.stroke_m * float(rng.uniform(0.42, 0.58)) if told.plant == "ehs" else 0.0
     bandwidth = float(np.clip(rng.uniform(0.25, 0.6) * told.damping_1_s, 1.5, 25.0))
@@ -71,14 +75,14 @@ def draw_task(
 
 
 def _lowest_hz(told: Told, size: float) -> float:
-    """At which a sine of this size just stays within the travel."""
+    """Frequency, Hz, at which a sine of this size just stays within the travel."""
     return told.speed_m_s * size / (2.0 * math.pi * TRAVEL * told.stroke_m)
 
 
 def _multisine(
     rng: np.random.Generator, told: Told, samples: int, dt_s: float, size: float, small: bool
 ) -> FloatArray:
-    """Random phases, odd multiples of a base frequency; speeds with a flat spectrum."""
+    """Multisine of the speed: odd multiples of a base frequency, flat spectrum, random phases."""
     low = max(0.15, 0.5 * _lowest_hz(told, size))
     high = min(1.5 if small else spread(rng, 4.0, 14.0), 0.2 / dt_s)
     count = 6 if small else int(rng.integers(10, 25))
@@ -93,7 +97,7 @@ def _multisine(
 def _triangle(
     rng: np.random.Generator, told: Told, samples: int, dt_s: float, size: float, small: bool
 ) -> FloatArray:
-    """Slow, at one to three speeds, back and forth."""
+    """Slow motion back and forth; the speed is drawn anew after every four strokes."""
     wish = np.empty(samples)
     k = 0
     direction = float(rng.choice([-1.0, 1.0]))
@@ -110,7 +114,7 @@ def _triangle(
 def _chirp(
     rng: np.random.Generator, told: Told, samples: int, dt_s: float, size: float, small: bool
 ) -> FloatArray:
-    """Sweep up, even in the logarithm of the frequency."""
+    """Sine sweep whose frequency rises exponentially with time."""
     low = max(0.2, 1.1 * _lowest_hz(told, size))
     high = min(1.5 if small else spread(rng, 5.0, 15.0), 0.2 / dt_s)
     high = max(high, 2.0 * low)
@@ -123,21 +127,24 @@ def _chirp(
 def _prbs(
     rng: np.random.Generator, told: Told, samples: int, dt_s: float, size: float, small: bool
 ) -> FloatArray:
-    """Two levels, held for a random number of clock periods; amplitude changes now and then."""
+    """Random binary sequence; its amplitude is drawn anew after every 20 clock periods."""
     clock = max(int(rng.uniform(0.03, 0.1) / dt_s), 1) * (8 if small else 1)
     count = samples // clock + 1
     signs = rng.choice([-1.0, 1.0], count)
-    # Every second bit mirrors the one before: no long way to either side.
+    # Every second bit has the opposite sign of the bit before, so the rod never moves far.
     signs[1::2] = -signs[: 2 * (count // 2) : 2]
     levels = np.repeat(rng.uniform(0.2, 1.0, count // 20 + 1), 20)[:count]
-    # Full reversals in no time pull the rod side empty: nobody drives a machine like that.
+    # Instant reversals at full command would pull the rod side empty; no operator drives so.
     return np.asarray(np.repeat(0.7 * size * signs * levels, clock)[:samples])
 
 
 def _steps(
     rng: np.random.Generator, told: Told, samples: int, dt_s: float, largest: float
 ) -> FloatArray:
-    """Levels held for a while; each step no larger than the controller can ask for."""
+    """Levels, m, each held for 0.3 to 1.6 s; a step is at most `largest`, m.
+
+    A larger step is more than the controller can command.
+    """
     travel = TRAVEL * told.stroke_m
     level, k = 0.0, 0
     out = np.empty(samples)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Equations of the blind machine and their solution by the classical Runge-Kutta method.
 
-All compiled functions stand in this one file: numba's cache looks for changes in the file of the
-function it compiled and would miss those of a file that this one calls.
+All compiled functions are in this one file. The cache of numba looks for changes only in the file
+of the function that it compiled; it would miss changes in another file that this one calls.
 
 Sources: C. Canudas de Wit et al., A new model for control of systems with friction, IEEE Trans.
 Automatic Control 40(3), 1995 (friction); H. Olsson, Control systems with friction, Lund 1996
@@ -22,18 +22,19 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.validation.reality.compiled import compiled
 from ehsid.harness.validation.reality.truth import Truth
 
-# States: spool and its rate, compression of the oil on both sides, accumulator pressure, position,
-# speed, bristle, lagging position sensor, position and speed of a second mass, valve's drive.
+# States: spool position and its rate, compression of the oil on both sides, accumulator pressure,
+# position, speed, deflection of the bristles, output of a lagging position sensor, position and
+# speed of a second mass, output of the valve's amplifier.
 X, X_RATE, C_A, C_B, P_S, Y, V, Z, M, Y_2, V_2, DRIVE = range(12)
 STATES = 12
-# Outputs at the samples.
+# Outputs at the samples: position as read, pressures A, B and supply, spool position, speed.
 OUT_Y, OUT_P_A, OUT_P_B, OUT_P_S, OUT_X, OUT_V = range(6)
 OUTPUTS = 6
 
 ATMOSPHERE_PA = 101325.0
 POLYTROPIC = 1.3
 ACCUMULATOR_POLYTROPIC = 1.2
-STOP_RAD_S = 1500.0  # stiffness of the end stops over the mass, as a frequency
+STOP_RAD_S = 1500.0  # sqrt(stiffness / mass) at the end stops
 
 
 @compiled
@@ -47,14 +48,14 @@ def compression(p: float, slope: float, bulk_0: float, gas: float) -> float:
 
 @compiled
 def pressure(c: float, slope: float, bulk_0: float, gas: float, balance: float) -> float:
-    """The inverse of `compression`, to 1e-11 of the pressure.
+    """Pressure, Pa, at the compression c: the inverse of `compression`, to 1e-11 of the pressure.
 
-    Both terms are increasing and concave in p: Newton's method from the left stays left of the root
-    and converges monotonically. balance is the root for c = 0.
+    Both terms are increasing and concave in p, so Newton's method from the left stays left of the
+    root and converges monotonically. `balance` is the root for c = 0.
     """
     if c >= 0.0:
         p = max(bulk_0 * math.expm1(slope * c) / slope, balance)
-    else:  # the gas holds at least -c, and at most that and the oil's part at balance
+    else:  # the gas term is between -c and the sum of -c and the oil term at `balance`
         oil = math.log1p(slope * balance / bulk_0) / slope
         p = ATMOSPHERE_PA * math.pow(gas / (oil - c), POLYTROPIC)
     for _ in range(60):
@@ -69,7 +70,7 @@ def pressure(c: float, slope: float, bulk_0: float, gas: float, balance: float) 
 
 @compiled
 def edge(s: float, width: float) -> float:
-    """Opening of a metering edge: a parabola from -width to width, 0 before, s after."""
+    """Opening of a metering edge: 0 below -width, a parabola from -width to width, s above."""
     if s <= -width:
         return 0.0
     if s >= width:
@@ -79,7 +80,10 @@ def edge(s: float, width: float) -> float:
 
 @compiled
 def orifice(drop: float, exponent: float, transition: float) -> float:
-    """|drop|^exponent with its sign; below the transition a parabola that meets it smoothly."""
+    """Returns |drop|^exponent with the sign of the drop; a parabola below the transition.
+
+    The two laws meet smoothly.
+    """
     size = abs(drop)
     if size >= transition:
         q = math.pow(size, exponent)
@@ -91,7 +95,7 @@ def orifice(drop: float, exponent: float, transition: float) -> float:
 
 @compiled
 def opening(x: float, t: Truth) -> float:
-    """Null bias, then flow saturation."""
+    """Opening of the valve at the spool position x, after null bias and flow saturation."""
     o = x + t.null_bias
     if t.opening_limit > 0.0:
         r = o / t.opening_limit
@@ -104,27 +108,27 @@ def opening(x: float, t: Truth) -> float:
 
 @compiled
 def sliding_friction(v: float, t: Truth) -> float:
-    """Steady friction force at speed v (Stribeck), without its viscous part."""
+    """Steady friction force, N, at the speed v (Stribeck), without its viscous part."""
     r = v / t.stribeck_m_s
     return t.coulomb_n + (t.static_n - t.coulomb_n) * math.exp(-r * r)
 
 
 @compiled
 def tightness(y: float, t: Truth) -> float:
-    """By which friction is more at position y."""
+    """Factor by which local friction increases the friction force at the position y."""
     r = (y - t.local_at_m) / t.local_width_m
     return 1.0 + t.local_share * math.exp(-r * r)
 
 
 @compiled
 def warmth(time: float, t: Truth) -> float:
-    """Share of the warming that is done."""
+    """Share of the warming that is complete at this time, 0 to 1."""
     return 1.0 - math.exp(-time / t.warming_s)
 
 
 @compiled
 def chamber_pressures(time: float, s: FloatArray, t: Truth) -> tuple[float, float]:
-    """Pressures on both sides."""
+    """Pressures of the chambers A and B, Pa."""
     bulk = t.bulk_modulus_0_pa * (1.0 + t.warming_bulk * warmth(time, t))
     return (
         pressure(s[C_A], t.bulk_slope, bulk, t.gas_fraction, t.balance_pa),
@@ -134,7 +138,7 @@ def chamber_pressures(time: float, s: FloatArray, t: Truth) -> tuple[float, floa
 
 @compiled
 def valve_pressure(time: float, s: FloatArray, t: Truth) -> float:
-    """Supply pressure at the valve: accumulator and hum of the pump."""
+    """Supply pressure at the valve, Pa: accumulator pressure with the ripple of the pump."""
     return float(s[P_S]) * (1.0 + t.hum_share * math.sin(2.0 * math.pi * t.hum_hz * time))
 
 
@@ -142,13 +146,14 @@ def valve_pressure(time: float, s: FloatArray, t: Truth) -> float:
 def slope_of(
     time: float, s: FloatArray, command: float, seen: float, t: Truth, d: FloatArray
 ) -> None:
-    """Write the derivative of the state s to d, both (12,).
+    """Writes the time derivative of the state s to d; both have the shape (12,).
 
-    command: what the spool is asked for, a fraction. seen: where the play of the sensor stands, m.
+    `command` is the command to the spool or motor as a fraction, `seen` the position that the
+    sensor reads through its play, m.
     """
     y, v = s[Y], s[V]
     warm = warmth(time, t)
-    if t.force_per_unit_n > 0.0:  # a motor
+    if t.force_per_unit_n > 0.0:  # a motor drives the load in place of the hydraulics
         drive = t.force_per_unit_n * command
         for i in (X, X_RATE, C_A, C_B, P_S, DRIVE):
             d[i] = 0.0
@@ -222,9 +227,11 @@ def slope_of(
 
 @compiled
 def steps_per_second(s: FloatArray, t: Truth, fine: int) -> float:
-    """In a step a swing turns by 1 / (3 fine) of a radian, a decay falls by exp(-1.3) at most.
+    """Number of integration steps per second that the state s needs.
 
-    A decay so fast has followed its input long before; the method is stable up to exp(-2.78).
+    In one step an oscillation turns by 1 / (3 fine) rad at most, and a decay falls by exp(-1.3) at
+    most. A mode that decays so fast has long settled to its input, so only stability matters: the
+    method is stable up to exp(-2.78).
     """
     swing = 0.0
     decay = 0.0
@@ -260,9 +267,10 @@ def steps_per_second(s: FloatArray, t: Truth, fine: int) -> float:
 def advance(
     time: float, span: float, s: FloatArray, command: float, seen: float, t: Truth, fine: int
 ) -> float:
-    """Move s on by span with the command held; returns the state of the sensor's play.
+    """Integrates the state s in place over `span`, s; returns the state of the sensor's play, m.
 
-    The classical method of fourth order, with so many steps as the state at the start asks for.
+    The command is held. The method is the classical one of fourth order; the state at the start
+    decides the number of steps.
     """
     n = math.ceil(span * steps_per_second(s, t, fine))
     n = min(max(n, fine), 5000)
@@ -301,32 +309,33 @@ def run(
     lost: npt.NDArray[np.bool_],
     fine: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Controller, machine and sensor, sample by sample.
+    """Simulates controller, machine and sensor, sample by sample.
 
     Parameters
     ----------
     t, start
-        the machine and its state (12,) at the first sample.
+        constants of the machine, and its state (12,) at the first sample.
     dt_s
-        sampling period.
+        sampling period, s.
     forward, reference
-        (n,) feed-forward as a fraction of rated command, and position asked for, m.
+        (n,) feed-forward as a fraction of rated command, and commanded position, m.
     gain
-        of the position controller, fraction of rated command per m.
+        gain of the position controller, fraction of rated command per m.
     command_step
-        of the digital output, fraction.
+        step of the digital output, as a fraction of rated command.
     error
-        (n,) added to the position by the sensor, m.
+        (n,) error that the sensor adds to the position, m.
     late
         (n,) time by which a sample is taken late, s; small against dt_s.
     lost
-        (n,) whether a command does not arrive; the one before is held.
+        (n,) whether a command does not arrive; the command before it is then held.
     fine
-        steps are so many times smaller than a swing needs at least.
+        factor by which the integration step of an oscillation is shortened.
 
     Returns
     -------
-    commands (n,), as fractions, as sent; outputs (n, 6), the position as read.
+    the sent commands (n,), as fractions of rated command, and the outputs (n, 6), with the position
+    as read.
     """
     n = reference.size
     sent, arrived = np.empty(n), np.empty(n)
@@ -336,11 +345,11 @@ def run(
     seen = s[Y]
     whole = math.floor(t.delay_s / dt_s)
     part = t.delay_s - whole * dt_s
-    asked = 0.0  # of the spool, after play or stiction
+    asked = 0.0  # command to the spool, after play or stiction
     for k in range(n):
         time = k * dt_s
         played = min(max(seen, s[Y] - t.sensor_play_m), s[Y] + t.sensor_play_m)
-        # Sampled a little late: one step of Euler, second order in a few microseconds.
+        # One Euler step gives the late sample; its error is of second order in microseconds.
         slope_of(time, s, asked, seen, t, d)
         moved = d[M] * late[k] if t.sensor_lag_s > 0.0 else s[V] * late[k]
         reading = (s[M] if t.sensor_lag_s > 0.0 else played) + moved + error[k]
@@ -357,7 +366,7 @@ def run(
         out[k, OUT_P_S] = valve_pressure(time + late[k], s, t)
         out[k, OUT_X] = s[X]
         out[k, OUT_V] = s[V]
-        # The delayed command changes at t_k + part, exactly there.
+        # The delayed command changes at t_k + part, so the period is integrated in two pieces.
         for piece in range(2):
             span = part if piece == 0 else dt_s - part
             if span <= 0.0:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What sensors and clocks add: coloured noise, steps of converters, samples taken a little late."""
+"""Errors of sensors and clocks: coloured noise, steps of converters, samples taken late."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ PRESSURE_STEPS_PA = (1000.0, 2000.0, 2500.0, 5000.0)
 
 @dataclass(frozen=True)
 class Noise:
-    """(n,) each; spool and command as fractions."""
+    """Noise of one record, each signal (n,), and steps of the converters.
+
+    Spool and command are fractions of their full values.
+    """
 
     position_m: FloatArray
     pressures_pa: Mapping[str, FloatArray]
@@ -30,7 +33,7 @@ class Noise:
 
 
 def coloured(rng: np.random.Generator, samples: int, share: float, pole: float) -> FloatArray:
-    """Of variance 1: white, and a share of the variance from a first-order filter."""
+    """Noise of variance 1, (samples,): white, but with a share from a first-order filter."""
     white = rng.standard_normal(samples)
     slow = lfilter([np.sqrt(1.0 - pole**2)], [1.0, -pole], rng.standard_normal(samples))
     return np.asarray(np.sqrt(1.0 - share) * white + np.sqrt(share) * slow)
@@ -39,7 +42,11 @@ def coloured(rng: np.random.Generator, samples: int, share: float, pole: float) 
 def draw_noise(
     rng: np.random.Generator, told: Told, samples: int, dt_s: float, hard: bool
 ) -> Noise:
-    """Sizes go with the machine: position 2e-5 of the stroke, pressures 1e-3 of the supply."""
+    """Draws the noise of one record; its size is proportional to that of the machine.
+
+    The standard deviation is 2e-5 of the stroke for the position and 1e-3 of the supply pressure
+    for pressures, each times a factor of 0.6 to 1.6.
+    """
     share, pole = (0.5, 0.9) if hard else (0.15, 0.6)
     position = 2e-5 * told.stroke_m * spread(rng, 0.6, 1.6)
     supply = told.values.get("supply.pressure_pa", 1e7)

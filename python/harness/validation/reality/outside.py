@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Effects that the catalogue does not have."""
+"""Effects that the catalogue of the diagnosis does not contain."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _draw_second_mass(rng: np.random.Generator, told: Told) -> dict[str, float]:
 
 
 def _second_mass(machine: Truth, sizes: Sizes, _: float) -> Truth:
-    """The rig tells the mass of both."""
+    """Splits the load into two masses; the rig file states the sum of both."""
     return machine._replace(
         mass_kg=(1.0 - sizes["share"]) * machine.mass_kg,
         second_mass_kg=sizes["share"] * machine.mass_kg,
@@ -44,7 +44,7 @@ def _second_mass(machine: Truth, sizes: Sizes, _: float) -> Truth:
 
 
 def _local_friction(machine: Truth, sizes: Sizes, bristle_m: float) -> Truth:
-    """A fiftieth of the force everywhere, the whole at one place."""
+    """Adds the friction force at one place; elsewhere friction is at least a fiftieth of it."""
     least = max(machine.static_n, 0.02 * sizes["force_n"])
     machine = with_friction(machine, least, least, machine.stribeck_m_s, bristle_m)
     share = sizes["force_n"] / least
@@ -52,7 +52,7 @@ def _local_friction(machine: Truth, sizes: Sizes, bristle_m: float) -> Truth:
         local_share=share,
         local_at_m=sizes["at_m"],
         local_width_m=sizes["width_m"],
-        # damped at the place where the bristles are stiffest
+        # This keeps the damping ratio at the place where the bristles are stiffest.
         bristle_n_s_m=machine.bristle_n_s_m / math.sqrt(1.0 + share),
     )
 
@@ -128,7 +128,11 @@ OUTSIDE: Mapping[str, Effect] = {
 
 @dataclass(frozen=True)
 class Faults:
-    """What goes wrong beside the equations: (n,) error of the position, m, and commands lost."""
+    """Faults that are not in the equations.
+
+    `error`, (n,), is the error of the measured position, m; `lost`, (n,), tells whether a command
+    is lost.
+    """
 
     error: FloatArray
     lost: npt.NDArray[np.bool_]
@@ -137,7 +141,7 @@ class Faults:
 def faults(
     effects: Mapping[str, Sizes], rng: np.random.Generator, samples: int, dt_s: float
 ) -> Faults:
-    """Drift and spikes of the sensor, lost frames; none without such an effect."""
+    """Draws sensor drift, sensor spikes and lost frames; each only if it is among the effects."""
     error = np.zeros(samples)
     lost = np.zeros(samples, dtype=np.bool_)
     time = dt_s * np.arange(samples)
@@ -149,7 +153,7 @@ def faults(
             size = sizes["amplitude_m"] * rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 1.5)
             error[at : at + int(rng.integers(1, 4))] += size
     if sizes := effects.get("lost_command_frames"):
-        # Two states, on and off, by a Markov chain: mean length of a burst, share of time.
+        # A Markov chain of two states has the given mean length of a burst and share of time.
         leave = min(dt_s / sizes["burst_s"], 1.0)
         enter = leave * sizes["share"] / (1.0 - sizes["share"])
         chance = rng.random(samples)

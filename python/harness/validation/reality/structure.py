@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The true machine without an effect: told values, and structure that no data sheet tells."""
+"""The true machine without an effect: its true values, and structure that no data sheet states."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ GRADES: tuple[Grade, ...] = ("plain", "hard", "confusable")
 
 
 def draw_structure(rng: np.random.Generator, told: Told, grade: Grade) -> dict[str, float]:
-    """Fields of `Truth` that are no effect: small in plain machines, all at once in hard ones.
+    """Draws the deviations of the true machine from the simulator that are not effects.
 
-    Every grade takes the same numbers from the stream.
+    They are small in plain and confusable machines, and large, all at once, in hard ones. Every
+    grade takes the same draws from the stream.
     """
     d = {name: float(rng.uniform(-1.0, 1.0)) for name in _EVEN}
     hard = grade == "hard"
@@ -29,7 +30,7 @@ def draw_structure(rng: np.random.Generator, told: Told, grade: Grade) -> dict[s
         low, high = rough if hard else plain
         return low * math.pow(high / low, 0.5 + 0.5 * d[name])
 
-    bristle_m = between("bristle", (8e-6, 2e-5), (1.5e-5, 4e-5))  # bent so far when it slides
+    bristle_m = between("bristle", (8e-6, 2e-5), (1.5e-5, 4e-5))  # deflection when it slides
     structure = {"bristle_m": bristle_m}
     if told.plant == "axis":
         return structure
@@ -46,7 +47,7 @@ def draw_structure(rng: np.random.Generator, told: Told, grade: Grade) -> dict[s
         "gas_fraction": between("gas", (5e-6, 2e-5), (5e-5, 4e-4)),
         "hum_share": between("hum", (1e-4, 4e-4), (1e-3, 4e-3)),
         "hum_hz": 225.0 + 75.0 * d["hum_hz"],
-        # Pressure lost at full flow, of the supply's; its time constant.
+        # Pressure lost at full flow, as a share of the supply pressure, and its time constant.
         "droop_share": between("droop", (5e-4, 1.5e-3), (2e-3, 6e-3)),
         "droop_s": between("droop_s", (3e-3, 1e-2), (3e-3, 3e-2)),
         "warming_viscous": -abs(d["warming"]) * (0.15 if hard else 0.02),
@@ -61,7 +62,7 @@ def draw_structure(rng: np.random.Generator, told: Told, grade: Grade) -> dict[s
     return structure
 
 
-# Names of the draws, each between -1 and 1.
+# Names of the draws; each is uniform between -1 and 1.
 _EVEN = (
     *("bristle", "spool", "damping", "slew", "exponent", "transition", "round", "slope", "gas"),
     *("hum", "hum_hz", "droop", "droop_s", "warming", "seal", "amplifier"),
@@ -70,7 +71,7 @@ _EVEN = (
 
 
 def build(told: Told, true: Mapping[str, float], structure: Mapping[str, float]) -> Truth:
-    """The machine of these values and this structure."""
+    """Returns the constants of the machine with these true values and this structure."""
     extra = dict(structure)
     bristle_m = extra.pop("bristle_m")
     if told.plant == "axis":
@@ -85,8 +86,8 @@ def build(told: Told, true: Mapping[str, float], structure: Mapping[str, float])
     area_a = math.pi / 4.0 * bore**2
     supply, tank = true["supply.pressure_pa"], true["supply.tank_pressure_pa"]
     flow = true["valve.rated_flow_m3_s"]
-    # The gain is told at one pressure drop; with another exponent the law turns about the middle
-    # of the drops that occur.
+    # The rig file gives the flow at one pressure drop. Whatever the exponent, the flow equals that
+    # of the square-root law at the middle of the pressure drops that occur.
     exponent = extra["flow_exponent"]
     middle = 0.5 * (supply - tank)
     gain = flow * math.sqrt(middle / true["valve.rated_pressure_drop_pa"]) / middle**exponent
@@ -105,7 +106,7 @@ def build(told: Told, true: Mapping[str, float], structure: Mapping[str, float])
         area_b_m2=area_a - math.pi / 4.0 * rod**2,
         dead_volume_a_m3=true["cylinder.dead_volume_a_m3"],
         dead_volume_b_m3=true["cylinder.dead_volume_b_m3"],
-        bulk_modulus_0_pa=bulk - slope * 0.5 * supply,  # the told one at half the supply pressure
+        bulk_modulus_0_pa=bulk - slope * 0.5 * supply,  # `bulk` holds at half the supply pressure
         flow_gain=gain,
         source_pa=supply,
         tank_pa=tank,
@@ -118,7 +119,7 @@ def build(told: Told, true: Mapping[str, float], structure: Mapping[str, float])
 
 
 def balance(machine: Truth) -> float:
-    """Pressure at which the compression is zero: gas as much above as oil below."""
+    """Pressure, Pa, at which `compression` is zero: its terms of oil and gas are equal."""
     low, high = 1.0, 5e7
     for _ in range(200):
         middle = math.sqrt(low * high)
@@ -132,7 +133,10 @@ def balance(machine: Truth) -> float:
 def with_friction(
     machine: Truth, coulomb: float, static: float, stribeck_m_s: float, bristle_m: float
 ) -> Truth:
-    """Seals whose bristles bend by bristle_m before they slide, damped at a fifth of critical."""
+    """Returns the machine with the friction of seals, whose bristles bend before they slide.
+
+    They bend by bristle_m; their damping is a fifth of the critical one.
+    """
     stiffness = max(static, 1e-6) / bristle_m
     return machine._replace(
         coulomb_n=coulomb,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the rig file tells of a machine: drawn first, the true machine about it."""
+"""Values in the rig file; they are drawn first, and the true values are drawn about them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 PlantKind = Literal["ehs", "axis"]
 PLANTS: tuple[PlantKind, ...] = ("ehs", "axis")
 
-# Relative 1-sigma that the rig file states, by full name.
+# Relative standard deviation that the rig file states, by the full name of the value.
 UNCERTAINTY: Mapping[PlantKind, Mapping[str, float]] = {
     "ehs": {
         "valve.rated_flow_m3_s": 0.06,
@@ -35,16 +35,16 @@ LAG = ("effects.valve_lag.bandwidth_hz", "effects.valve_lag.damping")
 
 @dataclass(frozen=True)
 class Told:
-    """Values by full name, as the file writes them, with what follows from them.
+    """Values by full name, as the rig file states them, and figures that follow from them.
 
     Attributes
     ----------
     speed_m_s
-        at full opening or full force, without load.
+        speed at full opening or full force, without load.
     force_n
-        largest of the drive: supply pressure on the piston, or rated command times gain.
+        largest force of the drive: supply pressure on the piston, or rated command times gain.
     damping_1_s
-        by which a position loop's bandwidth is limited.
+        viscous friction over mass, 1/s; it limits the bandwidth of a position loop.
     """
 
     plant: PlantKind
@@ -56,7 +56,7 @@ class Told:
 
 
 def spread(rng: np.random.Generator, low: float, high: float) -> float:
-    """A draw between low and high, even in the logarithm."""
+    """Draws a number between low and high; its logarithm is uniformly distributed."""
     return float(math.exp(rng.uniform(math.log(low), math.log(high))))
 
 
@@ -65,7 +65,7 @@ def _four_digits(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def draw_told(rng: np.random.Generator, plant: PlantKind) -> Told:
-    """A machine of any size that is built like this."""
+    """Draws the values in the rig file of a machine of this kind, of any size."""
     return _draw_axis(rng) if plant == "axis" else _draw_servo(rng)
 
 
@@ -130,10 +130,10 @@ def _draw_axis(rng: np.random.Generator) -> Told:
 def draw_true_values(
     rng: np.random.Generator, told: Told, kind: Literal["exact", "within", "moved"]
 ) -> dict[str, float]:
-    """True values about the told ones.
+    """Draws true values about the values in the rig file.
 
-    exact: as told. within: normal with the stated sigma, two sigma at most. moved: so, and one to
-    three of them by 2 to 3 sigma.
+    "exact": the values in the rig file. "within": normally distributed with the stated sigma and
+    at most two sigma away. "moved": as "within", but one to three of them are 2 to 3 sigma away.
     """
     sigma = dict(UNCERTAINTY[told.plant])
     draws = {name: float(np.clip(rng.standard_normal(), -2.0, 2.0)) for name in sigma}
@@ -155,7 +155,7 @@ def draw_true_values(
 
 
 def rig_text(told: Told, name: str) -> str:
-    """The rig file."""
+    """Returns the text of the rig file."""
     lines = [f'name = "{name}"', f'plant = "{told.plant}"']
     section = ""
     tail: list[str] = []
@@ -172,6 +172,6 @@ def rig_text(told: Told, name: str) -> str:
 
 
 def _number(value: float) -> str:
-    """With a point, as TOML wants a float."""
+    """Returns the number as text with a point or exponent, which TOML requires of a float."""
     text = f"{value:.10g}"
     return text if any(mark in text for mark in ".e") else text + ".0"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Constants of the generator's machine: every field a float, so that it compiles."""
+"""Constants of the generator's machine; every field is a float, so that numba can compile it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 
 class Truth(NamedTuple):
-    """All that the equations of `machine` need; SI, pressures absolute, fractions of full opening.
+    """Constants in the equations of `machine`, SI: pressures absolute, openings as fractions.
 
-    A default leaves a part out.
+    The default of an optional part leaves it out.
     """
 
     # Motion
@@ -18,18 +18,18 @@ class Truth(NamedTuple):
     stroke_m: float
     area_a_m2: float = 0.0
     area_b_m2: float = 0.0
-    force_per_unit_n: float = 0.0  # of a motor in place of the hydraulics; a unit is rated command
-    # Oil: Murnaghan's law, free gas at atmospheric pressure, part of it dissolving
+    force_per_unit_n: float = 0.0  # a motor's force at rated command; 0: hydraulics
+    # Oil: Murnaghan's law; free gas, its fraction at atmospheric pressure
     dead_volume_a_m3: float = 1.0
     dead_volume_b_m3: float = 1.0
     bulk_modulus_0_pa: float = 1e9  # at zero pressure
     bulk_slope: float = 5.0  # d(bulk modulus)/d(pressure)
     gas_fraction: float = 1e-5
-    balance_pa: float = 1e4  # pressure at which gas and oil give way alike, see `machine.pressure`
+    balance_pa: float = 1e4  # pressure at which `machine.compression` is zero
     # Valve: four edges PA, AT, PB, BT, each with overlap (negative: underlap) and gain
     flow_gain: float = 0.0  # m^3/(s Pa^exponent), full opening
     flow_exponent: float = 0.5
-    transition_pa: float = 2e4  # laminar below
+    transition_pa: float = 2e4  # pressure drop below which the flow is laminar
     round_width: float = 1e-3
     overlap_pa: float = 0.0
     overlap_at: float = 0.0
@@ -47,9 +47,9 @@ class Truth(NamedTuple):
     spool_damping: float = 0.8
     spool_slew_1_s: float = 1e3
     play: float = 0.0  # half-width
-    stick: float = 0.0  # the spool stays until it is asked for more than this
+    stick: float = 0.0  # the spool stays until its command changes by more than this
     delay_s: float = 0.0
-    # Supply: pump with a linear characteristic, gas accumulator, hum
+    # Supply: pump with a linear characteristic, gas accumulator, pressure ripple
     source_pa: float = 1e7
     tank_pa: float = 2e5
     source_resistance_pa_s_m3: float = 1e7
@@ -66,16 +66,16 @@ class Truth(NamedTuple):
     stribeck_m_s: float = 0.01
     bristle_n_m: float = 1e7
     bristle_n_s_m: float = 0.0
-    local_share: float = 0.0  # more of it about one place
+    local_share: float = 0.0  # relative increase of friction about one place
     local_at_m: float = 0.0
     local_width_m: float = 1.0
-    # Load, positive opposes extension
+    # Load; a positive force opposes extension
     load_n: float = 0.0  # at mid-stroke
     spring_n_m: float = 0.0
     second_mass_kg: float = 0.0
     second_spring_n_m: float = 0.0
     second_damper_n_s_m: float = 0.0
-    # Warming: share by which a value has changed long after the start
+    # Warming: relative change of a value long after the start, and the leakage that is then added
     warming_s: float = 10.0
     warming_viscous: float = 0.0
     warming_bulk: float = 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Folders of blind cases: rig.toml, train.csv, validate.csv. What is withheld goes elsewhere."""
+"""Folder of a blind case: rig.toml, train.csv, validate.csv, and nothing of what is withheld."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FORMATS = {
 
 
 def record_text(record: Mapping[str, npt.NDArray[np.float64]]) -> str:
-    """The record as CSV with a header."""
+    """Returns the record as CSV text with a header line."""
     text = io.StringIO()
     np.savetxt(
         text,
@@ -37,7 +37,7 @@ def record_text(record: Mapping[str, npt.NDArray[np.float64]]) -> str:
 
 
 def write_case(case: RealityCase, folder: str | os.PathLike[str]) -> None:
-    """Write the three files, each whole or not at all; the folder is made."""
+    """Writes the three files of a case, each whole or not at all; creates the folder."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     for name, text in (

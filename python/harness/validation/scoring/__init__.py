@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""The score of a blind check: what was said of each case against what is true."""
+"""Score of a blind check: it compares the diagnosis of each case with the truth."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What simpler ways would have said, read from the candidates of the same diagnosis."""
+"""Baselines: what simpler methods would say, from the candidates of the same diagnosis."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ehsid.harness.validation.scoring.judged_case import Scored
 from ehsid.harness.validation.scoring.reading import Named, Said, Tried
 from ehsid.harness.validation.scoring.right import Judgement, judge
 
-# What a way says of a case; None where the file does not have what it needs.
+# A method: what it says of a case; None where the file lacks the data that the method needs.
 Way = Callable[[Scored], Said | None]
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """A way to diagnose and its figures, over the cases in which it could be tried."""
+    """A method of diagnosis and its figures over the cases in which it could be applied."""
 
     name: str
     how: str
@@ -27,25 +27,25 @@ class Baseline:
 
 
 def diagnosis(case: Scored) -> Said | None:
-    """What was said."""
+    """Returns what the diagnosis itself said."""
     return case.said
 
 
 def refit_only(case: Scored) -> Said | None:
-    """Values of the rig and nothing else."""
+    """Blames the values in the rig file and never an effect."""
     return replace(case.said, verdict="parameters", named=(), sets=(), subsystem={})
 
 
 def best_fit(case: Scored) -> Said | None:
-    """The set of effects that fits the records it was fitted to best."""
+    """Names the set of effects with the lowest cost on the fitted records."""
     return _chosen(case, lambda one: one.fitted_cost)
 
 
 def lowest_bic(samples: dict[str, float | None]) -> Way:
-    """The set of the lowest BIC / 2 = cost + (k / 2) ln n (Schwarz, Ann. Statist. 6(2), 1978).
+    """Method with the lowest BIC / 2 = cost + (k / 2) ln n (Schwarz, Ann. Statist. 6(2), 1978).
 
-    samples: n by name of the case. The cost holds the priors of the rig, too, which count alike for
-    all sets but for the priors of an effect's own sizes.
+    `samples` has n by name of the case. The cost includes priors: those of the rig count alike for
+    all sets, those of an effect's own sizes do not.
     """
 
     def way(case: Scored) -> Said | None:
@@ -65,7 +65,10 @@ def lowest_bic(samples: dict[str, float | None]) -> Way:
 
 
 def largest_residual(case: Scored) -> Said | None:
-    """The subsystem of the equation that leaves most over its noise; needs measured pressures."""
+    """Blames the subsystem of the equation with the largest residual over its noise.
+
+    This needs measured pressures.
+    """
     if not case.said.residuals:
         return None
     subsystem, _ = max(case.said.residuals, key=lambda one: one[1])
@@ -86,7 +89,7 @@ def _chosen(case: Scored, cost: Callable[[Tried], float | None]) -> Said | None:
 
 
 def baselines(cases: Sequence[Scored], samples: dict[str, float | None]) -> tuple[Baseline, ...]:
-    """All ways beside each other, judged alike; samples as in `lowest_bic`."""
+    """Returns all methods, judged by the same rules; `samples` is that of `lowest_bic`."""
     return (
         _judged("this diagnosis", "as it was run", diagnosis, cases),
         _judged("refit only", "values of the rig, never an effect", refit_only, cases),

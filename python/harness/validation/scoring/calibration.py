@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Whether `probability` is meant: of all effects named with 0.9, nine in ten should be there."""
+"""Calibration of `probability`: of all effects named with 0.9, nine in ten should be true."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ehsid.harness.validation.scoring.figures import Figure, share
 from ehsid.harness.validation.scoring.judged_case import Scored
 from ehsid.harness.validation.scoring.right import is_true
 
-# Where something happens: between 0.8 and 1.
+# Edges of the bins; they are closest between 0.8 and 1, the range of interest.
 EDGES = (0.0, 0.2, 0.4, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 1.0)
 
 
 @dataclass(frozen=True)
 class Claim:
-    """An effect that was named, with its probability, and whether it is there."""
+    """The probability of an effect that was named, and whether the machine has this effect."""
 
     probability: float
     true: bool
@@ -27,7 +27,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Bin:
-    """Claims of about one probability: their mean, and the share that is true."""
+    """Claims with probabilities in one bin: the mean probability, and the share that is true."""
 
     probability: float
     true: Figure
@@ -35,16 +35,18 @@ class Bin:
 
 @dataclass(frozen=True)
 class Reliability:
-    """Attributes
+    """How well the probabilities of the named effects agree with the share that is true.
+
+    Attributes
     ----------
     bins
-        those with claims, by rising probability.
+        bins that contain claims, by rising probability.
     claims
-        effects named in all.
+        number of all effects named.
     brier
         mean of (p - true)^2 (G. W. Brier, Monthly Weather Review 78(1), 1950); 0 is best.
     brier_constant
-        that of always telling the share that is true: more than this is worse than no probability.
+        Brier score of a constant p, the share that is true; a higher `brier` is worse than none.
     expected_error
         sum over bins of their share of the claims times |mean probability - share true|.
     """
@@ -57,7 +59,7 @@ class Reliability:
 
 
 def claims_of(cases: Sequence[Scored]) -> list[Claim]:
-    """Every effect that was named, in cases of every kind."""
+    """Returns a claim for every effect that was named, in cases of every kind."""
     return [
         Claim(named.probability, case.answer.kind != "open" and is_true(named.id, truth))
         for case in cases
@@ -67,7 +69,7 @@ def claims_of(cases: Sequence[Scored]) -> list[Claim]:
 
 
 def reliability(claims: Sequence[Claim]) -> Reliability:
-    """Bins of `EDGES`, closed below, the last one at both ends."""
+    """Computes the reliability; bins of `EDGES` contain their lower end, the last one both ends."""
     if not claims:
         return Reliability((), 0, math.nan, math.nan, math.nan)
     p = np.array([claim.probability for claim in claims])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How often the first name is wrong, against how often the diagnosis dares to name one."""
+"""Risk-coverage curve: how often the first name is wrong, against how often there is a name."""
 
 from __future__ import annotations
 
@@ -13,14 +13,16 @@ from ehsid.harness.validation.scoring.right import KNOWN, is_true
 
 @dataclass(frozen=True)
 class RiskPoint:
-    """Attributes
+    """A point of the risk-coverage curve.
+
+    Attributes
     ----------
     threshold
-        names of this probability and above are kept.
+        lowest probability of the names that are kept.
     coverage
-        cases with a name that is kept, of all cases of the curve.
+        share of all cases in which the first name is kept.
     risk
-        share of these names that are wrong.
+        share of the kept names that are wrong.
     """
 
     threshold: float
@@ -29,10 +31,10 @@ class RiskPoint:
 
 
 def risk_curve(cases: Sequence[Scored]) -> tuple[RiskPoint, ...]:
-    """From the surest name down to the last, one point a probability (El-Yaniv, Wiener, 2010).
+    """Returns the curve by falling probability, one point for each (El-Yaniv, Wiener, 2010).
 
-    Cases of every kind count: a name where there is no effect is wrong, and cases in which nothing
-    was named keep the coverage below 1. Names of the same probability come in together.
+    Cases of every kind count: a name in a machine without effects is wrong, and cases in which
+    nothing was named keep the coverage below 1. Names of the same probability share one point.
     """
     names = sorted(
         (

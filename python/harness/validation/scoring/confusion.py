@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What was taken for what: counts."""
+"""Confusion tables: counts of cases by their truth and by their diagnosis."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ VERDICTS = (
 
 @dataclass(frozen=True)
 class Confusion:
-    """Counts by what is true (rows) and what was said (columns)."""
+    """Counts of cases by truth (rows) and diagnosis (columns)."""
 
     rows: tuple[str, ...]
     columns: tuple[str, ...]
@@ -31,17 +31,17 @@ class Confusion:
 
 
 def of_verdicts(cases: Sequence[Scored]) -> Confusion:
-    """Kind of case by verdict."""
+    """Counts the cases by their kind (rows) and verdict (columns)."""
     pairs = [(case.answer.kind, case.said.verdict) for case in cases]
     failed = [FAILED] if any(said == FAILED for _, said in pairs) else []
     return _counted(pairs, KINDS, (*VERDICTS, *failed))
 
 
 def of_effects(cases: Sequence[Scored]) -> Confusion:
-    """Of cases with one cause or none: what it is, by the first name.
+    """Counts the cases with one effect or none by this effect and by the first name.
 
-    Effects in the order of the catalogue, those outside of it, then no effect; where nothing was
-    named, the verdict says how.
+    Rows are the effects in the order of the catalogue, those outside of it, then the kinds without
+    effect. Where nothing was named, the column is the verdict.
     """
     pairs = []
     for case in cases:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Negative control: answers dealt out anew among the cases must score no better than chance."""
+"""Negative control: answers permuted among the cases must score no better than chance."""
 
 from __future__ import annotations
 
@@ -16,27 +16,30 @@ from ehsid.harness.validation.scoring.right import judge
 DEALS = 10_000
 SEED = 6
 
-# Is what was said right for this answer?
+# Whether a diagnosis is right for an answer.
 Test = Callable[[Answer, Said], bool]
 
 
 @dataclass(frozen=True)
 class Control:
-    """Attributes
+    """Result of a permutation test.
+
+    Attributes
     ----------
     words
         what is counted.
     real
-        share of cases of the check.
+        share of the cases of the check that pass the test.
     chance
-        the exact mean of the share over all deals of the answers among cases of the same sensors.
+        exact mean of this share over all permutations of the answers among cases with the same
+        sensors.
     mean, low, high
-        of the deals that were tried; low and high hold 90 % of them.
+        mean of the share over the drawn permutations, and the limits that contain 90 % of them.
     p_value
-        deals, the real one among them, that do as well or better; never 0 (B. Phipson, G. Smyth,
-        Stat. Appl. Genet. Mol. Biol. 9(1), 2010).
+        share of the permutations, the real order among them, that do as well or better; never 0
+        (B. Phipson, G. Smyth, Stat. Appl. Genet. Mol. Biol. 9(1), 2010).
     deals
-        number of them.
+        number of drawn permutations.
     """
 
     words: str
@@ -50,9 +53,10 @@ class Control:
 
 
 def controls(cases: Sequence[Scored]) -> tuple[Control, ...]:
-    """Of the whole answer, and of the first name.
+    """Returns the controls of the whole diagnosis and of the first name.
 
-    Nothing without cases, nor where the true effect was left out: what is left out then tells it.
+    Returns none without cases, and none where a true effect was left out: the list of effects left
+    out would then reveal the truth.
     """
     if not cases or any(case.left_out for case in cases):
         return ()
@@ -65,9 +69,9 @@ def controls(cases: Sequence[Scored]) -> tuple[Control, ...]:
 def control(
     words: str, cases: Sequence[Scored], test: Test, *, deals: int = DEALS, seed: int = SEED
 ) -> Control:
-    """Deal the answers anew among cases of the same sensors, many times.
+    """Permutes the answers at random among cases with the same sensors, `deals` times.
 
-    Everything else stays: who answers, how often each answer is given, how often each is true.
+    Everything else stays: the diagnoses, and how often each diagnosis and each truth occurs.
     """
     rng = np.random.default_rng(seed)
     real, chance, dealt = 0.0, 0.0, np.zeros(deals)
@@ -93,5 +97,5 @@ def control(
 
 
 def _table(group: Sequence[Scored], test: Test) -> FloatArray:
-    """Row: whose answer; column: who says it."""
+    """Test results, (n, n): 1 where the answer of the row's case suits the column's diagnosis."""
     return np.array([[test(a.answer, s.said) for s in group] for a in group], dtype=np.float64)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Figures with intervals and targets."""
+"""Figures of a score, with confidence intervals and targets."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from typing import Any, Literal
 import numpy as np
 from scipy import stats
 
-LEVEL = 0.9  # of every interval
+LEVEL = 0.9  # level of every confidence interval
 Unit = Literal["share", "count", "seconds", "nats"]
 Met = Literal["met", "met, not surely", "missed, not surely", "missed", "no target", "no data"]
 
 
 @dataclass(frozen=True)
 class Range:
-    """A target: values from least to most meet it."""
+    """A target: the values from `least` to `most` meet it."""
 
     least: float = -math.inf
     most: float = math.inf
 
     def holds(self, value: float) -> bool:
-        """The value meets it."""
+        """Whether the value meets the target."""
         return self.least <= value <= self.most
 
 
@@ -35,18 +35,18 @@ class Figure:
     Attributes
     ----------
     words
-        what it is.
+        name of the figure.
     value
-        NaN where there is no case for it.
+        the figure; NaN where there is no case for it.
     low, high
-        interval of 90 %: Wilson's of a share (J. Am. Stat. Assoc. 22, 1927), that of order
-        statistics of a quantile, percentiles of a bootstrap of a mean.
+        90 % interval: Wilson's for a share (J. Am. Stat. Assoc. 22, 1927), that of order statistics
+        for a quantile, percentiles of a bootstrap for a mean.
     n
-        cases, or what else it is counted over.
+        number of cases, or of other items over which it is computed.
     unit
-        of value, low and high.
+        unit of value, low and high.
     target
-        None where there is none.
+        None where there is no target.
     """
 
     words: str
@@ -59,7 +59,7 @@ class Figure:
 
     @property
     def met(self) -> Met:
-        """Whether the target is met, and whether by the whole interval."""
+        """Whether the value meets the target, and whether the interval makes that sure."""
         if self.target is None:
             return "no target"
         if not self.n:
@@ -67,13 +67,13 @@ class Figure:
         ends = [self.target.holds(end) for end in (self.low, self.high)]
         if self.target.holds(self.value):
             return "met" if all(ends) else "met, not surely"
-        # An interval on both sides of a range that is narrower than itself holds it, too.
+        # The interval may overlap the target although neither of its ends lies in it.
         over = self.low <= self.target.most and self.high >= self.target.least
         return "missed, not surely" if over else "missed"
 
 
 def share(words: str, answers: Iterable[bool | None], target: Range | None = None) -> Figure:
-    """How many of the answers are yes; None is no answer."""
+    """Share of the answers that are True; an answer of None does not count."""
     given = [answer for answer in answers if answer is not None]
     if not given:
         return Figure(words, math.nan, math.nan, math.nan, 0, "share", target)
@@ -82,7 +82,7 @@ def share(words: str, answers: Iterable[bool | None], target: Range | None = Non
 
 
 def wilson(hits: int, n: int) -> tuple[float, float]:
-    """Interval of a share of n > 0."""
+    """Wilson's interval of the share `hits` / `n`, n > 0."""
     found = stats.binomtest(hits, n).proportion_ci(LEVEL, method="wilson")
     return float(found.low), float(found.high)
 
@@ -95,7 +95,10 @@ def quantile(
     unit: Unit = "share",
     target: Range | None = None,
 ) -> Figure:
-    """A quantile with the interval of order statistics, an end of it at the extremes if need be."""
+    """Quantile of the finite values, with the interval of order statistics.
+
+    Where the interval has no end, the end is the smallest or largest value.
+    """
     kept = np.array([value for value in values if math.isfinite(value)])
     if not kept.size:
         return Figure(words, math.nan, math.nan, math.nan, 0, unit, target)
@@ -109,7 +112,7 @@ def quantile(
 def mean(
     words: str, values: Sequence[float], *, unit: Unit = "count", target: Range | None = None
 ) -> Figure:
-    """A mean with the interval of a bootstrap, seeded."""
+    """Mean of the finite values, with the interval of a bootstrap that has a fixed seed."""
     kept = np.array([value for value in values if math.isfinite(value)])
     if not kept.size:
         return Figure(words, math.nan, math.nan, math.nan, 0, unit, target)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How far found sizes and values lie from the true ones, and whether their intervals hold these."""
+"""Errors of estimated sizes and values, and whether their intervals contain the true ones."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from ehsid.harness.validation.scoring.judged_case import Scored
 
 @dataclass(frozen=True)
 class SizeError:
-    """Of one parameter of an effect that was named and is there, or of one value of the rig.
+    """Error of a parameter of an effect that was rightly named, or of a value in the rig file.
 
     Attributes
     ----------
     case, of, parameter
-        name of the case, the effect ("" of a value of the rig), and the parameter.
+        name of the case, id of the effect ("" for a value in the rig file), and the parameter.
     primary
-        the first parameter of the effect in the catalogue, which says how large it is.
+        whether it is the first parameter of the effect in the catalogue, which gives its size.
     relative
-        |found - true| / |true|; infinite where the true size is 0 and the found one is not.
+        |estimate - true| / |true|; infinite where only the true value is 0.
     inside
-        the interval of 90 % holds the truth.
+        whether the 90 % interval contains the true value.
     """
 
     case: str
@@ -37,15 +37,15 @@ class SizeError:
 
 
 def effect_errors(cases: Sequence[Scored]) -> tuple[SizeError, ...]:
-    """Of all parameters of the effects that carry the name of a true one."""
+    """Returns the errors of all parameters of the named effects whose id is that of a true one."""
     return tuple(error for case in cases for error in _of_effects(case))
 
 
 def rig_errors(cases: Sequence[Scored]) -> tuple[SizeError, ...]:
-    """Of the values of the rig that were calibrated.
+    """Returns the errors of the calibrated values in the rig file.
 
-    Left out: machines with an effect outside of the catalogue, whose values mean something else,
-    and nuisances, which have no true value.
+    Two groups are left out: machines with an effect outside of the catalogue, whose values mean
+    something else, and nuisances, which have no true value.
     """
     return tuple(
         _error(case.name, "", name, True, found, case.answer.true[name])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Finished cases as they lie in the folder of a check: what is true, and what was said."""
+"""Reads the cases in the folder of a check: the truth, and what the diagnosis said."""
 
 from __future__ import annotations
 
@@ -27,22 +27,23 @@ SENSORS = ("pressures", "position only")
 
 @dataclass(frozen=True)
 class Answer:
-    """What was withheld.
+    """The withheld truth of a case.
 
     Attributes
     ----------
     kind
-        "one" or "two" effects of the catalogue, "none", "params", or "open": one that it has not.
+        "one" or "two" effects of the catalogue, "none", "params" (wrong values only), or "open"
+        (an effect outside of the catalogue).
     grade, plant, sensors, excitation
-        as the generator names them; excitation of the records to fit and to judge by.
+        as the generator names them; excitation of the fitted and of the held-out record.
     effects
         sizes by effect and parameter, SI.
     subsystems
-        of the effects.
+        subsystems of the effects.
     true
-        values of the rig by full name.
+        true values of the rig by full name, SI.
     largest_command
-        share of rated, in any of the records.
+        largest command in any of the records, as a share of rated command.
     """
 
     kind: str
@@ -57,13 +58,13 @@ class Answer:
 
     @property
     def measured(self) -> str:
-        """One of `SENSORS`."""
+        """What was measured, one of `SENSORS`."""
         return SENSORS[0] if "pressure" in self.sensors else SENSORS[1]
 
 
 @dataclass(frozen=True)
 class Named:
-    """An effect of `which.effects`; sizes by parameter."""
+    """An effect in `which.effects`, with its sizes by parameter, SI."""
 
     id: str
     probability: float
@@ -72,7 +73,7 @@ class Named:
 
 @dataclass(frozen=True)
 class Tried:
-    """A set of `which.candidates`; costs in nats, None where the file does not have them."""
+    """A set in `which.candidates`; score and costs in nats, None where the file lacks a cost."""
 
     effects: tuple[str, ...]
     score: float
@@ -83,28 +84,28 @@ class Tried:
 
 @dataclass(frozen=True)
 class Said:
-    """What scoring reads of a diagnosis file.
+    """The parts of a diagnosis file that scoring uses.
 
     Attributes
     ----------
     verdict
-        of the six, or `FAILED`.
+        one of the six verdicts, or `FAILED`.
     named, sets, tried, cannot_judge
-        `which`.
+        named effects, ambiguity set, candidates and effects not judged, from `which`.
     subsystem
-        shares of `where`.
+        shares of the subsystems, from `where`.
     residuals
-        of the equations: subsystem, and residual over its noise.
+        for each equation its subsystem, and its residual over the noise.
     calibration
-        found values by full name.
+        calibrated values by full name.
     gap
-        of the calibrated rig over the middle of its noise floor; None where it is not known.
+        gap of the calibrated rig over the middle of its noise floor; None where it is not known.
     of_explainable, from_nominal
         shrinkage on held-out data.
     seconds
-        it took.
+        time that the diagnosis took, s.
     settings
-        of the diagnosis.
+        settings of the diagnosis.
     """
 
     verdict: str
@@ -123,19 +124,19 @@ class Said:
 
 
 def read_answers(path: Path) -> dict[str, Answer]:
-    """Answers by name of the case.
+    """Reads the answers, by name of the case.
 
     Raises
     ------
     ValueError
-        no such file, or not one of a check.
+        there is no such file, or it is not one of a check.
     """
     plain = _read(path)
     return {name: _parsed(path, name, one, _answer) for name, one in sorted(plain.items())}
 
 
 def read_said(folder: Path) -> Said | None:
-    """The result of a case; None where it has not been diagnosed yet."""
+    """Reads the result of a case; returns None where it has not been diagnosed yet."""
     if (folder / "diagnosis.json").is_file():
         return _said(read_diagnosis_file(folder / "diagnosis.json"))
     return Said(FAILED) if (folder / "error.txt").is_file() else None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the choice cost: held-out likelihood of the winner against that of the refitted truth."""
+"""Regret of the choice: held-out cost of the named effects against that of the fitted truth."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ from ehsid.harness.validation.scoring.reading import Said, Tried
 
 @dataclass(frozen=True)
 class Regret:
-    """Attributes
+    """Regret over the cases of a check.
+
+    Attributes
     ----------
     figures
-        median and 90th percentile over the cases whose truth is among the candidates, nats: below
-        zero the winner explains the held-out data better than the truth, fitted likewise.
+        median and 90th percentile over the cases whose truth is among the candidates, nats. Below
+        zero, the named effects explain the held-out data better than the truth, fitted likewise.
     tried, not_tried
-        cases whose truth is among the candidates, and those in which it never was.
+        number of cases whose truth is among the candidates, and of those where it is not.
     """
 
     figures: tuple[Figure, ...]
@@ -28,7 +30,7 @@ class Regret:
 
 
 def regret_of(cases: Sequence[Scored]) -> Regret:
-    """Of all cases but those whose truth cannot be fitted: it is not in the catalogue."""
+    """Computes the regret of all cases whose truth can be fitted, as the catalogue contains it."""
     could = [
         case
         for case in cases
@@ -47,10 +49,10 @@ def regret_of(cases: Sequence[Scored]) -> Regret:
 
 
 def behind_truth(said: Said, truth: Collection[str]) -> float | None:
-    """Held-out cost of what was named less that of exactly the true effects, nats.
+    """Held-out cost of the named effects less that of exactly the true effects, nats.
 
-    None where either is not among the candidates. Without `held_out_cost` in the file it is the
-    difference of `score`.
+    Returns None where either set is not among the candidates. Where the file has no
+    `held_out_cost`, it returns the difference of `score`.
     """
     winner = _candidate(said, [one.id for one in said.named])
     true = _candidate(said, truth)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What counts as right: the one place where it is written.
+"""Rules by which a diagnosis counts as right; they are written only here.
 
 | in the machine | verdict | outcome |
 |---|---|---|
@@ -23,9 +23,9 @@
 | | anything else | missed |
 | anything | the diagnosis raised an error | failed |
 
-Both laws of friction count as one. A spring contains a constant force: named for a force it is
-right, a force named for a spring is not. So the other law of friction is right, too, where the true
-one was left out of the catalogue.
+Both laws of friction count as the same effect, so the other law is right, too, where the true one
+was left out of the catalogue. A spring contains a constant force: a diagnosis that names a spring
+where the truth is a force is right; one that names a force where the truth is a spring is not.
 """
 
 from __future__ import annotations
@@ -56,34 +56,35 @@ STRUCTURAL = ("effects", "ambiguous", "outside_catalogue")
 
 @dataclass(frozen=True)
 class Judgement:
-    """None: the question does not arise in this case.
+    """Judgement of one diagnosis; None where a question does not arise in this case.
 
     Attributes
     ----------
     outcome
-        of the table above.
+        outcome by the table above.
     subsystem_first
-        the largest share of `where` is a subsystem of a true effect, in the catalogue or not.
+        whether the subsystem with the largest share in `where` is that of a true effect, in the
+        catalogue or not.
     effect_first
-        the first effect named is a true one, whatever the verdict.
+        whether the first effect named is a true one, whatever the verdict.
     exact
-        the effects named are the true ones, whatever the verdict.
+        whether the effects named are exactly the true ones, whatever the verdict.
     in_set
-        one of the sets returned is the truth; an answer without a set is its own set.
+        whether one of the sets returned is the truth; without sets, the effects named are the set.
     set_size
-        sets returned; None where nothing was named.
+        number of sets returned; None where nothing was named.
     wrong_name
-        verdict `effects` and the first of them is not true.
+        whether the verdict is `effects` and the first effect is not a true one.
     false_effect
-        an effect was named where there is none.
+        whether an effect was named in a machine without effects.
     false_alarm
-        structure was blamed, with or without a name, where there is none.
+        whether the verdict for a machine without effects is that it has one, named or not.
     recognised
-        an effect outside of the catalogue, or left out of it, was told as such.
+        whether the verdict for an effect outside or left out of the catalogue says so.
     rejected
-        a known effect was told to be outside of the catalogue.
+        whether the verdict for an effect in the catalogue says that it is outside.
     abstained
-        the true effects were not named, but listed as those that cannot be judged.
+        whether the true effects were not named, but listed as those that cannot be judged.
     """
 
     outcome: Outcome
@@ -101,17 +102,17 @@ class Judgement:
 
     @property
     def right(self) -> bool:
-        """As a whole."""
+        """Whether the diagnosis as a whole is right."""
         return self.outcome == "right"
 
 
 def is_true(named: str, effects: Collection[str]) -> bool:
-    """The name stands for one of the true effects."""
+    """Whether the name stands for one of the true effects."""
     return any(_stands_for(named, one) for one in effects)
 
 
 def is_exactly(named: Collection[str], effects: Collection[str]) -> bool:
-    """The names stand for the true effects, all of them and nothing else."""
+    """Whether the names stand for all of the true effects and for nothing else."""
     return (
         len(named) == len(effects)
         and all(any(_stands_for(name, one) for name in named) for one in effects)
@@ -126,17 +127,17 @@ def _stands_for(named: str, true: str) -> bool:
 
 
 def first_subsystem(said: Said) -> str | None:
-    """The largest share of `where`."""
+    """Returns the subsystem with the largest share in `where`; None where there are no shares."""
     return max(said.subsystem, key=lambda name: said.subsystem[name], default=None)
 
 
 def left_out(answer: Answer, said: Said) -> bool:
-    """A true effect was excluded from the catalogue of the diagnosis."""
+    """Whether a true effect was excluded from the catalogue of the diagnosis."""
     return bool(set(answer.effects) & set(said.settings.get("effects_excluded", ())))
 
 
 def judge(answer: Answer, said: Said) -> Judgement:
-    """What was said against what is true."""
+    """Compares the diagnosis with the truth."""
     named = [one.id for one in said.named]
     if answer.kind in HEALTHY:
         return Judgement(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Score of a check: what its folder says of how far a diagnosis can be trusted."""
+"""Score of a check: how far a diagnosis can be trusted, computed from the folder of the check."""
 
 from __future__ import annotations
 
@@ -35,38 +35,40 @@ from ehsid.harness.validation.scoring.transfer import independent_samples, trans
 from ehsid.harness.validation.scoring.transfer_figures import Promises, promises
 from ehsid.harness.validation.scoring.wrong import WrongCase, wrong_cases
 
-# The grades on which one name is asked for; on smooth and small records it often is a set.
+# Grades whose records should allow one name; smooth and small records often allow only a set.
 ASKED = ("plain", "hard")
 
 
 @dataclass(frozen=True)
 class Score:
-    """Attributes
+    """Score of a check.
+
+    Attributes
     ----------
     cases
-        finished ones, by name.
+        finished cases, by name.
     unfinished
-        names of those without a result.
+        names of the cases without a result.
     seal
-        how the check was made; None where it was not sealed.
+        seal of the check; None where it was not sealed.
     sealed
-        the answers are those of the seal; None without one.
+        whether the answers are those of the seal; None without a seal.
     tables
-        figures against targets: plain and hard together, then each grade.
+        figures with targets: for plain and hard cases together, then for each grade.
     trust
-        by verdict: of the cases with this verdict, those that are right.
+        for each verdict, the share of the cases with this verdict that are right.
     splits
-        few figures by kind, excitation, size of the gap, true effect, plant.
+        a few figures by grade, kind, size of the gap, excitation, sensors, plant, true effect.
     verdicts, effects
-        confusions.
+        confusion tables.
     reliability, risk
-        of the probabilities.
+        calibration and risk-coverage curve of the probabilities.
     sizes
-        errors of sizes, one by one.
+        errors of all estimated sizes.
     regret, promises, baselines, controls
-        as their modules tell.
+        results of the modules `regret`, `transfer_figures`, `baselines` and `control`.
     wrong
-        every case that is not right.
+        all cases that are not right.
     """
 
     cases: tuple[Scored, ...]
@@ -89,20 +91,20 @@ class Score:
 
 
 def score_folder(out: Path, progress: Progress | None = None) -> Score:
-    """Read and score a check; nothing is written.
+    """Reads and scores a check; it writes nothing.
 
     Parameters
     ----------
     out
-        folder of the check: `answers.json`, `results/NAME/diagnosis.json`, and where they were
-        kept `cases`, `transfer` and `seal.json`.
+        folder of the check: `answers.json`, `results/NAME/diagnosis.json`, and, where they were
+        kept, `cases`, `transfer` and `seal.json`.
     progress
-        called with the share that is done.
+        called with the share of the cases that is done.
 
     Raises
     ------
     ValueError
-        answers or a result that cannot be read: which, and what is wrong with it.
+        answers or a result cannot be read; the message says which, and what is wrong.
     """
     answers = read_answers(out / ANSWERS)
     found = {name: read_said(out / RESULTS / name) for name in answers}
@@ -122,7 +124,7 @@ def _scored(out: Path, name: str, answer: Answer, said: Said) -> tuple[Scored, f
     try:
         transfer = None if said.verdict == FAILED else transfer_of(out, name, said)
     except ValueError as error:
-        # A plain one: errors of records and rigs do not come back from another process.
+        # Errors of records and rigs cannot return from another process; a plain ValueError can.
         raise ValueError(f"case {name}: {error}") from None
     case = Scored(name, answer, said, judge(answer, said), transfer)
     return case, independent_samples(out, name, said)
@@ -135,7 +137,7 @@ def score_cases(
     seal: Seal | None = None,
     sealed: bool | None = None,
 ) -> Score:
-    """The same of cases at hand; samples: as `baselines.lowest_bic` takes them."""
+    """Scores cases in memory; `samples` has the form that `baselines.lowest_bic` takes."""
     asked = [case for case in cases if case.answer.grade in ASKED]
     tables = [figure_table("plain and hard records", asked)]
     tables += [

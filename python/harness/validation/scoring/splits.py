@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Few figures of many groups of cases."""
+"""Splits of the score: a few figures for each of many groups of cases."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FIGURES: tuple[tuple[str, Callable[[Scored], bool | None]], ...] = (
 
 @dataclass(frozen=True)
 class Split:
-    """A way to group cases: the group of a case, or None where it is in none."""
+    """A way to group cases; `group` returns the group of a case, or None where it has none."""
 
     title: str
     group: Callable[[Scored], str | None]
@@ -30,7 +30,7 @@ class Split:
 
 @dataclass(frozen=True)
 class SplitTable:
-    """Group, what was measured, and `FIGURES` of these cases."""
+    """Table of a split; a row has the group, what was measured, and `FIGURES` of these cases."""
 
     title: str
     rows: tuple[tuple[str, str, tuple[Figure, ...]], ...]
@@ -57,7 +57,7 @@ SPLITS = (
 
 
 def split_tables(cases: Sequence[Scored]) -> tuple[SplitTable, ...]:
-    """Of every split, by what was measured."""
+    """Returns the table of every split; its rows separate the cases by what was measured."""
     return tuple(SplitTable(split.title, _rows(split, cases)) for split in SPLITS)
 
 

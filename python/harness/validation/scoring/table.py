@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The figures that a check is judged by, with their targets."""
+"""Figures by which a check is judged, with their targets."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _most(pressures: float, position: float) -> dict[str, Range]:
     return dict(zip(SENSORS, (Range(most=pressures), Range(most=position)), strict=True))
 
 
-# What is asked of a diagnosis, with measured chamber pressures and with the position only.
+# Targets of a diagnosis, first with measured chamber pressures, then with the position only.
 TARGETS = {
     "subsystem": _least(0.97, 0.92),
     "effect": _least(0.95, 0.90),
@@ -44,14 +44,14 @@ TARGETS = {
 
 @dataclass(frozen=True)
 class FigureTable:
-    """Figures of some cases by what was measured; both columns have the same rows.
+    """Figures of some cases, separated by what was measured; all columns have the same rows.
 
     Attributes
     ----------
     title
-        which cases.
+        which cases these are.
     columns
-        by one of `SENSORS`.
+        figures for each of `SENSORS`.
     """
 
     title: str
@@ -59,7 +59,7 @@ class FigureTable:
 
 
 def figure_table(title: str, cases: Sequence[Scored]) -> FigureTable:
-    """Of the cases with pressures and of those with the position only, apart."""
+    """Returns the figures of the cases with pressures and, separately, with the position only."""
     return FigureTable(
         title,
         {
@@ -72,7 +72,7 @@ def figure_table(title: str, cases: Sequence[Scored]) -> FigureTable:
 
 
 def figures_of(cases: Sequence[Scored], measured: str) -> tuple[Figure, ...]:
-    """Every figure, with the targets of what was measured."""
+    """Returns all figures of the cases, with the targets that apply to what was measured."""
 
     def target(name: str) -> Range:
         return TARGETS[name][measured]

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Shrinkage that was promised against what the found rig reaches on a record nobody has seen.
+"""Shrinkage that the augmented rig realises on the transfer record, which the diagnosis never saw.
 
-The third record of the same machine, under another excitation, is simulated in the windows of the
-diagnosis with the rig as configured, with the found rig, and with the found rig without the found
-effects. The last one stands for the calibrated rig, which a diagnosis does not write: its values
-were fitted together with the effects, so that what it leaves is, as a rule, more than a
-calibration of its own would, and `of_explainable` comes out too large. `from_nominal` needs no such
-stand-in.
+The transfer record is the third one of the same machine, under another excitation. It is simulated
+in the windows of the diagnosis with the rig as configured, with the augmented rig, and with the
+augmented rig without its effects. The last one replaces the calibrated rig, which a diagnosis does
+not write. Its values were fitted together with the effects, so its gap is, as a rule, larger than
+that of a separate calibration, and `of_explainable` is too large. `from_nominal` does not need this
+replacement.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ from ehsid.harness.validation.scoring.reading import Said
 
 @dataclass(frozen=True)
 class Transfer:
-    """What the found rig is worth on the third record.
+    """Gaps and shrinkage on the transfer record.
 
     Attributes
     ----------
     from_nominal, of_explainable
-        realised shrinkage; the second is None where nothing lies above the floor or no effect was
-        named.
+        realised shrinkage; the second is None where no gap lies above the noise floor or no effect
+        was named.
     nominal, augmented
-        gap on the third record.
+        gaps of the rig as configured and of the augmented rig on the transfer record, nrmse.
     """
 
     from_nominal: Estimate
@@ -53,7 +53,7 @@ class Transfer:
 
 
 def realised(told: Rig, found: Rig, record: Record, said: Said) -> Transfer | None:
-    """Simulate the third record; None where it has none of the outputs that were compared."""
+    """Simulates the transfer record; returns None where it has none of the compared outputs."""
     settings = said.settings
     compared = compare(
         record,
@@ -85,7 +85,7 @@ def realised(told: Rig, found: Rig, record: Record, said: Said) -> Transfer | No
 
 
 def without(found: Rig, told: Rig, effects: list[str]) -> Rig:
-    """The found rig with the effects off, but for what the rig tells."""
+    """Returns the augmented rig with the effects set to their values in the rig file, or else 0."""
     prefixes = tuple(f"{EFFECT_PREFIX}{effect}." for effect in effects)
     off: Mapping[str, float] = {
         name: told.values.get(name, 0.0) for name in found.values if name.startswith(prefixes)
@@ -94,7 +94,7 @@ def without(found: Rig, told: Rig, effects: list[str]) -> Rig:
 
 
 def transfer_of(out: Path, name: str, said: Said) -> Transfer | None:
-    """Of a case in the folder of a check; None where a file of it was not kept."""
+    """Computes the transfer of a case in the folder of a check; None where a file is missing."""
     record = out / TRANSFER / f"{name}.csv"
     found = out / RESULTS / name / "rig.augmented.toml"
     told = out / CASES / name / "rig.toml"
@@ -107,9 +107,10 @@ def transfer_of(out: Path, name: str, said: Said) -> Transfer | None:
 
 
 def independent_samples(out: Path, name: str, said: Said) -> float | None:
-    """Independent errors in the fitted record, as the cost of a fit counts them.
+    """Number of independent errors in the fitted record, as the cost of a fit counts them.
 
-    n = INDEPENDENT_HZ T by output, T the seconds of the record; None where it was not kept.
+    n = INDEPENDENT_HZ T for each output, where T is the length of the record, s. Returns None where
+    the record was not kept.
     """
     path = out / CASES / name / "train.csv"
     if not path.is_file():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Shrinkage that was promised on held-out data against that on the third record."""
+"""Comparison of the shrinkage predicted on held-out data with that on the transfer record."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ehsid.harness.validation.scoring.judged_case import Scored
 
 @dataclass(frozen=True)
 class Promise:
-    """Of one case: the share that was predicted with its interval, and the one realised."""
+    """Shrinkage of one case as predicted and as realised, each with its interval."""
 
     case: str
     right: bool
@@ -23,18 +23,18 @@ class Promise:
 
 @dataclass(frozen=True)
 class Promises:
-    """Of one measure of shrinkage.
+    """Predicted and realised values of one measure of shrinkage.
 
     Attributes
     ----------
     words
-        which measure.
+        name of the measure.
     each
-        cases in which an effect was named.
+        promises of the cases in which an effect was named.
     figures
-        share of cases whose realised value lies in the predicted interval, in which the two
-        intervals meet, and in which it lies above its lower end; median of what is realised less
-        what was predicted, of cases that were answered right and of the others.
+        shares of the cases whose realised value lies in the predicted interval, whose two intervals
+        overlap, and whose realised value is at least the lower end of the predicted interval; then
+        medians of the realised less the predicted value, of right cases and of the others.
     """
 
     words: str
@@ -43,7 +43,7 @@ class Promises:
 
 
 def promises(cases: Sequence[Scored]) -> tuple[Promises, ...]:
-    """Of both measures."""
+    """Returns the promises of both measures of shrinkage."""
     explainable, nominal = [], []
     for case in cases:
         if case.transfer is None or not case.said.named:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Every case that was not answered right, with what may have made it hard."""
+"""List of all cases whose diagnosis is not right, with what may have made them hard."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from ehsid.harness.validation.scoring.judged_case import GAP_SIZES, Scored
 from ehsid.harness.validation.scoring.regret import behind_truth
 from ehsid.harness.validation.scoring.right import KNOWN
 
-# Fits that differ by less are equal for all that a record can tell: odds of 150 to 1 where only
-# half of the windows are as independent as is assumed.
+# Two fits that differ by less cannot be told apart by a record. The difference means odds of 150 to
+# 1 if only half of the windows are as independent as is assumed.
 EQUAL_NATS = 10.0
 
 
 @dataclass(frozen=True)
 class WrongCase:
-    """A line of the list; all in words but for the ids of effects.
+    """A line of the list, in words and ids of effects.
 
     Attributes
     ----------
     name, grade, sensors
-        of the case.
+        name, grade and sensors of the case.
     truth
-        effects, or the kind of case.
+        true effects, or the kind of the case.
     said
-        verdict and what was named, the other sets behind "or".
+        verdict and named effects of the diagnosis; further sets follow after "or".
     outcome
-        of `score_right`.
+        outcome by the table of `right`.
     reasons
-        what is known of why; empty where nothing is.
+        known reasons why the case is hard; may be empty.
     """
 
     name: str
@@ -43,7 +43,7 @@ class WrongCase:
 
 
 def wrong_cases(cases: Sequence[Scored]) -> tuple[WrongCase, ...]:
-    """The worst outcomes first."""
+    """Returns the cases whose diagnosis is not right, the worst outcomes first."""
     order = ("wrong name", "false alarm", "set without the truth", "rejected", "incomplete")
     wrong = [case for case in cases if not case.judged.right]
     wrong.sort(
@@ -75,7 +75,7 @@ def _said(case: Scored) -> str:
 
 
 def reasons(case: Scored) -> tuple[str, ...]:
-    """What the files tell of why it is hard."""
+    """Returns the reasons, as far as the files show them, why the case is hard."""
     found = []
     if case.said.gap is not None and case.answer.kind in KNOWN and not case.demanded:
         found.append(f"gap of {case.said.gap:.2g} x floor, below {GAP_SIZES[0]:g}")
