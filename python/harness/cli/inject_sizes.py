@@ -23,7 +23,8 @@ def parse_sizes(
     """
     sizes: dict[str, dict[str, float]] = {effect: {} for effect in effects}
     if len(sizes) < len(effects):
-        raise InjectError(f"--effect {effects[-1]}: name each effect once")
+        twice = next(effect for effect in effects if effects.count(effect) > 1)
+        raise InjectError(f"--effect {twice}: name each effect once")
     there = injectable(plant)
     owners: dict[str, list[str]] = {}
     for effect in effects:

@@ -17,8 +17,8 @@ from typing import Any, Literal
 import msgspec
 
 import ehsid
+import ehsid.harness.gap.schema as found
 from ehsid.harness.encoding import to_plain
-from ehsid.harness.gap import schema as found
 from ehsid.harness.records import Record
 
 SCHEMA_VERSION: Literal[1] = 1

@@ -89,6 +89,7 @@ def test_a_parameter_of_two_effects_is_set_by_its_full_name(here: Path) -> None:
         (asked("valve_dead_band", "overlp=0.1"), "did you mean 'overlap'"),
         (asked("valve_dead_band", "overlap=0.1", "overlap=0.2"), "is set twice"),
         (asked("gain", "gain", "factor=1.1"), "name each effect once"),
+        (asked("gain", "gain", "transport_delay", "factor=1.1"), "--effect gain: name each"),
         (asked("gain", "factor=1.1", out="made.txt"), "made.txt"),
         (asked("gain", "factor=1.1", out="no/made.csv"), "cannot be written"),
         (asked("gain", "factor=1.1", out="run.csv"), "this is the record itself"),
