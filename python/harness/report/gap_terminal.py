@@ -80,7 +80,7 @@ def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
                 told = "", ""
         yield table
     if diagnosis.candidates:
-        table = _table("tried", "explained", "behind the best, nats")
+        table = _table("candidate", "removes", "behind the best, nats")
         for candidate in diagnosis.candidates[:MOST_CANDIDATES]:
             table.add_row(
                 effect_set(candidate.effects) + (" *" if candidate.in_confidence_set else ""),

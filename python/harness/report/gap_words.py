@@ -14,33 +14,32 @@ VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
     {
         "no_gap": (
             "No gap",
-            "The rig as it was told reproduces the held-out data as well as the noise of the "
-            "sensors allows, or nothing that was fitted makes it better. Nothing is missing that "
-            "these records could show.",
+            "The simulator as configured reproduces the held-out data as well as the noise of the "
+            "sensors allows, or no fit makes it better. These records show no missing effect.",
         ),
         "parameters": (
             "Values of the rig",
-            "Some numbers in the rig file are off. With them put right the simulator reaches what "
-            "can be reached on these records; no effect has to be added.",
+            "Some numbers in the rig file are wrong. With corrected numbers the simulator is as "
+            "good as these records allow; no effect has to be added.",
         ),
         "effects": (
             "Missing effect",
-            "Values of the rig alone do not explain the gap. The effects named here, added to the "
-            "simulator, do, on data that were not used for the fit.",
+            "Other values of the rig alone do not explain the gap. With the effects named here the "
+            "simulator explains it, on data that were not used for the fit.",
         ),
         "ambiguous": (
             "Several explanations",
-            "More than one set of effects explains these records equally well. Naming one would be "
-            "a guess; the next experiment below is made to decide.",
+            "More than one set of effects explains these records equally well. To name one would "
+            "be a guess; the next experiment below is designed to decide.",
         ),
         "outside_catalogue": (
             "Outside the catalogue",
-            "A structural gap remains that no effect of the catalogue explains. Where it lies is "
-            "told below; what causes it is not known to this program.",
+            "A structural gap remains that no effect of the catalogue explains. The page below "
+            "shows where it lies; this program does not know its cause.",
         ),
         "insufficient_data": (
             "Not enough data",
-            "The records do not allow a judgement. What is missing is told below.",
+            "The records do not allow a judgement. What they lack stands below.",
         ),
     }
 )

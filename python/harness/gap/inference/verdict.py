@@ -66,58 +66,63 @@ def rule(
     room = far.calibrated - floor
     left = (far.augmented - floor) / room if best.effects and room > 0.0 else 1.0
     reasons = [
-        f"On held-out data the gap is {far.nominal:.3g} as told, {far.calibrated:.3g} calibrated"
-        + (f", {far.augmented:.3g} with {named(best.effects)}" if best.effects else "")
-        + f"; the noise floor is {far.noise_floor[0]:.2g} to {floor:.2g}."
+        f"On held-out data the gap is {_percent(far.nominal)} with the simulator as configured, "
+        f"{_percent(far.calibrated)} with the values of the rig fitted"
+        + (f", {_percent(far.augmented)} with {named(best.effects)} added" if best.effects else "")
+        + f"; the noise floor is {_percent(far.noise_floor[0])} to {_percent(floor)}."
     ]
     bearable = LEFT_NRMSE_SWINGING if case.all_states else LEFT_NRMSE
     unexplained = above > LEFT_ABOVE and far.augmented > bearable and left > LEFT_SHARE
     if unexplained:
         reasons.append(
-            f"{100.0 * left:.0f} % of it stay above the floor, {math.exp(above):.1f} times the "
-            "noise, whatever of the catalogue is added."
+            f"Whatever effect of the catalogue is added, {100.0 * left:.0f} % of the gap that "
+            f"fitting left stays above the noise floor: {math.exp(above):.1f} times the noise."
         )
     for one in beyond:
         reasons.append(f"{one.id}: {one.why}.")
     coarse = ""
     if step is not None:
         coarse = f" The position comes in steps of {step.value:.3g} m."
-        reasons.append("Steps of a sensor belong to the floor: no simulator makes them smaller.")
+        reasons.append(
+            "Steps of a sensor belong to the noise floor: no simulator can make them smaller."
+        )
     if unexplained and best.effects:
         return Ruling(
             "outside_catalogue",
-            f"Part of the gap is due to {named(best.effects)}; the rest is nothing "
-            f"that the catalogue knows.{coarse}",
+            f"Part of the gap is due to {named(best.effects)}; no effect of the catalogue "
+            f"explains the rest.{coarse}",
             tuple(reasons),
         )
     if unexplained:
         return Ruling(
             "outside_catalogue",
-            "There is a gap that neither other values of the rig nor any effect of the catalogue "
-            "explain.",
+            "Neither other values of the rig nor any effect of the catalogue explain the gap.",
             tuple(reasons),
         )
     if best.effects:
         families = {one_family(one.effects) for one in (best, *choice.equals)}
         if len(families) > 1:
             others = "; or ".join(named(one.effects) for one in choice.equals[:3])
-            reasons.append("The data cannot tell these apart; see the next experiment.")
+            reasons.append(
+                "The records cannot tell these candidates apart; see the next experiment."
+            )
             return Ruling(
                 "ambiguous",
                 f"The gap is due to {named(best.effects)}, or to {others}.{coarse}",
                 tuple(reasons),
             )
         share = far.of_explainable.value if far.of_explainable else 0.0
+        these = "this effect" if len(best.effects) == 1 else "these effects"
         return Ruling(
             "effects",
-            f"The gap is due to {named(best.effects)}: with it {100.0 * share:.0f} % of what can "
-            f"be explained is gone.{coarse}",
+            f"The gap is due to {named(best.effects)}: with {these} added, {100.0 * share:.0f} % of "
+            f"the gap that fitting left above the noise floor disappears.{coarse}",
             tuple(reasons),
         )
     if step is not None:
         return Ruling(
             "effects",
-            f"The simulator does what the machine does, but for its sensor.{coarse}",
+            f"The simulator agrees with the machine, except for the sensor.{coarse}",
             tuple(reasons),
         )
     moved = [name for name, value in calibration.items() if value.moved]
@@ -130,9 +135,9 @@ def rule(
     if moved and decided(gain) and by_values >= VALUES_SHARE:
         return Ruling(
             "parameters",
-            "No effect is missing; values of the rig are other than told: "
+            "No effect is missing, but values differ from the rig file: "
             + ", ".join(
-                f"{name} {calibration[name].found.value:.4g} (told {calibration[name].rig:.4g})"
+                f"{name} {calibration[name].found.value:.4g} (file {calibration[name].rig:.4g})"
                 for name in moved[:4]
             )
             + ".",
@@ -140,10 +145,10 @@ def rule(
         )
     if decided(gain):
         reasons.append(
-            "The calibration gains by what no data sheet tells (edges, seals, oil, spool); "
-            "the rig's own values do as well as told."
+            "Only values that no data sheet gives (edges, seals, oil, spool) improve the fit; "
+            "those of the rig file do not have to change."
         )
-    return Ruling("no_gap", "The simulator does what the machine does.", tuple(reasons))
+    return Ruling("no_gap", "The simulator agrees with the machine.", tuple(reasons))
 
 
 def named(effects: Sequence[str]) -> str:
@@ -151,3 +156,7 @@ def named(effects: Sequence[str]) -> str:
     words = [effect.replace("_", " ") for effect in effects]
     words = [word.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck") for word in words]
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
+
+
+def _percent(gap: float) -> str:
+    return f"{100.0 * gap:.2g} %"
