@@ -115,8 +115,8 @@ def rule(
         these = "this effect" if len(best.effects) == 1 else "these effects"
         return Ruling(
             "effects",
-            f"The gap is due to {named(best.effects)}: with {these} added, {100.0 * share:.0f} % of "
-            f"the gap that fitting left above the noise floor disappears.{coarse}",
+            f"The gap is due to {named(best.effects)}: with {these} added, {100.0 * share:.0f} % "
+            f"of the gap that fitting left above the noise floor disappears.{coarse}",
             tuple(reasons),
         )
     if step is not None:
