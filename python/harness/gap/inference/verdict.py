@@ -112,11 +112,11 @@ def rule(
                 tuple(reasons),
             )
         share = far.of_explainable.value if far.of_explainable else 0.0
-        these = "this effect" if len(best.effects) == 1 else "these effects"
+        these = "it" if len(best.effects) == 1 else "them"
         return Ruling(
             "effects",
-            f"The gap is due to {named(best.effects)}: with {these} added, {100.0 * share:.0f} % "
-            f"of the gap that fitting left above the noise floor disappears.{coarse}",
+            f"The gap is due to {named(best.effects)}: adding {these} removes "
+            f"{100.0 * share:.0f} % of the gap above the noise floor.{coarse}",
             tuple(reasons),
         )
     if step is not None:
