@@ -79,7 +79,7 @@ def how_far_table(diagnosis: Diagnosis) -> Table:
     explained = (
         ""
         if far.of_explainable is None
-        else " Of the gap above the noise floor that the fitted values left, the effect removes "
+        else " Of the gap above the noise floor that remained after the fit, the effect removes "
         f"{percent_interval(far.of_explainable)}."
     )
     return Table(

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Roots of a cubic as eigenvalues, from Eigen. Apart from the test that uses them: Eigen's solver takes longer to
-// compile than all the rest, and there is nothing of ours in it for sanitizers to look at.
+// Roots of a cubic as eigenvalues, computed by Eigen. They are in a file of their own because Eigen's solver takes longer
+// to compile than the whole test, and sanitizers would find nothing of ours in it.
 #pragma once
 
 #include <array>

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from gap_rig import RIG
 
 from ehsid.harness.gap.data.floor import noise_floor
 from ehsid.harness.gap.inference.figures import in_sigmas
@@ -52,22 +53,7 @@ NOISE = {"position_noise_m": 1e-5, "pressure_a_noise_pa": 2e4, "pressure_b_noise
 
 def bench() -> Rig:
     """The rig as configured: a bench servo."""
-    values = {
-        "cylinder.bore_m": 0.063,
-        "cylinder.rod_m": 0.035,
-        "cylinder.stroke_m": 0.3,
-        "cylinder.dead_volume_a_m3": 2.5e-4,
-        "cylinder.dead_volume_b_m3": 2.5e-4,
-        "load.mass_kg": 120.0,
-        "load.viscous_friction_n_s_m": 900.0,
-        "valve.rated_flow_m3_s": 6.33e-4,
-        "valve.rated_pressure_drop_pa": 3.5e6,
-        "valve.rated_command_v": 10.0,
-        "supply.pressure_pa": 12e6,
-        "supply.tank_pressure_pa": 2e5,
-        "fluid.bulk_modulus_pa": 1.1e9,
-    }
-    return Rig("bench", "ehs", values, sensors=NOISE)
+    return replace(RIG, sensors=NOISE)
 
 
 def measured_record(name: str, seed: int, *, seconds: float, dt_s: float) -> Record:

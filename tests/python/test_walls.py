@@ -62,8 +62,8 @@ def test_estimator_headers_never_reach_streams_or_the_heap(header: str) -> None:
 
 
 # What each room may import of the others, from the ground up: no room imports one below it in this
-# table, so no two import each other. `cli` alone may import all of them. The first word of a line
-# with a stroke is a room inside a room.
+# table, so no two import each other. `cli` alone may import all of them. A name with a slash is a
+# room inside another room.
 ROOMS: dict[str, set[str]] = {
     "records": set(),
     "rigs": {"records"},

@@ -40,12 +40,12 @@ class Verb:
         stem = self.name.replace("-", "_")
         module = importlib.import_module(f"ehsid.harness.cli.{stem}")
         app = typer.Typer(add_completion=False)
-        function = errors_told(getattr(module, f"{stem}_command"))
+        function = errors_as_messages(getattr(module, f"{stem}_command"))
         app.command(self.name, cls=self.command_class)(function)
         return typer.main.get_command(app)
 
 
-def errors_told(function: Callable[..., None]) -> Callable[..., None]:
+def errors_as_messages(function: Callable[..., None]) -> Callable[..., None]:
     """Wraps the function of a command so that bad input ends in one message and exit code 2.
 
     There is no traceback. The errors of records, rigs, identification and simulation are all
@@ -53,7 +53,7 @@ def errors_told(function: Callable[..., None]) -> Callable[..., None]:
     """
 
     @functools.wraps(function)
-    def told(*arguments: Any, **options: Any) -> None:
+    def guarded(*arguments: Any, **options: Any) -> None:
         try:
             function(*arguments, **options)
         except BrokenPipeError:  # From `ehsid ... | head`; typer then ends without a message.
@@ -61,7 +61,7 @@ def errors_told(function: Callable[..., None]) -> Callable[..., None]:
         except (ValueError, OSError) as error:
             refuse(str(error))
 
-    return told
+    return guarded
 
 
 # The contexts and commands of click have the type `Any` here, because some versions of typer bring

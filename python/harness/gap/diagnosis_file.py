@@ -17,7 +17,7 @@ from typing import Any, Literal
 import msgspec
 
 import ehsid
-import ehsid.harness.gap.schema as found
+import ehsid.harness.gap.schema as findings
 from ehsid.harness.encoding import to_plain
 from ehsid.harness.records import Record
 
@@ -35,15 +35,15 @@ class Value(msgspec.Struct, frozen=True):
     ci90: Interval
 
     @classmethod
-    def of(cls, estimate: found.Estimate | None) -> Value:
+    def of(cls, estimate: findings.Estimate | None) -> Value:
         """Converts an estimate to plain numbers; all are null where there is no estimate."""
         if estimate is None:
             return cls(None, (None, None))
         return cls(_number(estimate.value), (_number(estimate.low), _number(estimate.high)))
 
-    def estimate(self) -> found.Estimate:
+    def estimate(self) -> findings.Estimate:
         """Converts the value to an estimate, with NaN where a number is not known."""
-        return found.Estimate(known(self.value), *map(known, self.ci90))
+        return findings.Estimate(known(self.value), *map(known, self.ci90))
 
 
 class Regime(msgspec.Struct, frozen=True):
@@ -162,7 +162,7 @@ class HowFar(msgspec.Struct, frozen=True):
 
 
 class Calibrated(msgspec.Struct, frozen=True):
-    """A value of the rig file, or the prior centre of a nuisance, and what the fit found."""
+    """A value of the rig file, or the prior centre of a nuisance, and what the fit findings."""
 
     rig: Number
     found: Number
@@ -200,7 +200,7 @@ class DiagnosisFile(msgspec.Struct, frozen=True):
     """The file as a whole."""
 
     schema_version: Literal[1]
-    verdict: found.Verdict
+    verdict: findings.Verdict
     where: Where
     which: Which
     how_far: HowFar
@@ -221,7 +221,7 @@ def _number(value: float) -> Number:
 
 
 def diagnosis_file(
-    diagnosis: found.Diagnosis, records: Sequence[Record], rig_file: str
+    diagnosis: findings.Diagnosis, records: Sequence[Record], rig_file: str
 ) -> DiagnosisFile:
     """Returns the content of the file, with all fields for every verdict.
 
@@ -267,7 +267,7 @@ def diagnosis_file(
     )
 
 
-def diagnosis_text(diagnosis: found.Diagnosis, records: Sequence[Record], rig_file: str) -> str:
+def diagnosis_text(diagnosis: findings.Diagnosis, records: Sequence[Record], rig_file: str) -> str:
     """Returns the text of the file; see `diagnosis_file` for the parameters."""
     encoded = msgspec.json.encode(diagnosis_file(diagnosis, records, rig_file))
     return msgspec.json.format(encoded, indent=2).decode() + "\n"
@@ -298,7 +298,7 @@ def json_schema() -> dict[str, Any]:
     }
 
 
-def _where(where: found.Where) -> Where:
+def _where(where: findings.Where) -> Where:
     return Where(
         subsystem={name: float(share) for name, share in where.subsystem.items()},
         regimes=[
@@ -327,7 +327,7 @@ def _where(where: found.Where) -> Where:
     )
 
 
-def _which(diagnosis: found.Diagnosis) -> Which:
+def _which(diagnosis: findings.Diagnosis) -> Which:
     coming = diagnosis.next_experiment
     return Which(
         effects=[
@@ -354,7 +354,7 @@ def _which(diagnosis: found.Diagnosis) -> Which:
     )
 
 
-def _candidate(one: found.Candidate) -> Candidate:
+def _candidate(one: findings.Candidate) -> Candidate:
     return Candidate(
         list(one.effects),
         _number(one.score),
@@ -367,7 +367,7 @@ def _candidate(one: found.Candidate) -> Candidate:
     )
 
 
-def _how_far(far: found.HowFar | None) -> HowFar:
+def _how_far(far: findings.HowFar | None) -> HowFar:
     """Returns the figures in one form; all numbers are null where nothing could be compared."""
     if far is None:
         nothing = Value.of(None)
@@ -387,6 +387,6 @@ def _how_far(far: found.HowFar | None) -> HowFar:
     )
 
 
-def _calibrated(one: found.CalibratedValue) -> Calibrated:
+def _calibrated(one: findings.CalibratedValue) -> Calibrated:
     value = Value.of(one.found)
     return Calibrated(_number(one.rig), value.value, value.ci90, bool(one.moved))

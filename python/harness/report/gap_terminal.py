@@ -111,8 +111,8 @@ def _gap(diagnosis: Diagnosis) -> Table:
         table.add_row(f"  {channel(name)[0]}", *(percent(gap) for gap in gaps), "")
     if far.of_explainable is not None:
         table.caption = (
-            "of the gap above the noise floor that the fitted values left, the effects remove "
-            f"{percent_interval(far.of_explainable)}"
+            f"The effects remove {percent_interval(far.of_explainable)} of the gap above the noise "
+            "floor that remained after the fit."
         )
     return table
 

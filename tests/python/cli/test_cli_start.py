@@ -127,7 +127,13 @@ def test_errors_of_every_verb_end_in_one_place(verb: Verb, monkeypatch: pytest.M
 
 
 def test_a_reader_that_has_gone_is_no_error() -> None:
-    command = [sys.executable, "-c", "from ehsid.harness.cli import main; main()", "effects"]
+    command = [
+        sys.executable,
+        "-c",
+        "from ehsid.harness.cli import main; main()",
+        "effects",
+        "--json",
+    ]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stderr is not None

@@ -21,7 +21,7 @@ from ehsid.harness.report import diagnosis_files
 from ehsid.harness.report.diagnosis_files import simulation_table, write_diagnosis
 from ehsid.harness.rigs import read_rig
 
-# The page with its plots: test_report_gap_page.py, and the command for each verdict.
+# The page with its plots: test_gap_page.py, and the command for each verdict.
 pytestmark = pytest.mark.usefixtures("no_plots")
 
 
