@@ -162,7 +162,7 @@ class HowFar(msgspec.Struct, frozen=True):
 
 
 class Calibrated(msgspec.Struct, frozen=True):
-    """A value of the rig file, or the prior centre of a nuisance, and what the fit findings."""
+    """A value of the rig file, or the prior centre of a nuisance, and what the fit found."""
 
     rig: Number
     found: Number
