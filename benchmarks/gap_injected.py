@@ -18,11 +18,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from ehsid.harness.catalogue.parameters import is_rig_value
 from ehsid.harness.gap import Diagnosis, diagnose
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.rigs.parameters import is_rig_value
 from ehsid.harness.simulation.injection import Answer, InjectError, inject, injectable
 
 ROOT = Path(__file__).parents[1]

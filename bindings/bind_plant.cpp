@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "bindings.hpp"
+#include "bind_effects.hpp"
 
 #include <ehsid/plant/parameters.hpp>
 #include <ehsid/plant/simulate.hpp>
+
+#include <pybind11/typing.h>
 
 #include <algorithm>
 #include <atomic>
@@ -13,53 +15,10 @@ namespace {
 
 using plant::PlantKind;
 
-struct ShownParameter {
-  std::string name, unit, meaning;
-  double minimum, maximum, typical;
-};
-
-ShownParameter shown(const std::string& name, const plant::ParameterInfo& info) {
-  return {name, info.unit, info.meaning, info.minimum, info.maximum, info.typical};
-}
-
-struct ShownEffect {
-  std::string id, subsystem, equation, source, excitation;
-  py::tuple parameters;
-};
-
-const char* name_of(plant::Subsystem subsystem) {
-  switch (subsystem) {
-    case plant::Subsystem::valve:
-      return "valve";
-    case plant::Subsystem::hydraulics:
-      return "hydraulics";
-    case plant::Subsystem::mechanics:
-      return "mechanics";
-    case plant::Subsystem::sensor:
-      return "sensor";
-    case plant::Subsystem::timing:
-      return "timing";
-  }
-  return "";
-}
-
-py::tuple effects() {
-  py::list all;
-  plant::for_each_effect([&](const plant::EffectInfo& info, const auto& parameters) {
-    py::list shown_parameters;
-    for (const plant::ParameterInfo& parameter : parameters) {
-      shown_parameters.append(shown(parameter.name, parameter));
-    }
-    all.append(ShownEffect{info.id, name_of(info.subsystem), info.equation, info.source,
-                           info.excitation, py::tuple(shown_parameters)});
-  });
-  return py::tuple(all);
-}
-
 py::tuple parameters() {
   py::list all;
   for (const plant::PlantParameter& parameter : plant::plant_parameters()) {
-    all.append(shown(parameter.name, parameter.info));
+    all.append(shown_parameter(parameter.name, parameter.info));
   }
   return py::tuple(all);
 }
@@ -202,9 +161,8 @@ class SteppedPlant {
 
  private:
   static void write(const plant::Outputs<double>& now, double* out) {
-    const double numbers[] = {now.position,   now.velocity,        now.pressure_a,
-                              now.pressure_b, now.supply_pressure, now.spool};
-    std::copy(std::begin(numbers), std::end(numbers), out);
+    const auto numbers = plant::in_order(now);
+    std::copy(numbers.begin(), numbers.end(), out);
   }
   static std::vector<double> checked_values(const InputArray<double>& values) {
     require_shape("values", values, 1, static_cast<py::ssize_t>(plant::plant_parameters().size()));
@@ -232,26 +190,16 @@ int substeps_for(const std::string& kind, const InputArray<double>& values, doub
 }  // namespace
 
 void bind_plant(py::module_& m) {
-  py::class_<ShownParameter>(m, "PlantParameter", "A parameter of the simulated plant, SI.")
-      .def_readonly("name", &ShownParameter::name)
-      .def_readonly("unit", &ShownParameter::unit, "1 for a fraction.")
-      .def_readonly("meaning", &ShownParameter::meaning)
-      .def_readonly("minimum", &ShownParameter::minimum, "Of the plausible range.")
-      .def_readonly("maximum", &ShownParameter::maximum, "Of the plausible range.")
-      .def_readonly("typical", &ShownParameter::typical)
-      .def("__repr__",
-           [](const py::object& self) { return show_properties(self, {"name", "unit"}); });
-  py::class_<ShownEffect>(m, "EffectInfo", "An effect of the catalogue, in words.")
-      .def_readonly("id", &ShownEffect::id)
-      .def_readonly("subsystem", &ShownEffect::subsystem,
-                    "valve, hydraulics, mechanics, sensor or timing.")
-      .def_readonly("equation", &ShownEffect::equation)
-      .def_readonly("source", &ShownEffect::source)
-      .def_readonly("excitation", &ShownEffect::excitation, "What shows the effect in a record.")
-      .def_readonly("parameters", &ShownEffect::parameters, "Tuple of PlantParameter; zero is off.")
-      .def("__repr__", [](const py::object& self) { return show_properties(self, {"id"}); });
-  m.def("effects", &effects,
-        "The catalogue: a tuple of EffectInfo, in the order in which they act.");
+  m.def(
+      "plant_outputs",
+      [] {
+        py::typing::Tuple<py::str, py::ellipsis> names(plant::kOutputNames.size());
+        for (std::size_t i = 0; i < names.size(); ++i) {
+          names[i] = plant::kOutputNames[i];
+        }
+        return names;
+      },
+      "Names of the outputs in the order in which simulate_plant() and Plant return them.");
   m.def("plant_parameters", &parameters,
         "Everything the plant can be told: a tuple of PlantParameter in the order of `values`.");
   py::class_<SteppedPlant>(m, "Plant",
@@ -332,8 +280,7 @@ threads : int >= 0
 Returns
 -------
 outputs : shape (M, N, 6)
-    position_m, velocity_m_s, pressure_a_pa, pressure_b_pa, supply_pressure_pa, spool (fraction); NaN for what
-    the plant does not have.
+    In the order of plant_outputs(); NaN for what the plant does not have.
 sensitivities : shape (M, N, S, 6)
     Derivatives of the outputs, by dual numbers.
 

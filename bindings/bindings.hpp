@@ -136,6 +136,7 @@ void bind_recursion(Class& cls) {
 void bind_types(py::module_& m);
 void bind_forgetting(py::module_& m);
 void bind_rls(py::module_& m);
+void bind_effects(py::module_& m);
 void bind_plant(py::module_& m);
 void bind_servo_estimator(py::module_& m);
 

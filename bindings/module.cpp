@@ -11,5 +11,6 @@ PYBIND11_MODULE(_core, m) {
   ehsid::bindings::bind_rls(m);
   ehsid::bindings::bind_servo_estimator(m);
   bind_servo_model(m);
+  ehsid::bindings::bind_effects(m);
   ehsid::bindings::bind_plant(m);
 }

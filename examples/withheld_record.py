@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from real_record import Part
 
+from ehsid.harness.catalogue.parameters import EFFECT_PREFIX
 from ehsid.harness.gap import diagnose
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.records import read_record
@@ -29,7 +30,6 @@ from ehsid.harness.report.gap_words import (
 )
 from ehsid.harness.report.page import Picture, Section, Table, Words
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
 FOLDER = Path(__file__).parent / "data" / "withheld"
 RIG = FOLDER / "rig.toml"

@@ -7,11 +7,6 @@
 namespace ehsid::plant {
 namespace {
 
-template <class Scalar>
-std::array<Scalar, kOutputs> row(const Outputs<Scalar>& o) {
-  return {o.position, o.velocity, o.pressure_a, o.pressure_b, o.supply_pressure, o.spool};
-}
-
 template <class Scalar, class Use>
 void run_with(const Simulation& run, const std::vector<Scalar>& values, const double* command,
               const double* aligned, std::size_t samples, Use use) {
@@ -22,7 +17,7 @@ void run_with(const Simulation& run, const std::vector<Scalar>& values, const do
       std::copy_n(aligned + k * kStates, kStates, state.begin());
       plant.align(state);
     }
-    use(k, row(plant.read()));
+    use(k, in_order(plant.read()));
     plant.advance(command[k]);
   }
 }

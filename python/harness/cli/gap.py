@@ -12,21 +12,21 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.parallel import workers as using
 from ehsid.harness.records import Record, read_record
-from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.rigs.checks import unknown
-from ehsid.harness.rigs.parameters import effects
 
-NEEDED_COLUMNS = (*REQUIRED_COLUMNS, "position_m")
+NEEDED_COLUMNS = (*REQUIRED_COLUMNS, POSITION)
 
 
 def read_for(rig: Rig, paths: Sequence[Path]) -> list[Record]:
     """Reads records, each with all columns of the schema that it has."""
     return [
-        read_record(path, columns=list(COLUMNS), required=NEEDED_COLUMNS, layout=rig.columns)
+        read_record(path, columns=list(CHANNELS), required=NEEDED_COLUMNS, layout=rig.columns)
         for path in paths
     ]
 

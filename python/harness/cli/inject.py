@@ -63,17 +63,15 @@ def inject_command(
     Example: ehsid inject run.csv --rig rig.toml --effect valve_dead_band --set overlap=0.04
     --out run_dead_band.csv
     """
+    from ehsid.harness.catalogue.channels import POSITION, REQUIRED_COLUMNS
     from ehsid.harness.cli.inject_sizes import parse_sizes
     from ehsid.harness.records import read_record
-    from ehsid.harness.records.schema import REQUIRED_COLUMNS
     from ehsid.harness.rigs import read_rig
     from ehsid.harness.simulation.injection import InjectError, inject, write_injected
 
     rig = read_rig(rig_file)
     asked = parse_sizes(effect or [], sizes or [], rig.plant)
-    record = read_record(
-        record_file, required=(*REQUIRED_COLUMNS, "position_m"), layout=rig.columns
-    )
+    record = read_record(record_file, required=(*REQUIRED_COLUMNS, POSITION), layout=rig.columns)
     if out.exists() and out.samefile(record_file):
         raise InjectError(f"--out {out}: this is the record itself; give another name")
     injected = inject(record, rig, asked)

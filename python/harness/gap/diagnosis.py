@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.data.gate import gate, longest_stretch
 from ehsid.harness.gap.data.regimes import Regimes, visited
 from ehsid.harness.gap.design.next_experiment import next_experiment
@@ -44,7 +45,6 @@ from ehsid.harness.gap.thresholds import (
 from ehsid.harness.parallel import Progress
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
 TOGETHER = (
     "The records that are held out excite what the others do not: fitted apart from them nothing "
@@ -120,7 +120,7 @@ def diagnose(
     effects = (*causes, *seen)
     augmented = {name: one.value for name, one in values.items()}
     if judged.step is not None:
-        augmented[f"{EFFECT_PREFIX}{QUANTISATION}.step_m"] = judged.step.value
+        augmented[ParameterKey.of_effect(QUANTISATION, "step_m")] = judged.step.value
     structural = ruling.verdict in ("effects", "ambiguous", "outside_catalogue")
     where = Where()
     if ruling.verdict == "effects" and not causes:

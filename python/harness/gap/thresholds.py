@@ -383,33 +383,6 @@ NOISE_STEPS = 60
 SUBSYSTEM_TAKES_PART = 0.25
 SUBSYSTEM_SMALL = 0.05
 
-# --- Sizes that matter ---------------------------------------------------------------------------
-# Anti-aliasing filter, bus and sample-and-hold together have a delay of up to a millisecond.
-LEAST_DELAY_S = 1e-3
-# Lap and threshold of a new servo valve are within half a per cent.
-LEAST_OPENING = 0.004
-# A valve with a corner frequency above this is fast: nuisance.spool_bandwidth_hz describes it.
-SLOWEST_HIDDEN_HZ = 120.0
-# Share of the flow at rated command: the leakage of a spool at null is a per cent of it.
-LEAST_LEAKAGE = 0.01
-# Share of the volume, at atmospheric pressure. Less air than this changes the bulk modulus at 50
-# bar by less than 1 %.
-LEAST_AIR = 1e-3
-# Share of supply pressure times piston area. Seals have friction of up to some tenths of a per
-# cent. Forces of a per cent come from zero errors of pressure sensors and from the atmosphere on
-# the rod.
-LEAST_FRICTION = 0.003
-LEAST_FORCE = 0.01
-# Static friction of a tenth more than the sliding friction is within the scatter of friction.
-LEAST_RISE = 1.1
-# The static friction of seals and guides is up to twice, seldom three times their sliding friction.
-MOST_RISE = 3.0
-# The electronics of any sensor have a lag of half a millisecond and a play of some micrometres.
-LEAST_LAG_S = 5e-4
-LEAST_PLAY_M = 5e-6
-# The play of a transducer is fifty millionths of its stroke.
-LEAST_PLAY = 5e-5
-
 # --- Verdict -------------------------------------------------------------------------------------
 # One set of effects is certainly better than another if three conditions hold. Its held-out
 # likelihood is better by DECIDED_NATS. It is better at all in 95 % of the bootstrap draws of

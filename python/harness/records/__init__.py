@@ -5,19 +5,18 @@
 >>> record = read_record("crane.csv", columns=("valve_opening", "oil_pressure"))  # any two columns
 """
 
+from ehsid.harness.catalogue.channels import CHANNELS, REQUIRED_COLUMNS, Channel
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.layout import ColumnMap, Layout
 from ehsid.harness.records.reading import read_record
 from ehsid.harness.records.record import Record, make_record
-from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS, TIME_COLUMN, Column
 from ehsid.harness.records.timebase import Gap, Jitter, TimeBase
 from ehsid.harness.records.writing import write_record
 
 __all__ = [
-    "COLUMNS",
+    "CHANNELS",
     "REQUIRED_COLUMNS",
-    "TIME_COLUMN",
-    "Column",
+    "Channel",
     "ColumnMap",
     "Gap",
     "Jitter",

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.records.errors import RecordError, missing_column
-from ehsid.harness.records.schema import COLUMNS
 
 if TYPE_CHECKING:
     import pint
@@ -86,14 +86,14 @@ def check_layout(layout: Layout, file: Path | str) -> None:
         a column is not in the schema, or a unit does not convert.
     """
     for target, column in layout.items():
-        if target not in COLUMNS:
-            raise missing_column(file, target, COLUMNS, "a column of the schema")
-        if column.unit is not None and not is_convertible(column.unit, COLUMNS[target].unit):
+        if target not in CHANNELS:
+            raise missing_column(file, target, CHANNELS, "a column of the schema")
+        if column.unit is not None and not is_convertible(column.unit, CHANNELS[target].unit):
             raise RecordError(
                 file,
                 f"'{column.unit}' is not a unit of '{target}'",
                 column=column.name,
-                expected=f"a unit that converts into {COLUMNS[target].unit}",
+                expected=f"a unit that converts into {CHANNELS[target].unit}",
                 mend="correct the unit in the layout ([columns] of the rig)",
             )
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.catalogue.channels import CHANNELS, REQUIRED_COLUMNS, TIME
 from ehsid.harness.records.checks import check_columns
 from ehsid.harness.records.csv_text import decompress
 from ehsid.harness.records.errors import RecordError, missing_column
@@ -26,7 +27,6 @@ from ehsid.harness.records.layout import (
     names_in_file,
 )
 from ehsid.harness.records.record import Record, make_record
-from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS, TIME_COLUMN
 
 if TYPE_CHECKING:
     from ehsid.harness.records.csv_format import CsvTable
@@ -81,7 +81,7 @@ def read_record(
     check_layout(layout, path)
     layout = layout_of(table.names, layout)
     names = names_in_file(table.names, layout, path)
-    asked = {*names, *layout} if columns is None else {*columns, *required, TIME_COLUMN}
+    asked = {*names, *layout} if columns is None else {*columns, *required, TIME}
     for name in (*required, *(target for target in layout if target in asked)):
         told = layout[name].name if name in layout else name
         if names.get(name) != told:
@@ -104,7 +104,7 @@ def _arrays(
     # The check comes before the renaming, so that messages use the column names of the file.
     arrays = check_columns(read, file=path, first_row=table.first_row)
     return {
-        target: in_schema_unit(arrays[name], layout[target], COLUMNS[target].unit)
+        target: in_schema_unit(arrays[name], layout[target], CHANNELS[target].unit)
         if target in layout
         else arrays[name]
         for target, name in wanted.items()
@@ -151,5 +151,5 @@ def _table(data: bytes, path: Path) -> Table:
 
 
 def _why(name: str) -> str:
-    known = COLUMNS.get(name)
+    known = CHANNELS.get(name)
     return f"{known.meaning}, in {known.unit}" if known else "a column of this name"

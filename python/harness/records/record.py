@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.records.checks import check_columns
 from ehsid.harness.records.errors import RecordError, missing_column
-from ehsid.harness.records.schema import TIME_COLUMN
 from ehsid.harness.records.timebase import Gap, Jitter, analyse_time
 
 
@@ -114,11 +114,11 @@ def make_record(
     """
     file = source or name
     arrays = check_columns(columns, file=file, first_row=first_row)
-    time_s = arrays.pop(TIME_COLUMN, None)
+    time_s = arrays.pop(TIME, None)
     if not arrays:
         raise RecordError(
             file,
-            f"there is no column beside '{TIME_COLUMN}'",
+            f"there is no column beside '{TIME}'",
             expected="at least one measured column",
             mend="add the measured columns",
         )

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.files import replacing
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.formats import Format, format_of
 from ehsid.harness.records.record import Record
-from ehsid.harness.records.schema import TIME_COLUMN
 
 
 def write_record(record: Record, path: str | os.PathLike[str]) -> None:
@@ -35,7 +35,7 @@ def write_record(record: Record, path: str | os.PathLike[str]) -> None:
     kind = format_of(path)
     columns: dict[str, npt.NDArray[np.float64]] = dict(record.columns)
     if record.time_s is not None:
-        columns = {TIME_COLUMN: record.time_s, **columns}
+        columns = {TIME: record.time_s, **columns}
     if kind == "mat":
         _check_mat_names(columns, path)
     _replace(path, _encode(columns, kind))

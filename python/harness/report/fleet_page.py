@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import ehsid
+from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.encoding import to_plain
 from ehsid.harness.files import write_text
 from ehsid.harness.report import page as pages
@@ -22,7 +23,6 @@ from ehsid.harness.report.gap_words import (
     unit_of,
 )
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 from ehsid.harness.validation.fleet.ranking import Fleet, Machine
 
 SCHEMA_VERSION = 1
@@ -185,7 +185,7 @@ def _cell(machine: Machine, effect: str) -> str:
         if one.id == effect:
             sizes = []
             for name, size in one.parameters.items():
-                value, ends = interval(size, unit_of(f"{EFFECT_PREFIX}{effect}.{name}"))
+                value, ends = interval(size, unit_of(ParameterKey.of_effect(effect, name)))
                 sizes.append(f"{value} ({ends})")
             return "; ".join(sizes) or "named"
     if effect in machine.rivals:

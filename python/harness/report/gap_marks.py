@@ -7,6 +7,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.gap.schema import CalibratedValue, Diagnosis, Estimate, HowFar, SpanShare
 from ehsid.harness.report.gap_words import (
     SIMULATIONS,
@@ -18,7 +20,6 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.rigs.parameters import plant_parameters
 
 # The axis for fitted values extends this many standard deviations of the prior to either side.
 AXIS_SIGMAS = 3.0
@@ -115,7 +116,7 @@ def parameter_dots(diagnosis: Diagnosis, *, nuisances: bool) -> list[Dot]:
     dots = [
         _dot(name, value)
         for name, value in diagnosis.calibration.items()
-        if name.startswith("nuisance.") == nuisances
+        if ParameterKey(name).is_nuisance == nuisances
     ]
     return sorted(dots, key=lambda dot: not dot.moved)
 

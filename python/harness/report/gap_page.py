@@ -10,13 +10,15 @@ from dataclasses import dataclass
 import jinja2
 
 import ehsid
+from ehsid.harness.catalogue.channels import shown_channel
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.schema import Candidate, Diagnosis, FoundEffect
 from ehsid.harness.report import gap_marks
 from ehsid.harness.report.gap_plots import draw_plots
 from ehsid.harness.report.gap_words import (
     SIMULATIONS,
     VERDICTS,
-    channel,
     effect_set,
     first_upper,
     interval,
@@ -28,7 +30,6 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX, effects
 
 # Number of candidates that the page shows unfolded.
 SHOWN_CANDIDATES = 8
@@ -95,7 +96,7 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
         "first_upper": first_upper,
         "plain_name": plain_name,
         "effect_set": effect_set,
-        "channel": lambda name: channel(name)[0],
+        "channel": lambda name: shown_channel(name)[0],
     }
     coming = diagnosis.next_experiment
     title, meaning = VERDICTS[diagnosis.verdict]
@@ -145,7 +146,7 @@ def _card(effect: FoundEffect) -> EffectCard:
     parameters = [
         (
             meanings.get(name, plain_name(name)),
-            *interval(estimate, unit_of(f"{EFFECT_PREFIX}{effect.id}.{name}")),
+            *interval(estimate, unit_of(ParameterKey.of_effect(effect.id, name))),
         )
         for name, estimate in effect.parameters.items()
     ]
@@ -163,8 +164,8 @@ def _card(effect: FoundEffect) -> EffectCard:
 
 def _row(candidate: Candidate) -> CandidateRow:
     sizes = ", ".join(
-        f"{value_name(EFFECT_PREFIX + name)} "
-        f"{quantity(value, unit_of(EFFECT_PREFIX + name), 3)}".partition(": ")[2]
+        f"{value_name(f'effects.{name}')} "
+        f"{quantity(value, unit_of(f'effects.{name}'), 3)}".partition(": ")[2]
         for name, value in candidate.parameters.items()
     )
     return CandidateRow(

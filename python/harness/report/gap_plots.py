@@ -28,10 +28,11 @@ from bokeh.plotting import figure
 from bokeh.resources import Resources
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.gap.schema import HeldOutRun
 from ehsid.harness.records import Record
 from ehsid.harness.report.gap_curves import curves_of
-from ehsid.harness.report.gap_words import SIMULATIONS, channel
+from ehsid.harness.report.gap_words import SIMULATIONS
 from ehsid.harness.report.thinning import kept_samples
 
 # Readers who cannot tell red from green can tell these colours apart (Okabe, Ito, 2008). The bars
@@ -118,7 +119,7 @@ def draw_plots(
         figures[command] = _command_figure(run.time_s, run.command_v, span, most)
         outputs = []
         for name in run.measured:
-            words, _, _ = channel(name)
+            words, _, _ = shown_channel(name)
             keys = f"r{i}-{name}", f"r{i}-{name}-error"
             figures[keys[0]], figures[keys[1]] = _output_figures(run, name, kinds, span, most)
             outputs.append((words, *keys))
@@ -188,7 +189,7 @@ def _hover(made: figure, unit: str, names: Sequence[str]) -> None:
 
 
 def _command_figure(time_s: FloatArray, command: FloatArray, span: Range1d, most: int) -> figure:
-    words, _, unit = channel("command_v")
+    words, _, unit = shown_channel("command_v")
     made = _blank(span, words, unit, height=140, label_time=False)
     kept = kept_samples([command], most)
     source = _source({"time": time_s[kept], "command": command[kept]})
@@ -201,7 +202,7 @@ def _output_figures(
     run: HeldOutRun, name: str, kinds: Sequence[str], span: Range1d, most: int
 ) -> tuple[figure, figure]:
     """Draws an output above and its errors (simulated minus measured) below, on one time axis."""
-    words, scale, unit = channel(name)
+    words, scale, unit = shown_channel(name)
     columns = curves_of(run, name, kinds, scale=scale, most=most)
     source = _source(columns)
     shown = [kind for kind in kinds if kind in columns]
@@ -253,7 +254,7 @@ def _next_figures(record: Record, most: int) -> dict[str, figure]:
     span = _span(record.time_s)
     made = {"next-command": _command_figure(record.time_s, record.column("command_v"), span, most)}
     if "position_m" in record.columns:
-        words, scale, unit = channel("position_m")
+        words, scale, unit = shown_channel("position_m")
         position = scale * record.column("position_m")
         kept = kept_samples([position], most)
         lower = _blank(span, f"predicted {words}", unit, height=170, label_time=True)

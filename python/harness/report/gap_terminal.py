@@ -11,10 +11,11 @@ from rich.markup import escape
 from rich.padding import Padding
 from rich.table import Table
 
+from ehsid.harness.catalogue.channels import shown_channel
+from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.report.gap_words import (
     VERDICTS,
-    channel,
     effect_set,
     interval,
     percent,
@@ -24,7 +25,6 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
 # More candidates than this are easier to read on the page.
 MOST_CANDIDATES = 5
@@ -75,7 +75,7 @@ def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
         for effect in diagnosis.effects:
             told = plain_name(effect.id), percent(effect.probability)
             for name, size in effect.parameters.items():
-                unit = unit_of(f"{EFFECT_PREFIX}{effect.id}.{name}")
+                unit = unit_of(ParameterKey.of_effect(effect.id, name))
                 table.add_row(*told, *interval(size, unit))
                 told = "", ""
         yield table
@@ -108,7 +108,7 @@ def _gap(diagnosis: Diagnosis) -> Table:
     means = (far.nominal, far.calibrated, far.augmented)
     table.add_row("all outputs", *(percent(gap) for gap in means), floor)
     for name, gaps in far.per_output.items():
-        table.add_row(f"  {channel(name)[0]}", *(percent(gap) for gap in gaps), "")
+        table.add_row(f"  {shown_channel(name)[0]}", *(percent(gap) for gap in gaps), "")
     if far.of_explainable is not None:
         table.caption = (
             f"The effects remove {percent_interval(far.of_explainable)} of the gap above the noise "

@@ -7,8 +7,9 @@ import math
 import re
 from types import MappingProxyType
 
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.gap.schema import Estimate, Verdict
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX, NUISANCE_PREFIX, plant_parameters
 
 VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
     {
@@ -84,24 +85,6 @@ SIMULATIONS = MappingProxyType(
     }
 )
 
-# Name, factor from SI and unit with which each measured column is drawn.
-CHANNELS = MappingProxyType(
-    {
-        "command_v": ("command", 1.0, "V"),
-        "position_m": ("position", 1e3, "mm"),
-        "velocity_m_s": ("velocity", 1e3, "mm/s"),
-        "pressure_a_pa": ("pressure A", 1e-5, "bar"),
-        "pressure_b_pa": ("pressure B", 1e-5, "bar"),
-        "supply_pressure_pa": ("supply pressure", 1e-5, "bar"),
-        "spool": ("spool", 100.0, "% of travel"),
-    }
-)
-
-
-def channel(name: str) -> tuple[str, float, str]:
-    """Returns words, factor from SI and unit of a column; its own name if it is not known."""
-    return CHANNELS.get(name, (name, 1.0, ""))
-
 
 def plain_name(identifier: str) -> str:
     """Returns an effect id or the name of a value in words."""
@@ -118,13 +101,13 @@ def effect_set(effects: tuple[str, ...]) -> str:
 
 def value_name(name: str) -> str:
     """Returns a full name in words, without the unit: the effect or section, then the value."""
-    *sections, key = name.split(".")
-    unit = plant_parameters()[name].unit if name in plant_parameters() else "1"
+    key = ParameterKey(name)
+    unit = plant_parameters()[key].unit if key in plant_parameters() else "1"
     ending = "" if unit == "1" else "_" + _suffix(unit)
-    what = plain_name(key.removesuffix(ending))
-    if name.startswith(EFFECT_PREFIX):
-        return f"{plain_name(sections[-1])}: {what}"
-    return what if name.startswith(NUISANCE_PREFIX) else f"{sections[0]}: {what}"
+    what = plain_name(key.parameter.removesuffix(ending))
+    if key.effect is not None:
+        return f"{plain_name(key.effect)}: {what}"
+    return what if key.is_nuisance else f"{key.section}: {what}"
 
 
 def _suffix(unit: str) -> str:

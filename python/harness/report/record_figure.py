@@ -3,39 +3,33 @@
 
 from __future__ import annotations
 
+from itertools import groupby
+
 import numpy as np
 from matplotlib.figure import Figure
 
+from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.records import Record
-
-# Columns that share a panel, with the factor from SI and the label of the panel.
-PANELS = (
-    (("command_v",), 1.0, "command in V"),
-    (("position_m",), 1e3, "position in mm"),
-    (("velocity_m_s",), 1.0, "velocity in m/s"),
-    (("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa"), 1e-5, "pressure in bar"),
-    (("spool",), 1.0, "spool, fraction"),
-)
 
 
 def record_figure(record: Record) -> Figure:
-    """Draws command, position, velocity, pressures and spool over time, as far as they exist."""
-    panels = [
-        ([name for name in names if name in record.columns], scale, label)
-        for names, scale, label in PANELS
-    ]
-    panels = [panel for panel in panels if panel[0]]
+    """Draws the channels of a record over time, those of one quantity together."""
+    channels = [channel for channel in CHANNELS.values() if channel.name in record.columns]
+    # Channels with the same unit of SI share a panel, such as the pressures.
+    panels = [list(group) for _, group in groupby(channels, key=lambda channel: channel.unit)]
     figure = Figure(figsize=(9, 1.6 * len(panels) + 0.6), layout="constrained")
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     time = np.arange(len(record)) if record.time_s is None else record.time_s
-    for axis, (names, scale, label) in zip(axes, panels, strict=True):
-        for name in names:
-            axis.plot(time, scale * record.column(name), linewidth=1.0, label=name)
-        axis.set_ylabel(label)
+    for axis, panel in zip(axes, panels, strict=True):
+        for channel in panel:
+            column = channel.factor * record.column(channel.name)
+            axis.plot(time, column, linewidth=1.0, label=channel.name)
+        words = "pressure" if len(panel) > 1 else panel[0].words
+        axis.set_ylabel(f"{words} in {panel[0].shown_unit}")
         axis.margins(x=0.0)
         axis.grid(True, alpha=0.3)
-        if len(names) > 1:
-            axis.legend(fontsize="small", ncols=len(names), loc="upper right")
+        if len(panel) > 1:
+            axis.legend(fontsize="small", ncols=len(panel), loc="upper right")
     axes[-1].set_xlabel("sample" if record.time_s is None else "time in s")
     axes[0].set_title(record.name)
     return figure

@@ -8,30 +8,22 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import ehsid
-from ehsid.harness.records.errors import nearest_name
-from ehsid.harness.rigs.parameters import (
-    EFFECT_PREFIX,
-    NUISANCE_PREFIX,
+from ehsid.harness.catalogue.channels import CHANNELS
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.parameters import (
     acts_on,
     belongs_to,
     effects,
-    is_rig_value,
     names_of,
     plant_parameters,
 )
+from ehsid.harness.records.errors import nearest_name
 
-HIDDEN_SPOOL = f"{NUISANCE_PREFIX}spool_bandwidth_hz"
+HIDDEN_SPOOL = "nuisance.spool_bandwidth_hz"
 
 LARGEST_SIGMA = 10.0  # relative: a larger uncertainty says nothing about the value
 
-SENSORS = (
-    "position_noise_m",
-    "velocity_noise_m_s",
-    "pressure_a_noise_pa",
-    "pressure_b_noise_pa",
-    "supply_pressure_noise_pa",
-    "spool_noise",
-)
+SENSORS = tuple(one.noise for one in CHANNELS.values() if one.noise is not None)
 
 
 def unknown(key: str, existing: Iterable[str]) -> str:
@@ -80,7 +72,7 @@ def check_values(values: Mapping[str, object]) -> list[str]:
             problems.append(wrong)
             continue
         assert isinstance(value, int | float)
-        off = value == 0.0 and (name.startswith(EFFECT_PREFIX) or name == HIDDEN_SPOOL)
+        off = value == 0.0 and (ParameterKey(name).effect is not None or name == HIDDEN_SPOOL)
         if not off and not parameter.minimum <= value <= parameter.maximum:
             problems.append(f"'{name}' = {value!r}: expected {_range(parameter)}")
     return problems
@@ -90,13 +82,13 @@ def unknown_effect(effect: str) -> str:
     """Returns the problem text for an unknown effect, with the nearest effect of the catalogue."""
     nearest = nearest_name(effect, effects())
     hint = f"; did you mean '{nearest}'?" if nearest else ""
-    return f"'{EFFECT_PREFIX}{effect}' is no effect of the catalogue{hint}"
+    return f"'effects.{effect}' is no effect of the catalogue{hint}"
 
 
 def _unknown_value(name: str) -> str:
-    if not name.startswith(EFFECT_PREFIX):
+    effect = ParameterKey(name).effect
+    if effect is None:
         return unknown(name, plant_parameters())
-    effect = name.split(".")[1]
     if effect not in effects():
         return unknown_effect(effect)
     return unknown(name, names_of(effects()[effect]))
@@ -112,10 +104,12 @@ def check_complete(values: Mapping[str, object], plant: str) -> list[str]:
     problems += [
         f"'{name}': a plant \"{plant}\" has no such value"
         for name in values
-        if name in plant_parameters() and is_rig_value(name) and not belongs_to(name, plant)
+        if name in plant_parameters()
+        and ParameterKey(name).is_rig_value
+        and not belongs_to(name, plant)
     ]
     problems += [
-        f"'{EFFECT_PREFIX}{effect.id}': a plant \"{plant}\" has no {effect.subsystem}"
+        f"'effects.{effect.id}': a plant \"{plant}\" has no {effect.subsystem}"
         for effect in effects().values()
         if not acts_on(effect, plant) and any(values.get(name) for name in names_of(effect))
     ]
@@ -168,13 +162,13 @@ def check_together(values: Mapping[str, object]) -> list[str]:
 
     problems = below("cylinder.rod_m", "cylinder.bore_m")
     problems += below("supply.tank_pressure_pa", "supply.pressure_pa")
-    stribeck = f"{EFFECT_PREFIX}stribeck_friction"
-    coulomb = number(f"{stribeck}.coulomb_n")
-    static = number(f"{stribeck}.static_n") if f"{stribeck}.static_n" in values else 0.0
-    if static is not None and coulomb is not None and static < coulomb:
-        problems.append(
-            f"'{stribeck}.static_n' = {static:g} must not be below coulomb_n = {coulomb:g}"
-        )
+    for effect in effects().values():
+        for larger, smaller in effect.not_below:
+            large = ParameterKey.of_effect(effect.id, larger)
+            low = number(ParameterKey.of_effect(effect.id, smaller))
+            high = number(large) if large in values else 0.0
+            if high is not None and low is not None and high < low:
+                problems.append(f"'{large}' = {high:g} must not be below {smaller} = {low:g}")
     problems += _whole_effects(values)
     return problems
 

@@ -8,7 +8,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
-from ehsid.harness.records import COLUMNS, ColumnMap
+from ehsid.harness.catalogue.channels import CHANNELS
+from ehsid.harness.catalogue.keys import effect_values
+from ehsid.harness.catalogue.parameters import (
+    PLANTS,
+    effects,
+    parameter_keys,
+)
+from ehsid.harness.records import ColumnMap
 from ehsid.harness.records.errors import nearest_name
 from ehsid.harness.records.layout import is_convertible
 from ehsid.harness.rigs.checks import (
@@ -22,15 +29,6 @@ from ehsid.harness.rigs.checks import (
     unknown_effect,
 )
 from ehsid.harness.rigs.errors import RigError
-from ehsid.harness.rigs.parameters import (
-    EFFECT_PREFIX,
-    INITIAL_PREFIX,
-    NUISANCE_PREFIX,
-    PLANTS,
-    effects,
-    is_rig_value,
-    plant_parameters,
-)
 from ehsid.harness.rigs.rig import PlantName, Rig
 from ehsid.harness.rigs.toml_text import parse_toml, read_text
 
@@ -96,11 +94,7 @@ def _unknown_plant(plant: object) -> str:
 
 def _values(document: Mapping[str, Any], problems: list[str]) -> dict[str, Any]:
     """Returns the values of machine and effects by full name; appends the problems found."""
-    sections = {
-        name.split(".")[0]
-        for name in plant_parameters()
-        if is_rig_value(name) or name.startswith((NUISANCE_PREFIX, INITIAL_PREFIX))
-    }
+    sections = {key.section for key in parameter_keys() if key.effect is None}
     values: dict[str, Any] = {}
     for key, section in document.items():
         if key in ("name", "plant", *TABLES):
@@ -120,7 +114,7 @@ def _values(document: Mapping[str, Any], problems: list[str]) -> dict[str, Any]:
             expected = ", ".join(parameter.name for parameter in effects()[effect].parameters)
             problems.append(f"'effects.{effect}' is empty: expected {expected}")
         else:
-            values |= {f"{EFFECT_PREFIX}{effect}.{k}": value for k, value in section.items()}
+            values |= effect_values(effect, section)
     return values
 
 
@@ -149,8 +143,8 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 def _columns(table: Mapping[str, Any], problems: list[str]) -> dict[str, ColumnMap]:
     columns = {}
     for key, told in table.items():
-        if key not in COLUMNS:
-            problems.append(f"columns: {unknown(key, COLUMNS)}")
+        if key not in CHANNELS:
+            problems.append(f"columns: {unknown(key, CHANNELS)}")
             continue
         entry = {"name": told} if isinstance(told, str) else told
         if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
@@ -163,10 +157,10 @@ def _columns(table: Mapping[str, Any], problems: list[str]) -> dict[str, ColumnM
             for k in entry.keys() - {"name", "unit"}
         ]
         unit = entry.get("unit")
-        if unit is not None and not is_convertible(unit, COLUMNS[key].unit):
+        if unit is not None and not is_convertible(unit, CHANNELS[key].unit):
             problems.append(
                 f"'columns.{key}.unit' = {shown(unit)}: expected a unit of the same kind as "
-                f"{COLUMNS[key].unit}"
+                f"{CHANNELS[key].unit}"
             )
             continue
         columns[key] = ColumnMap(entry["name"], unit)

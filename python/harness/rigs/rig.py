@@ -11,16 +11,15 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.records import ColumnMap
-from ehsid.harness.rigs.errors import RigError
-from ehsid.harness.rigs.parameters import (
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.parameters import (
     DEFAULT_EFFECT_UNCERTAINTY,
     DEFAULT_UNCERTAINTY,
-    EFFECT_PREFIX,
-    INITIAL_PREFIX,
-    NUISANCE_PREFIX,
+    parameter_keys,
     plant_parameters,
 )
+from ehsid.harness.records import ColumnMap
+from ehsid.harness.rigs.errors import RigError
 
 PlantName = Literal["ehs", "axis", "linear"]
 
@@ -88,12 +87,8 @@ class Rig:
 
     def effects(self) -> tuple[str, ...]:
         """Returns the ids of the effects that are on."""
-        ids = [
-            name.split(".")[1]
-            for name, value in self.values.items()
-            if name.startswith(EFFECT_PREFIX) and value != 0.0
-        ]
-        return tuple(dict.fromkeys(ids))
+        ids = (ParameterKey(name).effect for name, value in self.values.items() if value != 0.0)
+        return tuple(dict.fromkeys(effect for effect in ids if effect is not None))
 
     def plant_values(self, more: Mapping[str, float] | None = None) -> npt.NDArray[np.float64]:
         """Returns all values in the order of `ehsid.plant_parameters()`, shape (P,).
@@ -102,17 +97,17 @@ class Rig:
         ones, except that the start position is mid-stroke. `more` overrides values by full name.
         """
         start = 0.5 * self.values.get("cylinder.stroke_m", 0.0)
-        told = {f"{INITIAL_PREFIX}position_m": start, **self.values, **(more or {})}
-        unknown = sorted(told.keys() - plant_parameters().keys())
+        values = {ParameterKey.of_initial("position_m"): start, **self.values, **(more or {})}
+        unknown = sorted(values.keys() - plant_parameters().keys())
         if unknown:
             raise KeyError(unknown[0])
         return np.array(
             [
-                told.get(name, 0.0 if name.startswith(EFFECT_PREFIX) else parameter.typical)
-                for name, parameter in plant_parameters().items()
+                values.get(key, plant_parameters()[key].typical if key.effect is None else 0.0)
+                for key in parameter_keys()
             ]
         )
 
     def nuisances(self) -> tuple[str, ...]:
         """Returns the full names of the nuisance parameters, which no data sheet gives."""
-        return tuple(name for name in plant_parameters() if name.startswith(NUISANCE_PREFIX))
+        return tuple(key for key in parameter_keys() if key.is_nuisance)

@@ -8,39 +8,20 @@ from types import MappingProxyType
 
 import numpy as np
 
+import ehsid
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.channels import CHANNELS
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.parameters import PLANTS
 from ehsid.harness.rigs import Rig
 
 # Columns of the output arrays of ehsid.simulate_plant and ehsid.Plant.
-OUTPUTS = (
-    "position_m",
-    "velocity_m_s",
-    "pressure_a_pa",
-    "pressure_b_pa",
-    "supply_pressure_pa",
-    "spool",
-)
+OUTPUTS = ehsid.plant_outputs()
 OUTPUTS_OF = MappingProxyType(
-    {
-        "ehs": OUTPUTS,
-        "axis": ("position_m", "velocity_m_s"),
-        "linear": ("position_m", "velocity_m_s", "spool"),
-    }
+    {plant: tuple(name for name in OUTPUTS if plant in CHANNELS[name].plants) for plant in PLANTS}
 )
 
-# For each output, the key in [sensors] of a rig file with the standard deviation of its noise.
-NOISE_OF = MappingProxyType(
-    {
-        "position_m": "position_noise_m",
-        "velocity_m_s": "velocity_noise_m_s",
-        "pressure_a_pa": "pressure_a_noise_pa",
-        "pressure_b_pa": "pressure_b_noise_pa",
-        "supply_pressure_pa": "supply_pressure_noise_pa",
-        "spool": "spool_noise",
-    }
-)
-
-QUANTISATION = "effects.sensor_quantisation.step_m"
+QUANTISATION = ParameterKey.of_effect("sensor_quantisation", "step_m")
 
 
 def columns_of(plant: str, outputs: FloatArray) -> dict[str, FloatArray]:
@@ -48,12 +29,18 @@ def columns_of(plant: str, outputs: FloatArray) -> dict[str, FloatArray]:
     return {name: outputs[:, OUTPUTS.index(name)] for name in OUTPUTS_OF[plant]}
 
 
+def noise_sigma(rig: Rig, output: str) -> float:
+    """Standard deviation of the noise of an output in the rig file, in its unit; 0 for none."""
+    key = CHANNELS[output].noise
+    return 0.0 if key is None else rig.sensors.get(key, 0.0)
+
+
 def draw_noise(rig: Rig, samples: int, rng: np.random.Generator) -> FloatArray:
     """Draws white Gaussian noise of the rig's sensors, shape (samples, 6), in output units.
 
     The noise of an output is zero where the rig file gives no standard deviation.
     """
-    sigma = np.array([rig.sensors.get(NOISE_OF[name], 0.0) for name in OUTPUTS])
+    sigma = np.array([noise_sigma(rig, name) for name in OUTPUTS])
     return np.asarray(rng.standard_normal((samples, len(OUTPUTS))) * sigma, dtype=np.float64)
 
 

@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 import ehsid
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.checks import check_together, check_values
-from ehsid.harness.rigs.parameters import INITIAL_PREFIX
 from ehsid.harness.simulation.outputs import (
     QUANTISATION,
     as_measured,
@@ -101,13 +101,13 @@ def prepare(
     """Checks a rig and its start; the arguments and errors are those of `simulate`."""
     told = dict(values or {})
     if position0_m is not None:
-        told[f"{INITIAL_PREFIX}position_m"] = position0_m
+        told[ParameterKey.of_initial("position_m")] = position0_m
     together = {**rig.values, **told}
     problems = check_values(told) + check_together(together)
     if problems:
         raise SimulationError("; ".join(problems))
     stroke = together.get("cylinder.stroke_m")
-    start_m = together.get(f"{INITIAL_PREFIX}position_m")
+    start_m = together.get(ParameterKey.of_initial("position_m"))
     if stroke is not None and start_m is not None and not 0.0 <= start_m <= stroke:
         raise SimulationError(
             f"the start at {start_m:g} m is outside the stroke, 0 to {stroke:g} m"

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.rigs import RigError
 from ehsid.harness.rigs.checks import check_values
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
 
 def parse_settings(texts: Iterable[str]) -> dict[str, float]:
@@ -27,7 +27,8 @@ def parse_settings(texts: Iterable[str]) -> dict[str, float]:
                 f"'{text}': expected EFFECT.PARAMETER=NUMBER, as coulomb_friction.force_n=400"
             )
             continue
-        full = EFFECT_PREFIX + name.strip()
+        effect, _, parameter = name.strip().partition(".")
+        full = ParameterKey.of_effect(effect, parameter)
         try:
             value = float(number)
         except ValueError:

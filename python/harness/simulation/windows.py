@@ -17,9 +17,9 @@ from scipy.signal import savgol_filter
 
 import ehsid
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.parameters import plant_parameters
 from ehsid.harness.simulation.outputs import OUTPUTS_OF
 from ehsid.harness.simulation.run import prepare
 

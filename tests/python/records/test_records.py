@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from ehsid.harness.records import (
-    COLUMNS,
+    CHANNELS,
     Record,
     RecordError,
     make_record,
@@ -188,6 +188,6 @@ def test_the_same_record_gives_the_same_gzip_bytes(tmp_path: Path) -> None:
 
 def test_schema_names_carry_their_units() -> None:
     suffixes = {"s": "_s", "V": "_v", "m": "_m", "Pa": "_pa", "m/s": "_m_s", "N": "_n"}
-    for column in COLUMNS.values():
+    for column in CHANNELS.values():
         assert column.name.endswith(suffixes.get(column.unit, "")), column
-    assert {"time_s", "command_v", "position_m"} <= COLUMNS.keys()
+    assert {"time_s", "command_v", "position_m"} <= CHANNELS.keys()

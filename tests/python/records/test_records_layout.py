@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.records import COLUMNS, ColumnMap, RecordError, make_record, read_record
+from ehsid.harness.records import CHANNELS, ColumnMap, RecordError, make_record, read_record
 from ehsid.harness.records.layout import is_convertible
 
 # Name in the file, unit, SI value of 1 and of 3 units; figures from the definitions of the units
@@ -121,7 +121,7 @@ def test_a_unit_fits_the_columns_of_its_dimension_only(unit: str) -> None:
         "m": "m", "mm": "m", "in": "m", "bar": "Pa", "Pa": "Pa", "V": "V", "s": "s", "ms": "s",
         "degC": "degC", "kN": "N", "mm/s": "m/s",
     }[unit]  # fmt: skip
-    for column in COLUMNS.values():
+    for column in CHANNELS.values():
         assert is_convertible(unit, column.unit) == (column.unit == dimension)
 
 

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.report.gap_words import (
     VERDICTS,
@@ -19,7 +20,6 @@ from ehsid.harness.report.gap_words import (
     quantity,
     value_name,
 )
-from ehsid.harness.rigs.parameters import effects
 
 
 def plain(text: str) -> str:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // All effects, in the order in which they act on the command path and in the sensor. A new effect is a file of its
-// own and its name here; simulation, bindings, rigs and documents read the rest from it.
+// own and its name here; simulation, bindings, rigs, diagnosis and documents read the rest from it (description.hpp).
 #pragma once
 
 #include <ehsid/plant/effects/coulomb_friction.hpp>
@@ -23,6 +23,7 @@
 
 #include <cstddef>
 #include <tuple>
+#include <type_traits>
 #include <vector>
 
 namespace ehsid::plant {
@@ -63,7 +64,91 @@ class Effects {
                all_);
   }
 
+  /// Of the command path, s.
+  Scalar delay() const {
+    return sum([](const auto& effect) { return effect.delay(); });
+  }
+  /// The sampled command as the spool follows it, fraction of rated command. Called once a sample, in order.
+  Scalar command(Scalar u) {
+    each([&](auto& effect) { put(u, effect.command(u)); });
+    return u;
+  }
+  /// Of the spool, where no effect says otherwise `lag`.
+  SpoolLag<Scalar> spool_lag(SpoolLag<Scalar> lag = {}) const {
+    each([&](const auto& effect) { put(lag, effect.spool_lag()); });
+    return lag;
+  }
+  /// From the spool position, fractions of rated command.
+  Scalar opening(Scalar x) const {
+    each([&](const auto& effect) { put(x, effect.opening(x)); });
+    return x;
+  }
+  /// Of the metering edges, each side of null, fraction of rated command.
+  Scalar overlap() const {
+    return sum([](const auto& effect) { return effect.overlap(); });
+  }
+  SupplyLine<Scalar> supply_line() const {
+    SupplyLine<Scalar> line{};
+    each([&](const auto& effect) { put(line, effect.supply_line()); });
+    return line;
+  }
+  /// From that of the fluid, at an absolute pressure, Pa.
+  Scalar bulk_modulus(Scalar beta, const Scalar& pressure) const {
+    each([&](const auto& effect) { put(beta, effect.bulk_modulus(beta, pressure)); });
+    return beta;
+  }
+  /// Flows out of the chambers, m^3/s, at absolute pressures, Pa: calls `use` with the Leakage of each effect that leaks.
+  template <class Use>
+  void leakages(const Scalar& p_a, const Scalar& p_b, const Scalar& p_tank, Use use) const {
+    each([&](const auto& effect) {
+      const auto flows = effect.leakage(p_a, p_b, p_tank);
+      if constexpr (!std::is_same_v<std::decay_t<decltype(flows)>, Nothing>) {
+        use(flows);
+      }
+    });
+  }
+  /// Of the seals, steady, at a speed, N, >= 0.
+  Scalar friction(const Scalar& speed) const {
+    return sum([&](const auto& effect) { return effect.friction(speed); });
+  }
+  /// Force against extension at a distance from mid-stroke, N.
+  Scalar load(const Scalar& from_middle) const {
+    return sum([&](const auto& effect) { return effect.load(from_middle); });
+  }
+  /// The sensor has rested at this position.
+  void start_sensor(const Scalar& position) {
+    each([&](auto& effect) { effect.start_sensor(position); });
+  }
+  /// What the sensor makes of the position after a step of h seconds, m. Called once a step, in order.
+  Scalar sense(Scalar position, double h) {
+    each([&](auto& effect) { put(position, effect.sense(position, h)); });
+    return position;
+  }
+  /// What the record stores of the reading, m.
+  Scalar store(Scalar reading) const {
+    each([&](const auto& effect) { put(reading, effect.store(reading)); });
+    return reading;
+  }
+  SensorError<Scalar> sensor_error() const {
+    SensorError<Scalar> all{};
+    each([&](const auto& effect) {
+      const auto error = effect.sensor_error();
+      if constexpr (!std::is_same_v<std::decay_t<decltype(error)>, Nothing>) {
+        all.lag_s += error.lag_s;
+        all.half_play_m += error.half_play_m;
+      }
+    });
+    return all;
+  }
+
  private:
+  template <class Place>
+  Scalar sum(Place place) const {
+    Scalar all(0.0);
+    each([&](const auto& effect) { add(all, place(effect)); });
+    return all;
+  }
+
   Catalogue<Scalar> all_{};
 };
 

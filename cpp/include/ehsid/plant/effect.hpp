@@ -1,31 +1,14 @@
 // SPDX-License-Identifier: MIT
-// What an effect of the catalogue is: a description that people and programs read, and the places of the
-// simulation where it acts.
+// Base of the effects of the catalogue: the places of the simulation where an effect can act, and what it tells about
+// itself (effect_info.hpp) where it does not say otherwise.
 #pragma once
 
+#include <ehsid/plant/effect_info.hpp>
+
+#include <array>
+#include <cstddef>
+
 namespace ehsid::plant {
-
-/// Where an effect belongs.
-enum class Subsystem { valve, hydraulics, mechanics, sensor, timing };
-
-/// A parameter of an effect, SI. 0 switches it off, whatever its range.
-struct ParameterInfo {
-  const char* name;
-  const char* unit;  // "1" for a fraction
-  double minimum;    // of the plausible range
-  double maximum;
-  double typical;  // a size that shows in an ordinary record
-  const char* meaning;
-};
-
-/// An effect in words.
-struct EffectInfo {
-  const char* id;
-  Subsystem subsystem;
-  const char* equation;
-  const char* source;
-  const char* excitation;  // what shows it
-};
 
 /// Flows of a leakage, m^3/s: out of chamber A and out of chamber B.
 template <class Scalar>
@@ -48,6 +31,13 @@ struct SupplyLine {
   Scalar capacitance{};  // m^3/Pa
 };
 
+/// How a reading lags behind the position and plays about it.
+template <class Scalar>
+struct SensorError {
+  Scalar lag_s{};
+  Scalar half_play_m{};
+};
+
 /// Answer of an effect that does not act at a place.
 struct Nothing {};
 
@@ -66,7 +56,17 @@ template <class Value>
 void put(Value& /*place*/, Nothing /*value*/) {}
 
 /// Base of all effects: every place where an effect can act, with nothing happening. An effect hides the places it
-/// acts at with its own functions; the plant asks all active effects, in the order of the catalogue.
+/// acts at with its own functions; the plant asks all active effects, in the order of the catalogue. Every effect has
+/// besides
+///   kInfo        EffectInfo;
+///   kParameters  std::array<ParameterInfo, N>, and their values, `parameters`;
+///   starts(m)    std::array<Sizes<N>, K>: sizes at which a fit starts on a machine of scale m, mostly a small and a
+///                large one, so that one of them is within a factor of two or three of any relevant size. The cost of a
+///                fit has no gradient with respect to an effect that is off. K = 0: the record shows it without a fit;
+///   matters(sizes, m)  whether it is more than a servo without it has anyway: kInfo.least_size says what that is.
+/// It may have
+///   trials(m)    std::vector<std::vector<Sizes<N>>>: sizes at which it is tried against residuals, each trial with one
+///                set of sizes for every factor that is estimated; otherwise its first start is tried.
 template <class Scalar>
 struct Effect {
   /// False where all parameters are zero and none is varied: the plant then passes the effect over.
@@ -102,6 +102,24 @@ struct Effect {
   void shift_sensor(const Scalar& /*change*/) {}
   /// Scalar: what the record stores of the reading, m.
   Nothing store(const Scalar& /*reading*/) const { return {}; }
+  /// SensorError: how sense() is undone, nearly, on a measured position.
+  Nothing sensor_error() const { return {}; }
+
+  /// All that a record needs in order to show the effect.
+  static constexpr std::array<Need, 0> kNeeds{};
+  static constexpr Reach kReach = Reach::all;
+  /// Sizes of the first parameter at which the effect is tried, where the outputs are not proportional to it; the other
+  /// parameters are those of the first start.
+  static constexpr std::array<double, 0> kTrialSizes{};
+  /// Id of the simpler effect which this one becomes if a term is removed; then it has simplified() and grown(), too.
+  static constexpr const char* kContains = nullptr;
+  /// The nuisance that stands for the effect within the tolerance of any servo.
+  static constexpr const char* kNuisance = nullptr;
+  /// Pairs of parameters of which the first must not be below the second, by their places.
+  static constexpr std::array<std::array<std::size_t, 2>, 0> kNotBelow{};
+  static constexpr LogPlace kLogPlace = LogPlace::none;
+  /// Effects of the same machine with which it does not commute where it is put into a log.
+  static constexpr std::array<const char*, 0> kDoesNotCommute{};
 };
 
 }  // namespace ehsid::plant

@@ -20,7 +20,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 #include <vector>
 
 namespace ehsid::plant {
@@ -78,16 +77,7 @@ class Hydraulics {
     Scalar beta = bulk_modulus_ + bulk_slope_ * (pressure - middle_pressure_);
     beta =
         value_of(beta) < kLeastShare * value_of(bulk_modulus_) ? bulk_modulus_ * kLeastShare : beta;
-    effects.each([&](const auto& effect) { put(beta, effect.bulk_modulus(beta, pressure)); });
-    return beta * inverse_volume;
-  }
-
-  template <class Flows>
-  static void leak(Scalar& into_a, Scalar& into_b, const Flows& flows) {
-    if constexpr (!std::is_same_v<Flows, Nothing>) {
-      into_a -= flows.from_a;
-      into_b -= flows.from_b;
-    }
+    return effects.bulk_modulus(beta, pressure) * inverse_volume;
   }
 
   /// From a measured pressure; near vacuum it does not say how much gas there is, and none is assumed.
@@ -158,12 +148,8 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
   area_b_ = area_a_ - rod * rod * kQuarterPi;
   atmosphere_force_ = (area_a_ - area_b_) * value_at(values, Nuisance::atmosphere) * kAtmosphere;
 
-  Scalar overlap(0.0);
-  SupplyLine<Scalar> line{};
-  effects.each([&](const auto& effect) {
-    add(overlap, effect.overlap());
-    put(line, effect.supply_line());
-  });
+  const Scalar overlap = effects.overlap();
+  const SupplyLine<Scalar> line = effects.supply_line();
   // Edges are not quite alike. What all share is the overlap and the rated flow, and what sets extending apart from
   // retracting is a null bias: of four overlaps two differences are left, of four flows three.
   const Scalar sides = value_at(values, Nuisance::edge_overlap_sides);
@@ -206,7 +192,10 @@ typename Hydraulics<Scalar>::Rates Hydraulics<Scalar>::rates(const Effects<Scala
   const Flow<Scalar> bt = edges_.template flow<kSlope>(standing.open_bt, p.b - tank_);
   Scalar into_a = pa.rate - at.rate - standing.swept_a;
   Scalar into_b = pb.rate - bt.rate + standing.swept_b;
-  effects.each([&](const auto& effect) { leak(into_a, into_b, effect.leakage(p.a, p.b, tank_)); });
+  effects.leakages(p.a, p.b, tank_, [&](const Leakage<Scalar>& flows) {
+    into_a -= flows.from_a;
+    into_b -= flows.from_b;
+  });
   Rates r{};
   const Scalar stiff_a = stiffness(effects, p.a, standing.inverse_a);
   const Scalar stiff_b = stiffness(effects, p.b, standing.inverse_b);

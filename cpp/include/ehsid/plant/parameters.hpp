@@ -2,11 +2,10 @@
 // Everything the plant can be told, by name and in order: rig, nuisances, initial state, effects.
 #pragma once
 
-#include <ehsid/plant/catalogue.hpp>
+#include <ehsid/plant/description.hpp>
 #include <ehsid/plant/rig.hpp>
 
 #include <string>
-#include <tuple>
 #include <vector>
 
 namespace ehsid::plant {
@@ -16,13 +15,6 @@ struct PlantParameter {
   std::string name;
   ParameterInfo info;
 };
-
-/// Calls `use(info, parameters)` with every effect of the catalogue, in order.
-template <class Use>
-void for_each_effect(Use use) {
-  std::apply([&](const auto&... effect) { (use(effect.kInfo, effect.kParameters), ...); },
-             Catalogue<double>{});
-}
 
 /// In the order in which ServoPlant reads values.
 inline std::vector<PlantParameter> plant_parameters() {
@@ -37,11 +29,11 @@ inline std::vector<PlantParameter> plant_parameters() {
   for (const ParameterInfo& info : kInitials) {
     all.push_back({info.name, info});
   }
-  for_each_effect([&](const EffectInfo& effect, const auto& parameters) {
-    for (const ParameterInfo& info : parameters) {
-      all.push_back({std::string("effects.") + effect.id + "." + info.name, info});
+  for (const EffectDescription& effect : effect_descriptions()) {
+    for (const ParameterInfo& info : effect.parameters) {
+      all.push_back({std::string("effects.") + effect.info.id + "." + info.name, info});
     }
-  });
+  }
   return all;
 }
 

@@ -40,6 +40,14 @@ struct Outputs {
   Scalar spool;            // fraction of rated command, before null bias
 };
 
+/// The outputs in the order in which they are named, and their names in a record.
+inline constexpr std::array kOutputNames{"position_m",    "velocity_m_s",       "pressure_a_pa",
+                                         "pressure_b_pa", "supply_pressure_pa", "spool"};
+template <class Scalar>
+std::array<Scalar, kOutputNames.size()> in_order(const Outputs<Scalar>& o) {
+  return {o.position, o.velocity, o.pressure_a, o.pressure_b, o.supply_pressure, o.spool};
+}
+
 /// Numbers of a state: position, velocity, pressures at the cap and at the rod, as Initial.
 inline constexpr std::size_t kStates = static_cast<std::size_t>(Initial::count);
 
@@ -72,36 +80,16 @@ class ServoPlant {
   static Spool<Scalar> spool_of(PlantKind kind, const std::vector<Scalar>& values,
                                 const Effects<Scalar>& effects, double h);
 
-  Scalar load(const Scalar& position) const {
-    Scalar sum(0.0);
-    effects_.each([&](const auto& effect) { add(sum, effect.load(position - middle_)); });
-    return sum;
-  }
+  Scalar load(const Scalar& position) const { return effects_.load(position - middle_); }
   Scalar friction(const Scalar& speed) const {
-    Scalar sum(0.0);
-    effects_.each([&](const auto& effect) { add(sum, effect.friction(speed)); });
     // Lips of seals creep before they slide: friction comes up with the speed, from a share at rest,
     //   g (c + (1 - c) v / sqrt(v^2 + v_on^2)).
     using std::sqrt;
     constexpr double kAtRest = 0.1;
     const Scalar up = speed / sqrt(speed * speed + onset_ * onset_);
-    return sum * (kAtRest + (1.0 - kAtRest) * up);
+    return effects_.friction(speed) * (kAtRest + (1.0 - kAtRest) * up);
   }
-  Scalar overlap() const {
-    Scalar sum(0.0);
-    effects_.each([&](const auto& effect) { add(sum, effect.overlap()); });
-    return sum;
-  }
-  Scalar delay() const {
-    Scalar sum(0.0);
-    effects_.each([&](const auto& effect) { add(sum, effect.delay()); });
-    return sum;
-  }
-  Scalar opening(const Scalar& spool) const {
-    Scalar x = spool + null_bias_;
-    effects_.each([&](const auto& effect) { put(x, effect.opening(x)); });
-    return x;
-  }
+  Scalar opening(const Scalar& spool) const { return effects_.opening(spool + null_bias_); }
 
   /// On the rod at this whole step, N; a motor's is that of the command before.
   Scalar drive_force() const {
@@ -164,16 +152,16 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       stroke_(value_at(values, RigValue::stroke)),
       middle_(kind == PlantKind::ehs ? stroke_ * 0.5 : Scalar(0.0)),
       force_gain_(value_at(values, RigValue::force_per_volt)),
-      commands_(delay(), dt, samples),
+      commands_(effects_.delay(), dt, samples),
       spool_(spool_of(kind, values, effects_, 0.5 * h_)),
       hydraulics_(values, effects_, load(value_at(values, Initial::position))),
-      linear_(values, overlap(), load(value_at(values, Initial::position))),
+      linear_(values, effects_.overlap(), load(value_at(values, Initial::position))),
       seals_(friction(Scalar(0.0)), value_at(values, Nuisance::presliding)),
       null_bias_(kind == PlantKind::ehs ? value_at(values, Nuisance::null_bias) : Scalar(0.0)),
       position_(value_at(values, Initial::position)),
       velocity_(value_at(values, Initial::velocity)),
       reading_(position_) {
-  effects_.each([&](auto& effect) { effect.start_sensor(position_); });
+  effects_.start_sensor(position_);
   start_at(velocity_);
 }
 
@@ -227,8 +215,7 @@ Spool<Scalar> ServoPlant<Scalar>::spool_of(PlantKind kind, const std::vector<Sca
     slew = value_at(values, Nuisance::spool_slew);
     lag = {value_at(values, Nuisance::spool_bandwidth), value_at(values, Nuisance::spool_damping)};
   }
-  effects.each([&](const auto& effect) { put(lag, effect.spool_lag()); });
-  return Spool<Scalar>(lag, slew, h);
+  return Spool<Scalar>(effects.spool_lag(lag), slew, h);
 }
 
 template <class Scalar>
@@ -305,15 +292,13 @@ Outputs<Scalar> ServoPlant<Scalar>::read() const {
     now.pressure_b = pressure.b;
     now.supply_pressure = pressure.supply;
   }
-  effects_.each([&](const auto& effect) { put(now.position, effect.store(now.position)); });
+  now.position = effects_.store(now.position);
   return now;
 }
 
 template <class Scalar>
 void ServoPlant<Scalar>::advance(double command_v) {
-  Scalar command = command_v / rated_command_;
-  effects_.each([&](auto& effect) { put(command, effect.command(command)); });
-  commands_.push(command);
+  commands_.push(effects_.command(command_v / rated_command_));
 
   const double share = 1.0 / substeps_;
   for (int i = 0; i < substeps_; ++i) {
@@ -342,8 +327,7 @@ void ServoPlant<Scalar>::advance(double command_v) {
       seals_.advance(velocity_, friction(absolute<Scalar>(velocity_)), h_);
     }
     position_ += moved;
-    reading_ = position_;
-    effects_.each([&](auto& effect) { put(reading_, effect.sense(reading_, h_)); });
+    reading_ = effects_.sense(position_, h_);
   }
   ++sample_;
 }

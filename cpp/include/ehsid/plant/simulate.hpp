@@ -9,8 +9,8 @@
 
 namespace ehsid::plant {
 
-/// Numbers in a row of outputs, in the order of Outputs.
-inline constexpr std::size_t kOutputs = 6;
+/// Numbers in a row of outputs, see kOutputNames.
+inline constexpr std::size_t kOutputs = kOutputNames.size();
 
 /// One run.
 struct Simulation {

@@ -18,13 +18,13 @@ import numpy as np
 
 import ehsid
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.parameters import parameter_keys
 from ehsid.harness.deploy.hil.answers import Result
 from ehsid.harness.deploy.hil.errors import HilError, TargetReset
 from ehsid.harness.deploy.hil.plan import Plan
 from ehsid.harness.deploy.hil.recording import Recording
 from ehsid.harness.deploy.hil.requests import Sample
 from ehsid.harness.deploy.hil.session import Counters, Session
-from ehsid.harness.rigs.parameters import INITIAL_PREFIX
 from ehsid.harness.simulation.outputs import OUTPUTS, OUTPUTS_OF, as_measured
 from ehsid.harness.simulation.run import prepare
 
@@ -179,10 +179,9 @@ def _changed(plan: Plan, plant: ehsid.Plant) -> ehsid.Plant:
     changed = {name: factor * plan.rig.values[name] for name, factor in plan.change.items()}
     values = {**plan.values, **changed}
     # Only some of the outputs have an initial value as a parameter.
-    for parameter in ehsid.plant_parameters():
-        if parameter.name.startswith(INITIAL_PREFIX):
-            output = parameter.name.removeprefix(INITIAL_PREFIX)
-            values[parameter.name] = float(state[output])
+    for key in parameter_keys():
+        if key.is_initial:
+            values[key] = float(state[key.parameter])
     return prepare(plan.rig, dt_s=plan.dt_s, values=values).plant(quantised=False)
 
 

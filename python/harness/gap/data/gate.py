@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION
 from ehsid.harness.gap.data.floor import floor_of
 from ehsid.harness.gap.data.gate_channels import check_constant, check_saturated, check_spikes
 from ehsid.harness.gap.data.gate_clock import check_clock, check_length, check_sampling
@@ -14,7 +15,7 @@ from ehsid.harness.gap.data.gate_ranges import check_command, check_position, ch
 from ehsid.harness.gap.data.gate_signs import check_directions, check_ports
 from ehsid.harness.gap.schema import Remark
 from ehsid.harness.gap.thresholds import FLOORS_DIFFER, WINDOW_S
-from ehsid.harness.records import COLUMNS, Record
+from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
 # The remarks are read in this order: a constant channel, for example, says nothing about signs.
@@ -80,12 +81,12 @@ def stretch(record: Record, part: slice) -> Record:
 
 
 def _of_record(record: Record, rig: Rig) -> list[Remark]:
-    missing = [name for name in ("command_v", "position_m") if name not in record.columns]
+    missing = [name for name in (COMMAND, POSITION) if name not in record.columns]
     if missing:
         return [
             Remark(
                 record.name,
-                f"there is no column '{missing[0]}' ({COLUMNS[missing[0]].meaning}); name the "
+                f"there is no column '{missing[0]}' ({CHANNELS[missing[0]].meaning}); name the "
                 "column that holds it under [columns] in the rig file",
                 serious=True,
             )
@@ -105,8 +106,8 @@ def _of_record(record: Record, rig: Rig) -> list[Remark]:
 def _noise_differs(records: Sequence[Record]) -> list[Remark]:
     """Checks that the noise of each sensor is the same in all records of the machine."""
     remarks = []
-    for name in COLUMNS:
-        having = [record for record in records if name in record.columns and name != "command_v"]
+    for name in CHANNELS:
+        having = [record for record in records if name in record.columns and name != COMMAND]
         floors = [
             (floor_of(record, name).value, record.name)
             for record in having

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from scipy.ndimage import correlate1d, maximum_filter1d, median_filter
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION
 from ehsid.harness.gap.data.floor import floor_of
 from ehsid.harness.gap.schema import Remark
 from ehsid.harness.gap.thresholds import (
@@ -20,10 +21,10 @@ from ehsid.harness.gap.thresholds import (
     SPIKE_MATTERS,
     SPIKE_SIZE,
 )
-from ehsid.harness.records import COLUMNS, Record
+from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
-NEEDED = ("command_v", "position_m")
+NEEDED = (COMMAND, POSITION)
 
 
 def _runs(column: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
@@ -35,7 +36,7 @@ def _runs(column: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int
 def check_constant(record: Record, rig: Rig) -> list[Remark]:
     """Finds constant channels, motion that is below the noise, and stretches of a frozen sensor."""
     remarks = []
-    for name in (one for one in COLUMNS if one in record.columns):
+    for name in (one for one in CHANNELS if one in record.columns):
         column = record.column(name)
         if np.ptp(column) == 0.0:
             meaning = {
@@ -46,7 +47,7 @@ def check_constant(record: Record, rig: Rig) -> list[Remark]:
             remarks.append(
                 Remark(record.name, f"{name} is constant: {meaning}", serious=name in NEEDED)
             )
-        elif name not in ("command_v", "temperature_c"):
+        elif CHANNELS[name].moves:
             remarks += _frozen(record, name)
     position = record.column("position_m")
     if np.ptp(position) > 0.0:
@@ -90,8 +91,8 @@ def _frozen(record: Record, name: str) -> list[Remark]:
 def check_saturated(record: Record, rig: Rig) -> list[Remark]:
     """Finds sensors at the end of their range, which stay at their largest or smallest value."""
     remarks = []
-    for name in (one for one in COLUMNS if one in record.columns):
-        if name in ("command_v", "temperature_c"):
+    for name in (one for one in CHANNELS if one in record.columns):
+        if not CHANNELS[name].moves:
             continue
         column = record.column(name)
         if np.ptp(column) == 0.0:
@@ -127,8 +128,8 @@ def check_spikes(record: Record, rig: Rig) -> list[Remark]:
     with those nearby.
     """
     remarks = []
-    for name in (one for one in COLUMNS if one in record.columns):
-        if name in ("command_v", "temperature_c"):
+    for name in (one for one in CHANNELS if one in record.columns):
+        if not CHANNELS[name].moves:
             continue
         count = int(np.count_nonzero(spikes(record.column(name))))
         if count:

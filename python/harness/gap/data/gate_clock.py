@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.gap.data.floor import LEAST_SAMPLES, sees_motion
 from ehsid.harness.gap.data.oil_spring import oil_spring_hz
 from ehsid.harness.gap.schema import Remark
@@ -16,11 +17,9 @@ from ehsid.harness.gap.thresholds import (
     SKIP_S,
     WINDOW_S,
 )
-from ehsid.harness.records import COLUMNS, Record
+from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
-# Columns in which the check of the sampling does not look for motion.
-SLOW = ("command_v", "temperature_c")
 # Number of parts of a record whose sampling times are compared.
 PARTS = 10
 
@@ -128,7 +127,7 @@ def check_sampling(record: Record, rig: Rig) -> list[Remark]:
     blurred = [
         name
         for name, column in record.columns.items()
-        if name in COLUMNS and name not in SLOW and sees_motion(column)
+        if name in CHANNELS and CHANNELS[name].moves and sees_motion(column)
     ]
     if blurred:
         remarks.append(

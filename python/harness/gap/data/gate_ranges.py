@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
 from ehsid.harness.gap.data.floor import noise_floor
 from ehsid.harness.gap.schema import Remark
 from ehsid.harness.gap.thresholds import (
@@ -32,7 +33,6 @@ from ehsid.harness.rigs import Rig
 LENGTHS = MappingProxyType({"cm": 1e-2, "mm": 1e-3, "um": 1e-6})
 PRESSURES = MappingProxyType({"kPa": 1e3, "psi": 6894.757, "bar": 1e5, "MPa": 1e6})
 ATMOSPHERE_PA = 101325.0
-CHAMBERS = ("pressure_a_pa", "pressure_b_pa")
 
 
 def _mapping(rig: Rig, name: str, unit: str) -> str:
@@ -142,13 +142,13 @@ def check_pressures(record: Record, rig: Rig) -> list[Remark]:
     supply = rig.values.get("supply.pressure_pa")
     if supply is None:
         return []
-    names = [name for name in (*CHAMBERS, "supply_pressure_pa") if name in record.columns]
+    names = [name for name in (*CHAMBER_PRESSURES, SUPPLY_PRESSURE) if name in record.columns]
     remarks: list[Remark] = []
     for name in names:
         remarks += _pressure(record, rig, name, supply)
-    if any(remark.serious for remark in remarks) or "supply_pressure_pa" not in names:
+    if any(remark.serious for remark in remarks) or SUPPLY_PRESSURE not in names:
         return remarks
-    measured = float(np.median(record.column("supply_pressure_pa")))
+    measured = float(np.median(record.column(SUPPLY_PRESSURE)))
     off = measured / supply - 1.0
     if abs(off) > SUPPLY_SIGMAS * rig.sigma("supply.pressure_pa"):
         remarks.append(
@@ -166,7 +166,7 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
     low, top = float(pressure.min()), float(np.quantile(pressure, 0.99))
     if top < PRESSURE_UNIT * supply:
         # The largest pressure in a chamber is some 70 % of the supply pressure.
-        usual = supply if name == "supply_pressure_pa" else 0.7 * supply
+        usual = supply if name == SUPPLY_PRESSURE else 0.7 * supply
         unit = _nearest(usual / top, PRESSURES) if top > 0.0 else None
         mend = (
             f"perhaps it is in another unit: {_mapping(rig, name, unit)}"
@@ -203,7 +203,7 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
     above = float(
         np.mean(pressure > (1.0 + SUPPLY_SIGMAS * rig.sigma("supply.pressure_pa")) * most)
     )
-    if above > BEYOND_SHARE and name in CHAMBERS:
+    if above > BEYOND_SHARE and name in CHAMBER_PRESSURES:
         remarks.append(
             Remark(
                 record.name,

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.data.gate_ranges import CHAMBERS
+from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES
 from ehsid.harness.gap.schema import Remark
 from ehsid.harness.gap.thresholds import EXCHANGED, FORCE_SMOOTHED_S, OPPOSITE
 from ehsid.harness.records import Record
@@ -73,9 +73,9 @@ def check_directions(record: Record, rig: Rig) -> list[Remark]:
 
 def check_ports(record: Record, rig: Rig) -> list[Remark]:
     """Compares the force balance with the pressures as named and with the pressures exchanged."""
-    if rig.plant != "ehs" or any(name not in record.columns for name in CHAMBERS):
+    if rig.plant != "ehs" or any(name not in record.columns for name in CHAMBER_PRESSURES):
         return []
-    p_a, p_b = (record.column(name) for name in CHAMBERS)
+    p_a, p_b = (record.column(name) for name in CHAMBER_PRESSURES)
     if np.ptp(p_a) == 0.0 or np.ptp(p_b) == 0.0:
         return []
     cap = 0.25 * np.pi * rig.values["cylinder.bore_m"] ** 2

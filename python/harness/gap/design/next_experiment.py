@@ -13,6 +13,9 @@ from functools import partial
 
 import numpy as np
 
+from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.parameters import effects, plant_parameters
 from ehsid.harness.gap.data.floor import NoiseFloor
 from ehsid.harness.gap.design.menu import MENU, Candidate, candidate
 from ehsid.harness.gap.model.separation import Rival, Separation, separations
@@ -28,15 +31,14 @@ from ehsid.harness.gap.thresholds import (
 from ehsid.harness.parallel import run_tasks
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX, plant_parameters
 from ehsid.harness.simulation import command_limit
-from ehsid.harness.simulation.outputs import NOISE_OF
+from ehsid.harness.simulation.outputs import noise_sigma
 
 # Number of finalists that are fitted in parallel. The result depends on this number; therefore it
 # does not depend on the number of cores.
 AT_ONCE = 2
 # Sensors that can be added, in this order of preference.
-MORE_SENSORS = (("pressure_a_pa", "pressure_b_pa"), ("supply_pressure_pa",))
+MORE_SENSORS = (CHAMBER_PRESSURES, (SUPPLY_PRESSURE,))
 
 
 def _least(
@@ -154,11 +156,11 @@ def runnable(values: Mapping[str, float]) -> dict[str, float]:
         else value
         for name, value in values.items()
     }
-    static, coulomb = (
-        f"{EFFECT_PREFIX}stribeck_friction.{name}_n" for name in ("static", "coulomb")
-    )
-    if static in inside and coulomb in inside:
-        inside[static] = max(inside[static], inside[coulomb])
+    for effect in effects().values():
+        for pair in effect.not_below:
+            larger, smaller = (ParameterKey.of_effect(effect.id, name) for name in pair)
+            if larger in inside and smaller in inside:
+                inside[larger] = max(inside[larger], inside[smaller])
     return inside
 
 
@@ -174,7 +176,7 @@ def _sensor_sets(
     for more in MORE_SENSORS:
         missing = [name for name in more if name not in sets[-1]]
         if missing:
-            told = {name: rig.sensors.get(NOISE_OF[name], 0.0) or guess for name in missing}
+            told = {name: noise_sigma(rig, name) or guess for name in missing}
             sets.append({**sets[-1], **told})
     return sets
 

@@ -17,6 +17,7 @@ from functools import partial
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.inference.maps import window_numbers_of
 from ehsid.harness.gap.inference.suspects import Suspect, suspects
 from ehsid.harness.gap.model.equations import (
@@ -39,7 +40,6 @@ from ehsid.harness.gap.thresholds import (
 )
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.parameters import effects
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.inference.advantage import Advantage, above_floor, advantage
 from ehsid.harness.gap.inference.intervals import scatter_of
 from ehsid.harness.gap.inference.rivals import Rival
@@ -26,7 +27,6 @@ from ehsid.harness.gap.thresholds import (
     FORCE_DEVIATIONS,
     NEAREST,
 )
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
 FORCE = "load_force"
 FRICTION = frozenset(("coulomb_friction", "stribeck_friction"))
@@ -57,7 +57,7 @@ def _edges_do_as_well(case: Case, rival: Rival) -> bool:
     if case.pressures or FORCE not in rival.effects or case.rig.plant != "ehs":
         return False
     names = [one.name for one in case.parameters(rival.effects)]
-    place = names.index(f"{EFFECT_PREFIX}{FORCE}.force_n")
+    place = names.index(ParameterKey.of_effect(FORCE, "force_n"))
     scatter, _ = scatter_of(case, rival)
     return abs(float(rival.x[place])) < FORCE_DEVIATIONS * float(scatter[place])
 

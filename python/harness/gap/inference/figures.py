@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.keys import ParameterKey, sizes_of
 from ehsid.harness.gap.inference.advantage import above_floor, advantage
 from ehsid.harness.gap.inference.choice import Choice
 from ehsid.harness.gap.inference.how_far import how_far, window_sums
@@ -37,7 +38,6 @@ from ehsid.harness.gap.thresholds import (
     SURE,
     TEMPERATURE,
 )
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX, NUISANCE_PREFIX
 
 
 def held_out_figures(
@@ -139,7 +139,7 @@ def calibration_of(
         one.name: CalibratedValue(
             one.value(one.centre),
             found[one.name],
-            moved[one.name] and not one.name.startswith(NUISANCE_PREFIX),
+            moved[one.name] and not ParameterKey(one.name).is_nuisance,
             in_sigmas(one, found[one.name]),
         )
         for one in case.parameters()
@@ -200,8 +200,7 @@ def found_effects(
     total = sum(gains.values())
     effects = []
     for effect in best.effects:
-        prefix = f"{EFFECT_PREFIX}{effect}."
-        own = {n.removeprefix(prefix): e for n, e in values.items() if n.startswith(prefix)}
+        own = sizes_of(effect, values)
         effects.append(FoundEffect(effect, sure[effect], own, gains[effect] / total))
     return tuple(effects)
 
@@ -218,13 +217,14 @@ def listed(case: Case, found: Found, choice: Choice) -> tuple[Candidate, ...]:
         (found.calibrated, *found.rivals, *looked), key=lambda one: one.held_out_cost
     ):
         gained = advantage(case, one, found.calibrated).relative
-        own = {n: v for n, v in one.values.items() if n.split(".")[1] in one.effects}
+        keys = {ParameterKey(name): value for name, value in one.values.items()}
+        own = {key: value for key, value in keys.items() if key.effect in one.effects}
         candidates.append(
             Candidate(
                 one.effects,
                 max(advantage(case, best, one).nats, 0.0),
                 min(gained / room, 1.0) if room > 0.0 else 0.0,
-                {name.removeprefix(EFFECT_PREFIX): value for name, value in own.items()},
+                {f"{key.effect}.{key.parameter}": value for key, value in own.items()},
                 one.effects in equals,
                 one.cost,
                 one.held_out_cost,

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
+from ehsid.harness.catalogue.parameters import acts_on, names_of
+from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.data.regimes import Regimes
 from ehsid.harness.gap.schema import CannotJudge
 from ehsid.harness.gap.thresholds import (
@@ -19,8 +21,6 @@ from ehsid.harness.gap.thresholds import (
     LEAST_TRAVEL,
     PRESSURES_VARY,
 )
-from ehsid.harness.rigs.parameters import acts_on
-from ehsid.harness.rigs.parameters import effects as catalogue
 
 
 def _large_commands(regimes: Regimes) -> str | None:
@@ -72,21 +72,17 @@ def _pressures_vary(regimes: Regimes) -> str | None:
     return f"chamber pressures stay within {low:.2g} to {high:.2g} Pa: air is like softer oil there"
 
 
-# What a record must contain to show each effect; effects that are not named show in any motion.
-_NEEDS: Mapping[str, tuple[Callable[[Regimes], str | None], ...]] = MappingProxyType(
+# Reason why a record does not show an effect, by what the effect needs; None where it does.
+_MISSING: Mapping[str, Callable[[Regimes], str | None]] = MappingProxyType(
     {
-        "transport_delay": (_fast_commands,),
-        "valve_hysteresis": (_command_turns,),
-        "valve_lag": (_fast_commands,),
-        "valve_flow_saturation": (_large_commands,),
-        "valve_dead_band": (_about_null,),
-        "entrained_air": (_pressures_vary,),
-        "supply_droop": (_large_commands,),
-        "coulomb_friction": (_motion_turns,),
-        "stribeck_friction": (_motion_turns, _slow_motion),
-        "load_spring": (_wide_travel,),
-        "sensor_lag": (_fast_commands,),
-        "sensor_backlash": (_motion_turns,),
+        "command_reversals": _command_turns,
+        "motion_reversals": _motion_turns,
+        "slow_motion": _slow_motion,
+        "wide_travel": _wide_travel,
+        "large_commands": _large_commands,
+        "commands_about_null": _about_null,
+        "fast_commands": _fast_commands,
+        "varying_pressures": _pressures_vary,
     }
 )
 
@@ -114,8 +110,8 @@ def cannot_judge(
             continue
         missing = [
             reason
-            for need in _NEEDS.get(effect, ())
-            if (reason := _missing_everywhere(need, regimes)) is not None
+            for need in catalogue()[effect].needs
+            if (reason := _missing_everywhere(_MISSING[need], regimes)) is not None
         ]
         if missing:
             found.append(CannotJudge(effect, "; ".join(missing)))
@@ -151,27 +147,23 @@ def beyond_reach(
     floor = min(one.position_floor_m for one in regimes)
     found = []
     for effect in effects:
+        info = catalogue()[effect]
+        if info.reach == "all":
+            continue
+        first = values[names_of(info)[0]]
         reason = None
-        match effect:
-            case "valve_flow_saturation":
-                limit = values[f"effects.{effect}.limit"]
-                if limit > command:
-                    reason = (
-                        f"it would begin at {100.0 * limit:.0f} % of full opening, the command "
-                        f"never asks for more than {100.0 * command:.0f} %"
-                    )
-            case "valve_dead_band" | "valve_hysteresis":
-                name = "overlap" if effect == "valve_dead_band" else "half_width"
-                width = values[f"effects.{effect}.{name}"]
-                if width >= command:
-                    reason = (
-                        f"it would be {100.0 * width:.0f} % wide, the command never goes beyond "
-                        f"{100.0 * command:.0f} %"
-                    )
-            case "sensor_backlash":
-                width = values[f"effects.{effect}.half_width_m"]
-                if width < floor:
-                    reason = f"{width:.2g} m are below the sensor's noise of {floor:.2g} m"
+        if info.reach == "begins_at" and first > command:
+            reason = (
+                f"it would begin at {100.0 * first:.0f} % of full opening, the command never asks "
+                f"for more than {100.0 * command:.0f} %"
+            )
+        elif info.reach == "within" and first >= command:
+            reason = (
+                f"it would be {100.0 * first:.0f} % wide, the command never goes beyond "
+                f"{100.0 * command:.0f} %"
+            )
+        elif info.reach == "sensor_noise" and first < floor:
+            reason = f"{first:.2g} m are below the sensor's noise of {floor:.2g} m"
         if reason is not None:
             found.append(CannotJudge(effect, reason))
     return found

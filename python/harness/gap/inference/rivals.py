@@ -9,11 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.keys import ParameterKey, sizes_of
+from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import Fit, fit
+from ehsid.harness.gap.model.machine import effect_starts, machine_scale
 from ehsid.harness.gap.model.parameters import effect_parameters
 from ehsid.harness.gap.model.problem import Linear, Problem
-from ehsid.harness.gap.model.starts import SIMPLER, effect_starts, grown_start
 from ehsid.harness.gap.thresholds import (
     COLD_WINDOWS_S,
     DECISION_SUBSTEPS,
@@ -23,7 +25,6 @@ from ehsid.harness.gap.thresholds import (
     ITERATIONS_SCREEN,
     SLEWS_1_S,
 )
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX, NUISANCE_PREFIX
 
 SLEW = "nuisance.spool_slew_1_s"
 
@@ -151,7 +152,7 @@ def values_as_told(case: Case, calibrated: Rival) -> Rival:
     """Fits the nuisances only; the rig's own values stay as in the rig file."""
     fine = decisive(case)
     coarse, exact = case.problem(), fine.problem()
-    told = [not one.name.startswith(NUISANCE_PREFIX) for one in coarse.parameters]
+    told = [not ParameterKey(one.name).is_nuisance for one in coarse.parameters]
     centre = coarse.centre()
     for problem in (coarse, exact):
         problem.low = np.where(told, centre, problem.low)
@@ -183,12 +184,13 @@ def screen(case: Case, effects: tuple[str, ...], bases: Sequence[Base]) -> Rival
             )
             for one in bases
         ]
-    simpler = SIMPLER.get(effect)
+    simpler = catalogue()[effect].contains
     if simpler is not None and simpler not in effects:
         # The minimum of the cost is far narrower than that of the simpler law, and near it.
         less = screen(case, (*effects[:-1], simpler), bases)
-        force_n = less.values[f"{EFFECT_PREFIX}{simpler}.force_n"]
-        grown = effect_parameters(effect, grown_start(effect, force_n, case.rig), case.rig.plant)
+        simple = sizes_of(simpler, less.values)
+        start = catalogue()[effect].grown(simple, machine_scale(case.rig))
+        grown = effect_parameters(effect, start, case.rig.plant)
         start_x = np.concatenate([less.x[:-1], [x for _, x in grown]])
         fits.append(fit(problem, start_x, iterations=ITERATIONS_SCREEN))
     return _rival(case, effects, _best(fits))

@@ -9,15 +9,15 @@ from functools import partial
 
 import numpy as np
 
-import ehsid
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.keys import sizes_of
+from ehsid.harness.catalogue.parameters import acts_on, effects
 from ehsid.harness.gap.inference.advantage import above_floor, advantage
-from ehsid.harness.gap.inference.quantised import QUANTISATION
 from ehsid.harness.gap.inference.rivals import Rival, as_told, base, calibrate, polish, screen
 from ehsid.harness.gap.inference.sizes import matters
 from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.model.machine import effect_starts
 from ehsid.harness.gap.model.parameters import effect_parameters
-from ehsid.harness.gap.model.starts import SIMPLER, effect_starts, shrunk_force
 from ehsid.harness.gap.thresholds import (
     AT_FLOOR,
     BEAM,
@@ -29,10 +29,6 @@ from ehsid.harness.gap.thresholds import (
 )
 from ehsid.harness.parallel import Progress, run_tasks
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.parameters import acts_on, effects
-
-# Quantisation shows in the record itself.
-NOT_FITTED = (QUANTISATION,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +55,11 @@ def candidates(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
     """Ids of the effects that may be found: the plant can have them, the rig file does not."""
     return tuple(
         info.id
-        for info in ehsid.effects()
-        if acts_on(effects()[info.id], rig.plant)
-        and info.id not in (*rig.effects(), *exclude, *NOT_FITTED)
+        for info in effects().values()
+        if acts_on(info, rig.plant)
+        and info.id not in (*rig.effects(), *exclude)
+        # The record itself shows an effect without start values, such as quantisation.
+        and effect_starts(info.id, rig)
     )
 
 
@@ -182,13 +180,13 @@ def _simpler(
     tasks = []
     for rival in best:
         for effect in rival.effects:
-            simpler = SIMPLER.get(effect)
+            simpler = effects()[effect].contains
             others = tuple(one for one in rival.effects if one != effect)
             if simpler is None or simpler not in asked or simpler in others:
                 continue
             if frozenset((*others, simpler)) in known:
                 continue
-            start = {"force_n": shrunk_force(effect, rival.values)}
+            start = effects()[effect].simplified(sizes_of(effect, rival.values))
             sizes = [x for _, x in effect_parameters(simpler, start, case.rig.plant)]
             x = np.concatenate([restrict(case, rival, others), sizes])
             tasks.append(partial(polish, case, (*others, simpler), x))

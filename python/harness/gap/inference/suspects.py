@@ -14,12 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.inference.trials import SIZES, candidates, full_names, scaled
+from ehsid.harness.catalogue.keys import effect_values, sizes_of
+from ehsid.harness.catalogue.parameters import acts_on, effects
+from ehsid.harness.gap.inference.trials import scaled
 from ehsid.harness.gap.model.equations import Equation
+from ehsid.harness.gap.model.machine import machine_scale
 from ehsid.harness.gap.model.weak_form import regress
 from ehsid.harness.gap.thresholds import SUSPECT_DEVIATIONS, SUSPECT_TURNS
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.parameters import acts_on, effects
 
 
 @dataclass(frozen=True)
@@ -82,15 +84,15 @@ def suspects(
         if effect in skipped or not acts_on(info, rig.plant):
             continue
         trials = [
-            _trial(effect, columns, found, base, change) for columns in candidates(effect, rig)
+            _trial(effect, columns, found, base, change)
+            for columns in info.trials(machine_scale(rig))
         ]
         best = max(filter(None, trials), key=lambda one: one.gain, default=None)
         if best is None:
             continue
-        if effect in SIZES and best.gain > 0.0:
+        if info.retried and best.gain > 0.0:
             # Try once more at the estimated size: residuals need not be in proportion to it.
-            sizes = {name.rpartition(".")[2]: value for name, value in best.values.items()}
-            again = _trial(effect, [sizes], found, base, change)
+            again = _trial(effect, [sizes_of(effect, best.values)], found, base, change)
             best = again if again is not None and again.gain > best.gain else best
         suspected.append(best)
     return tuple(sorted(suspected, key=lambda one: -one.gain))
@@ -107,7 +109,7 @@ def _trial(
 
     None where residuals are not finite, or a parameter leaves its range, as with the other sign.
     """
-    changed = [change(full_names(effect, column)) for column in columns]
+    changed = [change(effect_values(effect, column)) for column in columns]
     signature = {
         one.name: np.column_stack(
             [(rows[one.name] - base[one.name]) / one.sigma for rows in changed]
@@ -117,12 +119,12 @@ def _trial(
     if not all(np.isfinite(rows).all() for rows in signature.values()):
         return None
     trial = _try(found, signature)
-    sizes = scaled(columns, trial.factors)
+    sizes = scaled(effects()[effect], columns, trial.factors)
     for parameter in effects()[effect].parameters:
         if not parameter.minimum <= sizes[parameter.name] <= parameter.maximum:
             return None
     gain = trial.gain if trial.deviations > SUSPECT_DEVIATIONS else 0.0
-    return Suspect(effect, full_names(effect, sizes), gain, trial.deviations)
+    return Suspect(effect, effect_values(effect, sizes), gain, trial.deviations)
 
 
 def _try(found: Sequence[Equation], signature: Mapping[str, FloatArray]) -> _Trial:

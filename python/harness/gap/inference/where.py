@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.inference.attribution import (
     Attribution,
     attribute_equations,
@@ -17,7 +18,6 @@ from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.process_noise import NoiseNeeded, noise_needed
 from ehsid.harness.gap.schema import SUBSYSTEMS, Where
 from ehsid.harness.gap.thresholds import SUBSYSTEM_SMALL, SUBSYSTEM_TAKES_PART
-from ehsid.harness.rigs.parameters import effects
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,17 @@ from scipy.signal import welch
 
 import ehsid
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES
+from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.data.floor import NoiseFloor, floor_of
 from ehsid.harness.gap.model.comparison import Blocks, compare, varying_outputs
+from ehsid.harness.gap.model.machine import effect_starts
 from ehsid.harness.gap.model.parameters import (
-    STANDS_FOR,
     Parameter,
     calibration_parameters,
     effect_parameters,
 )
 from ehsid.harness.gap.model.problem import Problem
-from ehsid.harness.gap.model.starts import effect_starts
 from ehsid.harness.gap.thresholds import (
     LEAST_WINDOW_SAMPLES,
     MOSTLY_SWINGS,
@@ -76,7 +77,7 @@ class Case:
     @property
     def pressures(self) -> bool:
         """Whether the pressure of at least one chamber is compared."""
-        return any(name.startswith("pressure_") for name in self.outputs)
+        return any(name in CHAMBER_PRESSURES for name in self.outputs)
 
     def variation(self) -> FloatArray:
         """Rms of each measured output about its window means, held-out data, shape (outputs,)."""
@@ -100,9 +101,9 @@ class Case:
         """
         found = list(calibration_parameters(self.rig, pressures=self.pressures, unseen=unseen))
         for effect in effects:
-            if effect in STANDS_FOR:
-                # The effect replaces its nuisance. The nuisance is held but keeps its place in x.
-                found = [one.held() if one.name == STANDS_FOR[effect] else one for one in found]
+            # The effect replaces its nuisance. The nuisance is held but keeps its place in x.
+            nuisance = catalogue()[effect].nuisance
+            found = [one.held() if one.name == nuisance else one for one in found]
             start = effect_starts(effect, self.rig)[0]
             found += [p for p, _ in effect_parameters(effect, start, self.rig.plant)]
         return tuple(found)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from scipy.signal import savgol_filter
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.gap.thresholds import BLOCK_S, BLOCKS_TURN, SKIP_S, WINDOW_S
 from ehsid.harness.records import Record
 from ehsid.harness.simulation.windows import (
@@ -24,9 +25,8 @@ from ehsid.harness.simulation.windows import (
 
 Blocks = Literal["all", "fit", "held out"]
 
-# Outputs that are compared if the record has them. The measured supply pressure determines the
-# pressure at the valve. The velocity is left out because it repeats the position.
-OUTPUTS = ("position_m", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa", "spool")
+# Outputs that are compared if the record has them.
+OUTPUTS = tuple(channel.name for channel in CHANNELS.values() if channel.compared)
 
 # An output counts as noise if its variation within the windows is at most VARIES times its floor.
 VARIES = 3.0

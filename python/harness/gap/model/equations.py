@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, COMMAND, SUPPLY_PRESSURE
 from ehsid.harness.gap.data.floor import noise_floor
 from ehsid.harness.gap.model.inverse_servo import CAP, FORCE, ROD, SPOOL, SUPPLY, servo_terms
 from ehsid.harness.gap.model.inverse_signals import Measured, Terms, all_values, areas, measured
@@ -53,7 +54,7 @@ SUBSYSTEM = {
 }
 
 
-PRESSURES = ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
+PRESSURES = (*CHAMBER_PRESSURES, SUPPLY_PRESSURE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,7 +294,7 @@ def _with_noise(signals: Measured, seed: int) -> Measured:
     columns = {
         name: column + noise_floor(column).value * rng.standard_normal(column.size)
         for name, column in signals.columns.items()
-        if name != "command_v"
+        if name != COMMAND
     }
     return Measured(signals.dt_s, signals.command, columns)
 

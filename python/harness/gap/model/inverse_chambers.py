@@ -20,13 +20,11 @@ from ehsid.harness.gap.model.inverse_signals import (
     Terms,
     Values,
     areas,
+    terms_of,
     true_position,
 )
 from ehsid.harness.gap.model.inverse_valve import EdgeFlows, edge_flows
 from ehsid.harness.gap.model.weak_form import WeakForm
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX
-
-POLYTROPIC = 1.3
 
 
 def supplied(
@@ -42,7 +40,7 @@ def supplied(
     source = values["supply.pressure_pa"]
     supply = np.full(a.size, source)
     flows = edge_flows(opening, a, b, supply, values)
-    resistance, capacitance = _line(values)
+    resistance, capacitance = terms_of(values).supply_line
     if resistance > 0.0:
         # C dp/dt = (source - p) / R - q, with q at the supply pressure of the iteration before.
         decay = math.exp(-signals.dt_s / (resistance * capacitance))
@@ -53,17 +51,9 @@ def supplied(
     return supply, flows
 
 
-def _line(values: Values) -> tuple[float, float]:
-    prefix = f"{EFFECT_PREFIX}supply_droop."
-    return (
-        values[f"{prefix}source_resistance_pa_s_m3"],
-        values[f"{prefix}accumulator_capacitance_m3_pa"],
-    )
-
-
 def supply_line(supply: FloatArray, flows: EdgeFlows, values: Values, weak: WeakForm) -> Terms:
     """Terms of the supply line in weak form, Pa: 0 = p_s - source + R (q + C p_s')."""
-    resistance, capacitance = _line(values)
+    resistance, capacitance = terms_of(values).supply_line
     return {
         "supply": weak.mean(supply),
         "source": np.full(weak.mean(supply).size, -values["supply.pressure_pa"]),
@@ -94,11 +84,10 @@ def continuities(
         values["cylinder.stroke_m"] - position
     )
     tank = values["supply.tank_pressure_pa"]
-    inner = values["effects.internal_leakage.coefficient_m3_s_pa"] * (a - b)
-    outer = "effects.external_leakage.coefficient_"
+    leaking_a, leaking_b = terms_of(values).leakage(a, b, tank)
     sides = (
-        (flows.supply_a, flows.a_tank, inner + values[f"{outer}a_m3_s_pa"] * (a - tank), a),
-        (flows.supply_b, flows.b_tank, values[f"{outer}b_m3_s_pa"] * (b - tank) - inner, b),
+        (flows.supply_a, flows.a_tank, leaking_a, a),
+        (flows.supply_b, flows.b_tank, leaking_b, b),
     )
     found = []
     for volume, (filling, draining, leaking, pressure) in zip(
@@ -121,14 +110,12 @@ def strain(pressure: FloatArray, values: Values) -> FloatArray:
     """Volumetric strain, the integral of dp / beta_e(p), up to a constant; no unit, shape (N,)."""
     beta = values["fluid.bulk_modulus_pa"]
     free = values["nuisance.free_gas"] * ATMOSPHERE_PA
-    alpha = values["effects.entrained_air.volume_fraction"]
     # Free gas: beta_e q / V = (1 + alpha beta p_0 / p^2) p'.
     found = pressure / beta - free / pressure
-    if alpha == 0.0:
-        return found
     grid = np.geomspace(0.99 * float(pressure.min()), 1.01 * float(pressure.max()), 2000)
-    air = alpha * (ATMOSPHERE_PA / grid) ** (1.0 / POLYTROPIC)
-    softer = (1.0 + air * beta / (POLYTROPIC * grid)) / (1.0 + air) - 1.0
+    softer = beta / terms_of(values).bulk_modulus(beta, grid) - 1.0
+    if not np.any(softer):
+        return np.asarray(found)
     softer *= 1.0 / beta + free / grid**2
     added = np.interp(pressure, grid, cumulative_trapezoid(softer, grid, initial=0))
     return np.asarray(found + added)

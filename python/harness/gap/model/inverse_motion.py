@@ -14,29 +14,22 @@ from ehsid.harness.gap.model.inverse_signals import (
     areas,
     side,
     speed_of,
+    terms_of,
     true_position,
 )
 from ehsid.harness.gap.model.inverse_valve import spool_of
 from ehsid.harness.gap.model.weak_form import WeakForm
 from ehsid.harness.gap.thresholds import STROKE_END
 
-_NO_SPOOL = {
-    "effects.valve_hysteresis.half_width": 0.0,
-    "effects.valve_lag.bandwidth_hz": 0.0,
-    "nuisance.spool_bandwidth_hz": 0.0,
-}
+# A motor has no spool, whose bandwidth the plant has as a nuisance.
+_NO_SPOOL = {"nuisance.spool_bandwidth_hz": 0.0}
 
 
 def _motion(signals: Measured, values: Values, prefix: str, weak: WeakForm) -> Terms:
     """Inertia, friction and load in weak form, N, signed to add up with the driving force."""
     position = true_position(signals, values)
     middle = 0.5 * values["cylinder.stroke_m"] if prefix == "load" else 0.0
-    spring = "effects.load_spring."
-    load = (
-        values[f"{spring}stiffness_n_m"] * (position - middle)
-        + values[f"{spring}force_at_mid_stroke_n"]
-        + values["effects.load_force.force_n"]
-    )
+    load = terms_of(values).load(position - middle)
     return {
         "inertia": -values[f"{prefix}.mass_kg"] * weak.curvature(position),
         "viscous": -values[f"{prefix}.viscous_friction_n_s_m"] * weak.slope(position),
@@ -46,16 +39,10 @@ def _motion(signals: Measured, values: Values, prefix: str, weak: WeakForm) -> T
 
 
 def _friction(signals: Measured, values: Values) -> FloatArray:
-    coulomb = values["effects.coulomb_friction.force_n"]
-    prefix = "effects.stribeck_friction."
-    sliding, static = values[f"{prefix}coulomb_n"], values[f"{prefix}static_n"]
-    if coulomb == sliding == static == 0.0:
-        return np.zeros(signals.command.size)
-    level = np.full(signals.command.size, coulomb + sliding)
-    velocity = values[f"{prefix}stribeck_velocity_m_s"]
-    if velocity > 0.0:
-        level += (static - sliding) * np.exp(-((speed_of(signals) / velocity) ** 2))
-    return level * side(signals, values["nuisance.presliding_m"])
+    level = terms_of(values).friction(np.abs(speed_of(signals)))
+    if not np.any(level):
+        return level
+    return np.asarray(level * side(signals, values["nuisance.presliding_m"]))
 
 
 def cylinder_force(

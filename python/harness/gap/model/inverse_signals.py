@@ -11,11 +11,12 @@ from functools import lru_cache
 import numpy as np
 from scipy.signal import savgol_filter
 
+from ehsid import EffectTerms
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.gap.thresholds import EQUATIONS_DT_S
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.parameters import plant_parameters
 from ehsid.harness.simulation import command_limit
 from ehsid.harness.simulation.windows import SMOOTHED_S
 
@@ -110,13 +111,17 @@ def side(signals: Measured, distance: float) -> FloatArray:
     return bend(smoothed(signals, 0), distance)
 
 
+def terms_of(values: Values) -> EffectTerms:
+    """Terms that the effects add to the equations, at all values of the plant by full name."""
+    return EffectTerms([values[name] for name in plant_parameters()])
+
+
 def true_position(signals: Measured, values: Values) -> FloatArray:
     """Position, m, with the lag, then the play of its sensor compensated; quantisation remains."""
     position = signals.columns["position_m"]
-    lag = values["effects.sensor_lag.time_constant_s"]
+    lag, half_width = terms_of(values).sensor_error
     if lag > 0.0:
         position = position + lag * speed_of(signals)
-    half_width = values["effects.sensor_backlash.half_width_m"]
     if half_width > 0.0:
         # The last motion determines which side of the play is in contact.
         position = position + half_width * side(signals, 0.2 * half_width)

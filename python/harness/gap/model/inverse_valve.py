@@ -9,28 +9,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from scipy.signal import cont2discrete, lfilter, ss2tf
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.inverse_signals import (
-    KEPT,
     Measured,
     Values,
+    terms_of,
 )
-
-
-def play(signal: FloatArray, half_width: float) -> FloatArray:
-    """Applies the play operator, w = min(max(w, u - half_width), u + half_width), from w = 0."""
-    if half_width == 0.0:
-        return signal
-    held, shown = 0.0, []
-    for value in signal.tolist():
-        held = min(max(held, value - half_width), value + half_width)
-        shown.append(held)
-    return np.array(shown)
 
 
 def second_order(held: FloatArray, bandwidth_hz: float, damping: float, dt_s: float) -> FloatArray:
@@ -58,25 +46,12 @@ def delayed(held: FloatArray, samples: float) -> FloatArray:
 
 def spool_of(signals: Measured, values: Values) -> FloatArray:
     """Spool position at the samples, as a fraction of that at rated command, shape (N,)."""
-    bandwidth_hz = values["effects.valve_lag.bandwidth_hz"]
-    damping = values["effects.valve_lag.damping"]
+    terms = terms_of(values)
+    bandwidth_hz, damping = terms.spool_lag
     if bandwidth_hz == 0.0:
         bandwidth_hz = values["nuisance.spool_bandwidth_hz"]
         damping = values["nuisance.spool_damping"]
-    return _spool(
-        signals,
-        values["effects.transport_delay.delay_s"],
-        values["effects.valve_hysteresis.half_width"],
-        bandwidth_hz,
-        damping,
-    )
-
-
-@lru_cache(maxsize=KEPT)
-def _spool(
-    signals: Measured, delay_s: float, half_width: float, bandwidth_hz: float, damping: float
-) -> FloatArray:
-    held = play(delayed(signals.command, delay_s / signals.dt_s), half_width)
+    held = terms.command(delayed(signals.command, terms.delay_s / signals.dt_s))
     if bandwidth_hz == 0.0:
         # A held command jumps at each sample. Its value there is the mean of both sides.
         return np.asarray(0.5 * (held + np.concatenate([held[:1], held[:-1]])))
@@ -85,9 +60,7 @@ def _spool(
 
 def opening_of(spool: FloatArray, values: Values) -> FloatArray:
     """Opening of the valve: the spool position with null bias and flow saturation, shape (N,)."""
-    opening = spool + values["effects.valve_null_bias.offset"]
-    limit = values["effects.valve_flow_saturation.limit"]
-    return np.asarray(limit * np.tanh(opening / limit) if limit > 0.0 else opening)
+    return terms_of(values).opening(spool)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +94,7 @@ def edge_flows(
     gain = values["valve.rated_flow_m3_s"] / values["valve.rated_pressure_drop_pa"] ** exponent
     laminar = values["nuisance.laminar_pressure_pa"] ** 2
     rounding = values["nuisance.edge_rounding"] ** 2
-    common = values["effects.valve_dead_band.overlap"]
+    common = terms_of(values).overlap
     tank = values["supply.tank_pressure_pa"]
 
     def flow(way: float, side: float, to_tank: float, drop: FloatArray) -> FloatArray:

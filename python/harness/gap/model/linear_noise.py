@@ -19,7 +19,7 @@ from scipy.linalg import solve_discrete_lyapunov
 from scipy.signal import cont2discrete
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.model.inverse_signals import Values, areas
+from ehsid.harness.gap.model.inverse_signals import Values, areas, terms_of
 
 # Steps of the covariance per step of the averaged error.
 SUBSTEPS = 4
@@ -53,10 +53,7 @@ def linear_servo(
     # Pressures are in units of this pressure drop, so that the matrix is well scaled.
     gain = per_root * math.sqrt(drop) / drop
     loss = 0.5 * per_root * opening / math.sqrt(drop)
-    bandwidth_hz, damping = (
-        values["effects.valve_lag.bandwidth_hz"],
-        values["effects.valve_lag.damping"],
-    )
+    bandwidth_hz, damping = terms_of(values).spool_lag
     if bandwidth_hz == 0.0:
         bandwidth_hz = values["nuisance.spool_bandwidth_hz"]
         damping = values["nuisance.spool_damping"]

@@ -6,8 +6,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
+from ehsid import EffectTerms
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.parameters import (
+    acts_on,
+    effects,
+    plant_parameters,
+)
 from ehsid.harness.gap.thresholds import (
     HELD,
     LOGARITHMIC_NUISANCES,
@@ -18,17 +24,8 @@ from ehsid.harness.gap.thresholds import (
     UNSEEN_CENTRE,
 )
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.parameters import (
-    EFFECT_PREFIX,
-    acts_on,
-    effects,
-    is_rig_value,
-    plant_parameters,
-)
 
 OF_HIDDEN_SPOOL = ("nuisance.spool_bandwidth_hz", "nuisance.spool_damping")
-# Nuisance that stands for an effect within the tolerance of any servo, by id of the effect.
-STANDS_FOR = MappingProxyType({"valve_null_bias": "nuisance.null_bias"})
 FRICTION_NUISANCES = ("nuisance.presliding_m", "nuisance.sliding_onset_m_s")
 
 # Smallest size of an effect in a fit, as a share of its largest size. A smaller effect is off.
@@ -92,7 +89,8 @@ def calibration_parameters(
         if (
             name in HELD
             or value == 0.0
-            or not (is_rig_value(name) or name.startswith(EFFECT_PREFIX))
+            or ParameterKey(name).is_nuisance
+            or ParameterKey(name).is_initial
         ):
             continue
         info, sigma = plant_parameters()[name], rig.sigma(name)
@@ -132,7 +130,7 @@ def _log_above(minimum: float) -> float:
 
 def _nuisances(rig: Rig, pressures: bool) -> list[Parameter]:
     found = []
-    told_lag = rig.values.get(f"{EFFECT_PREFIX}valve_lag.bandwidth_hz", 0.0) > 0.0
+    told_lag = EffectTerms(rig.plant_values()).spool_lag[0] > 0.0
     for name, sigma in NUISANCE_SIGMA.items():
         if rig.plant != "ehs" and name not in FRICTION_NUISANCES:
             continue
@@ -174,7 +172,7 @@ def effect_parameters(
         raise ValueError(f"a plant \"{plant}\" has no {info.subsystem}: '{effect}' cannot act")
     found = []
     for parameter in info.parameters:
-        name = f"{EFFECT_PREFIX}{effect}.{parameter.name}"
+        name = ParameterKey.of_effect(effect, parameter.name)
         value = start[parameter.name]
         if parameter.minimum < 0.0:
             # A force or a bias can have either sign, so that x cannot be a logarithm.

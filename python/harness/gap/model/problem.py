@@ -18,11 +18,11 @@ import numpy.typing as npt
 
 import ehsid
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.gap.model.comparison import Compared
 from ehsid.harness.gap.model.parameters import Parameter
 from ehsid.harness.gap.thresholds import INDEPENDENT_HZ
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.parameters import plant_parameters
 from ehsid.harness.simulation.outputs import OUTPUTS
 
 

@@ -10,11 +10,12 @@ import numpy as np
 from scipy.stats import norm
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.keys import sizes_of
+from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.model.comparison import Compared, compare
 from ehsid.harness.gap.model.fit import fit
 from ehsid.harness.gap.model.parameters import Parameter, calibration_parameters, effect_parameters
 from ehsid.harness.gap.model.problem import Problem
-from ehsid.harness.gap.model.starts import SIMPLER
 from ehsid.harness.gap.thresholds import (
     DESIGN_ERROR,
     INDEPENDENT_HZ,
@@ -24,7 +25,6 @@ from ehsid.harness.gap.thresholds import (
 )
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 from ehsid.harness.simulation import simulate
 
 # A candidate: its effects, and its values of the plant by full name.
@@ -64,9 +64,7 @@ def parameters_of(rig: Rig, rival: Rival) -> tuple[tuple[Parameter, ...], FloatA
     found = list(calibration_parameters(rig))
     x = [one.place(values[one.name]) if one.name in values else one.centre for one in found]
     for effect in effects:
-        prefix = f"{EFFECT_PREFIX}{effect}."
-        own = {name[len(prefix) :]: v for name, v in values.items() if name.startswith(prefix)}
-        for parameter, place in effect_parameters(effect, own, rig.plant):
+        for parameter, place in effect_parameters(effect, sizes_of(effect, values), rig.plant):
             found.append(parameter)
             x.append(place)
     return tuple(found), np.array(x)
@@ -125,7 +123,7 @@ def separations(
 
 def contains(larger: Sequence[str], smaller: Sequence[str]) -> bool:
     """Whether the larger set of effects can reproduce every behaviour of the smaller one."""
-    able = {*larger, *(SIMPLER[effect] for effect in larger if effect in SIMPLER)}
+    able = {*larger, *(catalogue()[effect].contains for effect in larger)}
     return set(smaller) <= able
 
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from ehsid.harness.catalogue.parameters import acts_on
+from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.records.errors import nearest_name
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.parameters import acts_on
-from ehsid.harness.rigs.parameters import effects as catalogue
 
 Range = tuple[float, float]
 Sizes = Mapping[str, float]
@@ -19,27 +19,25 @@ class InjectError(ValueError):
     """An effect, a size or a record that cannot be used; the message says how to correct it."""
 
 
+QUANTISATION = "sensor_quantisation"
+
+
+def _with_place(*places: str) -> tuple[str, ...]:
+    return tuple(info.id for info in catalogue().values() if info.log_place in places)
+
+
 # Effects on the command, injected by their pre-images from the machine back to the controller: the
 # reversed order of the command path in the catalogue. A load force of an axis and the gain of the
 # drive act behind the whole command path.
-COMMAND = (
-    "load_force",
-    "gain",
-    "valve_dead_band",
-    "valve_null_bias",
-    "valve_lag",
-    "valve_hysteresis",
-    "transport_delay",
-)
+COMMAND = (*_with_place("command_of_axis"), "gain", *reversed(_with_place("command")))
 
 # Effects on the logged position, in the order of the sensor in the catalogue. A delayed reading is
 # a reading of the sensor before quantisation.
 POSITION = (
     "position_bias",
-    "sensor_backlash",
-    "sensor_lag",
+    *(effect for effect in _with_place("position") if effect != QUANTISATION),
     "position_delay",
-    "sensor_quantisation",
+    QUANTISATION,
 )
 
 # Effects that are not in the catalogue. `GAIN_OF` and the answer say what they correspond to.
@@ -60,28 +58,24 @@ GAIN_OF = MappingProxyType(
     }
 )
 
-# Effects of the rig with which an injected effect does not commute. An effect on the command is
-# injected in front of all the effects of the machine in the log, an effect on the position behind
-# them.
-DOES_NOT_PASS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "gain": (
-            "valve_hysteresis",
-            "valve_null_bias",
-            "valve_flow_saturation",
-            "valve_dead_band",
-        ),
-        "valve_dead_band": (
-            "valve_hysteresis",
-            "valve_lag",
-            "valve_null_bias",
-            "valve_flow_saturation",
-        ),
-        "valve_lag": ("valve_hysteresis",),
-        "sensor_backlash": ("sensor_lag", "sensor_quantisation"),
-        "sensor_lag": ("sensor_quantisation",),
-    }
+# Effects of the rig with which the gain does not commute: they depend on the size of the command.
+_GAIN_DOES_NOT_PASS = (
+    "valve_hysteresis",
+    "valve_null_bias",
+    "valve_flow_saturation",
+    "valve_dead_band",
 )
+
+
+def does_not_pass(effect: str) -> tuple[str, ...]:
+    """Returns the effects of the rig with which an injected effect does not commute.
+
+    An effect on the command is injected in front of all the effects of the machine in the log, an
+    effect on the position behind them.
+    """
+    if effect == "gain":
+        return _GAIN_DOES_NOT_PASS
+    return catalogue()[effect].does_not_commute if effect in catalogue() else ()
 
 
 def injectable(plant: str) -> dict[str, dict[str, Range]]:
@@ -91,8 +85,8 @@ def injectable(plant: str) -> dict[str, dict[str, Range]]:
     for effect in (*COMMAND, *POSITION):
         if effect in OWN:
             found[effect] = dict(OWN[effect])
-        # A load force is equivalent to a command of a motor, but not to a command of a valve.
-        elif effect == "load_force" and plant != "axis":
+        # A force is equivalent to a command of a motor, but not to a command of a valve.
+        elif known[effect].log_place == "command_of_axis" and plant != "axis":
             continue
         elif acts_on(known[effect], plant):
             found[effect] = {p.name: (p.minimum, p.maximum) for p in known[effect].parameters}

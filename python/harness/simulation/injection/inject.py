@@ -17,6 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.channels import CHANNELS
+from ehsid.harness.catalogue.channels import POSITION as POSITION_COLUMN
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation.injection import command as on_command
@@ -25,13 +27,13 @@ from ehsid.harness.simulation.injection.answer import Answer, file_of
 from ehsid.harness.simulation.injection.delay import before_delay, behind_delay
 from ehsid.harness.simulation.injection.effects import (
     COMMAND,
-    DOES_NOT_PASS,
     GAIN_OF,
     OWN,
     POSITION,
     InjectError,
     Sizes,
     check,
+    does_not_pass,
 )
 from ehsid.harness.simulation.injection.lag import before_lag
 from ehsid.harness.simulation.injection.notes import (
@@ -42,13 +44,10 @@ from ehsid.harness.simulation.injection.notes import (
 # Effects behind the spool. A measured spool position must be changed by their pre-images, too.
 BEHIND_SPOOL = ("gain", "valve_dead_band", "valve_null_bias")
 # Other outputs of a record, against which a delayed position is visible as delayed.
-OTHER_OUTPUTS = (
-    "pressure_a_pa",
-    "pressure_b_pa",
-    "supply_pressure_pa",
-    "spool",
-    "velocity_m_s",
-    "force_n",
+OTHER_OUTPUTS = tuple(
+    channel.name
+    for channel in CHANNELS.values()
+    if channel.moves and channel.name != POSITION_COLUMN
 )
 
 
@@ -192,14 +191,10 @@ def _sensor(effect: str, sizes: Sizes, position: FloatArray, dt_s: float) -> Ste
     match effect:
         case "position_bias":
             return on_position.behind_bias(position, sizes["offset_m"])
-        case "sensor_backlash":
-            return on_position.behind_play(position, sizes["half_width_m"])
-        case "sensor_lag":
-            return on_position.behind_lag(position, sizes["time_constant_s"], dt_s)
         case "position_delay":
             return behind_delay(position, sizes["delay_s"], dt_s)
         case _:
-            return on_position.behind_quantisation(position, sizes["step_m"])
+            return on_position.behind_sensor(position, effect, sizes, dt_s)
 
 
 def _passing(effects: Mapping[str, Sizes], rig: Rig) -> list[Note]:
@@ -211,7 +206,7 @@ def _passing(effects: Mapping[str, Sizes], rig: Rig) -> list[Note]:
             exact=False,
         )
         for effect in effects
-        for own in DOES_NOT_PASS.get(effect, ())
+        for own in does_not_pass(effect)
         if own in rig.effects()
     ]
 

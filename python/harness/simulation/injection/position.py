@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""Applies effects of a sensor, as the catalogue defines them, to a logged position in m."""
+"""Applies effects of a sensor, as the simulator computes them, to a logged position in m."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 
 import numpy as np
-from scipy.signal import lfilter
 
+from ehsid import EffectTerms
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.simulation.injection.notes import (
-    Note,
-    Step,
-)
+from ehsid.harness.catalogue.keys import effect_values
+from ehsid.harness.catalogue.parameters import plant_parameters
+from ehsid.harness.simulation.injection.notes import Note, Step
 
 
 def behind_bias(position: FloatArray, offset_m: float) -> Step:
@@ -20,33 +19,22 @@ def behind_bias(position: FloatArray, offset_m: float) -> Step:
     return Step(position + offset_m, [])
 
 
-def behind_play(position: FloatArray, half_width_m: float) -> Step:
-    """Applies play with half width h: m_k = min(max(m_{k-1}, y_k - h), y_k + h), m_0 = y_0."""
-    shown = np.empty_like(position)
-    held = position[0]
-    for k, (low, high) in enumerate(
-        zip(position - half_width_m, position + half_width_m, strict=True)
-    ):
-        held = min(max(held, low), high)
-        shown[k] = held
-    return Step(shown, [])
+def behind_sensor(
+    position: FloatArray, effect: str, sizes: Mapping[str, float], dt_s: float
+) -> Step:
+    """Applies an effect of the catalogue on the sensor, which rested before the first sample.
 
-
-def behind_lag(position: FloatArray, time_constant_s: float, dt_s: float) -> Step:
-    """Applies the lag tau m' = y - m; exact where y is linear between samples.
-
-    With the slope s and d = exp(-dt / tau): m_k = d (m_{k-1} - y_{k-1} + tau s) + y_k - tau s.
+    Parameters
+    ----------
+    position
+        logged position, m, shape (N,); it is taken to be linear between the samples.
+    effect, sizes
+        id of the effect, and its parameters by their own names.
+    dt_s
+        sampling time, s.
     """
-    decay = math.exp(-dt_s / time_constant_s)
-    ahead = time_constant_s / dt_s * (1.0 - decay)
-    away, _ = lfilter([1.0 - ahead, ahead - decay], [1.0, -decay], position - position[0], zi=[0.0])
-    return Step(
-        position[0] + away,
-        [Note("noise that was in the position has gone through the lag, too")],
-    )
-
-
-def behind_quantisation(position: FloatArray, step_m: float) -> Step:
-    """Rounds the position to whole steps: step round(y / step), halves away from zero."""
-    steps = position / step_m
-    return Step(step_m * np.sign(steps) * np.floor(np.abs(steps) + 0.5), [])
+    values = effect_values(effect, sizes)
+    terms = EffectTerms(np.array([values.get(name, 0.0) for name in plant_parameters()]))
+    lag_s, _ = terms.sensor_error
+    notes = [Note("noise that was in the position has gone through the lag, too")] if lag_s else []
+    return Step(terms.sensor(position, dt_s), notes)

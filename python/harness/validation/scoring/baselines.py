@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from ehsid.harness.rigs.parameters import effects
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.validation.scoring.figures import Figure, share
 from ehsid.harness.validation.scoring.judged_case import Scored
 from ehsid.harness.validation.scoring.reading import Named, Said, Tried

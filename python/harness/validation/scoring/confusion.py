@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ehsid.harness.rigs.parameters import effects
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.validation.scoring.judged_case import Scored
 from ehsid.harness.validation.scoring.reading import FAILED
 

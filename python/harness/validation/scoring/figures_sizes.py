@@ -7,8 +7,8 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.schema import Estimate
-from ehsid.harness.rigs.parameters import effects
 from ehsid.harness.validation.scoring.judged_case import Scored
 
 

@@ -19,6 +19,8 @@ import numpy as np
 import polars as pl
 
 import ehsid
+from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
+from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.data.floor import floor_of
 from ehsid.harness.gap.inference.how_far import how_far, window_sums
 from ehsid.harness.gap.model.comparison import compare
@@ -26,9 +28,7 @@ from ehsid.harness.gap.model.problem import Problem
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.gap.thresholds import BOOTSTRAP_SEED, DECISION_SUBSTEPS, INDEPENDENT_HZ
 from ehsid.harness.records import Record, read_record
-from ehsid.harness.records.schema import COLUMNS, REQUIRED_COLUMNS
 from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 from ehsid.harness.validation.blind.seal import CASES, RESULTS, TRANSFER
 from ehsid.harness.validation.scoring.reading import Said
 
@@ -86,9 +86,10 @@ def realised(told: Rig, found: Rig, record: Record, said: Said) -> Transfer | No
 
 def without(found: Rig, told: Rig, effects: list[str]) -> Rig:
     """Returns the augmented rig with the effects set to their values in the rig file, or else 0."""
-    prefixes = tuple(f"{EFFECT_PREFIX}{effect}." for effect in effects)
     off: Mapping[str, float] = {
-        name: told.values.get(name, 0.0) for name in found.values if name.startswith(prefixes)
+        name: told.values.get(name, 0.0)
+        for name in found.values
+        if ParameterKey(name).effect in effects
     }
     return found.with_values(off) if off else found
 
@@ -101,8 +102,8 @@ def transfer_of(out: Path, name: str, said: Said) -> Transfer | None:
     if not (record.is_file() and found.is_file() and told.is_file()):
         return None
     rig = read_rig(told)
-    needed = (*REQUIRED_COLUMNS, "position_m")
-    read = read_record(record, columns=list(COLUMNS), required=needed, layout=rig.columns)
+    needed = (*REQUIRED_COLUMNS, POSITION)
+    read = read_record(record, columns=list(CHANNELS), required=needed, layout=rig.columns)
     return realised(rig, read_rig(found), read, said)
 
 

@@ -7,17 +7,20 @@ import pytest
 from gap_rig import RIG
 
 import ehsid
-from ehsid.harness.gap.inference.sizes import matters, scales
+from ehsid.harness.gap.inference.sizes import matters
+from ehsid.harness.gap.model.machine import machine_scale
 
 FITTED = [info for info in ehsid.effects() if info.id != "sensor_quantisation"]
 
 
 def test_scales_by_hand() -> None:
-    force, flow, pressure = scales(RIG)
-    assert force == pytest.approx(3.1172e-3 * 12e6, rel=1e-4)
+    scale = machine_scale(RIG)
+    assert scale.force_n == pytest.approx(3.1172e-3 * 12e6, rel=1e-4)
+    assert scale.rated_flow_m3_s == 6.33e-4
     # 6.33e-4 sqrt(6 MPa / 3.5 MPa)
-    assert flow == pytest.approx(8.288e-4, rel=1e-3)
-    assert pressure == 12e6
+    assert scale.full_flow_m3_s == pytest.approx(8.288e-4, rel=1e-3)
+    assert scale.pressure_pa == 12e6
+    assert scale.stroke_m == 0.3
 
 
 @pytest.mark.parametrize("effect", FITTED, ids=lambda info: info.id)

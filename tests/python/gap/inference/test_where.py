@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from servo_records import EFFECTS, OTHER, RIG, full, made
 
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.inference.attribution import attribute_equations, attribute_errors
 from ehsid.harness.gap.inference.rivals import Rival
 from ehsid.harness.gap.inference.where import Evidence, gather, localise
@@ -15,7 +16,6 @@ from ehsid.harness.gap.model.case import Case, make_case
 from ehsid.harness.gap.model.fit import fit
 from ehsid.harness.gap.schema import SUBSYSTEMS
 from ehsid.harness.records import make_record
-from ehsid.harness.rigs.parameters import effects
 
 POSITION = ("position_m",)
 

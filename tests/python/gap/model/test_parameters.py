@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
+from ehsid.harness.catalogue.parameters import effects, plant_parameters
 from ehsid.harness.gap import calibration_parameters, effect_parameters
 from ehsid.harness.gap.thresholds import (
     HELD,
@@ -18,7 +19,6 @@ from ehsid.harness.gap.thresholds import (
     UNSEEN_CENTRE,
 )
 from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.rigs.parameters import effects, plant_parameters
 
 RIGS = Path(__file__).parents[4] / "examples" / "rigs"
 

@@ -13,12 +13,7 @@ from scipy.signal import lsim
 
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import simulate
-from ehsid.harness.simulation.injection.position import (
-    behind_bias,
-    behind_lag,
-    behind_play,
-    behind_quantisation,
-)
+from ehsid.harness.simulation.injection.position import behind_bias, behind_sensor
 
 FloatArray = npt.NDArray[np.float64]
 RIGS = Path(__file__).parents[4] / "examples" / "rigs"
@@ -47,7 +42,7 @@ def bend(plain: FloatArray) -> float:
 
 
 def test_play_is_that_of_the_simulator(plain: FloatArray, bend: float) -> None:
-    found = behind_play(plain, 5e-4).signal
+    found = behind_sensor(plain, "sensor_backlash", {"half_width_m": 5e-4}, DT_S).signal
     np.testing.assert_allclose(
         found, position(sensor_backlash__half_width_m=5e-4), rtol=0.0, atol=bend
     )
@@ -55,7 +50,7 @@ def test_play_is_that_of_the_simulator(plain: FloatArray, bend: float) -> None:
 
 
 def test_lag_is_that_of_the_simulator_and_of_scipy(plain: FloatArray, bend: float) -> None:
-    found = behind_lag(plain, 0.008, DT_S).signal
+    found = behind_sensor(plain, "sensor_lag", {"time_constant_s": 0.008}, DT_S).signal
     np.testing.assert_allclose(
         found, position(sensor_lag__time_constant_s=0.008), rtol=0.0, atol=bend
     )
@@ -66,7 +61,7 @@ def test_lag_is_that_of_the_simulator_and_of_scipy(plain: FloatArray, bend: floa
 
 
 def test_steps_are_those_of_the_simulator(plain: FloatArray) -> None:
-    found = behind_quantisation(plain, 2e-4).signal
+    found = behind_sensor(plain, "sensor_quantisation", {"step_m": 2e-4}, DT_S).signal
     np.testing.assert_allclose(
         found, position(sensor_quantisation__step_m=2e-4), rtol=0.0, atol=1e-15
     )
@@ -74,8 +69,9 @@ def test_steps_are_those_of_the_simulator(plain: FloatArray) -> None:
 
 
 def test_halves_are_rounded_away_from_zero() -> None:
+    halves = np.array([-1.5, -0.5, 0.5, 1.5, 2.5])
     np.testing.assert_array_equal(
-        behind_quantisation(np.array([-1.5, -0.5, 0.5, 1.5, 2.5]), 1.0).signal,
+        behind_sensor(halves, "sensor_quantisation", {"step_m": 1.0}, DT_S).signal,
         [-2.0, -1.0, 1.0, 2.0, 3.0],
     )
 
@@ -84,7 +80,7 @@ def test_halves_are_rounded_away_from_zero() -> None:
 def test_play_stays_within_its_width_and_moves_only_at_its_ends(
     path: FloatArray, half_width: float
 ) -> None:
-    shown = behind_play(path, half_width).signal
+    shown = behind_sensor(path, "sensor_backlash", {"half_width_m": half_width}, DT_S).signal
     away = path - shown
     assert np.all(np.abs(away) <= half_width + 1e-15)
     moved = np.flatnonzero(np.diff(shown)) + 1

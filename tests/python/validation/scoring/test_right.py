@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.rigs.parameters import effects
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.validation.scoring.reading import FAILED, Answer, Named, Said
 from ehsid.harness.validation.scoring.right import is_exactly, is_true, judge
 

@@ -4,6 +4,8 @@
 #include <ehsid/plant/effect.hpp>
 
 #include <array>
+#include <cmath>
+#include <vector>
 
 namespace ehsid::plant {
 
@@ -11,12 +13,41 @@ namespace ehsid::plant {
 template <class Scalar>
 struct LoadSpring : Effect<Scalar> {
   static constexpr EffectInfo kInfo{
-      "load_spring", Subsystem::mechanics, "F = stiffness (y - stroke / 2) + force_at_mid_stroke",
-      "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6", "positions over much of the stroke"};
+      "load_spring",
+      Subsystem::mechanics,
+      "F = stiffness (y - stroke / 2) + force_at_mid_stroke",
+      "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6",
+      "positions over much of the stroke",
+      "both pressures; on an axis the position",
+      "zero errors of pressure sensors and the atmosphere on the rod look like forces of "
+      "a per cent"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
       {{"stiffness_n_m", "N/m", 0.0, 1e6, 2e4, "positive opposes displacement"},
        {"force_at_mid_stroke_n", "N", -2e4, 2e4, 0.0, "positive opposes extension"}}};
   std::array<Scalar, 2> parameters{};
+
+  static constexpr std::array kNeeds{Need::wide_travel};
+  static constexpr double kUnknownStroke = 0.3;  // m
+  static std::array<Sizes<2>, 2> starts(const MachineScale& machine) {
+    const double weak = 0.04 * machine.force_n / reach(machine, kUnknownStroke);
+    return {{{weak, 0.0}, {4.0 * weak, 0.0}}};
+  }
+  /// Stiffness and force have a factor each; the force is tried with that of the spring over 0.1 m.
+  static std::vector<std::vector<Sizes<2>>> trials(const MachineScale& machine) {
+    const double stiffness = starts(machine)[0][0];
+    return {{{stiffness, 0.0}, {0.0, 0.1 * stiffness}}};
+  }
+  static bool matters(const Sizes<2>& size, const MachineScale& machine) {
+    return size[0] * reach(machine, 1.0) >= 0.01 * machine.force_n;
+  }
+  static constexpr const char* kContains = "load_force";
+  static constexpr Sizes<1> simplified(const Sizes<2>& size) { return {size[1]}; }
+  static Sizes<2> grown(const Sizes<1>& simple, const MachineScale& machine) {
+    return {0.3 * std::abs(simple[0]) / reach(machine, kUnknownStroke), simple[0]};
+  }
+  static double reach(const MachineScale& machine, double unknown) {
+    return std::isnan(machine.stroke_m) ? unknown : machine.stroke_m;
+  }
 
   Scalar load(const Scalar& from_middle) const {
     return parameters[0] * from_middle + parameters[1];

@@ -5,6 +5,7 @@
 #include <ehsid/plant/effect.hpp>
 
 #include <array>
+#include <cmath>
 
 namespace ehsid::plant {
 
@@ -12,12 +13,29 @@ namespace ehsid::plant {
 template <class Scalar>
 struct SensorBacklash : Effect<Scalar> {
   static constexpr EffectInfo kInfo{
-      "sensor_backlash", Subsystem::sensor, "m = min(max(m, y - half_width), y + half_width)",
+      "sensor_backlash",
+      Subsystem::sensor,
+      "m = min(max(m, y - half_width), y + half_width)",
       "Brokate, Sprekels, Hysteresis and Phase Transitions, Springer 1996",
-      "reversals of the motion"};
+      "reversals of the motion",
+      "the position, against pressures or a second sensor",
+      "a transducer plays by some micrometres, or by fifty millionths of its stroke"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
       {{"half_width_m", "m", 0.0, 5e-3, 1e-4, "half the play"}}};
   std::array<Scalar, 1> parameters{};
+
+  static constexpr std::array kNeeds{Need::motion_reversals};
+  static constexpr Reach kReach = Reach::sensor_noise;
+  static constexpr LogPlace kLogPlace = LogPlace::position;
+  static constexpr std::array kDoesNotCommute{"sensor_lag", "sensor_quantisation"};
+  static constexpr std::array kTrialSizes{5e-5, 1e-4, 2e-4, 4e-4};
+  static constexpr std::array<Sizes<1>, 2> starts(const MachineScale& /*machine*/) {
+    return {{{5e-5}, {2e-4}}};
+  }
+  static bool matters(const Sizes<1>& size, const MachineScale& machine) {
+    // The play of a transducer of unknown stroke: fmax passes over NaN.
+    return size[0] >= std::fmax(5e-6, 5e-5 * machine.stroke_m);
+  }
 
   void start_sensor(const Scalar& position) { held_ = position; }
   Scalar sense(const Scalar& position, double /*h*/) {
@@ -25,6 +43,7 @@ struct SensorBacklash : Effect<Scalar> {
     return held_;
   }
   void shift_sensor(const Scalar& change) { held_ += change; }
+  SensorError<Scalar> sensor_error() const { return {Scalar(0.0), parameters[0]}; }
 
  private:
   Scalar held_{};

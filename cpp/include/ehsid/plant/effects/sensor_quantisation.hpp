@@ -14,11 +14,24 @@ namespace ehsid::plant {
 template <class Scalar>
 struct SensorQuantisation : Effect<Scalar> {
   static constexpr EffectInfo kInfo{
-      "sensor_quantisation", Subsystem::sensor, "m <- step round(m / step)",
-      "Widrow, Kollar, Quantization Noise, Cambridge 2008", "slow motion"};
+      "sensor_quantisation",
+      Subsystem::sensor,
+      "m <- step round(m / step)",
+      "Widrow, Kollar, Quantization Noise, Cambridge 2008",
+      "slow motion",
+      "the position alone",
+      "it belongs to the noise floor, unless its rounding noise is most of that and more "
+      "than the rig tells"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
       {{"step_m", "m", 0.0, 1e-2, 1e-5, "least step of the reading"}}};
   std::array<Scalar, 1> parameters{};
+
+  static constexpr LogPlace kLogPlace = LogPlace::position;
+  /// The record shows its steps without a fit.
+  static constexpr std::array<Sizes<1>, 0> starts(const MachineScale& /*machine*/) { return {}; }
+  static constexpr bool matters(const Sizes<1>& size, const MachineScale& /*machine*/) {
+    return size[0] > 0.0;
+  }
 
   Scalar store(const Scalar& reading) const {
     const double step = value_of(parameters[0]);

@@ -6,6 +6,8 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 namespace ehsid::plant {
 
@@ -13,14 +15,50 @@ namespace ehsid::plant {
 template <class Scalar>
 struct StribeckFriction : Effect<Scalar> {
   static constexpr EffectInfo kInfo{
-      "stribeck_friction", Subsystem::mechanics,
+      "stribeck_friction",
+      Subsystem::mechanics,
       "F = (coulomb + (static - coulomb) exp(-(v / stribeck_velocity)^2)) sgn(v)",
-      "Armstrong-Helouvry et al., Automatica 30(7), 1994", "very slow motion and reversals"};
+      "Armstrong-Helouvry et al., Automatica 30(7), 1994",
+      "very slow motion and reversals",
+      "both pressures; on an axis the position",
+      "seals have friction of up to 0.3 % of the largest force; static friction of a "
+      "tenth more than sliding friction is within its scatter, and more than three times "
+      "it does not occur"};
   static constexpr std::array<ParameterInfo, 3> kParameters{
       {{"coulomb_n", "N", 0.0, 2e4, 300.0, "at high speed"},
        {"static_n", "N", 0.0, 3e4, 600.0, "at rest"},
-       {"stribeck_velocity_m_s", "m/s", 1e-4, 0.5, 0.02, "where most of the rise is gone"}}};
+       {"stribeck_velocity_m_s", "m/s", 1e-4, 0.5, 0.02, "where most of the rise is gone", 0.0}}};
   std::array<Scalar, 3> parameters{};
+
+  static constexpr std::array kNeeds{Need::motion_reversals, Need::slow_motion};
+  static constexpr std::array<std::array<std::size_t, 2>, 1> kNotBelow{{{1, 0}}};
+  static constexpr double kTypicalVelocity = 0.02;  // m/s
+  static std::array<Sizes<3>, 2> starts(const MachineScale& machine) {
+    const auto friction = [&](double share) {
+      const double size = share * machine.force_n;
+      return Sizes<3>{size, 1.7 * size, kTypicalVelocity};
+    };
+    return {{friction(0.01), friction(0.04)}};
+  }
+  /// At each velocity a factor for friction of one size, and a factor for what is left of it at rest only.
+  static std::vector<std::vector<Sizes<3>>> trials(const MachineScale& machine) {
+    const double size = starts(machine)[0][0];
+    std::vector<std::vector<Sizes<3>>> all;
+    for (const double velocity : {0.005, kTypicalVelocity, 0.08}) {
+      all.push_back({{size, size, velocity}, {0.0, size, velocity}});
+    }
+    return all;
+  }
+  /// Without a rise of the force towards rest the effect is the same as Coulomb friction.
+  static bool matters(const Sizes<3>& size, const MachineScale& machine) {
+    return 1.1 * size[0] <= size[1] && size[1] <= 3.0 * size[0] &&
+           size[1] >= 0.003 * machine.force_n;
+  }
+  static constexpr const char* kContains = "coulomb_friction";
+  static constexpr Sizes<1> simplified(const Sizes<3>& size) { return {0.5 * (size[0] + size[1])}; }
+  static constexpr Sizes<3> grown(const Sizes<1>& simple, const MachineScale& /*machine*/) {
+    return {simple[0], 1.5 * simple[0], kTypicalVelocity};
+  }
 
   Scalar friction(const Scalar& speed) const {
     using std::exp;

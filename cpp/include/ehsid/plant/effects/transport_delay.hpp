@@ -11,12 +11,28 @@ namespace ehsid::plant {
 template <class Scalar>
 struct TransportDelay : Effect<Scalar> {
   static constexpr EffectInfo kInfo{
-      "transport_delay", Subsystem::timing, "u(t - delay)",
+      "transport_delay",
+      Subsystem::timing,
+      "u(t - delay)",
       "Franklin, Powell, Workman, Digital Control of Dynamic Systems, 1998",
-      "steps and fast commands"};
+      "steps and fast commands",
+      "the position; a measured spool position tells it from a slow valve",
+      "filters, bus and sampling of any rig delay by up to a millisecond"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
       {{"delay_s", "s", 0.0, 0.2, 0.004, "time lost"}}};
   std::array<Scalar, 1> parameters{};
+
+  static constexpr std::array kNeeds{Need::fast_commands};
+  static constexpr LogPlace kLogPlace = LogPlace::command;
+  static constexpr std::array kTrialSizes{0.001, 0.002, 0.004, 0.008};
+  /// Not a multiple of an integration step: the delayed command would jump between two steps, and the sensitivity
+  /// would be zero.
+  static constexpr std::array<Sizes<1>, 2> starts(const MachineScale& /*machine*/) {
+    return {{{0.0021}, {0.0083}}};
+  }
+  static constexpr bool matters(const Sizes<1>& size, const MachineScale& /*machine*/) {
+    return size[0] >= 1e-3;
+  }
 
   Scalar delay() const { return parameters[0]; }
 };

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Values of a rig with units and ranges, taken from the compiled plant as the only source."""
+"""Values and effects of the plant with units and ranges, taken from the compiled simulator."""
 
 from __future__ import annotations
 
@@ -7,10 +7,7 @@ from functools import cache
 from types import MappingProxyType
 
 import ehsid
-
-EFFECT_PREFIX = "effects."
-NUISANCE_PREFIX = "nuisance."
-INITIAL_PREFIX = "initial."
+from ehsid.harness.catalogue.keys import ParameterKey
 
 # Subsystems that a plant does not have. A motor needs neither valve nor oil. In the linear model,
 # two constants describe the oil completely.
@@ -27,22 +24,23 @@ def plant_parameters() -> MappingProxyType[str, ehsid.PlantParameter]:
 
 
 @cache
+def parameter_keys() -> tuple[ParameterKey, ...]:
+    """Returns the names of all parameters of the plant, in its order."""
+    return tuple(ParameterKey(p.name) for p in ehsid.plant_parameters())
+
+
+@cache
 def effects() -> MappingProxyType[str, ehsid.EffectInfo]:
     """Returns the catalogue of effects by effect id."""
     return MappingProxyType({effect.id: effect for effect in ehsid.effects()})
 
 
-def is_rig_value(name: str) -> bool:
-    """Returns whether the name is a value of the machine, not of an effect, nuisance or start."""
-    return not name.startswith((EFFECT_PREFIX, NUISANCE_PREFIX, INITIAL_PREFIX))
-
-
 def belongs_to(name: str, plant: str) -> bool:
     """Returns whether the plant needs this value of the rig."""
-    section = name.partition(".")[0]
+    key = ParameterKey(name)
     # The plant "ehs" has several sections, each of the others has one section of its own name.
-    owner = section if section in PLANTS else "ehs"
-    return is_rig_value(name) and owner == plant
+    owner = key.section if key.section in PLANTS else "ehs"
+    return key.is_rig_value and owner == plant
 
 
 def acts_on(effect: ehsid.EffectInfo, plant: str) -> bool:
@@ -50,9 +48,9 @@ def acts_on(effect: ehsid.EffectInfo, plant: str) -> bool:
     return effect.subsystem not in LACKS[plant]
 
 
-def names_of(effect: ehsid.EffectInfo) -> list[str]:
+def names_of(effect: ehsid.EffectInfo) -> list[ParameterKey]:
     """Returns the full names of the parameters of an effect."""
-    return [f"{EFFECT_PREFIX}{effect.id}.{parameter.name}" for parameter in effect.parameters]
+    return [ParameterKey.of_effect(effect.id, parameter.name) for parameter in effect.parameters]
 
 
 # Relative 1-sigma of a value from a data sheet or drawing, if the rig file gives no uncertainty.

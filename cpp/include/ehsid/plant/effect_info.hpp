@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// What an effect of the catalogue tells about itself, beside its equation in code. The fits, the diagnosis, the rig
+// checks, the injection into logs and the documents read it from here; no other place lists effects.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace ehsid::plant {
+
+/// The part of the servo to which an effect belongs.
+enum class Subsystem { valve, hydraulics, mechanics, sensor, timing };
+
+/// A parameter of an effect, SI. 0 switches it off, whatever its range.
+struct ParameterInfo {
+  const char* name;
+  const char* unit;  // "1" for a fraction
+  double minimum;    // of the plausible range
+  double maximum;
+  double typical;  // a size that shows in an ordinary record
+  const char* meaning;
+  /// Small changes of the outputs are proportional to c if the parameter is proportional to c^power; a power of zero
+  /// is a parameter of the form of a law, which has no size.
+  double power = 1.0;
+};
+
+/// An effect in words.
+struct EffectInfo {
+  const char* id;
+  Subsystem subsystem;
+  const char* equation;
+  const char* source;
+  const char* excitation;  // the motion or command that shows it
+  const char* sensors;     // the measurements that show it, or that tell it from its neighbours
+  const char*
+      least_size;  // what every servo has anyway, so that a smaller effect does not get a name
+};
+
+/// What a record must contain, so that it can show an effect.
+enum class Need {
+  command_reversals,
+  motion_reversals,
+  slow_motion,
+  wide_travel,
+  large_commands,
+  commands_about_null,
+  fast_commands,
+  varying_pressures,
+};
+
+/// Where an effect can be put into a recorded log. An effect on the machine itself cannot: it changes the motion.
+enum class LogPlace { none, command, command_of_axis, position };
+
+/// Where a fitted size lies beyond what the records could show.
+enum class Reach {
+  all,           // every size shows
+  begins_at,     // it begins where the command reaches its first parameter
+  within,        // its first parameter is a width that the command must leave
+  sensor_noise,  // its first parameter must be above the noise of the position sensor
+};
+
+/// Largest values of a machine, the scales of its effects.
+struct MachineScale {
+  double force_n;          // of the drive
+  double rated_flow_m3_s;  // of the valve, from its data sheet
+  double
+      full_flow_m3_s;  // at rated command and half of the supply pressure across each metering edge
+  double pressure_pa;  // of the supply
+  double stroke_m;     // NaN where unknown
+  bool
+      has_valve;  // forces of a cylinder are known from pressures, those of a motor from its command
+};
+
+/// Values of the parameters of an effect, in their order.
+template <std::size_t N>
+using Sizes = std::array<double, N>;
+
+}  // namespace ehsid::plant

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+"""Scales of a machine, to which the sizes of effects are in proportion."""
+
+from __future__ import annotations
+
+import math
+
+import ehsid
+from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.rigs import Rig
+
+STROKE = "cylinder.stroke_m"
+
+
+def machine_scale(rig: Rig) -> ehsid.MachineScale:
+    """Returns the largest force, flow and pressure of a rig, and its stroke.
+
+    The force of an axis is the one at a command of ten volts. A linear servo has no data sheet:
+    its force is that of such an axis of 100 N/V, its pressure the one that its full flow would
+    lose.
+    """
+    v = rig.values
+    if rig.plant != "ehs":
+        return ehsid.MachineScale(
+            force_n=10.0 * v.get("axis.force_per_volt", 100.0),
+            rated_flow_m3_s=1e-3,
+            full_flow_m3_s=1e-3,
+            pressure_pa=1e7,
+            stroke_m=v.get(STROKE, math.nan),
+            has_valve=False,
+        )
+    pressure, rated = v["supply.pressure_pa"], v["valve.rated_flow_m3_s"]
+    return ehsid.MachineScale(
+        force_n=0.25 * math.pi * v["cylinder.bore_m"] ** 2 * pressure,
+        rated_flow_m3_s=rated,
+        full_flow_m3_s=rated * math.sqrt(0.5 * pressure / v["valve.rated_pressure_drop_pa"]),
+        pressure_pa=pressure,
+        stroke_m=v[STROKE],
+        has_valve=True,
+    )
+
+
+def effect_starts(effect: str, rig: Rig) -> list[dict[str, float]]:
+    """Returns the sizes of an effect at which its fits start, by the parameters' own names.
+
+    There are none for an effect that the record shows without a fit, such as quantisation.
+    """
+    return effects()[effect].starts(machine_scale(rig))
