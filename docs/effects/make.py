@@ -75,9 +75,13 @@ def section(effect: ehsid.EffectInfo) -> str:
         f"| `{p.name}` | {p.unit} | {p.minimum:g} .. {p.maximum:g} | {p.typical:g} | {p.meaning} |"
         for p in effect.parameters
     )
+    simpler = "" if effect.contains is None else f"\n- Contains `{effect.contains}`."
     return f"""## {effect.id}
 
-{effect.subsystem}; `{effect.equation}` ({effect.source}). Shown by: {effect.excitation}.
+{effect.subsystem}; `{effect.equation}` ({effect.source}).
+
+- Shown by {effect.excitation}; measured by {effect.sensors}.{simpler}
+- Too small to be named: {effect.least_size}.
 
 | parameter | unit | plausible | here | |
 |---|---|---|---|---|

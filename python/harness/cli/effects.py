@@ -20,6 +20,11 @@ def _plain(effect: ehsid.EffectInfo) -> dict[str, Any]:
         "equation": effect.equation,
         "source": effect.source,
         "excitation": effect.excitation,
+        "sensors": effect.sensors,
+        "least_size": effect.least_size,
+        "needs": list(effect.needs),
+        "contains": effect.contains,
+        "log_place": effect.log_place,
         "parameters": [
             {
                 "name": parameter.name,
@@ -53,5 +58,9 @@ def effects_command(
             f"{p.typical:g}"
             for p in effect.parameters
         )
-        table.add_row(f"{effect.id}\n({effect.subsystem})", parameters, effect.excitation)
+        table.add_row(
+            f"{effect.id}\n({effect.subsystem})",
+            parameters,
+            f"{effect.excitation}\n({effect.sensors})",
+        )
     Console().print(table)

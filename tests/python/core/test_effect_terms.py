@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: MIT
+"""Terms of the effects for measured signals, against their equations in numpy and scipy."""
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.signal import lsim
+
+import ehsid
+from ehsid.harness.catalogue.parameters import effects, plant_parameters
+
+FloatArray = npt.NDArray[np.float64]
+SIGNALS = arrays(np.float64, st.integers(1, 40), elements=st.floats(-2.0, 2.0))
+
+
+def terms(**sizes: float) -> ehsid.EffectTerms:
+    """Terms of the effects with these parameters, written as effect__parameter."""
+    values = {f"effects.{name.replace('__', '.')}": size for name, size in sizes.items()}
+    assert values.keys() <= plant_parameters().keys()
+    return ehsid.EffectTerms([values.get(name, 0.0) for name in plant_parameters()])
+
+
+def test_without_effects_nothing_is_added() -> None:
+    none, signal = terms(), np.linspace(-1.0, 1.0, 7)
+    assert (none.delay_s, none.overlap) == (0.0, 0.0)
+    assert none.spool_lag == none.supply_line == none.sensor_error == (0.0, 0.0)
+    for same in (none.command(signal), none.opening(signal), none.sensor(signal, 1e-3)):
+        np.testing.assert_array_equal(same, signal)
+    for zero in (none.friction(signal), none.load(signal), *none.leakage(signal, signal, 0.0)):
+        np.testing.assert_array_equal(zero, 0.0)
+    np.testing.assert_array_equal(none.bulk_modulus(1e9, signal), 1e9)
+
+
+def test_numbers_of_the_effects() -> None:
+    all_of_them = terms(
+        transport_delay__delay_s=0.004,
+        valve_dead_band__overlap=0.03,
+        valve_lag__bandwidth_hz=60.0,
+        valve_lag__damping=0.8,
+        supply_droop__source_resistance_pa_s_m3=3e9,
+        supply_droop__accumulator_capacitance_m3_pa=1e-11,
+        sensor_lag__time_constant_s=0.005,
+        sensor_backlash__half_width_m=1e-4,
+    )
+    assert (all_of_them.delay_s, all_of_them.overlap) == (0.004, 0.03)
+    assert all_of_them.spool_lag == (60.0, 0.8)
+    assert all_of_them.supply_line == (3e9, 1e-11)
+    assert all_of_them.sensor_error == (0.005, 1e-4)
+
+
+@given(SIGNALS)
+def test_forces_add_up(signal: FloatArray) -> None:
+    forces = terms(
+        load_spring__stiffness_n_m=2e4,
+        load_spring__force_at_mid_stroke_n=50.0,
+        load_force__force_n=-800.0,
+        coulomb_friction__force_n=400.0,
+        stribeck_friction__coulomb_n=300.0,
+        stribeck_friction__static_n=600.0,
+        stribeck_friction__stribeck_velocity_m_s=0.02,
+    )
+    np.testing.assert_allclose(forces.load(signal), 2e4 * signal - 750.0, rtol=1e-14)
+    speed = np.abs(signal)
+    expected = 700.0 + 300.0 * np.exp(-((speed / 0.02) ** 2))
+    np.testing.assert_allclose(forces.friction(speed), expected, rtol=1e-14)
+
+
+@given(SIGNALS)
+def test_openings_are_bent_in_the_order_of_the_catalogue(signal: FloatArray) -> None:
+    valve = terms(valve_null_bias__offset=0.02, valve_flow_saturation__limit=0.6)
+    expected = 0.6 * np.tanh((signal + 0.02) / 0.6)
+    np.testing.assert_allclose(valve.opening(signal), expected, rtol=1e-14, atol=1e-300)
+
+
+@given(SIGNALS, st.floats(1e-3, 0.2))
+def test_play_stays_within_its_width_and_moves_only_at_its_ends(
+    signal: FloatArray, half_width: float
+) -> None:
+    spool = terms(valve_hysteresis__half_width=half_width).command(signal)
+    away = signal - spool
+    assert np.all(np.abs(away) <= half_width + 1e-15)
+    moved = np.flatnonzero(np.diff(spool, prepend=0.0))
+    np.testing.assert_allclose(np.abs(away[moved]), half_width, rtol=0.0, atol=1e-15)
+
+
+def test_leakages_add_up_and_air_softens_the_oil() -> None:
+    a, b, tank = np.linspace(1e5, 9e6, 9), np.linspace(8e6, 2e5, 9), 2e5
+    oil = terms(
+        internal_leakage__coefficient_m3_s_pa=2e-11,
+        external_leakage__coefficient_a_m3_s_pa=1e-11,
+        external_leakage__coefficient_b_m3_s_pa=3e-11,
+        entrained_air__volume_fraction=0.01,
+    )
+    from_a, from_b = oil.leakage(a, b, tank)
+    np.testing.assert_allclose(from_a, 2e-11 * (a - b) + 1e-11 * (a - tank), rtol=1e-13)
+    np.testing.assert_allclose(from_b, 2e-11 * (b - a) + 3e-11 * (b - tank), rtol=1e-13)
+    air = 0.01 * (101325.0 / a) ** (1.0 / 1.3)
+    expected = 1.1e9 * (1.0 + air) / (1.0 + air * 1.1e9 / (1.3 * a))
+    np.testing.assert_allclose(oil.bulk_modulus(1.1e9, a), expected, rtol=1e-13)
+
+
+def test_a_sensor_lags_as_scipy_says_and_stores_whole_steps() -> None:
+    time_s = np.arange(500) * 1e-3
+    path = 0.1 + 0.02 * np.sin(2.0 * np.pi * 3.0 * time_s)
+    _, lagging, _ = lsim(([1.0], [0.008, 1.0]), path - path[0], time_s, interp=True)
+    found = terms(sensor_lag__time_constant_s=0.008).sensor(path, 1e-3)
+    np.testing.assert_allclose(found, path[0] + lagging, rtol=0.0, atol=1e-12)
+    steps = terms(sensor_quantisation__step_m=1e-3).sensor(path, 1e-3) / 1e-3
+    np.testing.assert_allclose(steps, np.round(path / 1e-3), rtol=0.0, atol=1e-9)
+
+
+def test_wrong_shapes_are_refused() -> None:
+    with pytest.raises(ValueError, match="values"):
+        ehsid.EffectTerms([1.0, 2.0])
+    with pytest.raises(ValueError, match="pressure_b"):
+        terms().leakage(np.zeros(3), np.zeros(4), 0.0)
+
+
+MACHINE = ehsid.MachineScale(
+    force_n=37e3,
+    rated_flow_m3_s=6.3e-4,
+    full_flow_m3_s=8.3e-4,
+    pressure_pa=12e6,
+    stroke_m=0.3,
+    has_valve=True,
+)
+
+
+@pytest.mark.parametrize("effect", ehsid.effects(), ids=lambda effect: effect.id)
+def test_an_effect_tells_all_that_is_asked_of_it(effect: ehsid.EffectInfo) -> None:
+    ranges = {one.name: (one.minimum, one.maximum) for one in effect.parameters}
+    for text in (effect.equation, effect.source, effect.excitation, effect.sensors):
+        assert len(text) > 3
+    assert len(effect.least_size) > 20
+    for start in effect.starts(MACHINE):
+        assert start.keys() == ranges.keys()
+        assert all(low <= start[name] <= high for name, (low, high) in ranges.items())
+        assert effect.matters(start, MACHINE)
+    for trial in effect.trials(MACHINE):
+        assert all(column.keys() == ranges.keys() for column in trial)
+    assert bool(effect.starts(MACHINE)) == bool(effect.trials(MACHINE))
+    assert {*effect.does_not_commute} <= effects().keys()
+    assert effect.nuisance is None or effect.nuisance in plant_parameters()
+    for pair in effect.not_below:
+        assert {*pair} <= ranges.keys()
+
+
+@pytest.mark.parametrize(
+    "effect", [one for one in ehsid.effects() if one.contains], ids=lambda effect: effect.id
+)
+def test_a_law_that_contains_another_becomes_it(effect: ehsid.EffectInfo) -> None:
+    """Grown from the simpler law, its force differs from that of the simpler law by half at most."""
+    assert effect.contains is not None
+    simple = effects()[effect.contains].starts(MACHINE)[0]
+    grown = effect.grown(simple, MACHINE)
+    again = effect.simplified(grown)
+    assert again.keys() == simple.keys()
+    for name, size in simple.items():
+        assert again[name] == pytest.approx(size, rel=0.5)
+
+
+def test_an_effect_that_contains_none_cannot_be_simplified() -> None:
+    with pytest.raises(ValueError, match="contains no simpler effect"):
+        effects()["load_force"].simplified({"force_n": 1.0})
+    with pytest.raises(ValueError, match="force_n"):
+        effects()["load_force"].matters({}, MACHINE)
