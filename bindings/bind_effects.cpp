@@ -369,7 +369,8 @@ has_valve : bool
       .def(
           "simplified",
           [](const EffectDescription& effect, const SizesByName& sizes) {
-            return by_name(simpler_of(effect), effect.simplified(in_order(effect, sizes)));
+            const EffectDescription simpler = simpler_of(effect);
+            return by_name(simpler, effect.simplified(in_order(effect, sizes)));
           },
           py::arg("sizes"),
           "Sizes of the simpler effect that is nearest; ValueError where it contains none.")
@@ -377,7 +378,8 @@ has_valve : bool
           "grown",
           [](const EffectDescription& effect, const SizesByName& simple,
              const MachineScale& machine) {
-            return by_name(effect, effect.grown(in_order(simpler_of(effect), simple), machine));
+            const EffectDescription simpler = simpler_of(effect);
+            return by_name(effect, effect.grown(in_order(simpler, simple), machine));
           },
           py::arg("simple"), py::arg("machine"),
           "Sizes at which a fit starts, from those of the simpler effect; ValueError where it "
