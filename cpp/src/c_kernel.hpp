@@ -43,12 +43,12 @@ inline constexpr std::uint32_t kMagic = 0x45485343U;  // "EHSC"
 /// copy(number, its counterpart), for a setting of one number or of one number for each parameter.
 template <class Number, class Counterpart, class Copy>
 void copy_setting(Number& number, Counterpart& counterpart, Copy copy) {
-  if constexpr (std::is_arithmetic<Number>::value) {
-    copy(number, counterpart);
-  } else {
+  if constexpr (kPerParameter<Number>) {
     for (std::size_t i = 0; i < number.size(); ++i) {
       copy(number[i], counterpart[i]);
     }
+  } else {
+    copy(number, counterpart);
   }
 }
 

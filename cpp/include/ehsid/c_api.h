@@ -102,7 +102,7 @@ typedef struct ehsid_forgetting {
   float eta; /* f_ratio: >= 0 */
   float critical_ratio; /* f_ratio: >= 1 */
   float epsilon; /* directional: > 0 */
-  float drift[EHSID_MAX_PARAMETERS]; /* random_walk: each >= 0 */
+  float drift[EHSID_MAX_PARAMETERS]; /* random_walk: each >= 0, the first n are read */
   /* end of settings */
 } ehsid_forgetting;
 /* clang-format on */

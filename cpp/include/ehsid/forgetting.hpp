@@ -29,6 +29,7 @@
 #include <ehsid/forgetting/random_walk.hpp>
 
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 namespace ehsid {
@@ -64,6 +65,16 @@ constexpr void each_place(Visit& visit, std::index_sequence<kPlaces...> /*places
 template <class Visit>
 constexpr void for_each_policy(Visit visit) {
   detail::each_place(visit, std::make_index_sequence<kPolicies>{});
+}
+
+/// Does the type of the policy at this place depend on the number of parameters?
+constexpr bool takes_size(std::size_t wanted) {
+  bool takes = false;
+  for_each_policy([&](auto place) {
+    const bool depends = !std::is_same<PolicyAt<place, float, 1>, PolicyAt<place, float, 2>>::value;
+    takes = place.value == wanted ? depends : takes;
+  });
+  return takes;
 }
 
 /// The place of the policy with this id in the list; kPolicies where there is none.

@@ -27,7 +27,9 @@ struct Constant {
   template <class Visit>
   static constexpr void settings(Visit visit) {
     visit(SettingInfo{"lambda", Range::factor(), "1",
-                      "memory of 1 / (1 - lambda) samples; 1 is ordinary least squares", 0},
+                      "forgetting factor, for a memory of 1 / (1 - lambda) samples; 1 is "
+                      "ordinary least squares",
+                      0},
           [](auto& owner) -> auto& { return owner.lambda; });
   }
 

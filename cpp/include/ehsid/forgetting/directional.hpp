@@ -33,11 +33,12 @@ struct Directional {
 
   template <class Visit>
   static constexpr void settings(Visit visit) {
-    visit(SettingInfo{"lambda", Range::factor(), "1",
-                      "the memory looks like n / (1 - lambda) samples", 0},
-          [](auto& owner) -> auto& { return owner.lambda; });
+    visit(
+        SettingInfo{"lambda", Range::factor(), "1",
+                    "forgetting factor, for a memory that looks like n / (1 - lambda) samples", 0},
+        [](auto& owner) -> auto& { return owner.lambda; });
     visit(SettingInfo{"epsilon", Range::above(0.0), "1",
-                      "samples with phi' phi (scaled signals) below this carry no information", 8},
+                      "least phi' phi, of the scaled signals, of a sample with information", 8},
           [](auto& owner) -> auto& { return owner.epsilon; });
   }
 

@@ -41,8 +41,8 @@ struct ErrorDriven {
                       "the forgetting factor never goes below this", 4},
           [](auto& owner) -> auto& { return owner.lambda_min; });
     visit(SettingInfo{"noise_variance", Range::at_least(0.0), "1",
-                      "sigma0^2, squared units of the output as the recursion sees it (scaled in a "
-                      "servo estimator); 0 takes the estimator's own residual variance",
+                      "sigma0^2, in squared units of the scaled output; 0 takes the estimator's "
+                      "own residual variance",
                       5},
           [](auto& owner) -> auto& { return owner.noise_variance; });
   }

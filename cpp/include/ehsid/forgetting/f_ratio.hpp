@@ -27,9 +27,10 @@ struct FRatio {
   static constexpr std::uint32_t kId = 4;
   static constexpr bool kSpreads = false;
   static constexpr bool kFilters = false;
-  static constexpr PolicyInfo kInfo{"f_ratio", "FRatio",
-                                    "forgets where recent errors exceed older ones significantly",
-                                    "Mohseni, Bernstein 2022; Bruce, Goel, Bernstein 2020"};
+  static constexpr PolicyInfo kInfo{
+      "f_ratio", "FRatio",
+      "forgets where recent errors (10 samples) significantly exceed older ones (100 samples)",
+      "Mohseni, Bernstein 2022; Bruce, Goel, Bernstein 2020"};
 
   Scalar eta = Scalar(2);
   Scalar critical_ratio = Scalar(3.3);  // F_crit
@@ -43,9 +44,7 @@ struct FRatio {
                       6},
           [](auto& owner) -> auto& { return owner.eta; });
     visit(SettingInfo{"critical_ratio", Range::at_least(1.0), "1",
-                      "ratio of mean squared errors in the short and the long window above which "
-                      "something has changed",
-                      7},
+                      "F_crit, ratio of mean squared errors above which something has changed", 7},
           [](auto& owner) -> auto& { return owner.critical_ratio; });
   }
 

@@ -6,6 +6,8 @@
 
 #include <ehsid/types.hpp>
 
+#include <type_traits>
+
 namespace ehsid {
 
 /// A forgetting policy in words.
@@ -47,15 +49,20 @@ struct SettingInfo {
   int hil_place;  // which of the kHilPlaces numbers carries it; policies share them
 };
 
+/// Has this member of a policy a number for each parameter, and not one for all?
+template <class Member>
+inline constexpr bool kPerParameter =
+    !std::is_arithmetic<typename std::remove_reference<Member>::type>::value;
+
 /// Calls visit(number) for a setting, or for each number of a setting that has one for each parameter.
-template <class Number, class Visit>
-EHSID_ALWAYS_INLINE inline void each_number(Number& setting, Visit visit) {
-  visit(setting);
-}
-template <class Scalar, std::size_t kN, class Visit>
-EHSID_ALWAYS_INLINE inline void each_number(const std::array<Scalar, kN>& setting, Visit visit) {
-  for (const Scalar& number : setting) {
-    visit(number);
+template <class Member, class Visit>
+EHSID_ALWAYS_INLINE inline void each_number(Member& setting, Visit visit) {
+  if constexpr (kPerParameter<Member>) {
+    for (auto& number : setting) {
+      visit(number);
+    }
+  } else {
+    visit(setting);
   }
 }
 
