@@ -54,7 +54,8 @@ std::vector<ShownSetting> shown_settings() {
     double initial = 0.0;
     each_number(member(defaults), [&](double number) { initial = number; });
     shown.push_back({python_name(setting.name), setting.name, setting.unit, in_words(setting.range),
-                     setting.meaning, initial, kPerParameter<decltype(member(defaults))>, setting.hil_place});
+                     setting.meaning, initial, kPerParameter<decltype(member(defaults))>,
+                     setting.hil_place});
   });
   return shown;
 }
@@ -155,7 +156,7 @@ bool forgets_the_start(const PolicySettings<kPlace>& settings) {
 }
 
 template <std::size_t kPlace>
-ShownPolicy bind_policy(py::module_& m) {
+py::object bind_policy(py::module_& m) {
   using Settings = PolicySettings<kPlace>;
   using Policy = typename Settings::Policy;
   const std::vector<ShownSetting> settings = shown_settings<Policy>();
@@ -182,13 +183,9 @@ ShownPolicy bind_policy(py::module_& m) {
                             "True where the covariance is divided by a factor from the first "
                             "sample on, so that an estimate to start from soon counts for little.");
   cls.def("__repr__", [](const Settings& self) { return show<Policy>(self.values); });
-  ShownPolicy shown{Policy::kInfo.id,
-                    cls,
-                    Policy::kInfo.summary,
-                    Policy::kInfo.source,
-                    Policy::kId,
-                    takes_size(kPlace),
-                    py::tuple(py::cast(settings))};
+  const py::object shown =
+      py::cast(ShownPolicy{Policy::kInfo.id, cls, Policy::kInfo.summary, Policy::kInfo.source,
+                           Policy::kId, takes_size(kPlace), py::tuple(py::cast(settings))});
   cls.attr("info") = shown;
   return shown;
 }
