@@ -20,24 +20,14 @@ import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from target_tables import document
+from target_tables import NAMES, POLICIES, document
 
 ROOT = Path(__file__).parents[1]
 PROGRAM = ROOT / "benchmarks" / "target"
 PORT = ROOT / "examples" / "firmware" / "port" / "mps2"
 COUNTS = range(2, 11)
 LEVELS = ("2", "s")
-FORMS = (
-    "as_printed",
-    "grouped",
-    "constant",
-    "exponential",
-    "error_driven",
-    "f_ratio",
-    "directional",
-    "random_walk",
-)
-WHOLE = tuple(f"whole_{form}" for form in FORMS[2:])
+WHOLE = tuple(f"whole_{policy}" for policy in POLICIES)
 INSTRUCTIONS_PER_TICK = 40.0 / 32.0
 FLAGS = [
     *("-mthumb", "-mfloat-abi=hard", "-std=c++17"),
@@ -186,7 +176,7 @@ def measure(folder: Path, parameters: int, level: str, target: Target) -> list[F
     flash, ram = sizes(empty_image)
     call = empty["ticks"] / empty["updates"]
     all_figures = []
-    for form in FORMS + (WHOLE if parameters == 6 else ()):
+    for form in (*NAMES, *(WHOLE if parameters == 6 else ())):
         linked = image(form)
         check: list[str | Path] = ["-D", f"IMAGE={linked}", "-D", "NM=arm-none-eabi-nm"]
         run(["cmake", *check, "-P", ROOT / "tests" / "firmware" / "check_image.cmake"])

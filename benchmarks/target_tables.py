@@ -5,19 +5,16 @@ from __future__ import annotations
 
 from typing import Any
 
+import ehsid
+
 Row = dict[str, Any]
 NAMES = {
     "as_printed": "textbook, `P -= K*phi'*P`",
     "grouped": "textbook, `P -= K*(phi'*P)`",
-    "constant": "`Constant`",
-    "exponential": "`Exponential`",
-    "error_driven": "`ErrorDriven`",
-    "f_ratio": "`FRatio`",
-    "directional": "`Directional`",
-    "random_walk": "`RandomWalk`",
 }
-POLICIES = tuple(NAMES)[2:]
-TEXTBOOK = tuple(NAMES)[:2]
+TEXTBOOK = tuple(NAMES)
+NAMES |= {info.id: f"`{info.policy.__name__}`" for info in ehsid.policies()}
+POLICIES = tuple(info.id for info in ehsid.policies())
 
 M4F, M7 = "Cortex-M4F", "Cortex-M7"
 

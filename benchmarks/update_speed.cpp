@@ -49,20 +49,21 @@ double nanoseconds() {
 
 template <class Scalar, int kN>
 void print(const char* scalar) {
-  std::printf("%-6s %2d %12.0f %12.0f %12.0f %12.0f %12.0f %12.0f\n", scalar, kN,
-              nanoseconds<ehsid::Rls<Scalar, kN, ehsid::Constant<Scalar>>>(),
-              nanoseconds<ehsid::Rls<Scalar, kN, ehsid::Exponential<Scalar>>>(),
-              nanoseconds<ehsid::Rls<Scalar, kN, ehsid::ErrorDriven<Scalar>>>(),
-              nanoseconds<ehsid::Rls<Scalar, kN, ehsid::FRatio<Scalar>>>(),
-              nanoseconds<ehsid::Rls<Scalar, kN, ehsid::Directional<Scalar>>>(),
-              nanoseconds<ehsid::Rls<Scalar, kN, ehsid::RandomWalk<Scalar, kN>>>());
+  std::printf("%-6s %2d", scalar, kN);
+  ehsid::for_each_policy([](auto place) {
+    using Policy = ehsid::PolicyAt<place, Scalar, kN>;
+    std::printf(" %12.0f", nanoseconds<ehsid::Rls<Scalar, kN, Policy>>());
+  });
+  std::printf("\n");
 }
 
 }  // namespace
 
 int main() {
-  std::printf("%-6s %2s %12s %12s %12s %12s %12s %12s\n", "", "n", "Constant", "Exponential",
-              "ErrorDriven", "FRatio", "Directional", "RandomWalk");
+  std::printf("%-6s %2s", "", "n");
+  ehsid::for_each_policy(
+      [](auto place) { std::printf(" %12s", ehsid::PolicyAt<place, float, 1>::kInfo.type); });
+  std::printf("\n");
   print<float, 4>("float");
   print<float, 6>("float");
   print<float, 10>("float");

@@ -21,13 +21,30 @@ namespace ehsid::bindings {
 /// na and nb of the largest model, and its constant term.
 inline constexpr int kMaxParameters = 2 * kMaxOrder + 1;
 
-/// RandomWalk before the number of parameters is known: one drift for all, or one each.
-struct RandomWalkSettings {
-  std::vector<double> drift = {RandomWalk<double, 1>{}.drift[0]};
+/// The values of each setting of a policy: one number, or where a setting may differ between the parameters one for all
+/// or one for each.
+using SettingValues = std::vector<std::vector<double>>;
+
+template <class Policy>
+SettingValues default_settings() {
+  const Policy defaults;
+  SettingValues values;
+  Policy::settings([&](const SettingInfo& /*setting*/, auto member) {
+    each_number(member(defaults), [&](double number) { values.push_back({number}); });
+  });
+  return values;
+}
+
+/// The policy at a place of `Policies` before precision and number of parameters are known.
+template <std::size_t kPlace>
+struct PolicySettings {
+  using Policy = PolicyAt<kPlace, double, 1>;
+  SettingValues values = default_settings<Policy>();
 };
 
-using ForgettingSettings = std::variant<Constant<double>, Exponential<double>, ErrorDriven<double>,
-                                        FRatio<double>, Directional<double>, RandomWalkSettings>;
+template <std::size_t... kPlaces>
+std::variant<PolicySettings<kPlaces>...> any_policy(std::index_sequence<kPlaces...>);
+using ForgettingSettings = decltype(any_policy(std::make_index_sequence<kPolicies>{}));
 
 /// Settings as Python gives them, in double; rounded once to the precision of the estimator.
 struct RlsSettings {

@@ -1,188 +1,236 @@
 // SPDX-License-Identifier: MIT
+// One Python class for each forgetting policy, made from what the policy says of itself.
 #include "bindings.hpp"
+
+#include <sstream>
 
 namespace ehsid::bindings {
 namespace {
 
-/// The policy, or a ValueError that shows what was asked for.
+struct ShownSetting {
+  std::string name;    // in Python
+  std::string member;  // in C++ and C
+  std::string unit;
+  std::string range;
+  std::string meaning;
+  double initial;  // the default
+  bool per_parameter;
+  int hil_place;
+};
+
+struct ShownPolicy {
+  std::string id;
+  py::object type;
+  std::string summary;
+  std::string source;
+  std::uint32_t number;
+  bool takes_size;
+  py::tuple settings;
+};
+
+/// The name in Python of a setting: `lambda` is a keyword there.
+std::string python_name(const char* member) {
+  const bool keyword = py::module_::import("keyword").attr("iskeyword")(member).cast<bool>();
+  return std::string(member) + (keyword ? "_" : "");
+}
+
+/// "in (0, 1]", ">= 1"
+std::string in_words(const Range& range) {
+  std::ostringstream text;
+  if (range.bounded) {
+    text << "in " << (range.open ? '(' : '[') << range.minimum << ", " << range.maximum << ']';
+  } else {
+    text << (range.open ? "> " : ">= ") << range.minimum;
+  }
+  return text.str();
+}
+
+/// The settings of a policy, in its order.
 template <class Policy>
-Policy checked(Policy policy, const std::string& shown) {
-  if (!policy.valid()) {
-    throw py::value_error(shown + ": a parameter is outside its range, see help() of the class");
-  }
-  return policy;
-}
-
-std::string show(double value) { return py::repr(py::float_(value)).cast<std::string>(); }
-
-std::string show(const Constant<double>& p) { return "Constant(lambda_=" + show(p.lambda) + ")"; }
-std::string show(const Exponential<double>& p) {
-  return "Exponential(lambda0=" + show(p.lambda0) + ", lambda_initial=" + show(p.lambda_initial) +
-         ")";
-}
-std::string show(const ErrorDriven<double>& p) {
-  return "ErrorDriven(memory=" + show(p.memory) + ", lambda_min=" + show(p.lambda_min) +
-         ", noise_variance=" + show(p.noise_variance) + ")";
-}
-std::string show(const FRatio<double>& p) {
-  return "FRatio(eta=" + show(p.eta) + ", critical_ratio=" + show(p.critical_ratio) + ")";
-}
-std::string show(const Directional<double>& p) {
-  return "Directional(lambda_=" + show(p.lambda) + ", epsilon=" + show(p.epsilon) + ")";
-}
-std::string show(const RandomWalkSettings& p) {
-  return "RandomWalk(drift=" + py::repr(py::cast(p.drift)).cast<std::string>() + ")";
-}
-
-RandomWalkSettings checked_random_walk(RandomWalkSettings settings) {
-  for (const double value : settings.drift) {
-    RandomWalk<double, 1> one;
-    one.drift[0] = value;
-    static_cast<void>(checked(one, show(settings)));
-  }
-  if (settings.drift.empty()) {
-    throw py::value_error("RandomWalk: drift is empty; expected one value, or one a parameter");
-  }
-  return settings;
-}
-
-template <class Policy>
-py::class_<Policy> bind_policy(py::module_& m, const char* name, const char* doc) {
-  const std::string text = std::string(doc) +
-                           "\n\nRaises\n------\nValueError\n"
-                           "    Where an argument is outside its range.";
-  return py::class_<Policy>(m, name, text.c_str()).def("__repr__", [](const Policy& p) {
-    return show(p);
+std::vector<ShownSetting> shown_settings() {
+  const Policy defaults;
+  std::vector<ShownSetting> shown;
+  Policy::settings([&](const SettingInfo& setting, auto member) {
+    double initial = 0.0;
+    each_number(member(defaults), [&](double number) { initial = number; });
+    shown.push_back({python_name(setting.name), setting.name, setting.unit, in_words(setting.range),
+                     setting.meaning, initial, kPerParameter<decltype(member(defaults))>,
+                     setting.hil_place});
   });
+  return shown;
+}
+
+py::object as_python(const ShownSetting& setting, const std::vector<double>& values) {
+  return setting.per_parameter ? py::cast(values) : py::float_(values[0]);
+}
+
+template <class Policy>
+std::string show(const SettingValues& values) {
+  std::string text = Policy::kInfo.type;
+  const char* before = "(";
+  std::size_t at = 0;
+  for (const ShownSetting& setting : shown_settings<Policy>()) {
+    text += before + setting.name + "=" +
+            py::repr(as_python(setting, values[at++])).cast<std::string>();
+    before = ", ";
+  }
+  return text + ")";
+}
+
+/// ValueError that names the setting unless every value is in its range.
+template <class Policy>
+void check(const SettingValues& values) {
+  std::size_t at = 0;
+  Policy::settings([&](const SettingInfo& setting, auto /*member*/) {
+    const std::vector<double>& given = values[at++];
+    const std::string name = python_name(setting.name);
+    if (given.empty()) {
+      throw py::value_error(std::string(Policy::kInfo.type) + ": " + name +
+                            " is empty; expected one value, or one a parameter");
+    }
+    for (const double value : given) {
+      if (!setting.range.contains(value)) {
+        throw py::value_error(show<Policy>(values) + ": " + name + " must be finite and " +
+                              in_words(setting.range));
+      }
+    }
+  });
+}
+
+/// What Python may give for a setting.
+template <bool kMany>
+using Given = std::conditional_t<kMany, std::variant<double, std::vector<double>>, double>;
+
+inline std::vector<double> to_values(double value) { return {value}; }
+inline std::vector<double> to_values(std::variant<double, std::vector<double>> value) {
+  const auto* one = std::get_if<double>(&value);
+  return one != nullptr ? std::vector<double>{*one} : std::get<std::vector<double>>(value);
+}
+
+template <class Policy>
+constexpr std::size_t count_settings() {
+  std::size_t count = 0;
+  Policy::settings([&](const SettingInfo& /*setting*/, auto /*member*/) { ++count; });
+  return count;
+}
+
+/// Does setting number kAt of the policy have a number for each parameter?
+template <class Policy, std::size_t kAt>
+constexpr bool per_parameter() {
+  std::size_t at = 0;
+  bool array = false;
+  Policy::settings([&](const SettingInfo& /*setting*/, auto member) {
+    using Member = decltype(member(std::declval<Policy&>()));
+    array = at++ == kAt ? kPerParameter<Member> : array;
+  });
+  return array;
+}
+
+template <std::size_t kPlace, std::size_t... kSettings>
+void bind_init(py::class_<PolicySettings<kPlace>>& cls, const std::vector<ShownSetting>& settings,
+               std::index_sequence<kSettings...> /*settings*/) {
+  using Policy = typename PolicySettings<kPlace>::Policy;
+  cls.def(py::init([](Given<per_parameter<Policy, kSettings>()>... given) {
+            PolicySettings<kPlace> made{{to_values(std::move(given))...}};
+            check<Policy>(made.values);
+            return made;
+          }),
+          (py::arg(settings[kSettings].name.c_str()) = settings[kSettings].initial)...);
+}
+
+/// Does P lose the weight of the start from the first sample on, because it is divided by a factor?
+template <std::size_t kPlace>
+bool forgets_the_start(const PolicySettings<kPlace>& settings) {
+  using Policy = typename PolicySettings<kPlace>::Policy;
+  if (Policy::kSpreads) {
+    return false;
+  }
+  Policy policy;
+  std::size_t at = 0;
+  Policy::settings([&](const SettingInfo& /*setting*/, auto member) {
+    const std::vector<double>& values = settings.values[at++];
+    each_number(member(policy), [&](double& number) { number = values[0]; });
+  });
+  policy.restart();
+  return policy.loss(UdFactors<double, 1>{}) > 0.0;
+}
+
+template <std::size_t kPlace>
+py::object bind_policy(py::module_& m) {
+  using Settings = PolicySettings<kPlace>;
+  using Policy = typename Settings::Policy;
+  const std::vector<ShownSetting> settings = shown_settings<Policy>();
+  std::string text = std::string("Forgetting policy: ") + Policy::kInfo.summary +
+                     ".\n\nSource: " + Policy::kInfo.source + ".\n\nParameters\n----------\n";
+  for (const ShownSetting& setting : settings) {
+    text += setting.name + " : float" +
+            (setting.per_parameter ? " or sequence of n floats, each " : " ") + setting.range +
+            "\n    " + setting.meaning + ".\n";
+  }
+  text += "\nRaises\n------\nValueError\n    Where an argument is outside its range.";
+
+  py::class_<Settings> cls(m, Policy::kInfo.type, text.c_str());
+  bind_init(cls, settings, std::make_index_sequence<count_settings<Policy>()>{});
+  for (std::size_t at = 0; at < settings.size(); ++at) {
+    const char* name = settings[at].name.c_str();
+    if (settings[at].per_parameter) {
+      cls.def_property_readonly(name, [at](const Settings& self) { return self.values[at]; });
+    } else {
+      cls.def_property_readonly(name, [at](const Settings& self) { return self.values[at][0]; });
+    }
+  }
+  cls.def_property_readonly("forgets_the_start", &forgets_the_start<kPlace>,
+                            "True where the covariance is divided by a factor from the first "
+                            "sample on, so that an estimate to start from soon counts for little.");
+  cls.def("__repr__", [](const Settings& self) { return show<Policy>(self.values); });
+  const py::object shown =
+      py::cast(ShownPolicy{Policy::kInfo.id, cls, Policy::kInfo.summary, Policy::kInfo.source,
+                           Policy::kId, takes_size(kPlace), py::tuple(py::cast(settings))});
+  cls.attr("info") = shown;
+  return shown;
+}
+
+void bind_descriptions(py::module_& m) {
+  py::class_<ShownSetting>(m, "PolicySetting", "A setting of a forgetting policy, in words.")
+      .def_readonly("name", &ShownSetting::name, "Argument and property in Python.")
+      .def_readonly("member", &ShownSetting::member, "Member in C++ and C.")
+      .def_readonly("unit", &ShownSetting::unit, "\"1\" for a pure number.")
+      .def_readonly("range", &ShownSetting::range, "e.g. \"in (0, 1]\"; values are finite.")
+      .def_readonly("meaning", &ShownSetting::meaning)
+      .def_readonly("default", &ShownSetting::initial)
+      .def_readonly("per_parameter", &ShownSetting::per_parameter,
+                    "True where each parameter of the model may have its own value.")
+      .def_readonly("hil_place", &ShownSetting::hil_place,
+                    "Which of the numbers of `configure` carries it, docs/hil_protocol.md.")
+      .def("__repr__", [](const py::object& self) { return show_properties(self, {"name"}); });
+  py::class_<ShownPolicy>(m, "PolicyInfo", "A forgetting policy, in words.")
+      .def_readonly("id", &ShownPolicy::id, "Name in C and in files.")
+      .def_readonly("policy", &ShownPolicy::type, "Class of the policy.")
+      .def_readonly("summary", &ShownPolicy::summary)
+      .def_readonly("source", &ShownPolicy::source)
+      .def_readonly("number", &ShownPolicy::number,
+                    "Number in snapshots, from 1 on; one less is its number in the HIL protocol.")
+      .def_readonly("takes_size", &ShownPolicy::takes_size,
+                    "True where its type in C++ has the number of parameters as an argument.")
+      .def_readonly("settings", &ShownPolicy::settings, "Tuple of PolicySetting.")
+      .def("__repr__", [](const py::object& self) { return show_properties(self, {"id"}); });
 }
 
 }  // namespace
 
 void bind_forgetting(py::module_& m) {
-  const Constant<double> constant;
-  bind_policy<Constant<double>>(m, "Constant",
-                                R"(Constant forgetting factor (Eq. 13 with a fixed lambda).
-
-Parameters
-----------
-lambda_ : float in (0, 1]
-    Memory is 1 / (1 - lambda_) samples; 1 is ordinary least squares.)")
-      .def(py::init([](double lambda) {
-             Constant<double> p;
-             p.lambda = lambda;
-             return checked(p, show(p));
-           }),
-           py::arg("lambda_") = constant.lambda)
-      .def_readonly("lambda_", &Constant<double>::lambda);
-
-  const Exponential<double> exponential;
-  bind_policy<Exponential<double>>(
-      m, "Exponential",
-      R"(Forgetting factor that tends to one: lambda(k) = lambda0 lambda(k-1) + (1 - lambda0), Eq. (15).
-
-Parameters
-----------
-lambda0 : float in (0, 1]
-    Rate at which lambda goes to one.
-lambda_initial : float in (0, 1]
-    lambda(0).)")
-      .def(py::init([](double lambda0, double lambda_initial) {
-             Exponential<double> p;
-             p.lambda0 = lambda0;
-             p.lambda_initial = lambda_initial;
-             return checked(p, show(p));
-           }),
-           py::arg("lambda0") = exponential.lambda0,
-           py::arg("lambda_initial") = exponential.lambda_initial)
-      .def_readonly("lambda0", &Exponential<double>::lambda0)
-      .def_readonly("lambda_initial", &Exponential<double>::lambda_initial);
-
-  const ErrorDriven<double> error_driven;
-  bind_policy<ErrorDriven<double>>(
-      m, "ErrorDriven",
-      R"(Constant-information forgetting (Fortescue, Kershenbaum, Ydstie, Automatica 17(6), 1981).
-
-Parameters
-----------
-memory : float >= 1
-    N0, the memory in the steady state, samples.
-lambda_min : float in (0, 1]
-    Forgetting never goes below this.
-noise_variance : float >= 0
-    sigma0^2 in squared units of the output as the recursion sees it (scaled in a ServoEstimator);
-    0 takes the estimator's own residual variance.)")
-      .def(py::init([](double memory, double lambda_min, double noise_variance) {
-             ErrorDriven<double> p;
-             p.memory = memory;
-             p.lambda_min = lambda_min;
-             p.noise_variance = noise_variance;
-             return checked(p, show(p));
-           }),
-           py::arg("memory") = error_driven.memory, py::arg("lambda_min") = error_driven.lambda_min,
-           py::arg("noise_variance") = error_driven.noise_variance)
-      .def_readonly("memory", &ErrorDriven<double>::memory)
-      .def_readonly("lambda_min", &ErrorDriven<double>::lambda_min)
-      .def_readonly("noise_variance", &ErrorDriven<double>::noise_variance);
-
-  const FRatio<double> f_ratio;
-  bind_policy<FRatio<double>>(
-      m, "FRatio",
-      R"(Forgetting by the F-ratio of short- and long-window errors (Mohseni, Bernstein, ACC 2022).
-
-Windows of 10 and 100 samples. critical_ratio = 1 is the RMS-ratio form of Bruce, Goel, Bernstein (2020).
-
-Parameters
-----------
-eta : float >= 0
-    Aggressiveness: lambda = 1 / (1 + eta g).
-critical_ratio : float >= 1
-    Ratio of mean squares above which something has changed.)")
-      .def(py::init([](double eta, double critical_ratio) {
-             FRatio<double> p;
-             p.eta = eta;
-             p.critical_ratio = critical_ratio;
-             return checked(p, show(p));
-           }),
-           py::arg("eta") = f_ratio.eta, py::arg("critical_ratio") = f_ratio.critical_ratio)
-      .def_readonly("eta", &FRatio<double>::eta)
-      .def_readonly("critical_ratio", &FRatio<double>::critical_ratio);
-
-  const Directional<double> directional;
-  bind_policy<Directional<double>>(
-      m, "Directional",
-      R"(Directional forgetting, SIFt (Lai, Bernstein, arXiv 2404.10844): only excited directions forget.
-
-Parameters
-----------
-lambda_ : float in (0, 1]
-    Memory looks like n / (1 - lambda_) samples.
-epsilon : float > 0
-    Samples with phi' phi below this carry no information (scaled units in a ServoEstimator).)")
-      .def(py::init([](double lambda, double epsilon) {
-             Directional<double> p;
-             p.lambda = lambda;
-             p.epsilon = epsilon;
-             return checked(p, show(p));
-           }),
-           py::arg("lambda_") = directional.lambda, py::arg("epsilon") = directional.epsilon)
-      .def_readonly("lambda_", &Directional<double>::lambda)
-      .def_readonly("epsilon", &Directional<double>::epsilon);
-
-  const RandomWalkSettings random_walk;
-  bind_policy<RandomWalkSettings>(
-      m, "RandomWalk",
-      R"(Kalman filter for parameters that wander: P grows by Q = diag(drift) a step.
-
-Parameters
-----------
-drift : float or sequence of n floats, each >= 0
-    Variance a step in units of sigma^2 (of the scaled parameters in a ServoEstimator).)")
-      .def(py::init([](double drift) { return checked_random_walk({{drift}}); }),
-           py::arg("drift") = random_walk.drift[0])
-      .def(py::init(
-               [](std::vector<double> drift) { return checked_random_walk({std::move(drift)}); }),
-           py::arg("drift"))
-      .def_readonly("drift", &RandomWalkSettings::drift);
+  bind_descriptions(m);
+  py::list all;
+  for_each_policy([&](auto place) { all.append(bind_policy<place.value>(m)); });
+  py::object any = all[0].attr("policy");
+  for (std::size_t place = 1; place < all.size(); ++place) {
+    any = any.attr("__or__")(all[place].attr("policy"));
+  }
+  m.attr("Forgetting") = any;
+  m.attr("HIL_PLACES") = kHilPlaces;
+  m.def(
+      "policies", [policies = py::tuple(all)] { return policies; },
+      "All forgetting policies: a tuple of PolicyInfo, in the order of their numbers.");
 }
 
 }  // namespace ehsid::bindings

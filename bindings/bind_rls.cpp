@@ -74,8 +74,8 @@ Parameters
 ----------
 n : int in 1..13
     Number of parameters.
-forgetting : Constant, Exponential, ErrorDriven, FRatio, Directional or RandomWalk
-    Forgetting policy.
+forgetting : Forgetting
+    Forgetting policy, see policies().
 options : RlsOptions
     Guards against wind-up.
 theta0 : array_like, shape (n,), optional
@@ -97,7 +97,8 @@ ValueError
                                        std::move(variance0)};
             return is_single(dtype) ? make_rls<float>(settings) : make_rls<double>(settings);
           }),
-          py::arg("n"), py::kw_only(), py::arg("forgetting") = Constant<double>{},
+          py::arg("n"), py::kw_only(),
+          py::arg("forgetting") = PolicySettings<place_of_policy("constant")>{},
           py::arg_v("options", defaults, "RlsOptions()"), py::arg("theta0") = std::vector<double>{},
           py::arg("variance0") = std::vector<double>{}, py::arg("dtype") = "float64");
   bind_recursion(cls);

@@ -175,8 +175,8 @@ nk : int in 0..20
     Delay in samples.
 offset : bool
     Append a constant term c.
-forgetting : Constant, Exponential, ErrorDriven, FRatio, Directional or RandomWalk
-    Forgetting policy.
+forgetting : Forgetting
+    Forgetting policy, see policies().
 scaling : Scaling
     Scales and offsets of the signals.
 rls : RlsOptions
@@ -223,7 +223,7 @@ ValueError
                                     : make_estimator<double>(settings);
           }),
           py::arg("na"), py::arg("nb"), py::arg("nk"), py::kw_only(), py::arg("offset") = false,
-          py::arg("forgetting") = FRatio<double>{},
+          py::arg("forgetting") = PolicySettings<place_of_policy("f_ratio")>{},
           py::arg_v("scaling", Scaling<double>{}, "Scaling()"),
           py::arg_v("rls", RlsOptions<double>{}, "RlsOptions()"),
           py::arg_v("reset", RmseResetOptions<double>{}, "RmseResetOptions()"),

@@ -22,55 +22,36 @@ namespace ehsid::bindings {
 /// Each compiled estimator takes any number of parameters up to kMaxParameters.
 inline constexpr int kSize = up_to(kMaxParameters);
 
+/// Takes over the value of a setting.
 template <class Scalar>
-Constant<Scalar> to_policy(const Constant<double>& given, int /*n*/) {
-  return {static_cast<Scalar>(given.lambda)};
+void assign_setting(Scalar& setting, const std::vector<double>& values, int /*n*/,
+                    const char* /*name*/) {
+  setting = static_cast<Scalar>(values[0]);
 }
-
-template <class Scalar>
-Exponential<Scalar> to_policy(const Exponential<double>& given, int /*n*/) {
-  Exponential<Scalar> policy;
-  policy.lambda0 = static_cast<Scalar>(given.lambda0);
-  policy.lambda_initial = static_cast<Scalar>(given.lambda_initial);
-  policy.restart();
-  return policy;
-}
-
-template <class Scalar>
-ErrorDriven<Scalar> to_policy(const ErrorDriven<double>& given, int /*n*/) {
-  ErrorDriven<Scalar> policy;
-  policy.memory = static_cast<Scalar>(given.memory);
-  policy.lambda_min = static_cast<Scalar>(given.lambda_min);
-  policy.noise_variance = static_cast<Scalar>(given.noise_variance);
-  return policy;
-}
-
-template <class Scalar>
-FRatio<Scalar> to_policy(const FRatio<double>& given, int /*n*/) {
-  FRatio<Scalar> policy;
-  policy.eta = static_cast<Scalar>(given.eta);
-  policy.critical_ratio = static_cast<Scalar>(given.critical_ratio);
-  return policy;
-}
-
-template <class Scalar>
-Directional<Scalar> to_policy(const Directional<double>& given, int /*n*/) {
-  return {static_cast<Scalar>(given.lambda), static_cast<Scalar>(given.epsilon)};
-}
-
-template <class Scalar>
-RandomWalk<Scalar, kSize> to_policy(const RandomWalkSettings& given, int n) {
+template <class Scalar, std::size_t kCapacity>
+void assign_setting(std::array<Scalar, kCapacity>& setting, const std::vector<double>& values,
+                    int n, const char* name) {
   const auto count = static_cast<std::size_t>(n);
-  if (given.drift.size() != 1 && given.drift.size() != count) {
-    throw std::invalid_argument("RandomWalk: drift has " + std::to_string(given.drift.size()) +
+  if (values.size() != 1 && values.size() != count) {
+    throw std::invalid_argument(std::string(name) + " has " + std::to_string(values.size()) +
                                 " values; expected 1, or one for each of the " + std::to_string(n) +
                                 " parameters");
   }
-  RandomWalk<Scalar, kSize> policy;
   for (std::size_t i = 0; i < count; ++i) {
-    policy.drift[i] =
-        static_cast<Scalar>(given.drift.size() == 1 ? given.drift[0] : given.drift[i]);
+    setting[i] = static_cast<Scalar>(values.size() == 1 ? values[0] : values[i]);
   }
+}
+
+template <class Scalar, std::size_t kPlace>
+PolicyAt<kPlace, Scalar, kSize> to_policy(const PolicySettings<kPlace>& given, int n) {
+  using Policy = PolicyAt<kPlace, Scalar, kSize>;
+  Policy policy;
+  std::size_t at = 0;
+  Policy::settings([&](const SettingInfo& setting, auto member) {
+    const std::string name = std::string(Policy::kInfo.type) + ": " + setting.name;
+    assign_setting(member(policy), given.values[at++], n, name.c_str());
+  });
+  policy.restart();
   return policy;
 }
 

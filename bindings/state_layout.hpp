@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 namespace ehsid::bindings {
 
@@ -52,11 +53,33 @@ void lay_out_each(Stream& stream, Plain&... values) {
   (stream.values(&values, 1), ...);
 }
 
-/// A policy of n parameters. Only that of RandomWalk depends on n.
+template <class Policy>
+constexpr std::size_t settings_bytes() {
+  std::size_t bytes = 0;
+  Policy::settings([&](const SettingInfo& /*setting*/, auto member) {
+    bytes += sizeof(std::remove_reference_t<decltype(member(std::declval<Policy&>()))>);
+  });
+  return bytes;
+}
+
+template <class Stream, class Number>
+void lay_out_setting(Stream& stream, Number& setting, std::size_t n) {
+  if constexpr (kPerParameter<Number>) {
+    stream.values(setting.data(), n);
+  } else {
+    stream.values(&setting, 1);
+  }
+}
+
+/// A policy of n parameters.
 template <class Stream, class Policy>
 void lay_out_policy(Stream& stream, Policy& policy, std::size_t n) {
-  if constexpr (std::remove_const_t<Policy>::kId == RandomWalk<float, 1>::kId) {
-    stream.values(policy.drift.data(), n);
+  if constexpr (takes_size(std::remove_const_t<Policy>::kId - 1)) {
+    static_assert(settings_bytes<Policy>() == sizeof(Policy),
+                  "a policy whose type depends on n may have no state beside its settings");
+    Policy::settings([&](const SettingInfo& /*setting*/, auto member) {
+      lay_out_setting(stream, member(policy), n);
+    });
   } else {
     stream.values(&policy, 1);
   }

@@ -1,15 +1,9 @@
 # SPDX-License-Identifier: MIT
 # ehsid::c, the estimator for C: a static library without the C++ run-time library. Sections of their own, so that
 # a linker with --gc-sections keeps only the policies and sizes that a program names.
-add_library(
-  ehsid_c STATIC
-  cpp/src/c_api.cpp
-  cpp/src/c_kernels/constant.cpp
-  cpp/src/c_kernels/directional.cpp
-  cpp/src/c_kernels/error_driven.cpp
-  cpp/src/c_kernels/exponential.cpp
-  cpp/src/c_kernels/f_ratio.cpp
-  cpp/src/c_kernels/random_walk.cpp)
+include(cmake/CKernels.cmake)
+ehsid_c_kernels(kernels)
+add_library(ehsid_c STATIC cpp/src/c_api.cpp ${kernels})
 add_library(ehsid::c ALIAS ehsid_c)
 set_target_properties(ehsid_c PROPERTIES EXPORT_NAME c)
 if(NOT CMAKE_CROSSCOMPILING) # for shared libraries of hosts; firmware stays where it is

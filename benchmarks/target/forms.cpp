@@ -4,6 +4,7 @@
 // a controller: beside others a compiler shares functions that it would inline.
 // From n = 8 on Eigen would take its blocked matrix product, which asks for a heap at -Os; not here.
 #define EIGEN_CACHEFRIENDLY_PRODUCT_THRESHOLD 16
+#include <ehsid/c_api.h>
 #include <ehsid/ehsid.hpp>
 
 #include <new>
@@ -79,18 +80,10 @@ using nothing = Nothing;
 using ruler = Ruler;
 using as_printed = AsPrinted;
 using grouped = Grouped;
-using constant = Recursion<ehsid::Constant<float>>;
-using exponential = Recursion<ehsid::Exponential<float>>;
-using error_driven = Recursion<ehsid::ErrorDriven<float>>;
-using f_ratio = Recursion<ehsid::FRatio<float>>;
-using directional = Recursion<ehsid::Directional<float>>;
-using random_walk = Recursion<ehsid::RandomWalk<float, kN>>;
-using whole_constant = Whole<ehsid::Constant<float>>;
-using whole_exponential = Whole<ehsid::Exponential<float>>;
-using whole_error_driven = Whole<ehsid::ErrorDriven<float>>;
-using whole_f_ratio = Whole<ehsid::FRatio<float>>;
-using whole_directional = Whole<ehsid::Directional<float>>;
-using whole_random_walk = Whole<ehsid::RandomWalk<float, 6>>;
+#define EHSID_FORMS_OF(policy)                                                           \
+  using policy = Recursion<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float, kN>>; \
+  using whole_##policy = Whole<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float, 6>>;
+EHSID_EACH_POLICY(EHSID_FORMS_OF)
 }  // namespace forms
 
 using Measured = forms::EHSID_FORM;

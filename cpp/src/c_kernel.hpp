@@ -40,37 +40,24 @@ namespace ehsid::c {
 
 inline constexpr std::uint32_t kMagic = 0x45485343U;  // "EHSC"
 
-/// Visits each setting of a policy with its counterpart in C; `C` is ehsid_forgetting, const or not.
-template <class C, class Copy>
-void settings(Constant<float>& policy, C& c, Copy copy) {
-  copy(policy.lambda, c.lambda);
-}
-template <class C, class Copy>
-void settings(Exponential<float>& policy, C& c, Copy copy) {
-  copy(policy.lambda0, c.lambda0);
-  copy(policy.lambda_initial, c.lambda_initial);
-}
-template <class C, class Copy>
-void settings(ErrorDriven<float>& policy, C& c, Copy copy) {
-  copy(policy.memory, c.memory);
-  copy(policy.lambda_min, c.lambda_min);
-  copy(policy.noise_variance, c.noise_variance);
-}
-template <class C, class Copy>
-void settings(FRatio<float>& policy, C& c, Copy copy) {
-  copy(policy.eta, c.eta);
-  copy(policy.critical_ratio, c.critical_ratio);
-}
-template <class C, class Copy>
-void settings(Directional<float>& policy, C& c, Copy copy) {
-  copy(policy.lambda, c.lambda);
-  copy(policy.epsilon, c.epsilon);
-}
-template <int kN, class C, class Copy>
-void settings(RandomWalk<float, kN>& policy, C& c, Copy copy) {
-  for (std::size_t i = 0; i < static_cast<std::size_t>(kN); ++i) {
-    copy(policy.drift[i], c.drift[i]);
+/// copy(number, its counterpart), for a setting of one number or of one number for each parameter.
+template <class Number, class Counterpart, class Copy>
+void copy_setting(Number& number, Counterpart& counterpart, Copy copy) {
+  if constexpr (kPerParameter<Number>) {
+    for (std::size_t i = 0; i < number.size(); ++i) {
+      copy(number[i], counterpart[i]);
+    }
+  } else {
+    copy(number, counterpart);
   }
+}
+
+/// Visits each setting of a policy with the member of ehsid_forgetting that has its name.
+template <class Policy, class C, class Copy>
+void policy_settings(Policy& policy, C& c, Copy copy) {
+  Policy::settings([&](const SettingInfo& /*setting*/, auto member) {
+    copy_setting(member(policy), member(c), copy);
+  });
 }
 
 /// Visits every setting but orders and start.
@@ -80,7 +67,7 @@ void settings(Options& options, C& c, Copy copy) {
   copy(options.scaling.position_scale, c.position_scale);
   copy(options.scaling.command_offset, c.command_offset);
   copy(options.scaling.position_offset, c.position_offset);
-  settings(options.forgetting, c.forgetting, copy);
+  policy_settings(options.forgetting, c.forgetting, copy);
   copy(options.rls.information_margin, c.information_margin);
   copy(options.rls.covariance_ceiling, c.covariance_ceiling);
   copy(options.reset_enabled, c.reset_enabled);
@@ -245,21 +232,26 @@ constexpr ehsid_kernel kernel() {
 
 }  // namespace ehsid::c
 
-/// Defines ehsid_kernel_NAME_2 .. _13. POLICY(n) is the type of the policy for n parameters.
-/// `const` and not constexpr, which MSVC would keep inside its file; the assertion holds that it needs no constructor.
-#define EHSID_DEFINE_KERNEL(NAME, POLICY, n)                                                \
-  static_assert(ehsid::c::kernel<POLICY(n), n>().parameters == n, "known to the compiler"); \
-  extern "C" const ehsid_kernel ehsid_kernel_##NAME##_##n = ehsid::c::kernel<POLICY(n), n>();
-#define EHSID_DEFINE_KERNELS(NAME, POLICY) \
-  EHSID_DEFINE_KERNEL(NAME, POLICY, 2)     \
-  EHSID_DEFINE_KERNEL(NAME, POLICY, 3)     \
-  EHSID_DEFINE_KERNEL(NAME, POLICY, 4)     \
-  EHSID_DEFINE_KERNEL(NAME, POLICY, 5)     \
-  EHSID_DEFINE_KERNEL(NAME, POLICY, 6)     \
-  EHSID_DEFINE_KERNEL(NAME, POLICY, 7)     \
-  EHSID_DEFINE_KERNEL(NAME, POLICY, 8)     \
-  EHSID_DEFINE_KERNEL(NAME, POLICY, 9)     \
-  EHSID_DEFINE_KERNEL(NAME, POLICY, 10)    \
-  EHSID_DEFINE_KERNEL(NAME, POLICY, 11)    \
-  EHSID_DEFINE_KERNEL(NAME, POLICY, 12)    \
-  EHSID_DEFINE_KERNEL(NAME, POLICY, 13)
+/// Defines ehsid_kernel_NAME_n. `const` and not constexpr, which MSVC would keep inside its file; the assertions hold that
+/// it needs no constructor.
+#define EHSID_DEFINE_KERNEL(NAME, n)                                                            \
+  static_assert(ehsid::place_of_policy(#NAME) < ehsid::kPolicies, "no policy has this id");     \
+  static_assert(ehsid::c::kernel<ehsid::PolicyAt<ehsid::place_of_policy(#NAME), float, n>, n>() \
+                        .parameters == n,                                                       \
+                "known to the compiler");                                                       \
+  extern "C" const ehsid_kernel ehsid_kernel_##NAME##_##n =                                     \
+      ehsid::c::kernel<ehsid::PolicyAt<ehsid::place_of_policy(#NAME), float, n>, n>();
+/// Defines ehsid_kernel_NAME_2 .. _13.
+#define EHSID_DEFINE_KERNELS(NAME) \
+  EHSID_DEFINE_KERNEL(NAME, 2)     \
+  EHSID_DEFINE_KERNEL(NAME, 3)     \
+  EHSID_DEFINE_KERNEL(NAME, 4)     \
+  EHSID_DEFINE_KERNEL(NAME, 5)     \
+  EHSID_DEFINE_KERNEL(NAME, 6)     \
+  EHSID_DEFINE_KERNEL(NAME, 7)     \
+  EHSID_DEFINE_KERNEL(NAME, 8)     \
+  EHSID_DEFINE_KERNEL(NAME, 9)     \
+  EHSID_DEFINE_KERNEL(NAME, 10)    \
+  EHSID_DEFINE_KERNEL(NAME, 11)    \
+  EHSID_DEFINE_KERNEL(NAME, 12)    \
+  EHSID_DEFINE_KERNEL(NAME, 13)

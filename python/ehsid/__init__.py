@@ -1,77 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Online identification of electro-hydraulic servos: the C++ estimator, as firmware runs it."""
+"""Online identification of electro-hydraulic servos: the C++ estimator, as firmware runs it.
 
-from ehsid._core import (
-    Constant,
-    ContinuousServo,
-    ConvergenceOptions,
-    Directional,
-    EffectInfo,
-    EffectTerms,
-    ErrorDriven,
-    Exponential,
-    FRatio,
-    MachineScale,
-    Plant,
-    PlantParameter,
-    RandomWalk,
-    Rls,
-    RlsOptions,
-    RmseResetOptions,
-    Scaling,
-    ServoEstimator,
-    ServoParameters,
-    ServoReading,
-    ServoReadingStatus,
-    Status,
-    Trajectory,
-    __version__,
-    continuous_servo,
-    discretise,
-    effects,
-    identify_servo,
-    is_error,
-    plant_outputs,
-    plant_parameters,
-    plant_substeps,
-    simulate_plant,
-)
+Every public name of the compiled module, listed in _core.pyi, is a name of this package.
+"""
 
-__all__ = [
-    "Constant",
-    "ContinuousServo",
-    "ConvergenceOptions",
-    "Directional",
-    "EffectInfo",
-    "EffectTerms",
-    "ErrorDriven",
-    "Exponential",
-    "FRatio",
-    "Forgetting",
-    "MachineScale",
-    "Plant",
-    "PlantParameter",
-    "RandomWalk",
-    "Rls",
-    "RlsOptions",
-    "RmseResetOptions",
-    "Scaling",
-    "ServoEstimator",
-    "ServoParameters",
-    "ServoReading",
-    "ServoReadingStatus",
-    "Status",
-    "Trajectory",
-    "__version__",
-    "continuous_servo",
-    "discretise",
-    "effects",
-    "identify_servo",
-    "is_error",
-    "plant_outputs",
-    "plant_parameters",
-    "plant_substeps",
-    "simulate_plant",
-]
-
-Forgetting = Constant | Exponential | ErrorDriven | FRatio | Directional | RandomWalk
+from ehsid._core import *  # noqa: F403 -- each forgetting policy is a name of its own
+from ehsid._core import __version__ as __version__

@@ -3,7 +3,7 @@
 # tests/python/test_stubs.py.
 from collections.abc import Sequence
 from enum import IntEnum
-from typing import Any, TypeAlias, final, overload
+from typing import Any, ClassVar, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,6 @@ __version__: str
 
 _Array: TypeAlias = npt.NDArray[np.float64]
 _Samples: TypeAlias = npt.NDArray[np.float32] | npt.NDArray[np.float64]
-_Forgetting: TypeAlias = Constant | Exponential | ErrorDriven | FRatio | Directional | RandomWalk
 
 class Status(IntEnum):
     ok = 0
@@ -27,21 +26,82 @@ class Status(IntEnum):
 
 def is_error(status: Status) -> bool: ...
 
+@final
+class PolicySetting:
+    @property
+    def name(self) -> str: ...
+    @property
+    def member(self) -> str: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def range(self) -> str: ...
+    @property
+    def meaning(self) -> str: ...
+    @property
+    def default(self) -> float: ...
+    @property
+    def per_parameter(self) -> bool: ...
+    @property
+    def hil_place(self) -> int: ...
+
+@final
+class PolicyInfo:
+    @property
+    def id(self) -> str: ...
+    @property
+    def policy(self) -> type[Forgetting]: ...
+    @property
+    def summary(self) -> str: ...
+    @property
+    def source(self) -> str: ...
+    @property
+    def number(self) -> int: ...
+    @property
+    def takes_size(self) -> bool: ...
+    @property
+    def settings(self) -> tuple[PolicySetting, ...]: ...
+
+HIL_PLACES: int
+
+def policies() -> tuple[PolicyInfo, ...]: ...
+
+# policies: written by script/policies.py
+
+Forgetting: TypeAlias = Constant | Exponential | ErrorDriven | FRatio | Directional | RandomWalk
+
 class Constant:
-    def __init__(self, lambda_: float = 0.99) -> None: ...
+    info: ClassVar[PolicyInfo]
+    def __init__(
+        self,
+        lambda_: float = 0.99,
+    ) -> None: ...
     @property
     def lambda_(self) -> float: ...
+    @property
+    def forgets_the_start(self) -> bool: ...
 
 class Exponential:
-    def __init__(self, lambda0: float = 0.99, lambda_initial: float = 0.95) -> None: ...
+    info: ClassVar[PolicyInfo]
+    def __init__(
+        self,
+        lambda0: float = 0.99,
+        lambda_initial: float = 0.95,
+    ) -> None: ...
     @property
     def lambda0(self) -> float: ...
     @property
     def lambda_initial(self) -> float: ...
+    @property
+    def forgets_the_start(self) -> bool: ...
 
 class ErrorDriven:
+    info: ClassVar[PolicyInfo]
     def __init__(
-        self, memory: float = 100.0, lambda_min: float = 0.5, noise_variance: float = 0.0
+        self,
+        memory: float = 100.0,
+        lambda_min: float = 0.5,
+        noise_variance: float = 0.0,
     ) -> None: ...
     @property
     def memory(self) -> float: ...
@@ -49,28 +109,49 @@ class ErrorDriven:
     def lambda_min(self) -> float: ...
     @property
     def noise_variance(self) -> float: ...
+    @property
+    def forgets_the_start(self) -> bool: ...
 
 class FRatio:
-    def __init__(self, eta: float = 2.0, critical_ratio: float = 3.3) -> None: ...
+    info: ClassVar[PolicyInfo]
+    def __init__(
+        self,
+        eta: float = 2.0,
+        critical_ratio: float = 3.3,
+    ) -> None: ...
     @property
     def eta(self) -> float: ...
     @property
     def critical_ratio(self) -> float: ...
+    @property
+    def forgets_the_start(self) -> bool: ...
 
 class Directional:
-    def __init__(self, lambda_: float = 0.94, epsilon: float = 0.0001) -> None: ...
+    info: ClassVar[PolicyInfo]
+    def __init__(
+        self,
+        lambda_: float = 0.94,
+        epsilon: float = 0.0001,
+    ) -> None: ...
     @property
     def lambda_(self) -> float: ...
     @property
     def epsilon(self) -> float: ...
+    @property
+    def forgets_the_start(self) -> bool: ...
 
 class RandomWalk:
-    @overload
-    def __init__(self, drift: float = 0.0001) -> None: ...
-    @overload
-    def __init__(self, drift: Sequence[float]) -> None: ...
+    info: ClassVar[PolicyInfo]
+    def __init__(
+        self,
+        drift: float | Sequence[float] = 0.0001,
+    ) -> None: ...
     @property
     def drift(self) -> list[float]: ...
+    @property
+    def forgets_the_start(self) -> bool: ...
+
+# end of policies
 
 class RlsOptions:
     def __init__(
@@ -156,7 +237,7 @@ class Rls:
         self,
         n: int,
         *,
-        forgetting: _Forgetting = ...,
+        forgetting: Forgetting = ...,
         options: RlsOptions = ...,
         theta0: Sequence[float] | _Array = [],
         variance0: Sequence[float] | _Array = [],
@@ -199,7 +280,7 @@ class ServoEstimator:
         nk: int,
         *,
         offset: bool = False,
-        forgetting: _Forgetting = ...,
+        forgetting: Forgetting = ...,
         scaling: Scaling = ...,
         rls: RlsOptions = ...,
         reset: RmseResetOptions | None = ...,

@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "reference.h"
 
-#include "../export/constant.hpp"
-#include "../export/directional.hpp"
-#include "../export/error_driven.hpp"
-#include "../export/exponential.hpp"
-#include "../export/f_ratio.hpp"
-#include "../export/random_walk.hpp"
-
 #include <ehsid/fit.hpp>
 
 namespace {
@@ -53,15 +46,10 @@ Reference reference() {
           [](bool on) { estimator.enable(on); }, [] { estimator.reset(); }};
 }
 
+#define EHSID_REFERENCE(name) reference<name::Estimator, name::configure>(),
+
 const Reference& reference(int which) {
-  static const Reference all[CASES] = {
-      reference<constant::Estimator, constant::configure>(),
-      reference<directional::Estimator, directional::configure>(),
-      reference<error_driven::Estimator, error_driven::configure>(),
-      reference<exponential::Estimator, exponential::configure>(),
-      reference<f_ratio::Estimator, f_ratio::configure>(),
-      reference<random_walk::Estimator, random_walk::configure>(),
-  };
+  static const Reference all[CASES] = {EXPORTED_CASES(EHSID_REFERENCE)};
   return all[which];
 }
 

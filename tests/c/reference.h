@@ -5,6 +5,8 @@
 
 #include <ehsid/c_api.h>
 
+#include "../export/cases.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -18,7 +20,9 @@ typedef struct readings {
   float variance[EHSID_MAX_PARAMETERS];
 } readings;
 
-enum { CASES = 6 }; /* constant, directional, error_driven, exponential, f_ratio, random_walk */
+#define COUNT_CASE(name) +1
+enum { CASES = 0 EXPORTED_CASES(COUNT_CASE) };
+#undef COUNT_CASE
 
 /* Configures the C++ estimator of a case; its status. */
 int32_t reference_start(int which);

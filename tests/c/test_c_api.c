@@ -199,18 +199,16 @@ static void test_snapshots_go_on_with_the_same_bits(void) {
   CHECK(ehsid_restore(restored, bytes + 1, written) == EHSID_INVALID_ARGUMENT);
 }
 
-#define KERNELS(policy)                                                           \
-  EHSID_KERNEL(policy, 2), EHSID_KERNEL(policy, 3), EHSID_KERNEL(policy, 4),      \
-      EHSID_KERNEL(policy, 5), EHSID_KERNEL(policy, 6), EHSID_KERNEL(policy, 7),  \
-      EHSID_KERNEL(policy, 8), EHSID_KERNEL(policy, 9), EHSID_KERNEL(policy, 10), \
-      EHSID_KERNEL(policy, 11), EHSID_KERNEL(policy, 12), EHSID_KERNEL(policy, 13)
+#define KERNELS(policy)                                                            \
+  {EHSID_KERNEL(policy, 2),  EHSID_KERNEL(policy, 3),  EHSID_KERNEL(policy, 4),  \
+   EHSID_KERNEL(policy, 5),  EHSID_KERNEL(policy, 6),  EHSID_KERNEL(policy, 7),  \
+   EHSID_KERNEL(policy, 8),  EHSID_KERNEL(policy, 9),  EHSID_KERNEL(policy, 10), \
+   EHSID_KERNEL(policy, 11), EHSID_KERNEL(policy, 12), EHSID_KERNEL(policy, 13)},
 
 /* All policies and sizes start from their defaults in storage of their size and estimate. */
 static void test_every_kernel(void) {
-  static const ehsid_kernel* const kernels[6][12] = {
-      {KERNELS(constant)}, {KERNELS(exponential)}, {KERNELS(error_driven)},
-      {KERNELS(f_ratio)},  {KERNELS(directional)}, {KERNELS(random_walk)}};
-  for (int policy = 0; policy < 6; ++policy) {
+  static const ehsid_kernel* const kernels[][12] = {EHSID_EACH_POLICY(KERNELS)};
+  for (size_t policy = 0; policy < sizeof kernels / sizeof kernels[0]; ++policy) {
     for (int32_t n = 2; n <= EHSID_MAX_PARAMETERS; ++n) {
       uint64_t storage[EHSID_STORAGE_WORDS(EHSID_MAX_PARAMETERS)];
       const ehsid_kernel* kernel = kernels[policy][n - 2];

@@ -2,21 +2,13 @@
  * The C estimators, configured by the exported C headers, and the C++ ones, configured by the exported C++ headers of
  * the same settings: every number the same bits after every sample, for every policy, over excitation, a hold, a
  * change of the plant, refused samples, a reset and a pause. */
-#include "../export/constant.h"
-#include "../export/directional.h"
-#include "../export/error_driven.h"
-#include "../export/exponential.h"
-#include "../export/f_ratio.h"
-#include "../export/random_walk.h"
 #include "check.h"
 #include "reference.h"
 
 #include <math.h>
 
-static const ehsid_configuration* const configurations[CASES] = {
-    &constant_configuration,    &directional_configuration, &error_driven_configuration,
-    &exponential_configuration, &f_ratio_configuration,     &random_walk_configuration,
-};
+#define CONFIGURATION(name) &name##_configuration,
+static const ehsid_configuration* const configurations[CASES] = {EXPORTED_CASES(CONFIGURATION)};
 
 static void read_all(const ehsid_estimator* estimator, ehsid_status status, readings* made) {
   made->status = (int32_t)status;

@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The headers of tests/export configure an estimator that makes the bits Python made, over the whole record
 // and in their own self-tests. What the rows hold stands in make_headers.py beside them.
-#include "../export/constant.hpp"
-#include "../export/directional.hpp"
-#include "../export/error_driven.hpp"
-#include "../export/exponential.hpp"
-#include "../export/f_ratio.hpp"
-#include "../export/random_walk.hpp"
+#include "../export/cases.h"
 
 #include <gtest/gtest.h>
 
@@ -96,21 +91,10 @@ void expect_trajectory(const std::string& name, ehsid::Status (*configure)(Estim
   }
 }
 
-TEST(ExportedHeader, Constant) { expect_trajectory("constant", constant::configure); }
-TEST(ExportedHeader, Exponential) { expect_trajectory("exponential", exponential::configure); }
-TEST(ExportedHeader, ErrorDriven) { expect_trajectory("error_driven", error_driven::configure); }
-TEST(ExportedHeader, FRatio) { expect_trajectory("f_ratio", f_ratio::configure); }
-TEST(ExportedHeader, Directional) { expect_trajectory("directional", directional::configure); }
-TEST(ExportedHeader, RandomWalk) { expect_trajectory("random_walk", random_walk::configure); }
-
-TEST(ExportedHeader, SelfTestsPass) {
-  EXPECT_TRUE(constant::self_test());
-  EXPECT_TRUE(exponential::self_test());
-  EXPECT_TRUE(error_driven::self_test());
-  EXPECT_TRUE(f_ratio::self_test());
-  EXPECT_TRUE(directional::self_test());
-  EXPECT_TRUE(random_walk::self_test());
-}
+#define EXPECT_TRAJECTORY(name) expect_trajectory(#name, name::configure);
+TEST(ExportedHeader, MakesTheBitsOfPython){EXPORTED_CASES(EXPECT_TRAJECTORY)}
+#define EXPECT_SELF_TEST(name) EXPECT_TRUE(name::self_test());
+TEST(ExportedHeader, SelfTestsPass){EXPORTED_CASES(EXPECT_SELF_TEST)}
 
 TEST(ExportedHeader, SelfTestTellsOneBit) {
   const float one = 1.0F;

@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include "policy_types.hpp"
+
 namespace {
 
 struct Sample {
@@ -85,15 +87,29 @@ std::uint64_t bits() {
   return hash.value();
 }
 
-using Constant = ehsid::Constant<float>;
-using Exponential = ehsid::Exponential<float>;
-using ErrorDriven = ehsid::ErrorDriven<float>;
-using FRatio = ehsid::FRatio<float>;
-using Directional = ehsid::Directional<float>;
-using RandomWalk = ehsid::RandomWalk<float, 6>;
-
-#define EXPECTED_BITS(policy, expected) \
-  TEST(Float32Bits, policy) { EXPECT_EQ(bits<policy>(), expected##ULL); }
+struct Expected {
+  const char* policy;
+  std::uint64_t bits;
+};
+#define EXPECTED_BITS(policy, expected) {#policy, expected##ULL},
+constexpr Expected kExpected[] = {
 #include "../golden/float32_bits.inc"
+};
+
+template <class Policy>
+struct Float32Bits : testing::Test {};
+using Policies = test::PolicyTypes<float, 6>;
+TYPED_TEST_SUITE(Float32Bits, Policies, );
+
+TYPED_TEST(Float32Bits, AreThoseOfPython) {
+  int compared = 0;
+  for (const Expected& expected : kExpected) {
+    if (std::strcmp(expected.policy, TypeParam::kInfo.type) == 0) {
+      EXPECT_EQ(bits<TypeParam>(), expected.bits);
+      ++compared;
+    }
+  }
+  EXPECT_EQ(compared, 1);
+}
 
 }  // namespace

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The contract that every policy keeps; what each of them promises beyond it is in test_forgetting.py.
-#include <ehsid/forgetting.hpp>
-
-#include <gtest/gtest.h>
-
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <random>
-#include <set>
+#include <string>
+#include <vector>
+
+#include "policy_types.hpp"
 
 namespace {
 
@@ -26,10 +26,8 @@ class Forgetting : public testing::Test {
   std::normal_distribution<float> normal_;
 };
 
-using Policies =
-    testing::Types<ehsid::Constant<float>, ehsid::Exponential<float>, ehsid::ErrorDriven<float>,
-                   ehsid::FRatio<float>, ehsid::Directional<float>, ehsid::RandomWalk<float, kN>>;
-TYPED_TEST_SUITE(Forgetting, Policies, );
+using Types = test::PolicyTypes<float, kN>;
+TYPED_TEST_SUITE(Forgetting, Types, );
 
 template <class Policy>
 bool same_bytes(const Policy& a, const Policy& b) {
@@ -101,14 +99,66 @@ TYPED_TEST(Forgetting, LossIsNotNegative) {
   }
 }
 
-TEST(ForgettingIds, AreDistinct) {
-  const std::set<int> ids = {static_cast<int>(ehsid::Constant<float>::kId),
-                             static_cast<int>(ehsid::Exponential<float>::kId),
-                             static_cast<int>(ehsid::ErrorDriven<float>::kId),
-                             static_cast<int>(ehsid::FRatio<float>::kId),
-                             static_cast<int>(ehsid::Directional<float>::kId),
-                             static_cast<int>(ehsid::RandomWalk<float, kN>::kId)};
-  EXPECT_EQ(ids.size(), 6U);
+/// Calls change(range, a number of a setting) on a new policy for each setting; is the policy then valid?
+template <class Policy, class Change>
+std::vector<bool> valid_after(Change change) {
+  std::vector<bool> valid;
+  std::size_t count = 0;
+  Policy::settings([&](const ehsid::SettingInfo& /*setting*/, auto /*member*/) { ++count; });
+  for (std::size_t changed = 0; changed < count; ++changed) {
+    Policy policy;
+    std::size_t at = 0;
+    Policy::settings([&](const ehsid::SettingInfo& setting, auto member) {
+      if (at++ == changed) {
+        ehsid::each_number(member(policy), [&](float& number) { change(setting.range, number); });
+      }
+    });
+    valid.push_back(policy.valid());
+  }
+  return valid;
+}
+
+TYPED_TEST(Forgetting, RangesOfTheSettingsAreThoseThatValidChecks) {
+  const auto expect = [](bool expected, auto change) {
+    const std::vector<bool> valid = valid_after<TypeParam>(change);
+    EXPECT_EQ(valid, std::vector<bool>(valid.size(), expected));
+    EXPECT_FALSE(valid.empty());
+  };
+  expect(false, [](const ehsid::Range& /*range*/, float& number) { number = std::nanf(""); });
+  expect(false, [](const ehsid::Range& /*range*/, float& number) { number = INFINITY; });
+  expect(false, [](const ehsid::Range& range, float& number) {
+    number = static_cast<float>(range.minimum) - (range.open ? 0.0F : 1e-3F);
+  });
+  expect(true, [](const ehsid::Range& range, float& number) {
+    number = static_cast<float>(range.minimum) + (range.open ? 1e-6F : 0.0F);
+  });
+  expect(true, [](const ehsid::Range& range, float& number) {
+    number = range.bounded ? static_cast<float>(range.maximum) : 1e6F;
+  });
+  expect(false, [](const ehsid::Range& range, float& number) {
+    number = range.bounded ? static_cast<float>(range.maximum) + 1e-3F : -1e6F;
+  });
+}
+
+TYPED_TEST(Forgetting, IsNamedAlikeEverywhere) {
+  std::string type;
+  bool upper = true;
+  for (const char letter : std::string(TypeParam::kInfo.id)) {
+    if (letter != '_') {
+      type += static_cast<char>(upper ? std::toupper(letter) : letter);
+    }
+    upper = letter == '_';
+  }
+  EXPECT_EQ(type, TypeParam::kInfo.type);
+  constexpr std::size_t kPlace = ehsid::place_of_policy(TypeParam::kInfo.id);
+  EXPECT_TRUE((std::is_same<ehsid::PolicyAt<kPlace, float, kN>, TypeParam>::value));
+}
+
+TEST(ForgettingList, TellsNamesApart) {
+  EXPECT_EQ(ehsid::place_of_policy("constant"), 0U);
+  for (const char* id : {"", "constan", "constant_", "Constant"}) {
+    EXPECT_EQ(ehsid::place_of_policy(id), ehsid::kPolicies) << id;
+  }
 }
 
 }  // namespace

@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "policy_types.hpp"
+
 namespace {
 
 constexpr int kSamples = 260;
@@ -97,11 +99,11 @@ void expect_trace(const std::string& policy) {
   }
 }
 
-TEST(Golden, Constant) { expect_trace<ehsid::Constant<float>>("Constant"); }
-TEST(Golden, Exponential) { expect_trace<ehsid::Exponential<float>>("Exponential"); }
-TEST(Golden, ErrorDriven) { expect_trace<ehsid::ErrorDriven<float>>("ErrorDriven"); }
-TEST(Golden, FRatio) { expect_trace<ehsid::FRatio<float>>("FRatio"); }
-TEST(Golden, Directional) { expect_trace<ehsid::Directional<float>>("Directional"); }
-TEST(Golden, RandomWalk) { expect_trace<ehsid::RandomWalk<float, 6>>("RandomWalk"); }
+template <class Policy>
+struct Golden : testing::Test {};
+using Policies = test::PolicyTypes<float, 6>;
+TYPED_TEST_SUITE(Golden, Policies, );
+
+TYPED_TEST(Golden, Trace) { expect_trace<TypeParam>(TypeParam::kInfo.type); }
 
 }  // namespace

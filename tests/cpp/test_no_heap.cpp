@@ -68,13 +68,13 @@ class NoHeap : public testing::Test {};
 template <class Scalar, class Forgetting>
 using Servo = ehsid::ServoEstimator<Scalar, 3, 3, 1, Forgetting>;
 
-using Estimators = testing::Types<
-    Servo<float, ehsid::Constant<float>>, Servo<float, ehsid::Exponential<float>>,
-    Servo<float, ehsid::ErrorDriven<float>>, Servo<float, ehsid::FRatio<float>>,
-    Servo<float, ehsid::Directional<float>>, Servo<float, ehsid::RandomWalk<float, 6>>,
-    Servo<double, ehsid::Constant<double>>, Servo<double, ehsid::Exponential<double>>,
-    Servo<double, ehsid::ErrorDriven<double>>, Servo<double, ehsid::FRatio<double>>,
-    Servo<double, ehsid::Directional<double>>, Servo<double, ehsid::RandomWalk<double, 6>>>;
+template <class Floats, class Doubles>
+struct Both;
+template <class... Float, class... Double>
+struct Both<std::tuple<Float...>, std::tuple<Double...>> {
+  using Types = testing::Types<Servo<float, Float>..., Servo<double, Double>...>;
+};
+using Estimators = Both<ehsid::Policies<float, 6>, ehsid::Policies<double, 6>>::Types;
 TYPED_TEST_SUITE(NoHeap, Estimators, );
 
 TYPED_TEST(NoHeap, WholeLifeOfAnEstimator) {

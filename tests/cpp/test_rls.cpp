@@ -2,12 +2,13 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <cstring>
-#include <ehsid/forgetting.hpp>
 #include <ehsid/rls.hpp>
 #include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
+
+#include "policy_types.hpp"
 
 namespace {
 
@@ -17,9 +18,7 @@ template <class Policy>
 struct RlsPolicy : testing::Test {
   using Recursion = ehsid::Rls<float, 6, Policy>;
 };
-using Policies =
-    testing::Types<ehsid::Constant<float>, ehsid::Exponential<float>, ehsid::ErrorDriven<float>,
-                   ehsid::FRatio<float>, ehsid::Directional<float>, ehsid::RandomWalk<float, 6>>;
+using Policies = test::PolicyTypes<float, 6>;
 TYPED_TEST_SUITE(RlsPolicy, Policies, );
 
 /// Model (16) of the paper, driven with equation noise.

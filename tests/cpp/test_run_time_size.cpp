@@ -113,29 +113,10 @@ History history(int n, const std::vector<Sample<Scalar>>& samples) {
 }
 
 /// One policy, which still lacks precision and size.
-struct Constant {
+template <std::size_t kPlace>
+struct PolicyOf {
   template <class Scalar, int kN>
-  using Type = ehsid::Constant<Scalar>;
-};
-struct Exponential {
-  template <class Scalar, int kN>
-  using Type = ehsid::Exponential<Scalar>;
-};
-struct ErrorDriven {
-  template <class Scalar, int kN>
-  using Type = ehsid::ErrorDriven<Scalar>;
-};
-struct FRatio {
-  template <class Scalar, int kN>
-  using Type = ehsid::FRatio<Scalar>;
-};
-struct Directional {
-  template <class Scalar, int kN>
-  using Type = ehsid::Directional<Scalar>;
-};
-struct RandomWalk {
-  template <class Scalar, int kN>
-  using Type = ehsid::RandomWalk<Scalar, kN>;
+  using Type = ehsid::PolicyAt<kPlace, Scalar, kN>;
 };
 
 void expect_same(const History& fixed, const History& chosen, int n) {
@@ -161,8 +142,9 @@ void compare_sizes(std::integer_sequence<int, kSteps...> /*sizes*/) {
 
 template <class Policy>
 struct RunTimeSize : testing::Test {};
-using Policies =
-    testing::Types<Constant, Exponential, ErrorDriven, FRatio, Directional, RandomWalk>;
+template <std::size_t... kPlaces>
+testing::Types<PolicyOf<kPlaces>...> every_policy(std::index_sequence<kPlaces...>);
+using Policies = decltype(every_policy(std::make_index_sequence<ehsid::kPolicies>{}));
 TYPED_TEST_SUITE(RunTimeSize, Policies, );
 
 // From n = 2 on test_snapshot_bytes.cpp compares whole estimators in float, those that C has compiled.

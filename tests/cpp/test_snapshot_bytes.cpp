@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -29,17 +30,15 @@ struct Policy {
    EHSID_KERNEL(policy, 8),  EHSID_KERNEL(policy, 9),  EHSID_KERNEL(policy, 10), \
    EHSID_KERNEL(policy, 11), EHSID_KERNEL(policy, 12), EHSID_KERNEL(policy, 13)}
 
+#define EHSID_POLICY_OF_TEST(policy) \
+  {#policy, EHSID_KERNELS(policy),   \
+   ehsid::bindings::PolicySettings<ehsid::place_of_policy(#policy)>{}},
+
 class SnapshotBytes : public testing::TestWithParam<Policy> {};
 
 INSTANTIATE_TEST_SUITE_P(
     Policies, SnapshotBytes,
-    testing::Values(
-        Policy{"constant", EHSID_KERNELS(constant), ehsid::Constant<double>{}},
-        Policy{"exponential", EHSID_KERNELS(exponential), ehsid::Exponential<double>{}},
-        Policy{"error_driven", EHSID_KERNELS(error_driven), ehsid::ErrorDriven<double>{}},
-        Policy{"f_ratio", EHSID_KERNELS(f_ratio), ehsid::FRatio<double>{}},
-        Policy{"directional", EHSID_KERNELS(directional), ehsid::Directional<double>{}},
-        Policy{"random_walk", EHSID_KERNELS(random_walk), ehsid::bindings::RandomWalkSettings{}}),
+    testing::ValuesIn(std::vector<Policy>{EHSID_EACH_POLICY(EHSID_POLICY_OF_TEST)}),
     [](const testing::TestParamInfo<Policy>& made) { return std::string(made.param.name); });
 
 std::string saved(const ehsid_estimator* estimator) {

@@ -35,10 +35,13 @@ from ehsid.harness.records import read_record
 HERE = Path(__file__).parent
 RECORD = HERE.parents[1] / "examples" / "data" / "hydraulic_crane.csv"
 TRAJECTORIES = "trajectories.csv"
+CASE_LIST = "cases.h"
 EVERY = 16
 
 Case = tuple[ArxOrders, ehsid.Forgetting]
-CASES: dict[str, Case] = {
+# Every policy with its defaults, unless another case of that name follows.
+CASES: dict[str, Case] = {info.id: (ArxOrders(3, 3, 1), info.policy()) for info in ehsid.policies()}
+CASES |= {
     "constant": (ArxOrders(3, 3, 1), ehsid.Constant(0.98)),
     "exponential": (ArxOrders(3, 3, 1), ehsid.Exponential(0.995, 0.97)),
     "error_driven": (ArxOrders(4, 2, 1), ehsid.ErrorDriven(memory=80.0, lambda_min=0.6)),
@@ -120,12 +123,28 @@ def trajectory(name: str) -> list[str]:
     return rows
 
 
+def case_list() -> str:
+    """The text of cases.h, which includes all headers and lists their names."""
+    names = " \\\n".join(f"  DO({name})" for name in CASES)
+    includes = {
+        kind: "\n".join(f'#include "{name}.{kind}"' for name in CASES) for kind in ("hpp", "h")
+    }
+    return (
+        "/* Written by make_headers.py: every exported header, in C++ or in C. */\n"
+        "/* clang-format off */\n"
+        f"#ifdef __cplusplus\n{includes['hpp']}\n#else\n{includes['h']}\n#endif\n\n"
+        f"#undef EXPORTED_CASES\n#define EXPORTED_CASES(DO) \\\n{names}\n"
+        "/* clang-format on */\n"
+    )
+
+
 def files() -> dict[str, str]:
     """All files by name."""
     rows = [row for name in CASES for row in trajectory(name)]
     return {
         **{f"{name}.hpp": header(name) for name in CASES},
         **{f"{name}.h": c_header(name) for name in CASES},
+        CASE_LIST: case_list(),
         TRAJECTORIES: "\n".join(rows) + "\n",
     }
 

@@ -2,6 +2,7 @@
 // What every program does once for each forgetting policy.
 #pragma once
 
+#include <ehsid/forgetting.hpp>
 #include <ehsid/servo_estimator.hpp>
 
 namespace firmware {
@@ -12,12 +13,10 @@ using Estimator = ehsid::ServoEstimator<float, 3, 3, 1, Forgetting>;
 /// visit(policy, name), in the order of tests/golden/trace.csv.
 template <class Visit>
 void every_policy(Visit&& visit) {
-  visit(ehsid::Constant<float>{}, "Constant");
-  visit(ehsid::Exponential<float>{}, "Exponential");
-  visit(ehsid::ErrorDriven<float>{}, "ErrorDriven");
-  visit(ehsid::FRatio<float>{}, "FRatio");
-  visit(ehsid::Directional<float>{}, "Directional");
-  visit(ehsid::RandomWalk<float, 6>{}, "RandomWalk");
+  ehsid::for_each_policy([&](auto place) {
+    using Policy = ehsid::PolicyAt<place, float, 6>;
+    visit(Policy{}, Policy::kInfo.type);
+  });
 }
 
 }  // namespace firmware

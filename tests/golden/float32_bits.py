@@ -18,14 +18,7 @@ import ehsid
 
 TABLE = Path(__file__).with_suffix(".inc")
 SAMPLES = 4000
-POLICIES: dict[str, ehsid.Forgetting] = {
-    "Constant": ehsid.Constant(),
-    "Exponential": ehsid.Exponential(),
-    "ErrorDriven": ehsid.ErrorDriven(),
-    "FRatio": ehsid.FRatio(),
-    "Directional": ehsid.Directional(),
-    "RandomWalk": ehsid.RandomWalk(),
-}
+POLICIES = {info.policy.__name__: info.policy() for info in ehsid.policies()}
 
 
 def signals() -> tuple[list[float], list[float]]:

@@ -11,8 +11,8 @@ set(settings -G ${GENERATOR} -D CMAKE_TOOLCHAIN_FILE=${SOURCE}/cmake/arm-none-ea
 if(WAY STREQUAL "copy")
   # No build system: the headers, and of the C API the policy that is wanted.
   file(COPY ${SOURCE}/cpp/include/ehsid DESTINATION ${work}/include PATTERN plant EXCLUDE)
-  file(COPY ${SOURCE}/cpp/src/c_api.cpp ${SOURCE}/cpp/src/c_kernel.hpp DESTINATION ${work}/src)
-  file(COPY ${SOURCE}/cpp/src/c_kernels/constant.cpp DESTINATION ${work}/src/c_kernels)
+  file(COPY ${SOURCE}/cpp/src/c_api.cpp ${SOURCE}/cpp/src/c_kernel.hpp ${SOURCE}/cpp/src/c_kernels.cpp
+       DESTINATION ${work}/src)
   set(flags -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -Os -DNDEBUG -I${work}/include
             -ffunction-sections -fdata-sections)
   set(cpp arm-none-eabi-g++ -std=c++17 -fno-exceptions -fno-rtti -fno-threadsafe-statics
@@ -20,7 +20,7 @@ if(WAY STREQUAL "copy")
   set(link -nostartfiles -nodefaultlibs -Wl,--gc-sections -Wl,--entry=main)
   set(user ${CMAKE_CURRENT_LIST_DIR}/consumer_c)
   run(${cpp} -c ${work}/src/c_api.cpp -o ${work}/c_api.o)
-  run(${cpp} -c ${work}/src/c_kernels/constant.cpp -o ${work}/constant.o)
+  run(${cpp} -D EHSID_POLICY=constant -c ${work}/src/c_kernels.cpp -o ${work}/constant.o)
   run(arm-none-eabi-gcc -std=c99 ${flags} ${link} ${user}/main.c ${user}/controller.c ${work}/c_api.o
       ${work}/constant.o -lc -lgcc -o ${work}/consumer_c)
   run(${cpp} ${link} ${CMAKE_CURRENT_LIST_DIR}/consumer/consumer.cpp -lm -lc -lgcc -o

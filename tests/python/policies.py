@@ -20,54 +20,37 @@ class Pair(NamedTuple):
     written: Callable[[int], reference.Policy]
 
 
-def constant(factor: float = 0.99) -> Pair:
-    return Pair(ehsid.Constant(factor), lambda n: reference.Constant(factor))
+def pair(compiled: ehsid.Forgetting) -> Pair:
+    """The policy, and the class of the reference that has its name, with the same settings."""
 
+    def written(n: int) -> reference.Policy:
+        settings = [
+            np.resize(getattr(compiled, setting.name), n)
+            if setting.per_parameter
+            else getattr(compiled, setting.name)
+            for setting in compiled.info.settings
+        ]
+        policy: reference.Policy = getattr(reference, type(compiled).__name__)(*settings)
+        return policy
 
-def exponential(rate: float = 0.99, initial: float = 0.95) -> Pair:
-    return Pair(ehsid.Exponential(rate, initial), lambda n: reference.Exponential(rate, initial))
-
-
-def error_driven(memory: float = 100.0, least: float = 0.5, noise: float = 0.0) -> Pair:
-    compiled = ehsid.ErrorDriven(memory, least, noise)
-    return Pair(compiled, lambda n: reference.ErrorDriven(memory, least, noise))
-
-
-def f_ratio(eta: float = 2.0, critical: float = 3.3) -> Pair:
-    return Pair(ehsid.FRatio(eta, critical), lambda n: reference.FRatio(eta, critical))
-
-
-def directional(factor: float = 0.94, epsilon: float = 1e-4) -> Pair:
-    compiled = ehsid.Directional(factor, epsilon)
-    return Pair(compiled, lambda n: reference.Directional(factor, epsilon))
-
-
-def random_walk(drift: float = 1e-4) -> Pair:
-    return Pair(ehsid.RandomWalk(drift), lambda n: reference.RandomWalk(np.full(n, drift)))
+    return Pair(compiled, written)
 
 
 # The defaults of the headers.
-PAIRS = {
-    "constant": constant(),
-    "exponential": exponential(),
-    "error_driven": error_driven(),
-    "f_ratio": f_ratio(),
-    "directional": directional(),
-    "random_walk": random_walk(),
-}
+PAIRS = {info.id: pair(info.policy()) for info in ehsid.policies()}
 NAMES = tuple(PAIRS)
 
 # Any parameters within which the textbook form itself keeps nine digits over a few hundred samples:
 # a factor of 0.7 for ten samples on end already costs it 0.7^-10 = 35 times the rounding.
 ANY = st.one_of(
-    st.builds(constant, st.floats(0.9, 1.0)),
-    st.builds(exponential, st.floats(0.5, 1.0), st.floats(0.9, 1.0)),
-    st.builds(error_driven, st.floats(20.0, 1e4), st.floats(0.7, 1.0), st.floats(0.1, 10.0)),
-    st.builds(error_driven, st.floats(20.0, 1e4), st.floats(0.7, 1.0)),
-    st.builds(f_ratio, st.floats(0.0, 0.2), st.floats(1.0, 5.0)),
-    st.builds(directional, st.floats(0.7, 1.0), st.floats(1e-6, 1.0)),
-    st.builds(random_walk, st.floats(0.0, 1e-2)),
-)
+    st.builds(ehsid.Constant, st.floats(0.9, 1.0)),
+    st.builds(ehsid.Exponential, st.floats(0.5, 1.0), st.floats(0.9, 1.0)),
+    st.builds(ehsid.ErrorDriven, st.floats(20.0, 1e4), st.floats(0.7, 1.0), st.floats(0.1, 10.0)),
+    st.builds(ehsid.ErrorDriven, st.floats(20.0, 1e4), st.floats(0.7, 1.0)),
+    st.builds(ehsid.FRatio, st.floats(0.0, 0.2), st.floats(1.0, 5.0)),
+    st.builds(ehsid.Directional, st.floats(0.7, 1.0), st.floats(1e-6, 1.0)),
+    st.builds(ehsid.RandomWalk, st.floats(0.0, 1e-2)),
+).map(pair)
 
 # Neither guard ever acts.
 UNGUARDED = ehsid.RlsOptions(information_margin=0.0, covariance_ceiling=1e30)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Which configurations are taken, and what a refused one leaves.
 #include <gtest/gtest.h>
+#include <ehsid/forgetting.hpp>
 
 #include <algorithm>
 #include <limits>
@@ -15,7 +16,7 @@ using servo::Reason;
 using servo::State;
 
 TEST(Configuration, EveryPolicyAndSizeItNames) {
-  for (std::uint8_t policy = 0; policy <= 6; ++policy) {
+  for (std::uint8_t policy = 0; policy <= ehsid::kPolicies; ++policy) {
     for (int n = 2; n <= 13; ++n) {
       Settings settings;
       settings.policy = policy;
@@ -26,7 +27,7 @@ TEST(Configuration, EveryPolicyAndSizeItNames) {
       }
       Host host;
       const Heard answer = host.configure(settings);
-      if (policy <= 5 && (n == 6 || n == 7)) {
+      if (policy < ehsid::kPolicies && (n == 6 || n == 7)) {
         expect_done(answer, State::ready);
       } else {
         expect_refused(host, answer, Reason::not_in_firmware);
@@ -100,12 +101,19 @@ TEST(Configuration, EachSettingOutOfItsRangeIsRefused) {
     add([i](Settings& s) { s.controller[i] = kNan; });
   }
   // Each policy reads its own settings; those of others may be anything.
-  const std::vector<std::vector<std::size_t>> read = {{0}, {1, 2}, {3, 4, 5}, {6, 7}, {0, 8}, {9}};
+  std::vector<std::vector<int>> read;
+  ehsid::for_each_policy([&](auto place) {
+    read.emplace_back();
+    ehsid::PolicyAt<place, float, 1>::settings(
+        [&](const ehsid::SettingInfo& setting, auto /*member*/) {
+          read.back().push_back(setting.hil_place);
+        });
+  });
   for (std::size_t policy = 0; policy < read.size(); ++policy) {
-    for (std::size_t i = 0; i < 10; ++i) {
+    for (int i = 0; i < ehsid::kHilPlaces; ++i) {
       Settings settings;
       settings.policy = static_cast<std::uint8_t>(policy);
-      settings.forgetting[i] = kNan;
+      settings.forgetting[static_cast<std::size_t>(i)] = kNan;
       const bool own = std::count(read[policy].begin(), read[policy].end(), i) > 0;
       if (own) {
         wrong.push_back(settings);

@@ -10,6 +10,7 @@
 #include <limits>
 #include <random>
 
+#include "../cpp/policy_types.hpp"
 #include "session.hpp"
 
 namespace test {
@@ -31,27 +32,13 @@ Settings unusual(std::uint8_t policy) {
   return s;
 }
 
-void take_over(ehsid::Constant<float>& f, const std::vector<float>& from) { f.lambda = from[0]; }
-void take_over(ehsid::Exponential<float>& f, const std::vector<float>& from) {
-  f.lambda0 = from[1];
-  f.lambda_initial = from[2];
-}
-void take_over(ehsid::ErrorDriven<float>& f, const std::vector<float>& from) {
-  f.memory = from[3];
-  f.lambda_min = from[4];
-  f.noise_variance = from[5];
-}
-void take_over(ehsid::FRatio<float>& f, const std::vector<float>& from) {
-  f.eta = from[6];
-  f.critical_ratio = from[7];
-}
-void take_over(ehsid::Directional<float>& f, const std::vector<float>& from) {
-  f.lambda = from[0];
-  f.epsilon = from[8];
-}
-template <int kN>
-void take_over(ehsid::RandomWalk<float, kN>& f, const std::vector<float>& from) {
-  f.drift.fill(from[9]);
+template <class Policy>
+void take_over(Policy& policy, const std::vector<float>& from) {
+  Policy::settings([&](const ehsid::SettingInfo& setting, auto member) {
+    ehsid::each_number(member(policy), [&](float& number) {
+      number = from[static_cast<std::size_t>(setting.hil_place)];
+    });
+  });
 }
 
 template <class Estimator>
@@ -172,12 +159,14 @@ void compare_policy(std::uint8_t policy) {
   compare(settings, estimator);
 }
 
-TEST(Estimates, Constant) { compare_policy<ehsid::Constant<float>>(0); }
-TEST(Estimates, Exponential) { compare_policy<ehsid::Exponential<float>>(1); }
-TEST(Estimates, ErrorDriven) { compare_policy<ehsid::ErrorDriven<float>>(2); }
-TEST(Estimates, FRatio) { compare_policy<ehsid::FRatio<float>>(3); }
-TEST(Estimates, Directional) { compare_policy<ehsid::Directional<float>>(4); }
-TEST(Estimates, RandomWalk) { compare_policy<ehsid::RandomWalk<float, 6>>(5); }
+template <class Policy>
+struct EstimatesOf : testing::Test {};
+using Policies = PolicyTypes<float, 6>;
+TYPED_TEST_SUITE(EstimatesOf, Policies, );
+
+TYPED_TEST(EstimatesOf, EachPolicy) {
+  compare_policy<TypeParam>(static_cast<std::uint8_t>(TypeParam::kId - 1));
+}
 
 TEST(Estimates, SevenParametersFromAnEstimate) {
   using Estimator = ehsid::ServoEstimator<float, 3, 3, 2, ehsid::Exponential<float>, true>;

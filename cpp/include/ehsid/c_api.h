@@ -58,42 +58,54 @@ const char* ehsid_status_name(ehsid_status status);
 bool ehsid_is_error(ehsid_status status);
 
 /* Code of one forgetting policy for one number of parameters. The linker takes only those that are named, with
- * -ffunction-sections (the library has it) and --gc-sections: EHSID_KERNEL(f_ratio, 6).
- * Policies: constant, exponential, error_driven, f_ratio, directional, random_walk; n = 2 to 13. */
+ * -ffunction-sections (the library has it) and --gc-sections: EHSID_KERNEL(f_ratio, 6). n = 2 to 13. */
 typedef struct ehsid_kernel ehsid_kernel;
 #define EHSID_KERNEL(policy, n) EHSID_KERNEL_(policy, n) /* a macro for n is expanded first */
 #define EHSID_KERNEL_(policy, n) (&ehsid_kernel_##policy##_##n)
+
+/* Every policy, by its name in EHSID_KERNEL. */
+/* clang-format off */
+/* policies: written by script/policies.py */
+#define EHSID_EACH_POLICY(DO) \
+  DO(constant) \
+  DO(exponential) \
+  DO(error_driven) \
+  DO(f_ratio) \
+  DO(directional) \
+  DO(random_walk)
+/* end of policies */
+/* clang-format on */
 
 #define EHSID_DECLARE_KERNELS(policy)                                                     \
   extern const ehsid_kernel ehsid_kernel_##policy##_2, ehsid_kernel_##policy##_3,         \
       ehsid_kernel_##policy##_4, ehsid_kernel_##policy##_5, ehsid_kernel_##policy##_6,    \
       ehsid_kernel_##policy##_7, ehsid_kernel_##policy##_8, ehsid_kernel_##policy##_9,    \
       ehsid_kernel_##policy##_10, ehsid_kernel_##policy##_11, ehsid_kernel_##policy##_12, \
-      ehsid_kernel_##policy##_13
+      ehsid_kernel_##policy##_13;
 
-/* Tables of functions, initialised by constants in cpp/src/c_kernels. */
+/* Tables of functions, initialised by constants in cpp/src/c_kernels.cpp. */
 /* NOLINTBEGIN(bugprone-dynamic-static-initializers) */
-EHSID_DECLARE_KERNELS(constant);
-EHSID_DECLARE_KERNELS(exponential);
-EHSID_DECLARE_KERNELS(error_driven);
-EHSID_DECLARE_KERNELS(f_ratio);
-EHSID_DECLARE_KERNELS(directional);
-EHSID_DECLARE_KERNELS(random_walk);
+EHSID_EACH_POLICY(EHSID_DECLARE_KERNELS)
 /* NOLINTEND(bugprone-dynamic-static-initializers) */
 
 /* Settings of the policy: only the members of the kernel's policy are read. Ranges and sources stand in
  * ehsid/forgetting/, one file a policy. */
+/* clang-format off */
 typedef struct ehsid_forgetting {
-  float lambda;                  /* constant, directional: (0, 1] */
-  float lambda0, lambda_initial; /* exponential: (0, 1] */
-  float memory;                  /* error_driven: samples, >= 1 */
-  float lambda_min;              /* error_driven: (0, 1] */
-  float noise_variance; /* error_driven: of the scaled position, >= 0; 0: its own estimate */
-  float eta;            /* f_ratio: >= 0 */
+  /* settings: written by script/policies.py */
+  float lambda; /* constant, directional: (0, 1] */
+  float lambda0; /* exponential: (0, 1] */
+  float lambda_initial; /* exponential: (0, 1] */
+  float memory; /* error_driven: >= 1 */
+  float lambda_min; /* error_driven: (0, 1] */
+  float noise_variance; /* error_driven: >= 0 */
+  float eta; /* f_ratio: >= 0 */
   float critical_ratio; /* f_ratio: >= 1 */
-  float epsilon;        /* directional: > 0 */
+  float epsilon; /* directional: > 0 */
   float drift[EHSID_MAX_PARAMETERS]; /* random_walk: each >= 0, the first n are read */
+  /* end of settings */
 } ehsid_forgetting;
+/* clang-format on */
 
 /* An estimate made elsewhere, of n parameters. u: columns of U above its diagonal, one after the other. */
 typedef struct ehsid_estimate {

@@ -3,7 +3,10 @@
 //
 // A policy is a plain, trivially copyable struct (it is part of every snapshot) with
 //   kId                        number that identifies the policy in a snapshot, never reused
-//   valid()                    are its parameters inside their documented ranges?
+//   kInfo                      its description, see settings.hpp
+//   settings(visit)            calls visit(description, member) for each setting; member(owner) is the setting in
+//                              a policy, or in another struct whose member has the same name
+//   valid()                    are its settings inside their ranges, and its state usable?
 //   restart()                  back to the initial state, e.g. after a reset
 //   loss(factors)              information forgotten in a step and direction, d(log det P) / n: a lone held
 //                              direction settles at phi' P phi = loss, full excitation at n loss; 0 where
@@ -13,6 +16,9 @@
 //   spread(factors, phi)       where kSpreads: the time update of a covariance that is not simply
 //                              divided by a factor
 //   filters(phi)               where kFilters: samples that the policy itself leaves out
+//
+// A new policy is a file in forgetting/ and its line in `Policies` below; then `python script/policies.py` writes the
+// lists of the C header, the Python signatures and the documents anew.
 #pragma once
 
 #include <ehsid/forgetting/constant.hpp>
@@ -21,3 +27,97 @@
 #include <ehsid/forgetting/exponential.hpp>
 #include <ehsid/forgetting/f_ratio.hpp>
 #include <ehsid/forgetting/random_walk.hpp>
+
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+namespace ehsid {
+
+/// All policies for kN parameters. A new one comes last: the place of a policy is its number in the HIL protocol.
+// clang-format off
+template <class Scalar, int kN>
+using Policies = std::tuple<
+    Constant<Scalar>,
+    Exponential<Scalar>,
+    ErrorDriven<Scalar>,
+    FRatio<Scalar>,
+    Directional<Scalar>,
+    RandomWalk<Scalar, kN>>;
+// clang-format on
+
+inline constexpr std::size_t kPolicies = std::tuple_size<Policies<float, 1>>::value;
+
+/// The policy at a place of the list, from 0 on.
+template <std::size_t kPlace, class Scalar, int kN>
+using PolicyAt = typename std::tuple_element<kPlace, Policies<Scalar, kN>>::type;
+
+namespace detail {
+
+template <class Visit, std::size_t... kPlaces>
+constexpr void each_place(Visit& visit, std::index_sequence<kPlaces...> /*places*/) {
+  (visit(std::integral_constant<std::size_t, kPlaces>{}), ...);
+}
+
+}  // namespace detail
+
+/// Calls visit(std::integral_constant<std::size_t, place>) for each policy, in the order of the list.
+template <class Visit>
+constexpr void for_each_policy(Visit visit) {
+  detail::each_place(visit, std::make_index_sequence<kPolicies>{});
+}
+
+/// Does the type of the policy at this place depend on the number of parameters?
+constexpr bool takes_size(std::size_t wanted) {
+  bool takes = false;
+  for_each_policy([&](auto place) {
+    const bool depends = !std::is_same<PolicyAt<place, float, 1>, PolicyAt<place, float, 2>>::value;
+    takes = place.value == wanted ? depends : takes;
+  });
+  return takes;
+}
+
+/// The place of the policy with this id in the list; kPolicies where there is none.
+constexpr std::size_t place_of_policy(const char* id) {
+  std::size_t found = kPolicies;
+  for_each_policy([&](auto place) {
+    const char* name = PolicyAt<place, float, 1>::kInfo.id;
+    std::size_t i = 0;
+    while (name[i] != '\0' && name[i] == id[i]) {
+      ++i;
+    }
+    found = name[i] == id[i] ? place.value : found;
+  });
+  return found;
+}
+
+namespace detail {
+
+constexpr bool ids_follow_the_list() {
+  bool good = true;
+  for_each_policy(
+      [&](auto place) { good = good && PolicyAt<place, float, 1>::kId == place.value + 1; });
+  return good;
+}
+
+constexpr bool hil_places_differ() {
+  bool good = true;
+  for_each_policy([&](auto place) {
+    unsigned taken = 0;
+    PolicyAt<place, float, 1>::settings([&](const SettingInfo& setting, auto /*member*/) {
+      const bool inside = setting.hil_place >= 0 && setting.hil_place < kHilPlaces;
+      const unsigned bit = inside ? 1U << static_cast<unsigned>(setting.hil_place) : 0U;
+      good = good && bit != 0U && (taken & bit) == 0U;
+      taken |= bit;
+    });
+  });
+  return good;
+}
+
+}  // namespace detail
+
+static_assert(detail::ids_follow_the_list(), "kId of a policy is its place in Policies, from 1 on");
+static_assert(detail::hil_places_differ(),
+              "each setting of a policy takes another hil_place, from 0 to kHilPlaces - 1");
+
+}  // namespace ehsid

@@ -2,6 +2,8 @@
 // The order of everything here is that of the table in docs/hil_protocol.md.
 #include "configuration.hpp"
 
+#include <ehsid/forgetting.hpp>
+
 #include "kernels.hpp"
 
 namespace servo {
@@ -25,15 +27,22 @@ Head read_head(Reader& in) {
 
 std::size_t upper(std::size_t n) { return n * (n - 1) / 2; }
 
-void read_forgetting(Reader& in, ehsid_forgetting& f) {
-  for (float* value : {&f.lambda, &f.lambda0, &f.lambda_initial, &f.memory, &f.lambda_min,
-                       &f.noise_variance, &f.eta, &f.critical_ratio, &f.epsilon}) {
-    *value = in.f32();
+/// Each policy has its settings at places of its own among the numbers of the message.
+void read_forgetting(Reader& in, std::uint32_t policy, ehsid_forgetting& forgetting) {
+  float numbers[ehsid::kHilPlaces];
+  for (float& number : numbers) {
+    number = in.f32();
   }
-  const float drift = in.f32();
-  for (float& value : f.drift) {
-    value = drift;
-  }
+  forgetting = {};
+  ehsid::for_each_policy([&](auto place) {
+    if (policy != place.value) {
+      return;
+    }
+    ehsid::PolicyAt<place, float, 1>::settings([&](const ehsid::SettingInfo& info, auto member) {
+      ehsid::each_number(member(forgetting),
+                         [&](float& setting) { setting = numbers[info.hil_place]; });
+    });
+  });
 }
 
 void read_estimator(Reader& in, const Head& head, ehsid_configuration& c) {
@@ -46,7 +55,7 @@ void read_estimator(Reader& in, const Head& head, ehsid_configuration& c) {
        {&c.command_scale, &c.position_scale, &c.command_offset, &c.position_offset}) {
     *value = in.f32();
   }
-  read_forgetting(in, c.forgetting);
+  read_forgetting(in, head.policy, c.forgetting);
   for (float* value : {&c.information_margin, &c.covariance_ceiling, &c.reset_short_window,
                        &c.reset_long_window, &c.reset_trigger_ratio, &c.reset_release_ratio}) {
     *value = in.f32();

@@ -8,8 +8,13 @@
 
 namespace servo {
 
+#define SERVO_COUNT(policy) +1U
+constexpr std::uint32_t kPolicyCount = 0U EHSID_EACH_POLICY(SERVO_COUNT);
+#undef SERVO_COUNT
+static_assert(kPolicyCount <= 8, "the identity has a bit for each of eight policies");
+
 /// Bit i: policy i of the protocol.
-constexpr std::uint8_t kPolicies = 0x3F;
+constexpr std::uint8_t kPolicies = (1U << kPolicyCount) - 1U;
 /// Bit n: estimators of n parameters.
 constexpr std::uint16_t kParameterCounts = 1U << 6U | 1U << 7U;
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,39 +11,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-import ehsid
 from ehsid.harness.cli.common import read_io, write_results
+from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 
 if TYPE_CHECKING:
     from ehsid.harness.estimation import EstimationResult
-
-
-class ForgettingName(StrEnum):
-    """Names of the forgetting policies on the command line."""
-
-    constant = "constant"
-    exponential = "exponential"
-    error_driven = "error-driven"
-    f_ratio = "f-ratio"
-    directional = "directional"
-    random_walk = "random-walk"
-
-
-def make_policy(name: ForgettingName, lambda0: float | None) -> ehsid.Forgetting:
-    """Returns the policy with its defaults; ValueError if a given lambda0 does not apply to it."""
-    if name is ForgettingName.constant:
-        return ehsid.Constant() if lambda0 is None else ehsid.Constant(lambda0)
-    if name is ForgettingName.exponential:
-        return ehsid.Exponential() if lambda0 is None else ehsid.Exponential(lambda0)
-    if lambda0 is not None:
-        raise ValueError(f"--lambda0 goes with constant and exponential forgetting, not {name}")
-    if name is ForgettingName.error_driven:
-        return ehsid.ErrorDriven()
-    if name is ForgettingName.f_ratio:
-        return ehsid.FRatio()
-    if name is ForgettingName.directional:
-        return ehsid.Directional()
-    return ehsid.RandomWalk()
 
 
 def _table(result: EstimationResult) -> Table:
@@ -65,11 +36,10 @@ def estimate_command(
     nb: Annotated[int, typer.Option(help="past inputs, 1 to 6")] = 3,
     nk: Annotated[int, typer.Option(help="delay in samples, 0 to 20")] = 1,
     forgetting: Annotated[
-        ForgettingName, typer.Option(help="forgetting policy; exponential is Eq. (15)")
-    ] = ForgettingName.exponential,
-    lambda0: Annotated[
-        float | None, typer.Option(help="factor (constant) or rate (exponential)")
-    ] = None,
+        PolicyName, typer.Option(help="forgetting policy; exponential is Eq. (15)")
+    ] = "exponential",
+    lambda0: Lambda0 = None,
+    setting: PolicySettings = None,
     reset: Annotated[
         bool, typer.Option("--reset/--no-reset", help="restart where the RMSE shows a change")
     ] = True,
@@ -85,7 +55,8 @@ def estimate_command(
 
     data = read_io(record, input_name, output_name)
     orders = ArxOrders(na, nb, nk, offset=False)
-    result = estimate(data, orders, forgetting=make_policy(forgetting, lambda0), reset=reset)
+    policy = make_policy(forgetting, lambda0, setting)
+    result = estimate(data, orders, forgetting=policy, reset=reset)
     if out is not None:
         from ehsid.harness.report.figures import estimation_figure
 

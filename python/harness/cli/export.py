@@ -11,9 +11,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-import ehsid
 from ehsid.harness.cli.common import read_io
-from ehsid.harness.cli.estimate import ForgettingName, make_policy
+from ehsid.harness.cli.policy_option import (
+    POLICIES,
+    Lambda0,
+    PolicyName,
+    PolicySettings,
+    make_policy,
+)
 
 if TYPE_CHECKING:
     from ehsid.harness.deploy.export import Export
@@ -52,16 +57,6 @@ def _provenance(path: Path, data: IoData, export: Export) -> list[str]:
     ]
 
 
-def _forgets_the_start(policy: ehsid.Forgetting) -> bool:
-    match policy:
-        case ehsid.Constant():
-            return policy.lambda_ < 1.0
-        case ehsid.Exponential():
-            return policy.lambda_initial < 1.0
-        case _:
-            return isinstance(policy, ehsid.ErrorDriven)
-
-
 def export_command(
     record: Annotated[Path, typer.Argument(help="CSV, CSV.gz, Parquet, MAT or NPZ")],
     input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
@@ -80,11 +75,10 @@ def export_command(
     ] = False,
     offset: Annotated[bool, typer.Option("--offset", help="estimate a constant term")] = False,
     forgetting: Annotated[
-        ForgettingName, typer.Option(help="policy; f-ratio keeps what the start knows")
-    ] = ForgettingName.f_ratio,
-    lambda0: Annotated[
-        float | None, typer.Option(help="factor (constant) or rate (exponential)")
-    ] = None,
+        PolicyName, typer.Option(help="forgetting policy; f-ratio keeps what the start knows")
+    ] = "f-ratio",
+    lambda0: Lambda0 = None,
+    setting: PolicySettings = None,
     reset: Annotated[
         bool, typer.Option("--reset/--no-reset", help="restart where the RMSE shows a change")
     ] = True,
@@ -122,7 +116,7 @@ def export_command(
     )
 
     check_name(name)
-    policy = make_policy(forgetting, lambda0)
+    policy = make_policy(forgetting, lambda0, setting)
     data = read_io(record, input_name, output_name)
     orders = _orders(data, (na, nb, nk), choose, offset)
     export = configure_from_record(
@@ -148,10 +142,13 @@ def export_command(
         highlight=False,
         soft_wrap=True,
     )
-    if _forgets_the_start(policy):
+    if policy.forgets_the_start:
+        *others, last = (
+            name for name, info in POLICIES.items() if not info.policy().forgets_the_start
+        )
         Console(stderr=True).print(
-            f"note: {policy!r} forgets from the first sample on, the offline model too; f-ratio, "
-            "directional and random-walk keep it, see docs/export.md",
+            f"note: {policy!r} forgets from the first sample on, the offline model too; "
+            f"{', '.join(others)} and {last} keep it, see docs/export.md",
             highlight=False,
             soft_wrap=True,
         )

@@ -11,8 +11,8 @@ import typer
 from rich.console import Console
 
 import ehsid
-from ehsid.harness.cli.estimate import ForgettingName, make_policy
 from ehsid.harness.cli.hil_loop import HilLoop
+from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 from ehsid.harness.cli.signals import SignalName
 
 
@@ -60,11 +60,10 @@ def hil_command(
         bool, typer.Option("--retune/--no-retune", help="let the gain follow the estimate")
     ] = True,
     forgetting: Annotated[
-        ForgettingName, typer.Option(help="forgetting policy, not for the experiment")
-    ] = ForgettingName.f_ratio,
-    lambda0: Annotated[
-        float | None, typer.Option(help="factor (constant) or rate (exponential)")
-    ] = None,
+        PolicyName, typer.Option(help="forgetting policy, not for the experiment")
+    ] = "f-ratio",
+    lambda0: Lambda0 = None,
+    setting: PolicySettings = None,
     na: Annotated[int, typer.Option(help="past outputs")] = 3,
     nb: Annotated[int, typer.Option(help="past commands")] = 3,
     nk: Annotated[int, typer.Option(help="delay in samples")] = 1,
@@ -119,7 +118,7 @@ def hil_command(
         loop,
         AskedSignal(excitation, duration, dt, amplitude, seed),
         bandwidth,
-        make_policy(forgetting, lambda0),
+        make_policy(forgetting, lambda0, setting),
         ArxOrders(na, nb, nk, offset=True),
         retune,
         parse_settings(effect or []),

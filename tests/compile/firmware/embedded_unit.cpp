@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a controller calls, for every forgetting policy; the storage is the caller's.
+#include <ehsid/c_api.h>
 #include <ehsid/ehsid.hpp>
 
 #include <new>
@@ -80,12 +81,9 @@ void operate(Estimator<Forgetting>& estimator, bool on) {
   template bool read<ehsid::Policy>(const Estimator<ehsid::Policy>&, float*, float*, float*); \
   template void operate<ehsid::Policy>(Estimator<ehsid::Policy>&, bool)
 
-EHSID_FIRMWARE(Constant<float>);
-EHSID_FIRMWARE(Exponential<float>);
-EHSID_FIRMWARE(ErrorDriven<float>);
-EHSID_FIRMWARE(FRatio<float>);
-EHSID_FIRMWARE(Directional<float>);
+#define EHSID_FIRMWARE_OF(policy) EHSID_FIRMWARE(PolicyOfSix<ehsid::place_of_policy(#policy)>);
 namespace ehsid {  // a name without a comma, for the macro
-using RandomWalk6 = RandomWalk<float, 6>;
+template <std::size_t kPlace>
+using PolicyOfSix = PolicyAt<kPlace, float, 6>;
 }  // namespace ehsid
-EHSID_FIRMWARE(RandomWalk6);
+EHSID_EACH_POLICY(EHSID_FIRMWARE_OF)

@@ -3,12 +3,7 @@
 // static storage as docs/export.md has it, without a static constructor.
 #include <new>
 
-#include "../../export/constant.hpp"
-#include "../../export/directional.hpp"
-#include "../../export/error_driven.hpp"
-#include "../../export/exponential.hpp"
-#include "../../export/f_ratio.hpp"
-#include "../../export/random_walk.hpp"
+#include "../../export/cases.h"
 
 namespace {
 alignas(f_ratio::Estimator) unsigned char storage[sizeof(f_ratio::Estimator)];
@@ -17,9 +12,8 @@ f_ratio::Estimator* servo;
 
 bool power_on() {
   servo = ::new (storage) f_ratio::Estimator;
-  return f_ratio::configure(*servo) == ehsid::Status::ok && constant::self_test() &&
-         directional::self_test() && error_driven::self_test() && exponential::self_test() &&
-         f_ratio::self_test() && random_walk::self_test();
+#define SELF_TEST(name) &&name::self_test()
+  return f_ratio::configure(*servo) == ehsid::Status::ok EXPORTED_CASES(SELF_TEST);
 }
 
 ehsid::Status step(float command, float position) { return servo->step(command, position); }

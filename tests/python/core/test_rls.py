@@ -35,8 +35,8 @@ def test_double_agrees_with_the_textbook(name: str, samples: int) -> None:
     pair = (
         policies.PAIRS
         | {
-            "error_driven with sigma0 given": policies.error_driven(noise=0.01),
-            "lambda = 1": policies.constant(1.0),
+            "error_driven with sigma0 given": policies.pair(ehsid.ErrorDriven(noise_variance=0.01)),
+            "lambda = 1": policies.pair(ehsid.Constant(1.0)),
         }
     )[name]
     phi, y = record_with_bursts(1, samples)

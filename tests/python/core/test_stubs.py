@@ -26,7 +26,7 @@ ehsid\._core\.[A-Z]\w*
 # enums: a member of pybind11's own
 ehsid\._core\.\w+\.__pybind11_native_enum__
 # results, which only the module makes: their __init__ takes anything, and raises
-ehsid\._core\.(EffectInfo|PlantParameter|ServoReading|Trajectory)\.__init__
+ehsid\._core\.(EffectInfo|PlantParameter|PolicyInfo|PolicySetting|ServoReading|Trajectory)\.__init__
 """
 
 # What the stub says more exactly than pybind11 can, as pybind11 says it.
@@ -41,6 +41,9 @@ STUB_TO_MODULE = {
     "tuple[_Array, _Array]": "tuple",
     "tuple[EffectInfo, ...]": "tuple",
     "tuple[PlantParameter, ...]": "tuple",
+    "tuple[PolicyInfo, ...]": "tuple",
+    "tuple[PolicySetting, ...]": "tuple",
+    "type[Forgetting]": "object",
     "Sequence[float] | _Array": "Sequence[float]",
 }
 MODULE_TO_STUB = {
@@ -52,7 +55,7 @@ MODULE_TO_STUB = {
     "numpy.dtype": "dtype",
     "collections.abc.": "",
     "ehsid._core.": "",
-    "Constant | Exponential | ErrorDriven | FRatio | Directional | RandomWalk": "_Forgetting",
+    " | ".join(info.policy.__name__ for info in ehsid.policies()): "Forgetting",
 }
 
 Signatures = dict[str, list[str]]
@@ -172,6 +175,7 @@ SERVO = ehsid.ServoParameters(
 @pytest.mark.parametrize(
     "options",
     [
+        *(info.policy() for info in ehsid.policies()),
         ehsid.Scaling(),
         ehsid.RlsOptions(),
         ehsid.RmseResetOptions(),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/forgetting/settings.hpp>
 
 namespace ehsid {
 
@@ -18,10 +19,21 @@ struct Constant {
   static constexpr std::uint32_t kId = 1;
   static constexpr bool kSpreads = false;
   static constexpr bool kFilters = false;
+  static constexpr PolicyInfo kInfo{"constant", "Constant", "constant forgetting factor",
+                                    "Eq. (13)"};
 
-  Scalar lambda = Scalar(0.99);  // (0, 1]
+  Scalar lambda = Scalar(0.99);
 
-  bool valid() const { return is_forgetting_factor(lambda); }
+  template <class Visit>
+  static constexpr void settings(Visit visit) {
+    visit(SettingInfo{"lambda", Range::factor(), "1",
+                      "forgetting factor, for a memory of 1 / (1 - lambda) samples; 1 is "
+                      "ordinary least squares",
+                      0},
+          [](auto& owner) -> auto& { return owner.lambda; });
+  }
+
+  bool valid() const { return settings_valid(*this); }
   template <class Factors>
   Scalar loss(const Factors& /*factors*/) const {
     return Scalar(1) - lambda;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/forgetting/settings.hpp>
 #include <ehsid/ud.hpp>
 
 namespace ehsid {
@@ -23,13 +24,25 @@ struct Directional {
   static constexpr std::uint32_t kId = 5;
   static constexpr bool kSpreads = true;
   static constexpr bool kFilters = true;
+  static constexpr PolicyInfo kInfo{"directional", "Directional",
+                                    "forgets only along the regressor",
+                                    "Lai, Bernstein (SIFt), arXiv 2404.10844"};
 
-  Scalar lambda = Scalar(0.94);   // (0, 1]
-  Scalar epsilon = Scalar(1e-4);  // least ||phi||^2 that counts as excitation, > 0
+  Scalar lambda = Scalar(0.94);
+  Scalar epsilon = Scalar(1e-4);
 
-  bool valid() const {
-    return is_forgetting_factor(lambda) && is_finite(epsilon) && epsilon > Scalar(0);
+  template <class Visit>
+  static constexpr void settings(Visit visit) {
+    visit(
+        SettingInfo{"lambda", Range::factor(), "1",
+                    "forgetting factor, for a memory that looks like n / (1 - lambda) samples", 0},
+        [](auto& owner) -> auto& { return owner.lambda; });
+    visit(SettingInfo{"epsilon", Range::above(0.0), "1",
+                      "least phi' phi, of the scaled signals, of a sample with information", 8},
+          [](auto& owner) -> auto& { return owner.epsilon; });
   }
+
+  bool valid() const { return settings_valid(*this); }
   void restart() {}
   ForgettingFactors<Scalar> peek(const Evidence<Scalar>& /*evidence*/) const {
     return {Scalar(1), Scalar(1)};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/forgetting/settings.hpp>
 
 namespace ehsid {
 
@@ -23,15 +24,30 @@ struct ErrorDriven {
   static constexpr std::uint32_t kId = 3;
   static constexpr bool kSpreads = false;
   static constexpr bool kFilters = false;
+  static constexpr PolicyInfo kInfo{"error_driven", "ErrorDriven",
+                                    "a large error shortens the memory",
+                                    "Fortescue, Kershenbaum, Ydstie 1981"};
 
-  Scalar memory = Scalar(100);        // N0, samples, >= 1
-  Scalar lambda_min = Scalar(0.5);    // (0, 1]
-  Scalar noise_variance = Scalar(0);  // sigma0^2, squared units of the output as estimated; 0: own
+  Scalar memory = Scalar(100);  // N0
+  Scalar lambda_min = Scalar(0.5);
+  Scalar noise_variance = Scalar(0);  // sigma0^2
 
-  bool valid() const {
-    return is_finite(memory) && memory >= Scalar(1) && is_forgetting_factor(lambda_min) &&
-           is_finite(noise_variance) && noise_variance >= Scalar(0);
+  template <class Visit>
+  static constexpr void settings(Visit visit) {
+    visit(SettingInfo{"memory", Range::at_least(1.0), "samples",
+                      "N0, the memory in the steady state", 3},
+          [](auto& owner) -> auto& { return owner.memory; });
+    visit(SettingInfo{"lambda_min", Range::factor(), "1",
+                      "the forgetting factor never goes below this", 4},
+          [](auto& owner) -> auto& { return owner.lambda_min; });
+    visit(SettingInfo{"noise_variance", Range::at_least(0.0), "1",
+                      "sigma0^2, in squared units of the scaled output; 0 takes the estimator's "
+                      "own residual variance",
+                      5},
+          [](auto& owner) -> auto& { return owner.noise_variance; });
   }
+
+  bool valid() const { return settings_valid(*this); }
   /// The mean loss a step by design; not that of this step, or the choice of samples to skip would depend on
   /// their errors and bias the residual variance.
   template <class Factors>

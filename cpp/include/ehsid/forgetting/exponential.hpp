@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/forgetting/settings.hpp>
 #include <limits>
 
 namespace ehsid {
@@ -19,16 +20,28 @@ struct Exponential {
   static constexpr std::uint32_t kId = 2;
   static constexpr bool kSpreads = false;
   static constexpr bool kFilters = false;
+  static constexpr PolicyInfo kInfo{
+      "exponential", "Exponential",
+      "lambda tends to one; does not follow later changes without a reset", "Eq. (15)"};
 
-  Scalar lambda0 = Scalar(0.99);         // rate, (0, 1]
-  Scalar lambda_initial = Scalar(0.95);  // lambda(0), (0, 1]
+  Scalar lambda0 = Scalar(0.99);
+  Scalar lambda_initial = Scalar(0.95);  // lambda(0)
   // 1 - lambda(k), state. Kept instead of lambda: a float32 lambda stops short of one, at 1 - 3e-6 for
   // lambda0 = 0.99, where its steps round to nothing.
   Scalar deficit = Scalar(1) - Scalar(0.95);
 
+  template <class Visit>
+  static constexpr void settings(Visit visit) {
+    visit(SettingInfo{"lambda0", Range::factor(), "1",
+                      "rate at which the forgetting factor goes to one", 1},
+          [](auto& owner) -> auto& { return owner.lambda0; });
+    visit(SettingInfo{"lambda_initial", Range::factor(), "1",
+                      "forgetting factor at the start, lambda(0)", 2},
+          [](auto& owner) -> auto& { return owner.lambda_initial; });
+  }
+
   bool valid() const {
-    return is_forgetting_factor(lambda0) && is_forgetting_factor(lambda_initial) &&
-           deficit >= Scalar(0) && deficit < Scalar(1);
+    return settings_valid(*this) && deficit >= Scalar(0) && deficit < Scalar(1);
   }
   void restart() { deficit = Scalar(1) - lambda_initial; }
   template <class Factors>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/forgetting/settings.hpp>
 #include <ehsid/sliding_sum.hpp>
 
 #include <cmath>
@@ -26,16 +27,29 @@ struct FRatio {
   static constexpr std::uint32_t kId = 4;
   static constexpr bool kSpreads = false;
   static constexpr bool kFilters = false;
+  static constexpr PolicyInfo kInfo{
+      "f_ratio", "FRatio",
+      "forgets where recent errors (10 samples) significantly exceed older ones (100 samples)",
+      "Mohseni, Bernstein 2022; Bruce, Goel, Bernstein 2020"};
 
-  Scalar eta = Scalar(2);               // aggressiveness, >= 0
-  Scalar critical_ratio = Scalar(3.3);  // F_crit, >= 1
+  Scalar eta = Scalar(2);
+  Scalar critical_ratio = Scalar(3.3);  // F_crit
   SlidingSum<Scalar, kShort> short_window{};
   SlidingSum<Scalar, kLong> long_window{};
   std::int32_t seen = 0;  // samples since the restart, up to kLong
 
+  template <class Visit>
+  static constexpr void settings(Visit visit) {
+    visit(SettingInfo{"eta", Range::at_least(0.0), "1", "aggressiveness: lambda = 1 / (1 + eta g)",
+                      6},
+          [](auto& owner) -> auto& { return owner.eta; });
+    visit(SettingInfo{"critical_ratio", Range::at_least(1.0), "1",
+                      "F_crit, ratio of mean squared errors above which something has changed", 7},
+          [](auto& owner) -> auto& { return owner.critical_ratio; });
+  }
+
   bool valid() const {
-    return is_finite(eta) && eta >= Scalar(0) && is_finite(critical_ratio) &&
-           critical_ratio >= Scalar(1) && seen >= 0 && seen <= kLong && short_window.usable() &&
+    return settings_valid(*this) && seen >= 0 && seen <= kLong && short_window.usable() &&
            long_window.usable();
   }
   /// While the errors stay alike nothing is forgotten: nothing to protect.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/forgetting/settings.hpp>
 #include <ehsid/ud.hpp>
 
 namespace ehsid {
@@ -20,9 +21,18 @@ struct RandomWalk {
   static constexpr std::uint32_t kId = 6;
   static constexpr bool kSpreads = true;
   static constexpr bool kFilters = false;
+  static constexpr PolicyInfo kInfo{"random_walk", "RandomWalk",
+                                    "Kalman filter for parameters that wander",
+                                    "Ljung, Gunnarsson 1990"};
 
-  Array<Scalar, kN> drift =
-      uniform(Scalar(1e-4));  // per parameter and step, in units of sigma^2, >= 0
+  Array<Scalar, kN> drift = uniform(Scalar(1e-4));
+
+  template <class Visit>
+  static constexpr void settings(Visit visit) {
+    visit(SettingInfo{"drift", Range::at_least(0.0), "sigma^2",
+                      "variance of each (scaled) parameter a step, in units of sigma^2", 9},
+          [](auto& owner) -> auto& { return owner.drift; });
+  }
 
   static Array<Scalar, kN> uniform(Scalar value) {
     Array<Scalar, kN> all;
@@ -30,13 +40,7 @@ struct RandomWalk {
     return all;
   }
 
-  bool valid() const {
-    bool good = all_finite<capacity(kN)>(drift);
-    for (const Scalar value : drift) {
-      good = value >= Scalar(0) && good;
-    }
-    return good;
-  }
+  bool valid() const { return settings_valid(*this); }
   void restart() {}
   ForgettingFactors<Scalar> peek(const Evidence<Scalar>& /*evidence*/) const {
     return {Scalar(1), Scalar(1)};

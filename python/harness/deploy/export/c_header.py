@@ -13,6 +13,7 @@ from ehsid.harness.deploy.export.header import (
     check_name,
     comment,
     float32_literal,
+    policy_members,
     template,
     upper_triangle,
 )
@@ -32,28 +33,6 @@ def _member(name: str, value: float) -> str:
 
 def _members(settings: object, names: Sequence[str], prefix: str = "") -> list[str]:
     return [_member(f"{prefix}{name}", getattr(settings, name)) for name in names]
-
-
-def _policy(forgetting: ehsid.Forgetting, n: int) -> tuple[str, list[str]]:
-    """Returns the name of the forgetting policy in C and the initialisers of its settings."""
-    target = "forgetting."
-    match forgetting:
-        case ehsid.Constant():
-            return "constant", [_member(f"{target}lambda", forgetting.lambda_)]
-        case ehsid.Exponential():
-            return "exponential", _members(forgetting, ("lambda0", "lambda_initial"), target)
-        case ehsid.ErrorDriven():
-            members = ("memory", "lambda_min", "noise_variance")
-            return "error_driven", _members(forgetting, members, target)
-        case ehsid.FRatio():
-            return "f_ratio", _members(forgetting, ("eta", "critical_ratio"), target)
-        case ehsid.Directional():
-            lambda_ = _member(f"{target}lambda", forgetting.lambda_)
-            return "directional", [lambda_, _member(f"{target}epsilon", forgetting.epsilon)]
-        case ehsid.RandomWalk():
-            drift = forgetting.drift * n if len(forgetting.drift) == 1 else forgetting.drift
-            lines = [_member(f"{target}drift[{i}]", value) for i, value in enumerate(drift)]
-            return "random_walk", lines
 
 
 def render_c_header(
@@ -82,14 +61,14 @@ def render_c_header(
         the name is not valid in C++, or a number is not finite in float32.
     """
     orders, seed = configuration.orders, configuration.seed
-    policy, lines = _policy(configuration.forgetting, orders.n_parameters)
+    members = policy_members(configuration.forgetting, orders.n_parameters)
     reset = configuration.reset
     # The C structure always has these members. Without a reset they get the C++ defaults, which are
     # valid and not used.
     thresholds = ehsid.RmseResetOptions() if reset is None else reset
     settings = [
         *_members(configuration.scaling, SCALING),
-        *lines,
+        *(_member(f"forgetting.{name}", value) for name, value in members),
         *_members(configuration.rls, RLS),
         f".reset_enabled = {'false' if reset is None else 'true'},",
         *_members(thresholds, RESET, "reset_"),
@@ -103,7 +82,7 @@ def render_c_header(
         # Each line stands in a block comment and must not end it.
         provenance=[comment(line).replace("*/", "*_") for line in provenance],
         orders=orders,
-        policy=policy,
+        policy=configuration.forgetting.info.id,
         settings=settings,
         seed=seed,
         upper=[] if seed is None else upper_triangle(seed),

@@ -84,28 +84,25 @@ def _fields(target: str, settings: object, names: Sequence[str]) -> list[str]:
     return lines
 
 
-def _policy(forgetting: ehsid.Forgetting, n: int) -> tuple[str, list[str]]:
-    """Returns the type of the forgetting policy in C++ and the assignments of its settings."""
-    target, kind = "options.forgetting", type(forgetting).__name__
-    match forgetting:
-        case ehsid.Constant():
-            lines = [_set(f"{target}.lambda", forgetting.lambda_)]
-        case ehsid.Exponential():
-            lines = _fields(target, forgetting, ("lambda0", "lambda_initial"))
-        case ehsid.ErrorDriven():
-            lines = _fields(target, forgetting, ("memory", "lambda_min", "noise_variance"))
-        case ehsid.FRatio():
-            lines = _fields(target, forgetting, ("eta", "critical_ratio"))
-        case ehsid.Directional():
-            lines = [
-                _set(f"{target}.lambda", forgetting.lambda_),
-                _set(f"{target}.epsilon", forgetting.epsilon),
-            ]
-        case ehsid.RandomWalk():
-            drift = forgetting.drift * n if len(forgetting.drift) == 1 else forgetting.drift
-            lines = [_set(f"{target}.drift[{i}]", value) for i, value in enumerate(drift)]
-            return f"ehsid::RandomWalk<float, {n}>", lines
-    return f"ehsid::{kind}<float>", lines
+def policy_type(info: ehsid.PolicyInfo, n: int) -> str:
+    """Returns the type in C++ of a forgetting policy for n parameters."""
+    return f"ehsid::{info.policy.__name__}<float{f', {n}' if info.takes_size else ''}>"
+
+
+def policy_members(forgetting: ehsid.Forgetting, n: int) -> list[tuple[str, float]]:
+    """Returns the members that hold the settings of a policy, in C++ and C, with their values.
+
+    A setting that each of the n parameters has for itself has a member for each.
+    """
+    members = []
+    for setting in forgetting.info.settings:
+        value = getattr(forgetting, setting.name)
+        if setting.per_parameter:
+            values = value * n if len(value) == 1 else value
+            members += [(f"{setting.member}[{i}]", number) for i, number in enumerate(values)]
+        else:
+            members.append((setting.member, value))
+    return members
 
 
 def _settings(configuration: EstimatorConfiguration) -> list[str]:
@@ -115,7 +112,8 @@ def _settings(configuration: EstimatorConfiguration) -> list[str]:
     """
     scaling = ("command_scale", "position_scale", "command_offset", "position_offset")
     lines = _fields("options.scaling", configuration.scaling, scaling)
-    lines += _policy(configuration.forgetting, configuration.orders.n_parameters)[1]
+    members = policy_members(configuration.forgetting, configuration.orders.n_parameters)
+    lines += [_set(f"options.forgetting.{name}", value) for name, value in members]
     rls = ("information_margin", "covariance_ceiling")
     lines += _fields("options.rls", configuration.rls, rls)
     if configuration.reset is None:
@@ -191,7 +189,7 @@ def render_header(
         version=ehsid.__version__,
         provenance=[comment(line) for line in provenance],
         orders=orders,
-        policy=_policy(configuration.forgetting, orders.n_parameters)[0],
+        policy=policy_type(configuration.forgetting.info, orders.n_parameters),
         settings=_settings(configuration),
         seed=seed,
         upper=[] if seed is None else upper_triangle(seed),

@@ -15,26 +15,7 @@ from ehsid.harness.deploy.hil.layout import Body, Whole
 from ehsid.harness.deploy.hil.messages import Kind
 
 # Forgetting policies; the index is the number of the policy in the protocol.
-POLICIES = (
-    ehsid.Constant,
-    ehsid.Exponential,
-    ehsid.ErrorDriven,
-    ehsid.FRatio,
-    ehsid.Directional,
-    ehsid.RandomWalk,
-)
-_FORGETTING = (
-    "lambda_",
-    "lambda0",
-    "lambda_initial",
-    "memory",
-    "lambda_min",
-    "noise_variance",
-    "eta",
-    "critical_ratio",
-    "epsilon",
-    "drift",
-)
+POLICIES = tuple(info.policy for info in ehsid.policies())
 _CONTROLLER = (
     "sample_time_s",
     "fixed_gain_v_m",
@@ -109,7 +90,7 @@ class Configuration:
     @property
     def policy(self) -> int:
         """Number of the forgetting policy in the protocol."""
-        return POLICIES.index(type(self.estimator.forgetting))
+        return self.estimator.forgetting.info.number - 1
 
     def body(self) -> bytes:
         """Returns the body of `configure`.
@@ -130,8 +111,7 @@ class Configuration:
             body.whole(name, getattr(orders, name), Whole.U8)
         body.whole("flags", bits, Whole.U8)
         _append(body, estimator.scaling, SCALING)
-        for name in _FORGETTING:
-            body.real(name.rstrip("_"), _forgetting(estimator.forgetting, name))
+        _append_forgetting(body, estimator.forgetting)
         _append(body, estimator.rls, RLS)
         # Without a reset the body has the default settings, which are valid and not used.
         _append(body, ehsid.RmseResetOptions() if reset is None else reset, RESET)
@@ -153,16 +133,22 @@ def _append(body: Body, settings: object, names: tuple[str, ...]) -> None:
             body.real(name, value)
 
 
-def _forgetting(policy: ehsid.Forgetting, name: str) -> float:
-    """Returns a setting of the forgetting policy; 0 for a setting of another policy."""
-    if name != "drift":
-        return float(getattr(policy, name, 0.0))
-    drift = policy.drift if isinstance(policy, ehsid.RandomWalk) else [0.0]
-    if len(set(drift)) != 1:
-        raise ValueError(
-            f"drift = {drift}: the line carries one for all parameters; give a single number"
-        )
-    return drift[0]
+def _append_forgetting(body: Body, policy: ehsid.Forgetting) -> None:
+    """Appends the settings of the policy at their places; the other places hold 0."""
+    settings = {setting.hil_place: setting for setting in policy.info.settings}
+    for place in range(ehsid.HIL_PLACES):
+        setting = settings.get(place)
+        if setting is None:
+            body.real(f"place {place}", 0.0)
+            continue
+        value: float | list[float] = getattr(policy, setting.name)
+        values = value if isinstance(value, list) else [value]
+        if len(set(values)) != 1:
+            raise ValueError(
+                f"{setting.member} = {values}: the line carries one for all parameters; "
+                "give a single number"
+            )
+        body.real(setting.member, values[0])
 
 
 def _append_seed(body: Body, seed: Seed, n: int) -> None:

@@ -273,7 +273,7 @@ def test_other_names_are_refused(name: str) -> None:
 @pytest.mark.parametrize(
     "name",
     [f"{case}.{kind}" for case in make_headers.CASES for kind in ("hpp", "h")]
-    + [make_headers.TRAJECTORIES],
+    + [make_headers.TRAJECTORIES, make_headers.CASE_LIST],
 )
 def test_committed_files_are_those_of_the_script(name: str) -> None:
     assert (EXPORT / name).read_text(encoding="utf-8") == make_headers.files()[name], (
@@ -472,7 +472,11 @@ def test_command_notes_that_a_policy_forgets_the_start(
         (["--inflation", "0.5"], "at least 1"),
         (["--identify", "--nk", "2"], "--identify chooses"),
         (["--lambda0", "0.9"], "--lambda0 goes with"),
-        (["--forgetting", "constant", "--lambda0", "1.5"], "outside its range"),
+        (["--forgetting", "constant", "--lambda0", "1.5"], "lambda_ must be finite and in (0, 1]"),
+        (["--setting", "eta=-1"], "eta must be finite and >= 0"),
+        (["--setting", "lambda=0.9"], "which has eta, critical_ratio"),
+        (["--setting", "eta"], "is not a number"),
+        (["--setting", "eta=1", "--setting", "eta=2"], "given twice"),
         (["--input", "nothing"], "nothing"),
     ],
 )

@@ -1,6 +1,0 @@
-// SPDX-License-Identifier: MIT
-// Compiled apart from the other policies: together they would be one long compilation.
-#include "../c_kernel.hpp"
-
-#define EHSID_POLICY(n) ehsid::ErrorDriven<float>
-EHSID_DEFINE_KERNELS(error_driven, EHSID_POLICY)

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+"""Options that choose a forgetting policy and its settings, the same in every command."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import ehsid
+
+POLICIES = {info.id.replace("_", "-"): info for info in ehsid.policies()}
+# The setting that --lambda0 stands for, by the name of the policy.
+LAMBDA0 = {"constant": "lambda_", "exponential": "lambda0"}
+
+if TYPE_CHECKING:
+    PolicyName = str
+else:  # Typer takes the words that an option allows from an enumeration.
+    PolicyName = StrEnum("PolicyName", {info.id: name for name, info in POLICIES.items()})
+
+Lambda0 = Annotated[
+    float | None, typer.Option(help="factor (constant) or rate (exponential)", show_default=False)
+]
+PolicySettings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--setting",
+        metavar="NAME=NUMBER",
+        help="setting of the forgetting policy, e.g. eta=1.5; again for more",
+    ),
+]
+
+
+def make_policy(
+    name: str, lambda0: float | None = None, settings: Sequence[str] | None = None
+) -> ehsid.Forgetting:
+    """Returns the policy with the given settings, and the defaults of the others.
+
+    Raises
+    ------
+    ValueError
+        a setting does not belong to the policy, is given twice or is outside its range.
+    """
+    info = POLICIES[name]
+    # In Python the name of a setting has an underscore behind it where it would be a keyword.
+    names = {setting.member: setting.name for setting in info.settings}
+    values: dict[str, float] = {}
+    if lambda0 is not None:
+        if name not in LAMBDA0:
+            raise ValueError(
+                f"--lambda0 goes with {' and '.join(LAMBDA0)} forgetting, not {name}: use --setting"
+            )
+        values[LAMBDA0[name]] = lambda0
+    for text in settings or ():
+        member, _, number = text.partition("=")
+        setting = names.get(member.strip().removesuffix("_"), "")
+        if not setting:
+            raise ValueError(
+                f"--setting {text}: expected NAME=NUMBER with a setting of {name} forgetting, "
+                f"which has {', '.join(names)}"
+            )
+        if setting in values:
+            raise ValueError(f"--setting {text}: {member} is given twice")
+        try:
+            values[setting] = float(number)
+        except ValueError:
+            raise ValueError(f"--setting {text}: '{number}' is not a number") from None
+    return info.policy(**values)
