@@ -102,8 +102,10 @@ def hil_command(
     from ehsid.harness.cli.asked_signal import AskedSignal
     from ehsid.harness.cli.hil_runs import REPORTS, Asked, run_all, show, target, write_reports
     from ehsid.harness.deploy.hil.plan import WATCHDOG_MS
+    from ehsid.harness.deploy.hil.result_file import Provenance
     from ehsid.harness.deploy.hil.session import Session
     from ehsid.harness.deploy.hil.transport import open_line
+    from ehsid.harness.encoding import json_text
     from ehsid.harness.identification import ArxOrders
     from ehsid.harness.rigs import read_rig
     from ehsid.harness.rigs.published import published_rig
@@ -137,20 +139,20 @@ def hil_command(
     except KeyboardInterrupt:
         typer.echo(f"ehsid: interrupted; {out} holds the samples so far", err=True)
         raise typer.Exit(130) from None
-    provenance = {
-        "ehsid_version": ehsid.__version__,
-        "rig": "published" if rig_file is None else str(rig_file),
-        "actual": None if actual is None else str(actual),
-        "effects": dict(asked.values),
-        "line": port if qemu is None else f"{qemu} in QEMU, {machine}",
-        "loop": loop.value,
-        "seed": seed,
-        "seconds": round(time.monotonic() - began, 1),
-    }
-    text = write_reports(out, identity, runs, provenance)
+    provenance = Provenance(
+        ehsid_version=ehsid.__version__,
+        rig="published" if rig_file is None else str(rig_file),
+        actual=None if actual is None else str(actual),
+        effects=dict(asked.values),
+        line=f"{qemu} in QEMU, {machine}" if port is None else port,
+        loop=loop.value,
+        seed=seed,
+        seconds=round(time.monotonic() - began, 1),
+    )
+    file = write_reports(out, identity, runs, provenance)
     if as_json:
-        typer.echo(text, nl=False)
+        typer.echo(json_text(file), nl=False)
     else:
-        show(identity, runs, out)
-    if not all(agreement.equal for *_, agreement in runs):
+        show(identity, runs, file, out)
+    if not file.equal_to_host:
         raise typer.Exit(1)

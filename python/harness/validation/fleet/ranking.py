@@ -7,7 +7,9 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
+import ehsid
 from ehsid.harness.gap.diagnosis_file import DiagnosisFile, known, read_diagnosis_file
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.validation.blind.running import DIAGNOSIS
@@ -91,10 +93,14 @@ class Shared:
 
 @dataclass(frozen=True)
 class Fleet:
-    """The machines of a fleet in order, and the effects that they share.
+    """The machines of a fleet in order, and the effects that they share; content of `fleet.json`.
 
     Attributes
     ----------
+    schema_version
+        version of the file.
+    ehsid_version
+        version of ehsid that ranked the machines.
     ranked
         machines that were judged, the largest structural gap first.
     not_judged
@@ -105,6 +111,8 @@ class Fleet:
         effects, the most common first.
     """
 
+    schema_version: Literal[1]
+    ehsid_version: str
     ranked: tuple[Machine, ...]
     not_judged: tuple[Machine, ...]
     failed: Mapping[str, str]
@@ -130,6 +138,8 @@ def read_fleet(out: Path, names: Iterable[str]) -> Fleet:
     judged = [one for one in machines if one.judged]
     ranked = sorted(judged, key=lambda one: (-one.structural, one.name))
     return Fleet(
+        schema_version=1,
+        ehsid_version=ehsid.__version__,
         ranked=tuple(ranked),
         not_judged=tuple(one for one in machines if not one.judged),
         failed=failed,
