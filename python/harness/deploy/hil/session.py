@@ -203,7 +203,7 @@ class Session:
         `what` names the request in messages. `attempts` is that of the session by default.
         """
         self._sequence = self._sequence % 0xFFFF + 1  # 0 marks packets without a request
-        frame = encode(request.kind, self._sequence, request.body())
+        frame = encode(request.message.kind, self._sequence, request.body())
         attempts = attempts or self._attempts
         for attempt in range(attempts):
             if attempt > 0:
@@ -307,5 +307,5 @@ def _reason(answer: Refused) -> str:
                 f"{status_name(answer.status)} in the settings of its controller or estimator; "
                 "ranges stand in examples/firmware/servo/controller.hpp and ehsid/c_api.h"
             )
-        case Reason.NOT_HELD:
+        case Reason.NOT_IN_FIRMWARE:
             return "its firmware has no estimator of this policy and number of parameters"
