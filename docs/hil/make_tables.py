@@ -2,6 +2,7 @@
 """Makes the tables of messages in docs/hil_protocol.md: python docs/hil/make_tables.py"""
 
 import re
+from enum import IntFlag
 from pathlib import Path
 
 from ehsid.harness.deploy.hil.layout import Field, Message
@@ -31,6 +32,11 @@ def described(field: Field) -> tuple[str, str, str, str]:
         return "", "", "", field.meaning
     count = "" if field.count == 1 else f"{field.count} "
     meaning = ": ".join(filter(None, (field.group, field.meaning)))
+    if field.values is not None:
+        bits = issubclass(field.values, IntFlag)
+        numbers = [f"bit {i}" if bits else str(v.value) for i, v in enumerate(field.values)]
+        names = [(value.name or "").lower().replace("_", " ") for value in field.values]
+        meaning = ", ".join(f"{a} {b}" for a, b in zip(numbers, names, strict=True))
     return f"`{field.name}`", f"{count}{field.type}", field.unit, meaning
 
 

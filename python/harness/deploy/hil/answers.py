@@ -8,12 +8,25 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from typing import Self
+from typing import ClassVar, Self
 
 from ehsid.harness.deploy.hil import messages
 from ehsid.harness.deploy.hil.errors import BadFrame, HilError
 from ehsid.harness.deploy.hil.frames import Packet
+from ehsid.harness.deploy.hil.layout import Message
 from ehsid.harness.deploy.hil.messages import VERSION, Flags, Kind, Reason, State
+
+
+class _Answer:
+    """An answer whose attributes are the fields of its message."""
+
+    message: ClassVar[Message]
+
+    @classmethod
+    def parse(cls, body: bytes) -> Self:
+        """Reads the body of the answer; raises BadFrame if it is not valid."""
+        values, _ = cls.message.unpack(body)
+        return cls(**values)
 
 
 @dataclass(frozen=True)
@@ -68,16 +81,12 @@ class Identity:
 
 
 @dataclass(frozen=True)
-class Done:
+class Done(_Answer):
     """The target has carried out a request and is now in this state."""
 
-    state: State
+    message: ClassVar[Message] = messages.DONE
 
-    @classmethod
-    def parse(cls, body: bytes) -> Self:
-        """Reads the body of `done`; raises BadFrame if it is not valid."""
-        values, _ = messages.DONE.unpack(body)
-        return cls(_state(values["state"]))
+    state: State
 
 
 @dataclass(frozen=True)
@@ -125,37 +134,26 @@ class Result:
 
 
 @dataclass(frozen=True)
-class Refused:
+class Refused(_Answer):
     """The target refused a request and has changed nothing."""
+
+    message: ClassVar[Message] = messages.REFUSED
 
     reason: Reason
     state: State
     status: int
     expected: int
 
-    @classmethod
-    def parse(cls, body: bytes) -> Self:
-        """Reads the body of `refused`; raises BadFrame if it is not valid."""
-        values, _ = messages.REFUSED.unpack(body)
-        if values["reason"] not in set(Reason):
-            raise BadFrame(f"refused for reason {values['reason']}, which there is not")
-        values |= {"reason": Reason(values["reason"]), "state": _state(values["state"])}
-        return cls(**values)
-
 
 @dataclass(frozen=True)
-class Safe:
+class Safe(_Answer):
     """The watchdog has closed the valve; the target sends this without a request."""
+
+    message: ClassVar[Message] = messages.SAFE
 
     trips: int
     expected: int
     valve_command_v: float
-
-    @classmethod
-    def parse(cls, body: bytes) -> Self:
-        """Reads the body of `safe`; raises BadFrame if it is not valid."""
-        values, _ = messages.SAFE.unpack(body)
-        return cls(**values)
 
 
 Answer = Identity | Done | Result | Refused | Safe
@@ -185,9 +183,3 @@ def parse_answer(packet: Packet) -> Answer:
 
 def _bits(word: int) -> frozenset[int]:
     return frozenset(bit for bit in range(word.bit_length()) if word >> bit & 1)
-
-
-def _state(number: int) -> State:
-    if number not in set(State):
-        raise BadFrame(f"state {number}, which there is not")
-    return State(number)

@@ -8,10 +8,12 @@ import math
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import IntEnum, IntFlag
 from typing import Any, Literal
 
 from ehsid.harness.deploy.hil.errors import BadFrame
 
+Values = type[IntEnum] | type[IntFlag]
 Type = Literal["u8", "u16", "u32", "i32", "f32", "ascii"]
 _CODES = {"u8": "B", "u16": "H", "u32": "I", "i32": "i", "f32": "f", "ascii": "s"}
 _RANGES = {
@@ -35,6 +37,8 @@ class Field:
         fields stand at the end of a message.
     group
         of `configure`: the settings that the field belongs to.
+    values
+        the values or flags that the field can have; None where it is a plain number.
     """
 
     name: str
@@ -43,6 +47,7 @@ class Field:
     meaning: str = ""
     count: int | str = 1
     group: str = ""
+    values: Values | None = None
 
 
 @dataclass(frozen=True)
@@ -91,13 +96,19 @@ class Message:
         Raises
         ------
         BadFrame
-            the body is shorter than the fixed fields, or longer although there are no others.
+            the body is shorter than the fixed fields, or longer although there are no others, or a
+            field has none of its values.
         """
         size = self.layout.size
         if len(body) < size or (len(body) > size and len(self.fixed) == len(self.fields)):
             raise BadFrame(f"a body of {len(body)} bytes where {size} belong")
-        names = (field.name for field in self.fixed)
-        return dict(zip(names, self.layout.unpack(body[:size]), strict=True)), body[size:]
+        values: dict[str, Any] = {}
+        for field, value in zip(self.fixed, self.layout.unpack(body[:size]), strict=True):
+            try:
+                values[field.name] = value if field.values is None else field.values(value)
+            except ValueError:
+                raise BadFrame(f"{field.name} {value}, which there is not") from None
+        return values, body[size:]
 
 
 def check(name: str, value: float, type_: Type, *, finite: bool = True) -> None:

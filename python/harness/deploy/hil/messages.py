@@ -53,19 +53,19 @@ class Reason(IntEnum):
 class Settings(IntFlag):
     """Flags of `configure`."""
 
-    OFFSET = 1 << 0  # the model has a constant term
-    RESET = 1 << 1  # the estimator is reset on a change of the plant
-    POSITION_CONTROL = 1 << 2  # the controller's command is added to `direct_v`
-    SEED = 1 << 3  # there is an estimate to start from
-    FOLLOW_ESTIMATE = 1 << 4  # the gain follows the estimate
+    OFFSET = 1 << 0
+    RESET = 1 << 1
+    POSITION_CONTROL = 1 << 2
+    SEED = 1 << 3
+    FOLLOW_ESTIMATE = 1 << 4
 
 
 class Flags(IntFlag):
     """Flags of `result`."""
 
-    CONVERGED = 1 << 0  # the estimate has converged
-    GAIN_FROM_ESTIMATE = 1 << 1  # the gain comes from the estimate
-    AT_LIMIT = 1 << 2  # the command is at its limit
+    CONVERGED = 1 << 0
+    GAIN_FROM_ESTIMATE = 1 << 1
+    AT_LIMIT = 1 << 2
 
 
 HELLO = Message(Kind.HELLO, (Field("version", "u16", "", "protocol version of the host"),), "all")
@@ -76,7 +76,7 @@ CONFIGURE = Message(
         Field("na", "u8", "", "past outputs"),
         Field("nb", "u8", "", "past commands"),
         Field("nk", "u8", "samples", "delay"),
-        Field("flags", "u8", "", "see below"),
+        Field("flags", "u8", values=Settings),
         Field("command_scale", "f32", "V", "> 0", group="scaling"),
         Field("position_scale", "f32", "m", "> 0", group="scaling"),
         Field("command_offset", "f32", "V", group="scaling"),
@@ -147,7 +147,7 @@ IDENTITY = Message(
         Field("board", "ascii", "", "name of the board, filled with zeros", 12),
     ),
 )
-DONE = Message(Kind.DONE, (Field("state", "u8", "", "state of the target now"),))
+DONE = Message(Kind.DONE, (Field("state", "u8", values=State),))
 RESULT = Message(
     Kind.RESULT,
     (
@@ -156,7 +156,7 @@ RESULT = Message(
         Field("gain_v_m", "f32", "V/m", "gain of the controller"),
         Field("velocity_gain_m_s_v", "f32", "m/s/V", "computed from theta; 0 if it gives none"),
         Field("status", "u8", "", "`ehsid_status` of this sample"),
-        Field("flags", "u8", "", "see below"),
+        Field("flags", "u8", values=Flags),
         Field("resets", "u16", "", "changes of the plant since the start"),
         Field("innovation_m", "f32", "m", "measured less predicted position"),
         Field("forgetting_factor", "f32", "", "lambda(k)"),
@@ -174,8 +174,8 @@ RESULT = Message(
 REFUSED = Message(
     Kind.REFUSED,
     (
-        Field("reason", "u8", "", "see below"),
-        Field("state", "u8", "", "state of the target"),
+        Field("reason", "u8", values=Reason),
+        Field("state", "u8", values=State),
         Field("status", "u8", "", "`ehsid_status` of a refused configuration, else 0"),
         Field("expected", "u32", "", "number of the sample that the target waits for"),
     ),
