@@ -118,25 +118,11 @@ class Run:
 
 @dataclass(frozen=True)
 class Provenance:
-    """How the runs were made.
+    """How the runs were made, and how long all of them took on the wall clock, s.
 
-    Attributes
-    ----------
-    ehsid_version
-        version of ehsid on the host.
-    rig, actual
-        rig files of the controller and of the simulated machine; the latter is None where it is the
-        same.
-    effects
-        values of the simulated machine that the controller does not know, by full name.
-    line
-        address of the target.
-    loop
-        kind of loop: experiment, open or position.
-    seed
-        seed of the test signal and the noise.
-    seconds
-        duration of all runs on the wall clock, s.
+    `rig` is the rig file of the controller, `actual` that of the simulated machine where it is
+    another, and `effects` has the values of the machine that the controller does not know, by full
+    name. `loop` is experiment, open or position.
     """
 
     ehsid_version: str
