@@ -100,7 +100,7 @@ def hil_command(
     Example: ehsid hil --port /dev/ttyACM0 --rig rig.toml --loop position --real-time
     """
     from ehsid.harness.cli.asked_signal import AskedSignal
-    from ehsid.harness.cli.hil_runs import REPORTS, Asked, run_all, show, target, write_reports
+    from ehsid.harness.cli.hil_runs import REPORTS, HilOptions, run_all, show, target, write_reports
     from ehsid.harness.deploy.hil.plan import WATCHDOG_MS
     from ehsid.harness.deploy.hil.result_file import Provenance
     from ehsid.harness.deploy.hil.session import Session
@@ -117,7 +117,7 @@ def hil_command(
     if out.exists() and not out.is_dir():
         raise ValueError(f"--out {out}: this is a file; give the name of a folder")
     rig = published_rig() if rig_file is None else read_rig(rig_file)
-    asked = Asked(
+    options = HilOptions(
         loop,
         AskedSignal(excitation, duration, dt, amplitude, seed),
         bandwidth,
@@ -127,7 +127,7 @@ def hil_command(
         parse_settings(effect or []),
         WATCHDOG_MS + (round(2000.0 * dt) if real_time else 0),
     )
-    plans = asked.plans(rig, rig if actual is None else read_rig(actual))
+    plans = options.plans(rig, rig if actual is None else read_rig(actual))
     console = Console(stderr=True)
     try:
         with target(port, qemu, machine) as address, open_line(address, baud) as line:
@@ -143,7 +143,7 @@ def hil_command(
         ehsid_version=ehsid.__version__,
         rig="published" if rig_file is None else str(rig_file),
         actual=None if actual is None else str(actual),
-        effects=dict(asked.values),
+        effects=dict(options.values),
         line=f"{qemu} in QEMU, {machine}" if port is None else port,
         loop=loop.value,
         seed=seed,

@@ -46,7 +46,7 @@ REPORTS = ("hil.html", "hil.json")
 
 
 @dataclass(frozen=True)
-class Asked:
+class HilOptions:
     """The options of `ehsid hil` that determine the plans."""
 
     loop: HilLoop
@@ -67,25 +67,25 @@ class Asked:
             raise ValueError(
                 f'--actual: a plant "{actual.plant}", the rig is "{rig.plant}": expected the same'
             )
-        return {name: replace(plan, rig=actual) for name, plan in self._told(rig).items()}
+        return {name: replace(plan, rig=actual) for name, plan in self._plans(rig).items()}
 
-    def _told(self, rig: Rig) -> dict[str, Plan]:
+    def _plans(self, rig: Rig) -> dict[str, Plan]:
         controller = suggested_controller(rig, self.bandwidth)
-        more: dict[str, Any] = {"values": self.values, "watchdog_ms": self.watchdog_ms}
+        options: dict[str, Any] = {"values": self.values, "watchdog_ms": self.watchdog_ms}
         if self.loop is HilLoop.experiment:
-            return experiment_plans(rig, controller, self.signal.seed, **more)
+            return experiment_plans(rig, controller, self.signal.seed, **options)
         # As in `ehsid simulate --noise`, the noise has another random stream than the test signal.
         rng = np.random.default_rng([self.signal.seed, 1])
-        more |= {
+        options |= {
             "dt_s": self.signal.dt,
             "noise": draw_noise(rig, self.signal.samples, rng),
             "orders": self.orders,
             "forgetting": self.forgetting,
         }
         if self.loop is HilLoop.open:
-            return {"": open_plan(rig, as_command(rig, self.signal), controller, **more)}
+            return {"": open_plan(rig, as_command(rig, self.signal), controller, **options)}
         reference = as_reference(rig, self.signal, controller)
-        return {"": position_plan(rig, reference, controller, retune=self.retune, **more)}
+        return {"": position_plan(rig, reference, controller, retune=self.retune, **options)}
 
 
 @contextmanager
@@ -110,8 +110,8 @@ def run_all(
     runs = []
     with live(console) as stage:
         for folder, plan in plans.items():
-            told = plan.configuration.estimator
-            with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], told.orders) as recording:
+            estimator = plan.configuration.estimator
+            with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], estimator.orders) as recording:
                 try:
                     run = run_plan(
                         plan,
@@ -126,7 +126,7 @@ def run_all(
                     raise HilError(
                         f"{error}; {out / folder} holds the {recording.samples} samples before"
                     ) from error
-            runs.append((folder or type(told.forgetting).__name__, run, compare(run)))
+            runs.append((folder or type(estimator.forgetting).__name__, run, compare(run)))
     return runs
 
 

@@ -13,10 +13,11 @@ import pytest
 from ehsid.harness.gap import diagnose
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import parse_rig
+from ehsid.harness.validation.blind.answers import Answer
 from ehsid.harness.validation.reality import make_case
 from ehsid.harness.validation.reality.case import Kind, Sensors
 from ehsid.harness.validation.reality.structure import Grade
-from ehsid.harness.validation.scoring.reading import Answer, Named, Said
+from ehsid.harness.validation.scoring.reading import Named, Said
 from ehsid.harness.validation.scoring.right import Judgement, judge
 
 pytestmark = pytest.mark.usefixtures("one_process")

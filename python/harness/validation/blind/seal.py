@@ -91,8 +91,8 @@ def verify(out: Path) -> Seal:
     """
     seal = read_seal(out)
     mend = "restore it, or make the check anew in another folder"
-    told = {ANSWERS: seal.answers_sha256, **seal.files}
-    for name, digest in told.items():
+    digests = {ANSWERS: seal.answers_sha256, **seal.files}
+    for name, digest in digests.items():
         path = out / name
         if not path.is_file():
             raise ValueError(f"{path}: sealed, and now missing; {mend}")

@@ -14,9 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ehsid.harness.rigs.parameters import effects
+from ehsid.harness.validation.blind.answers import Answer
 from ehsid.harness.validation.scoring.figures import Figure, share
 from ehsid.harness.validation.scoring.judging import Judgement, ScoredCase, group_by, judge
-from ehsid.harness.validation.scoring.reading import Answer, Candidate, Findings, NamedEffect
+from ehsid.harness.validation.scoring.reading import Candidate, Findings, NamedEffect
 
 PERMUTATIONS = 10_000
 SEED = 6

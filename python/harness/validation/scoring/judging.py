@@ -36,7 +36,8 @@ from typing import Any, Literal, get_args
 
 from ehsid.harness.gap.inference.choice import FRICTION
 from ehsid.harness.gap.schema import Estimate
-from ehsid.harness.validation.scoring.reading import FAILED, Answer, Findings, Kind
+from ehsid.harness.validation.blind.answers import Answer, Kind
+from ehsid.harness.validation.scoring.reading import FAILED, SENSORS, Findings
 
 Outcome = Literal[
     "right",
@@ -156,6 +157,11 @@ class ScoredCase:
     def left_out(self) -> bool:
         """Whether the diagnosis had to leave out a true effect."""
         return left_out(self.answer, self.findings)
+
+    @property
+    def measured(self) -> str:
+        """What was measured, one of `SENSORS`."""
+        return SENSORS[0] if "pressure" in self.answer.sensors else SENSORS[1]
 
     @property
     def known(self) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Reads the cases in the folder of a check: the true answers, and the findings of the diagnosis."""
+"""Reads what the diagnosis found in a case of a check."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
-
-import msgspec
+from typing import Any
 
 from ehsid.harness.gap.diagnosis_file import (
     DiagnosisFile,
@@ -21,46 +19,7 @@ from ehsid.harness.gap.diagnosis_file import (
 from ehsid.harness.gap.schema import Estimate
 
 FAILED = "failed"  # in place of a verdict, where the diagnosis raised an error
-Kind = Literal["one", "two", "none", "params", "open"]
-GRADES = ("plain", "hard", "confusable")
-SENSORS = ("pressures", "position only")
-
-
-@dataclass(frozen=True)
-class Answer:
-    """The withheld truth of a case, as `answers.json` has it.
-
-    Attributes
-    ----------
-    kind
-        "one" or "two" effects of the catalogue, "none", "params" (wrong values only), or "open"
-        (an effect outside of the catalogue).
-    grade, plant, sensors, excitation
-        as the generator names them; excitation of the fitted and of the held-out record.
-    effects
-        sizes by effect and parameter, SI.
-    subsystem
-        subsystems of the effects.
-    true
-        true values of the rig by full name, SI.
-    largest_command
-        largest command in each of the two records, as a share of rated command.
-    """
-
-    kind: Kind
-    grade: str
-    plant: str
-    sensors: str
-    excitation: tuple[str, ...]
-    effects: Mapping[str, Mapping[str, float]]
-    subsystem: tuple[str, ...]
-    true: Mapping[str, float] = field(default_factory=dict)
-    largest_command: tuple[float, ...] = ()
-
-    @property
-    def measured(self) -> str:
-        """What was measured, one of `SENSORS`."""
-        return SENSORS[0] if "pressure" in self.sensors else SENSORS[1]
+SENSORS = ("pressures", "position only")  # what was measured
 
 
 @dataclass(frozen=True)
@@ -122,28 +81,6 @@ class Findings:
     from_nominal: Estimate | None = None
     seconds: float = math.nan
     settings: Mapping[str, Any] = field(default_factory=dict)
-
-
-def read_answers(path: Path) -> dict[str, Answer]:
-    """Reads the answers, by name of the case.
-
-    Raises
-    ------
-    ValueError
-        there is no such file, or it is not one of a check.
-    """
-    where = str(path)
-    answers = {}
-    try:
-        plain = msgspec.json.decode(path.read_bytes(), type=dict[str, msgspec.Raw])
-        for name in sorted(plain):
-            where = f"{path}: case {name}"
-            answers[name] = msgspec.json.decode(plain[name], type=Answer)
-    except FileNotFoundError:
-        raise ValueError(f"{path}: there is no such file; a check writes it") from None
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{where}: not an answer of a check: {error}; restore the file") from None
-    return answers
 
 
 def read_findings(folder: Path) -> Findings | None:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import ehsid
 from ehsid.harness.parallel import Progress, run_tasks
+from ehsid.harness.validation.blind.answers import Answer, read_answers
 from ehsid.harness.validation.blind.seal import ANSWERS, RESULTS, SEAL, Seal, read_seal
 from ehsid.harness.validation.scoring.baselines import Baseline, Control, baselines, controls
 from ehsid.harness.validation.scoring.calibration import (
@@ -26,9 +27,7 @@ from ehsid.harness.validation.scoring.figures import Figure, share
 from ehsid.harness.validation.scoring.judging import ScoredCase, group_by, judge
 from ehsid.harness.validation.scoring.reading import (
     FAILED,
-    Answer,
     Findings,
-    read_answers,
     read_findings,
 )
 from ehsid.harness.validation.scoring.tables import (

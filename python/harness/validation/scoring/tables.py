@@ -8,10 +8,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ehsid.harness.rigs.parameters import effects
+from ehsid.harness.validation.blind.settings import GRADES
 from ehsid.harness.validation.scoring.calibration import SizeError, effect_errors, rig_errors
 from ehsid.harness.validation.scoring.figures import Figure, Range, mean, quantile, share
 from ehsid.harness.validation.scoring.judging import GAP_NAMES, KINDS, ScoredCase, group_by
-from ehsid.harness.validation.scoring.reading import FAILED, GRADES, SENSORS
+from ehsid.harness.validation.scoring.reading import FAILED, SENSORS
 
 # Grades whose records should allow one name; smooth and small records often allow only a set.
 MAIN_GRADES = ("plain", "hard")
@@ -98,7 +99,7 @@ def figure_tables(cases: Sequence[ScoredCase]) -> tuple[FigureTable, ...]:
 
 
 def _figure_table(title: str, cases: Sequence[ScoredCase]) -> FigureTable:
-    by_sensors = group_by(cases, lambda case: case.answer.measured)
+    by_sensors = group_by(cases, lambda case: case.measured)
     return FigureTable(title, {name: _figures(by_sensors.get(name, []), name) for name in SENSORS})
 
 
@@ -199,7 +200,7 @@ def split_tables(cases: Sequence[ScoredCase]) -> tuple[SplitTable, ...]:
             tuple(
                 (name, measured, _main_figures(some))
                 for name, group in sorted(group_by(cases, key).items(), key=_place)
-                for measured, some in group_by(group, lambda case: case.answer.measured).items()
+                for measured, some in group_by(group, lambda case: case.measured).items()
             ),
         )
         for title, key in SPLITS.items()

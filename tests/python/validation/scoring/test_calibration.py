@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from made_checks import diagnosis, made_answers, write_check
 
 from ehsid.harness.gap.schema import Estimate
+from ehsid.harness.validation.blind.answers import Answer
 from ehsid.harness.validation.scoring.calibration import (
     EDGES,
     Claim,
@@ -20,7 +21,7 @@ from ehsid.harness.validation.scoring.calibration import (
     risk_curve,
 )
 from ehsid.harness.validation.scoring.judging import ScoredCase, judge
-from ehsid.harness.validation.scoring.reading import Answer, Findings, NamedEffect
+from ehsid.harness.validation.scoring.reading import Findings, NamedEffect
 from ehsid.harness.validation.scoring.score import score_folder
 
 pytestmark = pytest.mark.usefixtures("one_process")

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.rigs.parameters import effects
+from ehsid.harness.validation.blind.answers import Answer
 from ehsid.harness.validation.scoring.judging import is_exactly, is_true, judge
-from ehsid.harness.validation.scoring.reading import FAILED, Answer, Findings, NamedEffect
+from ehsid.harness.validation.scoring.reading import FAILED, Findings, NamedEffect
 
 BAND, BIAS, DELAY = "valve_dead_band", "valve_null_bias", "transport_delay"
 COULOMB, STRIBECK = "coulomb_friction", "stribeck_friction"
