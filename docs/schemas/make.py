@@ -4,10 +4,24 @@
 import json
 from pathlib import Path
 
+from ehsid.harness.deploy.hil.result_file import HilFile
+from ehsid.harness.encoding import json_schema
 from ehsid.harness.files import write_text
-from ehsid.harness.gap.diagnosis_file import json_schema
+from ehsid.harness.gap import diagnosis_file
+from ehsid.harness.validation.blind.seal import Seal
+from ehsid.harness.validation.fleet.ranking import Fleet
+from ehsid.harness.validation.scoring.score import ScoreFile
+
+SCHEMAS = {
+    "diagnosis.json": diagnosis_file.json_schema(),
+    "fleet.json": json_schema(Fleet, "fleet.json of ehsid gap-fleet, schema version 1"),
+    "hil.json": json_schema(HilFile, "hil.json of ehsid hil, schema version 1"),
+    "score.json": json_schema(ScoreFile, "score.json of ehsid gap-check"),
+    "seal.json": json_schema(Seal, "seal.json of ehsid gap-check"),
+}
 
 if __name__ == "__main__":
-    path = Path(__file__).parent / "diagnosis.json"
-    write_text(path, json.dumps(json_schema(), indent=2) + "\n")
-    print(path)
+    for name, schema in SCHEMAS.items():
+        path = Path(__file__).parent / name
+        write_text(path, json.dumps(schema, indent=2) + "\n")
+        print(path)

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Converts results to plain values that `json.dumps` accepts."""
+"""Converts results to plain values and to JSON, and their classes to JSON Schemas."""
 
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
 from collections.abc import Mapping
 from typing import Any
 
+import msgspec
 import numpy as np
 
 
@@ -32,3 +34,34 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def json_text(result: Any, *, indent: int = 2) -> str:
+    """Returns a result of dataclasses or msgspec classes as JSON, with a line feed at its end.
+
+    A field is a key; a number that is not finite becomes null.
+    """
+    return msgspec.json.format(msgspec.json.encode(result), indent=indent).decode() + "\n"
+
+
+def json_schema(kind: type, title: str) -> dict[str, Any]:
+    """Returns the JSON Schema of the text that `json_text` writes of a result of this class.
+
+    The schema quotes the docstrings of the classes. All numbers but whole ones may be null.
+    """
+    schema = _as_written(msgspec.json.schema(kind))
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **schema}
+
+
+def _as_written(schema: Any) -> Any:
+    """Allows null beside numbers, and removes the indentation of docstrings."""
+    match schema:
+        case {"description": str(text), **others}:
+            return {"description": inspect.cleandoc(text), **_as_written(others)}
+        case {"type": "number", **others}:
+            return {"type": ["number", "null"], **_as_written(others)}
+        case dict():
+            return {key: _as_written(value) for key, value in schema.items()}
+        case list():
+            return [_as_written(value) for value in schema]
+    return schema

@@ -166,6 +166,6 @@ def _score(out: Path, workers: int | None, as_json: bool) -> None:
     console = Console()
     for sentence in lead(score):
         console.print(sentence, highlight=False)
-    spent = sum(case.said.seconds for case in score.cases if case.said.seconds > 0.0)
+    spent = sum(case.findings.seconds for case in score.cases if case.findings.seconds > 0.0)
     console.print(f"{in_words(spent)} of one core in all", highlight=False)
     console.print(f"\nreport: {page}", soft_wrap=True, highlight=False)

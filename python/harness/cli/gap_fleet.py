@@ -40,8 +40,10 @@ def read_machine(folder: Path) -> Job:
     fitted, held_out = record_files(folder)
     rig = read_rig(folder / RIG)
     named = [
-        replace(one, source=one.source.relative_to(folder.parent)) if one.source else one
-        for one in told_apart(read_for(rig, [*fitted, *held_out]))
+        replace(record, source=record.source.relative_to(folder.parent))
+        if record.source
+        else record
+        for record in told_apart(read_for(rig, [*fitted, *held_out]))
     ]
     count = len(fitted)
     return Job(folder.name, rig, f"{folder.name}/{RIG}", tuple(named[:count]), tuple(named[count:]))
@@ -108,7 +110,7 @@ def gap_fleet_command(
             outcomes = run_fleet(todo, out, excluded, read_machine, diagnose, write_diagnosis)
             for _ in shown(outcomes, len(todo), len(folders)):
                 pass
-    fleet = read_fleet(out, [one.name for one in folders])
+    fleet = read_fleet(out, [machine.name for machine in folders])
     page = write_fleet(fleet, out)
     if as_json:
         typer.echo((out / "fleet.json").read_text(encoding="utf-8"), nl=False)
@@ -125,8 +127,8 @@ def _print(fleet: Fleet, page: Path, console: Console) -> None:
     for sentence in fleet_lead(fleet):
         console.print(sentence, highlight=False, markup=False)
     table = Table("machine", "structural gap", "found")
-    for one in fleet.ranked[:MOST_LINES]:
-        table.add_row(escape(one.name), percent(one.structural), found(one))
+    for machine in fleet.ranked[:MOST_LINES]:
+        table.add_row(escape(machine.name), percent(machine.structural), found(machine))
     if fleet.ranked:
         console.print(table)
     if len(fleet.ranked) > MOST_LINES:

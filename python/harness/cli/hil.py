@@ -99,10 +99,12 @@ def hil_command(
     Example: ehsid hil --port /dev/ttyACM0 --rig rig.toml --loop position --real-time
     """
     from ehsid.harness.cli.asked_signal import AskedSignal
-    from ehsid.harness.cli.hil_runs import REPORTS, Asked, run_all, show, target, write_reports
+    from ehsid.harness.cli.hil_runs import REPORTS, HilOptions, run_all, show, target, write_reports
     from ehsid.harness.deploy.hil.plan import WATCHDOG_MS
+    from ehsid.harness.deploy.hil.result_file import Provenance
     from ehsid.harness.deploy.hil.session import Session
     from ehsid.harness.deploy.hil.transport import open_line
+    from ehsid.harness.encoding import json_text
     from ehsid.harness.identification import ArxOrders
     from ehsid.harness.rigs import read_rig
     from ehsid.harness.rigs.published import published_rig
@@ -114,7 +116,7 @@ def hil_command(
     if out.exists() and not out.is_dir():
         raise ValueError(f"--out {out}: this is a file; give the name of a folder")
     rig = published_rig() if rig_file is None else read_rig(rig_file)
-    asked = Asked(
+    options = HilOptions(
         loop,
         AskedSignal(excitation, duration, dt, amplitude, seed),
         bandwidth,
@@ -124,7 +126,7 @@ def hil_command(
         parse_settings(effect or []),
         WATCHDOG_MS + (round(2000.0 * dt) if real_time else 0),
     )
-    plans = asked.plans(rig, rig if actual is None else read_rig(actual))
+    plans = options.plans(rig, rig if actual is None else read_rig(actual))
     console = Console(stderr=True)
     try:
         with target(port, qemu, machine) as address, open_line(address, baud) as line:
@@ -136,20 +138,20 @@ def hil_command(
     except KeyboardInterrupt:
         typer.echo(f"ehsid: interrupted; {out} holds the samples so far", err=True)
         raise typer.Exit(130) from None
-    provenance = {
-        "ehsid_version": ehsid.__version__,
-        "rig": "published" if rig_file is None else str(rig_file),
-        "actual": None if actual is None else str(actual),
-        "effects": dict(asked.values),
-        "line": port if qemu is None else f"{qemu} in QEMU, {machine}",
-        "loop": loop.value,
-        "seed": seed,
-        "seconds": round(time.monotonic() - began, 1),
-    }
-    text = write_reports(out, identity, runs, provenance)
+    provenance = Provenance(
+        ehsid_version=ehsid.__version__,
+        rig="published" if rig_file is None else str(rig_file),
+        actual=None if actual is None else str(actual),
+        effects=dict(options.values),
+        line=f"{qemu} in QEMU, {machine}" if port is None else port,
+        loop=loop.value,
+        seed=seed,
+        seconds=round(time.monotonic() - began, 1),
+    )
+    file = write_reports(out, identity, runs, provenance)
     if as_json:
-        typer.echo(text, nl=False)
+        typer.echo(json_text(file), nl=False)
     else:
-        show(identity, runs, out)
-    if not all(agreement.equal for *_, agreement in runs):
+        show(identity, runs, file, out)
+    if not file.equal_to_host:
         raise typer.Exit(1)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -28,13 +27,13 @@ from ehsid.harness.deploy.hil.plan import (
     position_plan,
 )
 from ehsid.harness.deploy.hil.recording import Recording
+from ehsid.harness.deploy.hil.result_file import HilFile, Provenance, Run, Runs, hil_file
 from ehsid.harness.deploy.hil.run import run_plan
 from ehsid.harness.deploy.hil.session import Session
-from ehsid.harness.encoding import to_plain
+from ehsid.harness.encoding import json_text
 from ehsid.harness.files import write_text
 from ehsid.harness.identification import ArxOrders
-from ehsid.harness.report.hil_files import plain_identity, plain_run, run_row
-from ehsid.harness.report.hil_page import Runs, hil_page, lead
+from ehsid.harness.report.hil_page import hil_page, lead
 from ehsid.harness.report.page import write_page
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import draw_noise, suggested_controller
@@ -47,7 +46,7 @@ REPORTS = ("hil.html", "hil.json")
 
 
 @dataclass(frozen=True)
-class Asked:
+class HilOptions:
     """The options of `ehsid hil` that determine the plans."""
 
     loop: HilLoop
@@ -68,25 +67,25 @@ class Asked:
             raise ValueError(
                 f'--actual: a plant "{actual.plant}", the rig is "{rig.plant}": expected the same'
             )
-        return {name: replace(plan, rig=actual) for name, plan in self._told(rig).items()}
+        return {name: replace(plan, rig=actual) for name, plan in self._plans(rig).items()}
 
-    def _told(self, rig: Rig) -> dict[str, Plan]:
+    def _plans(self, rig: Rig) -> dict[str, Plan]:
         controller = suggested_controller(rig, self.bandwidth)
-        more: dict[str, Any] = {"values": self.values, "watchdog_ms": self.watchdog_ms}
+        options: dict[str, Any] = {"values": self.values, "watchdog_ms": self.watchdog_ms}
         if self.loop is HilLoop.experiment:
-            return experiment_plans(rig, controller, self.signal.seed, **more)
+            return experiment_plans(rig, controller, self.signal.seed, **options)
         # As in `ehsid simulate --noise`, the noise has another random stream than the test signal.
         rng = np.random.default_rng([self.signal.seed, 1])
-        more |= {
+        options |= {
             "dt_s": self.signal.dt,
             "noise": draw_noise(rig, self.signal.samples, rng),
             "orders": self.orders,
             "forgetting": self.forgetting,
         }
         if self.loop is HilLoop.open:
-            return {"": open_plan(rig, as_command(rig, self.signal), controller, **more)}
+            return {"": open_plan(rig, as_command(rig, self.signal), controller, **options)}
         reference = as_reference(rig, self.signal, controller)
-        return {"": position_plan(rig, reference, controller, retune=self.retune, **more)}
+        return {"": position_plan(rig, reference, controller, retune=self.retune, **options)}
 
 
 @contextmanager
@@ -111,8 +110,8 @@ def run_all(
     runs = []
     with live(console) as stage:
         for folder, plan in plans.items():
-            told = plan.configuration.estimator
-            with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], told.orders) as recording:
+            estimator = plan.configuration.estimator
+            with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], estimator.orders) as recording:
                 try:
                     run = run_plan(
                         plan,
@@ -127,42 +126,45 @@ def run_all(
                     raise HilError(
                         f"{error}; {out / folder} holds the {recording.samples} samples before"
                     ) from error
-            runs.append((folder or type(told.forgetting).__name__, run, compare(run)))
+            runs.append((folder or type(estimator.forgetting).__name__, run, compare(run)))
     return runs
 
 
-def write_reports(out: Path, identity: Identity, runs: Runs, provenance: Mapping[str, Any]) -> str:
-    """Writes hil.html and hil.json, each under a temporary name first.
-
-    Returns the text of hil.json.
-    """
+def write_reports(out: Path, identity: Identity, runs: Runs, provenance: Provenance) -> HilFile:
+    """Writes hil.html and hil.json, each completely or not at all; returns the content of both."""
     if len(runs) > 1:  # Only the experiment has several runs.
         page = hil_page(identity, runs, beside=published_table(), sources=[SOURCE])
     else:
         page = hil_page(identity, runs)
     write_page(out / REPORTS[0], page)
-    findings = {
-        "schema_version": 1,
-        "target": plain_identity(identity),
-        "equal_to_host": all(agreement.equal for *_, agreement in runs),
-        "runs": [plain_run(*run) for run in runs],
-        "provenance": dict(provenance),
-    }
-    text = json.dumps(to_plain(findings), indent=2, allow_nan=False) + "\n"
-    write_text(out / REPORTS[1], text)
-    return text
+    file = hil_file(identity, runs, provenance)
+    write_text(out / REPORTS[1], json_text(file))
+    return file
 
 
-def show(identity: Identity, runs: Runs, out: Path) -> None:
+def show(identity: Identity, runs: Runs, file: HilFile, out: Path) -> None:
     """Prints the result in a few sentences and a table."""
     console = Console()
     for sentence in lead(identity, runs):
         console.print(f"- {sentence}", highlight=False)
     table = Table()
-    rows = [run_row(*run) for run in runs]
+    rows = [_row(run) for run in file.runs]
     for heading in rows[0]:
         table.add_column(heading, justify="right")
     for row in rows:
         table.add_row(*row.values())
     console.print(table)
     console.print(f"report: {out / REPORTS[0]}", soft_wrap=True)
+
+
+def _row(run: Run) -> dict[str, str]:
+    """Returns the row of a run: its cells by heading."""
+    return {
+        "run": run.name,
+        "RMSE, mm": f"{1e3 * run.rmse_m:.4g}",
+        "fit, %": f"{run.fit_percent:.1f}",
+        "lambda": f"{run.forgetting_factor:.4f}",
+        "resets": str(run.resets),
+        "converged": "yes" if run.converged else "no",
+        "bits": "same" if run.equal_to_host else f"{run.samples_that_differ} other",
+    }

@@ -3,13 +3,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-import ehsid
-from ehsid.harness.encoding import to_plain
+from ehsid.harness.encoding import json_text
 from ehsid.harness.files import write_text
 from ehsid.harness.report import page as pages
 from ehsid.harness.report.check_plots import (
@@ -33,7 +30,7 @@ from ehsid.harness.report.check_words import HOW_TO_READ, figure_text, lead, num
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words, write_pictures
 from ehsid.harness.report.page_markdown import markdown
 from ehsid.harness.validation.scoring.figures import Figure
-from ehsid.harness.validation.scoring.score import Score
+from ehsid.harness.validation.scoring.score import Score, score_file
 
 TITLE = "How far to trust a diagnosis of the gap"
 
@@ -46,58 +43,10 @@ def write_page(score: Score, out: Path) -> Path:
     page = check_page(score)
     out.mkdir(parents=True, exist_ok=True)
     pictures = write_pictures(out, page)
-    write_text(out / "score.json", json.dumps(plain_score(score), indent=1, allow_nan=False) + "\n")
+    write_text(out / "score.json", json_text(score_file(score), indent=1))
     write_text(out / "check.md", markdown(page, pictures))
     pages.write_page(out / "report.html", page)
     return out / "report.html"
-
-
-def plain_score(score: Score) -> dict[str, Any]:
-    """Returns all figures and a summary of each case as plain data; numbers are finite or None."""
-    plain = to_plain(
-        {
-            "ehsid_version": ehsid.__version__,
-            "records": len(score.cases),
-            **{
-                name: getattr(score, name)
-                for name in (
-                    "unfinished",
-                    "sealed",
-                    "tables",
-                    "trust",
-                    "splits",
-                    "verdicts",
-                    "effects",
-                    "reliability",
-                    "risk",
-                    "sizes",
-                    "regret",
-                    "promises",
-                    "baselines",
-                    "controls",
-                    "wrong",
-                )
-            },
-            "cases": [
-                {
-                    "name": case.name,
-                    "kind": case.answer.kind,
-                    "grade": case.answer.grade,
-                    "sensors": case.answer.sensors,
-                    "truth": list(case.answer.effects),
-                    "verdict": case.said.verdict,
-                    "named": [one.id for one in case.said.named],
-                    "sets": case.said.sets,
-                    "outcome": case.judged.outcome,
-                    "gap_over_floor": case.said.gap,
-                    "seconds": case.said.seconds,
-                }
-                for case in score.cases
-            ],
-        }
-    )
-    assert isinstance(plain, dict)
-    return plain
 
 
 def check_page(score: Score) -> Page:
@@ -271,8 +220,8 @@ def _how(score: Score) -> Section:
             "Records come from a generator that shares no equation's form, no integrator and no "
             "code with the simulator of the diagnosis. Answers lie in a file of their own, whose "
             "SHA-256 is written before the run; the diagnosis reads rig and records only. Right is "
-            "judged by one table (module score_right): both laws of friction are one; a set that "
-            "holds the truth is right."
+            "judged by one table (module judging): both laws of friction are one; a set that holds "
+            "the truth is right."
         )
     ]
     if score.seal is not None:

@@ -13,14 +13,11 @@ from matplotlib.ticker import FuncFormatter
 
 from ehsid.harness.report.check_words import KINDS
 from ehsid.harness.report.gap_words import plain_name
-from ehsid.harness.validation.scoring.calibration import Reliability
-from ehsid.harness.validation.scoring.calibration_risk import RiskPoint
-from ehsid.harness.validation.scoring.confusion import Confusion
+from ehsid.harness.validation.scoring.calibration import Reliability, RiskPoint, SizeError
 from ehsid.harness.validation.scoring.figures import Figure
-from ehsid.harness.validation.scoring.figures_sizes import SizeError
 from ehsid.harness.validation.scoring.reading import SENSORS
-from ehsid.harness.validation.scoring.table import FigureTable
-from ehsid.harness.validation.scoring.transfer_figures import Promises
+from ehsid.harness.validation.scoring.tables import Confusion, FigureTable
+from ehsid.harness.validation.scoring.transfer import Promises
 
 MET, MISSED, UNSURE = "#2f6f9f", "#c2452d", "#8a949e"
 

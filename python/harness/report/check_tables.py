@@ -14,13 +14,11 @@ from ehsid.harness.report.check_words import (
 )
 from ehsid.harness.report.gap_words import plain_name
 from ehsid.harness.report.page import Table
-from ehsid.harness.validation.scoring.baselines import Baseline
+from ehsid.harness.validation.scoring.baselines import Baseline, Control
 from ehsid.harness.validation.scoring.calibration import Reliability
-from ehsid.harness.validation.scoring.control import Control
 from ehsid.harness.validation.scoring.reading import SENSORS
 from ehsid.harness.validation.scoring.score import Score
-from ehsid.harness.validation.scoring.splits import SplitTable
-from ehsid.harness.validation.scoring.table import FigureTable
+from ehsid.harness.validation.scoring.tables import FigureTable, SplitTable
 from ehsid.harness.validation.scoring.wrong import WrongCase
 
 
@@ -57,9 +55,9 @@ def outcome_table(score: Score) -> Table:
     """Returns the table of the number of cases with each outcome, by grade."""
     grades = sorted({case.answer.grade for case in score.cases})
     outcomes = sorted(
-        {case.judged.outcome for case in score.cases}, key=lambda o: (o != "right", o)
+        {case.judgement.outcome for case in score.cases}, key=lambda o: (o != "right", o)
     )
-    pairs = [(case.judged.outcome, case.answer.grade) for case in score.cases]
+    pairs = [(case.judgement.outcome, case.answer.grade) for case in score.cases]
     rows = [
         (outcome, *(str(pairs.count((outcome, grade))) for grade in grades)) for outcome in outcomes
     ]

@@ -74,7 +74,7 @@ def lead(score: Score) -> list[str]:
     """Says in a few sentences how far a diagnosis can be trusted."""
     if not score.cases:
         return ["Nothing has been diagnosed yet: there is nothing to score."]
-    right = sum(case.judged.right for case in score.cases)
+    right = sum(case.judgement.right for case in score.cases)
     said = [
         f"Of {plural(len(score.cases), 'record')} whose cause was withheld, {right} "
         f"({100.0 * right / len(score.cases):.0f} %) were answered exactly right: verdict, and "

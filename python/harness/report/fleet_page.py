@@ -3,14 +3,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-import ehsid
 from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.encoding import to_plain
+from ehsid.harness.encoding import json_text
 from ehsid.harness.files import write_text
 from ehsid.harness.report import page as pages
 from ehsid.harness.report.fleet_figure import fleet_figure
@@ -25,7 +22,6 @@ from ehsid.harness.report.gap_words import (
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words
 from ehsid.harness.validation.fleet.ranking import Fleet, Machine
 
-SCHEMA_VERSION = 1
 # The figure shows this many machines, those with the largest gaps; the tables show all.
 MOST_DRAWN = 60
 
@@ -42,30 +38,13 @@ def found(machine: Machine) -> str:
     return named
 
 
-def plain_fleet(fleet: Fleet) -> dict[str, Any]:
-    """Returns a fleet as plain data for the JSON file; numbers are finite or None."""
-    plain = to_plain(
-        {
-            "schema_version": SCHEMA_VERSION,
-            "ehsid_version": ehsid.__version__,
-            "ranked": fleet.ranked,
-            "not_judged": fleet.not_judged,
-            "failed": fleet.failed,
-            "shared": fleet.shared,
-        }
-    )
-    assert isinstance(plain, dict)
-    return plain
-
-
 def write_fleet(fleet: Fleet, out: Path) -> Path:
     """Writes fleet.json and fleet.html, each completely or not at all.
 
     Returns the path of fleet.html.
     """
-    text = json.dumps(plain_fleet(fleet), indent=2, allow_nan=False, ensure_ascii=False)
     out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "fleet.json", text + "\n")
+    write_text(out / "fleet.json", json_text(fleet))
     pages.write_page(out / "fleet.html", fleet_page(fleet))
     return out / "fleet.html"
 

@@ -8,15 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ehsid.harness.deploy.hil.answers import Identity
-from ehsid.harness.deploy.hil.comparison import Agreement, rmse
-from ehsid.harness.deploy.hil.run import RunResult
+from ehsid.harness.deploy.hil.comparison import rmse
+from ehsid.harness.deploy.hil.result_file import Runs
 from ehsid.harness.report.hil_figures import control_figure, estimates_figure
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words
 
 # With a larger share of samples at the command limit, a servo no longer follows its reference.
 MUCH_LIMITED = 0.1
-
-Runs = Sequence[tuple[str, RunResult, Agreement]]
 
 
 def _version(identity: Identity) -> str:

@@ -193,7 +193,7 @@ def test_nothing_diagnosed_is_an_error(tmp_path: Path) -> None:
     ("arguments", "told"),
     [
         (["nowhere", "--out", "out"], "there is no such folder"),
-        (["fleet/saw", "--out", "out"], "has no sub-folders; expected one a machine"),
+        (["fleet/saw", "--out", "out"], "has no sub-folders; expected one for each machine"),
         (["fleet", "--out", "fleet/out"], "lies in fleet; name a folder outside of it"),
         (["fleet", "--out", "fleet"], "lies in fleet; name a folder outside of it"),
         (["fleet", "--out", "mine"], "is there already and is no result"),

@@ -18,6 +18,7 @@ import pytest
 from hil_firmware import HostDevice
 from hil_line import TO_HOST, TO_TARGET, Passing, Relay, relayed, undisturbed
 from interrupts import interruptible
+from published_schemas import check_file
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
@@ -50,6 +51,7 @@ def test_a_run_and_its_files(relay: Relay, tmp_path: Path) -> None:
     assert code == 0, errors
     findings = json.loads(said)
     assert findings == json.loads((out / "hil.json").read_text())
+    check_file(out / "hil.json")
     assert findings["equal_to_host"]
     assert findings["target"]["board"] == "host"
     (run,) = findings["runs"]
@@ -78,6 +80,7 @@ def test_the_experiment_has_a_folder_for_each_factor(relay: Relay, tmp_path: Pat
     assert lines[4] == lines[5]
     assert lines[4][:1002] == lines[0][:1002]
     assert lines[4][1002:] != lines[0][1002:]
+    check_file(tmp_path / "hil.json")
     runs = {run["name"]: run for run in json.loads((tmp_path / "hil.json").read_text())["runs"]}
     assert runs["changed_reset"]["resets"] >= 1 > runs["changed"]["resets"]
     assert read_record(records[0]).dt_s == pytest.approx(DT_S)

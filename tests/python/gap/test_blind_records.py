@@ -13,11 +13,12 @@ import pytest
 from ehsid.harness.gap import diagnose
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import parse_rig
+from ehsid.harness.validation.blind.answers import Answer
 from ehsid.harness.validation.reality import make_case
 from ehsid.harness.validation.reality.case import Kind, Sensors
 from ehsid.harness.validation.reality.structure import Grade
-from ehsid.harness.validation.scoring.reading import Answer, Named, Said
-from ehsid.harness.validation.scoring.right import Judgement, judge
+from ehsid.harness.validation.scoring.judging import Judgement, judge
+from ehsid.harness.validation.scoring.reading import Findings, NamedEffect
 
 pytestmark = pytest.mark.usefixtures("one_process")
 
@@ -77,8 +78,9 @@ def diagnosed(one: Blind) -> tuple[Judgement, str, tuple[str, ...]]:
         case.answer["effects"],
         tuple(case.answer["subsystem"]),
     )
-    said = Said(found.verdict, tuple(Named(name, 1.0) for name in named), found.ambiguity_set)
-    return judge(answer, said), found.verdict, named
+    effects = tuple(NamedEffect(name, 1.0) for name in named)
+    findings = Findings(found.verdict, effects, found.ambiguity_set)
+    return judge(answer, findings), found.verdict, named
 
 
 # With pressures.

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from made_checks import fair, made_answers, write_check
+from published_schemas import check_file
 
 from ehsid.harness.report.check_page import check_page, write_page
 from ehsid.harness.report.check_words import figure_text, lead, number, target_text
@@ -47,6 +48,7 @@ def test_the_json_has_every_case_and_only_finite_numbers(written: Path, score: S
     text = (written / "score.json").read_text(encoding="utf-8")
     assert "NaN" not in text
     assert "Infinity" not in text
+    check_file(written / "score.json")
     plain = json.loads(text)
     assert [one["name"] for one in plain["cases"]] == [case.name for case in score.cases]
     assert len(plain["wrong"]) == len(score.wrong)
@@ -78,7 +80,7 @@ def test_every_table_is_rectangular(score: Score) -> None:
 
 
 def test_the_lead_tells_how_far_to_trust(score: Score) -> None:
-    right = sum(case.judged.right for case in score.cases)
+    right = sum(case.judgement.right for case in score.cases)
     text = " ".join(lead(score))
     assert f"Of 80 records whose cause was withheld, {right} " in text
     assert "Negative control" in text
@@ -93,6 +95,7 @@ def test_a_broken_seal_and_unfinished_cases_are_told(score: Score) -> None:
 
 def test_an_empty_check_has_a_page(tmp_path: Path) -> None:
     write_page(score_cases([]), tmp_path)
+    check_file(tmp_path / "score.json")
     assert "there is nothing to score" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 

@@ -3,29 +3,20 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass
 from typing import ClassVar
 
 import ehsid
 from ehsid.harness.deploy.export import EstimatorConfiguration, Seed
-from ehsid.harness.deploy.export.c_header import CONVERGENCE, RESET, RLS, SCALING
 from ehsid.harness.deploy.export.header import upper_triangle
+from ehsid.harness.deploy.hil import messages
 from ehsid.harness.deploy.hil.frames import MAX_BODY
-from ehsid.harness.deploy.hil.layout import Body, Whole
-from ehsid.harness.deploy.hil.messages import Kind
+from ehsid.harness.deploy.hil.layout import Message, check
+from ehsid.harness.deploy.hil.messages import Settings
 
 # Forgetting policies; the index is the number of the policy in the protocol.
 POLICIES = tuple(info.policy for info in ehsid.policies())
-_CONTROLLER = (
-    "sample_time_s",
-    "fixed_gain_v_m",
-    "feed_forward_v_s_m",
-    "command_limit_v",
-    "bandwidth_rad_s",
-    "gain_min_v_m",
-    "gain_max_v_m",
-    "gain_step",
-)
 
 
 @dataclass(frozen=True)
@@ -81,7 +72,7 @@ class Configuration:
         time without a valid request after which the target closes the valve, ms.
     """
 
-    kind: ClassVar[Kind] = Kind.CONFIGURE
+    message: ClassVar[Message] = messages.CONFIGURE
 
     estimator: EstimatorConfiguration
     controller: ControllerSettings
@@ -103,66 +94,73 @@ class Configuration:
         """
         estimator, controller = self.estimator, self.controller
         orders, seed, reset = estimator.orders, estimator.seed, estimator.reset
-        flags = (orders.offset, reset is not None, controller.position_control, seed is not None)
-        bits = sum(on << bit for bit, on in enumerate((*flags, controller.retune)))
-        body = Body()
-        body.whole("policy", self.policy, Whole.U8)
-        for name in ("na", "nb", "nk"):
-            body.whole(name, getattr(orders, name), Whole.U8)
-        body.whole("flags", bits, Whole.U8)
-        _append(body, estimator.scaling, SCALING)
-        _append_forgetting(body, estimator.forgetting)
-        _append(body, estimator.rls, RLS)
-        # Without a reset the body has the default settings, which are valid and not used.
-        _append(body, ehsid.RmseResetOptions() if reset is None else reset, RESET)
-        _append(body, estimator.convergence, CONVERGENCE)
-        _append(body, estimator, ("variance0", "input_limit"))
-        _append(body, controller, _CONTROLLER)
-        body.whole("watchdog_ms", self.watchdog_ms, Whole.U32)
-        if seed is not None:
-            _append_seed(body, seed, orders.n_parameters)
-        return bytes(body)
+        flags = (
+            orders.offset * Settings.OFFSET
+            | (reset is not None) * Settings.RESET
+            | controller.position_control * Settings.POSITION_CONTROL
+            | (seed is not None) * Settings.SEED
+            | controller.retune * Settings.FOLLOW_ESTIMATE
+        )
+        groups = {
+            "scaling": estimator.scaling,
+            "rls": estimator.rls,
+            # Without a reset the body has the default settings, which are valid and not used.
+            "reset": ehsid.RmseResetOptions() if reset is None else reset,
+            "convergence": estimator.convergence,
+            "estimator": estimator,
+            "controller": controller,
+        }
+        values: dict[str, float] = {
+            "policy": self.policy,
+            "na": orders.na,
+            "nb": orders.nb,
+            "nk": orders.nk,
+            "flags": flags,
+            "watchdog_ms": self.watchdog_ms,
+        }
+        for field in self.message.fixed:
+            if field.group == "forgetting":
+                values[field.name] = _forgetting(estimator.forgetting, field.name)
+            elif field.group:
+                values[field.name] = getattr(groups[field.group], field.name)
+        body = self.message.pack(values)
+        return body if seed is None else body + _seed(seed, orders.n_parameters, len(body))
 
 
-def _append(body: Body, settings: object, names: tuple[str, ...]) -> None:
-    for name in names:
-        value = getattr(settings, name)
-        if name in ("cool_down", "hold"):
-            body.whole(name, value, Whole.I32)
-        else:
-            body.real(name, value)
+def _forgetting(policy: ehsid.Forgetting, member: str) -> float:
+    """Returns a setting of the forgetting policy; 0 for a setting of another policy."""
+    for setting in policy.info.settings:
+        if setting.member == member:
+            value: float | list[float] = getattr(policy, setting.name)
+            values = value if isinstance(value, list) else [value]
+            if len(set(values)) != 1:
+                raise ValueError(
+                    f"{member} = {values}: the line carries one for all parameters; "
+                    "give a single number"
+                )
+            return values[0]
+    return 0.0
 
 
-def _append_forgetting(body: Body, policy: ehsid.Forgetting) -> None:
-    """Appends the settings of the policy at their places; the other places hold 0."""
-    settings = {setting.hil_place: setting for setting in policy.info.settings}
-    for place in range(ehsid.HIL_PLACES):
-        setting = settings.get(place)
-        if setting is None:
-            body.real(f"place {place}", 0.0)
-            continue
-        value: float | list[float] = getattr(policy, setting.name)
-        values = value if isinstance(value, list) else [value]
-        if len(set(values)) != 1:
-            raise ValueError(
-                f"{setting.member} = {values}: the line carries one for all parameters; "
-                "give a single number"
-            )
-        body.real(setting.member, values[0])
-
-
-def _append_seed(body: Body, seed: Seed, n: int) -> None:
+def _seed(seed: Seed, n: int, before: int) -> bytes:
+    """Returns the estimate to start from, which stands behind `before` bytes of the body."""
     if seed.theta.shape != (n,) or seed.d.shape != (n,) or seed.u.shape != (n, n):
         raise ValueError(
             f"an estimate to start from with theta {seed.theta.shape}, d {seed.d.shape}, "
             f"u {seed.u.shape}: expected ({n},), ({n},), ({n}, {n}) for these orders"
         )
-    for name, values in (("theta", seed.theta), ("d", seed.d), ("u", upper_triangle(seed))):
-        for i, value in enumerate(values):
-            body.real(f"{name}[{i}] of the estimate to start from", float(value))
-    body.real("noise_variance of the estimate to start from", seed.noise_variance)
-    if len(bytes(body)) > MAX_BODY:
+    numbers = {
+        f"{name}[{i}]": float(value)
+        for name, values in (("theta", seed.theta), ("d", seed.d), ("u", upper_triangle(seed)))
+        for i, value in enumerate(values)
+    }
+    numbers["noise_variance"] = seed.noise_variance
+    for name, value in numbers.items():
+        check(f"{name} of the estimate to start from", value, "f32")
+    packed = struct.pack(f"<{len(numbers)}f", *numbers.values())
+    if before + len(packed) > MAX_BODY:
         raise ValueError(
             f"an estimate to start from of {n} parameters does not fit into a packet; "
             "at most 11 do: take a lower order or leave the estimate away"
         )
+    return packed

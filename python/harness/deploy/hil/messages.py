@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""Kinds of packets, states of the target and reasons, version 1 of docs/hil_protocol.md."""
+"""All messages between host and target, version 1: kinds, states, reasons and fields.
+
+This is the only place of the host that knows them. The tables in docs/hil_protocol.md are made from
+here, and a test compares the sources of the firmware with it.
+"""
 
 from __future__ import annotations
 
-from enum import IntEnum
+from enum import IntEnum, IntFlag
 
 import ehsid
+from ehsid.harness.deploy.hil.layout import Field, Message
 
 VERSION = 1
 
@@ -42,7 +47,161 @@ class Reason(IntEnum):
     ORDER = 2
     UNKNOWN = 3
     CONFIGURATION = 4
-    NOT_HELD = 5
+    NOT_IN_FIRMWARE = 5
+
+
+class Settings(IntFlag):
+    """Flags of `configure`."""
+
+    OFFSET = 1 << 0
+    RESET = 1 << 1
+    POSITION_CONTROL = 1 << 2
+    SEED = 1 << 3
+    FOLLOW_ESTIMATE = 1 << 4
+
+
+class Flags(IntFlag):
+    """Flags of `result`."""
+
+    CONVERGED = 1 << 0
+    GAIN_FROM_ESTIMATE = 1 << 1
+    AT_LIMIT = 1 << 2
+
+
+def _forgetting_fields() -> list[Field]:
+    """Settings of all forgetting policies, each at its place; policies can share a place."""
+    owners: dict[int, list[str]] = {}
+    settings = {}
+    for info in ehsid.policies():
+        for setting in info.settings:
+            owners.setdefault(setting.hil_place, []).append(info.id)
+            settings[setting.hil_place] = setting
+    return [
+        Field(
+            settings[place].member,
+            "f32",
+            "" if settings[place].unit == "1" else settings[place].unit,
+            ", ".join(owners[place])
+            + (", the same for all parameters" if settings[place].per_parameter else ""),
+            group="forgetting",
+        )
+        for place in range(ehsid.HIL_PLACES)
+    ]
+
+
+HELLO = Message(Kind.HELLO, (Field("version", "u16", "", "protocol version of the host"),), "all")
+CONFIGURE = Message(
+    Kind.CONFIGURE,
+    (
+        Field("policy", "u8", "", "number of the forgetting policy"),
+        Field("na", "u8", "", "past outputs"),
+        Field("nb", "u8", "", "past commands"),
+        Field("nk", "u8", "samples", "delay"),
+        Field("flags", "u8", values=Settings),
+        Field("command_scale", "f32", "V", "> 0", group="scaling"),
+        Field("position_scale", "f32", "m", "> 0", group="scaling"),
+        Field("command_offset", "f32", "V", group="scaling"),
+        Field("position_offset", "f32", "m", group="scaling"),
+        *_forgetting_fields(),
+        Field("information_margin", "f32", group="rls"),
+        Field("covariance_ceiling", "f32", group="rls"),
+        Field("short_window", "f32", "samples", group="reset"),
+        Field("long_window", "f32", "samples", group="reset"),
+        Field("trigger_ratio", "f32", group="reset"),
+        Field("release_ratio", "f32", group="reset"),
+        Field("cool_down", "i32", "samples", group="reset"),
+        Field("floor", "f32", group="reset"),
+        Field("tolerance", "f32", group="convergence"),
+        Field("magnitude", "f32", group="convergence"),
+        Field("hold", "i32", "samples", group="convergence"),
+        Field("variance0", "f32", "", "of scaled signals", group="estimator"),
+        Field("input_limit", "f32", "", "largest plausible scaled signal", group="estimator"),
+        Field("sample_time_s", "f32", "s", group="controller"),
+        Field("fixed_gain_v_m", "f32", "V/m", group="controller"),
+        Field("feed_forward_v_s_m", "f32", "V s/m", group="controller"),
+        Field("command_limit_v", "f32", "V", group="controller"),
+        Field("bandwidth_rad_s", "f32", "rad/s", group="controller"),
+        Field("gain_min_v_m", "f32", "V/m", group="controller"),
+        Field("gain_max_v_m", "f32", "V/m", group="controller"),
+        Field("gain_step", "f32", "", "per sample, share of the fixed gain", group="controller"),
+        Field("watchdog_ms", "u32", "ms", "1 to 60000"),
+        Field("theta", "f32", "", "estimate to start from", "n"),
+        Field("d", "f32", "", "of P = U D U'", "n"),
+        Field("u", "f32", "", "columns of U above its diagonal", "n(n-1)/2"),
+        Field("seed_noise_variance", "f32", "m^2", "of the estimate to start from", "0 or 1"),
+    ),
+    "idle, ready",
+)
+START = Message(Kind.START, (Field("number", "u32", "", "of the first sample"),), "ready")
+SAMPLE = Message(
+    Kind.SAMPLE,
+    (
+        Field("number", "u32", "", "k, one more than that of the sample before"),
+        Field("position_m", "f32", "m", "measured at t_k"),
+        Field("reference_m", "f32", "m", "reference position"),
+        Field("reference_velocity_m_s", "f32", "m/s", "speed of the reference"),
+        Field("direct_v", "f32", "V", "added to the controller's command"),
+    ),
+    "running",
+)
+RESUME = Message(Kind.RESUME, states="safe")
+STOP = Message(Kind.STOP, states="ready, running, safe")
+
+IDENTITY = Message(
+    Kind.IDENTITY,
+    (
+        Field("version", "u16", "", "protocol version of the target"),
+        Field("major", "u8", "", "version of the firmware"),
+        Field("minor", "u8"),
+        Field("patch", "u8"),
+        Field("policies", "u8", "", "bit i: policy i is in the firmware"),
+        Field("parameters", "u16", "", "bit n: estimators of n parameters are in the firmware"),
+        Field("board", "ascii", "", "name of the board, filled with zeros", 12),
+    ),
+)
+DONE = Message(Kind.DONE, (Field("state", "u8", values=State),))
+RESULT = Message(
+    Kind.RESULT,
+    (
+        Field("number", "u32", "", "k of the sample"),
+        Field("command_v", "f32", "V", "acts from t_k to t_{k+1}"),
+        Field("gain_v_m", "f32", "V/m", "gain of the controller"),
+        Field("velocity_gain_m_s_v", "f32", "m/s/V", "computed from theta; 0 if it gives none"),
+        Field("status", "u8", "", "`ehsid_status` of this sample"),
+        Field("flags", "u8", values=Flags),
+        Field("resets", "u16", "", "changes of the plant since the start"),
+        Field("innovation_m", "f32", "m", "measured less predicted position"),
+        Field("forgetting_factor", "f32", "", "lambda(k)"),
+        Field("fit_percent", "f32", "%", "fit of the one-step-ahead prediction"),
+        Field("excitation", "f32", "", "share of recent samples that carried information, 0 to 1"),
+        Field("residual_variance_m2", "f32", "m^2", "residual variance sigma^2"),
+        Field("step_cycles", "u32", "cycles", "processor clock from sample to command, estimate"),
+        Field("bad_frames", "u16", "", "damaged or late frames received since power-up"),
+        Field("repeated", "u16", "", "answers given again since power-up"),
+        Field("trips", "u16", "", "times the watchdog closed the valve since power-up"),
+        Field("n", "u8", "", "number of parameters"),
+        Field("theta", "f32", "", "estimate, in the units of the signals", "n"),
+    ),
+)
+REFUSED = Message(
+    Kind.REFUSED,
+    (
+        Field("reason", "u8", values=Reason),
+        Field("state", "u8", values=State),
+        Field("status", "u8", "", "`ehsid_status` of a refused configuration, else 0"),
+        Field("expected", "u32", "", "number of the sample that the target waits for"),
+    ),
+)
+SAFE = Message(
+    Kind.SAFE,
+    (
+        Field("trips", "u16", "", "times the watchdog closed the valve since power-up"),
+        Field("expected", "u32", "", "number of the sample that the target waits for"),
+        Field("valve_command_v", "f32", "V", "command at the valve, 0"),
+    ),
+)
+
+MESSAGES = (HELLO, CONFIGURE, START, SAMPLE, RESUME, STOP, IDENTITY, DONE, RESULT, REFUSED, SAFE)
 
 
 def status_name(status: int) -> str:

@@ -8,6 +8,7 @@ files end with the previous sample.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import BinaryIO, Self
 
@@ -18,22 +19,13 @@ from ehsid.harness.identification import ArxOrders
 RECORD = "record.csv"
 ESTIMATES = "estimates.csv"
 
+_NAMES = [field.name for field in fields(Result)]
+# Fields of the answer from the gain to the cycles.
+ANSWER_COLUMNS = tuple(_NAMES[_NAMES.index("gain_v_m") : _NAMES.index("step_cycles") + 1])
 ESTIMATE_COLUMNS = (
     "time_s",
     "reference_m",
-    "gain_v_m",
-    "velocity_gain_m_s_v",
-    "status",
-    "converged",
-    "gain_estimated",
-    "limited",
-    "resets",
-    "innovation_m",
-    "forgetting_factor",
-    "fit_percent",
-    "excitation",
-    "residual_variance_m2",
-    "step_cycles",
+    *ANSWER_COLUMNS,
     "asked_again",
     "bad_frames",
     "trips",
@@ -113,19 +105,7 @@ class Recording:
             (
                 time_s,
                 reference_m,
-                result.gain_v_m,
-                result.velocity_gain_m_s_v,
-                int(result.status),
-                result.converged,
-                result.gain_estimated,
-                result.limited,
-                result.resets,
-                result.innovation_m,
-                result.forgetting_factor,
-                result.fit_percent,
-                result.excitation,
-                result.residual_variance_m2,
-                result.step_cycles,
+                *(getattr(result, name) for name in ANSWER_COLUMNS),
                 counters.asked_again,
                 counters.bad_frames + result.bad_frames,
                 result.trips,

@@ -19,7 +19,7 @@ from ehsid.harness.deploy.hil.transport import Line
 
 MOST_TRIPS = 10
 START_UP_S = 5.0  # start-up time of a board that was reset when its port was opened
-UNASKED = 0  # sequence number of a packet that the target sends without a request
+UNREQUESTED = 0  # sequence number of a packet that the target sends without a request
 
 Request = Hello | Configuration | Start | Sample | Resume | Stop
 A = TypeVar("A", Identity, Done, Result)
@@ -203,13 +203,13 @@ class Session:
         `what` names the request in messages. `attempts` is that of the session by default.
         """
         self._sequence = self._sequence % 0xFFFF + 1  # 0 marks packets without a request
-        frame = encode(request.kind, self._sequence, request.body())
+        frame = encode(request.message.kind, self._sequence, request.body())
         attempts = attempts or self._attempts
         for attempt in range(attempts):
             if attempt > 0:
                 self.counters.asked_again += 1
             self._line.send(frame)
-            answer = self._answer(wanted, asked=request)
+            answer = self._answer(wanted, request)
             if isinstance(answer, wanted):
                 if attempt > 1:
                     self._event(f"{what} was asked {attempt + 1} times")
@@ -222,7 +222,7 @@ class Session:
             f"in all): {CHECK}"
         )
 
-    def _answer(self, wanted: type[A], asked: Request) -> A | Refused | None:
+    def _answer(self, wanted: type[A], request: Request) -> A | Refused | None:
         """Returns the answer to the request; None if no answer arrives within the timeout."""
         deadline = time.monotonic() + self._timeout_s
         while True:
@@ -233,26 +233,26 @@ class Session:
                 return None
             try:
                 packet = decode(frame)
-                if packet.sequence not in (UNASKED, self._sequence):
+                if packet.sequence not in (UNREQUESTED, self._sequence):
                     self.counters.late += 1
                     continue
                 answer = parse_answer(packet)
             except BadFrame:
                 self.counters.bad_frames += 1
                 continue
-            if packet.sequence == UNASKED:
-                self._unasked(answer, asked)
+            if packet.sequence == UNREQUESTED:
+                self._unrequested(answer, request)
             elif isinstance(answer, (wanted, Refused)):
                 return answer
             else:
                 self.counters.late += 1
 
-    def _unasked(self, answer: Answer, asked: Request) -> None:
+    def _unrequested(self, answer: Answer, request: Request) -> None:
         """Raises TargetReset if the target announces a reset without a request.
 
         `Safe` needs no action, because the answer to the next sample reports the same state.
         """
-        if isinstance(answer, Identity) and not isinstance(asked, Hello):
+        if isinstance(answer, Identity) and not isinstance(request, Hello):
             raise TargetReset(self._reset())
 
     def _refused(self, request: Request, answer: Refused, what: str) -> NoReturn:
@@ -307,5 +307,5 @@ def _reason(answer: Refused) -> str:
                 f"{status_name(answer.status)} in the settings of its controller or estimator; "
                 "ranges stand in examples/firmware/servo/controller.hpp and ehsid/c_api.h"
             )
-        case Reason.NOT_HELD:
+        case Reason.NOT_IN_FIRMWARE:
             return "its firmware has no estimator of this policy and number of parameters"

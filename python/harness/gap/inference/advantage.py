@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.gap.data.bootstrap import drawn_counts
 from ehsid.harness.gap.inference.rivals import Rival
 from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.thresholds import BOOTSTRAP_DRAWS, BOOTSTRAP_SEED, INDEPENDENT_HZ
+from ehsid.harness.gap.thresholds import BOOTSTRAP_SEED, INDEPENDENT_HZ
 
 
 @dataclass(frozen=True)
@@ -53,8 +54,7 @@ def advantage(case: Case, better: Rival, worse: Rival) -> Advantage:
     """
     windows = better.counts.size
     rng = np.random.default_rng(BOOTSTRAP_SEED)
-    drawn = rng.multinomial(windows, np.full(windows, 1.0 / windows), size=BOOTSTRAP_DRAWS)
-    weights = np.vstack([np.ones(windows), drawn]).astype(np.float64)
+    weights = np.vstack([np.ones(windows), drawn_counts(windows, rng)]).astype(np.float64)
     relative = _log_errors(case, worse, weights) - _log_errors(case, better, weights)
     assert case.records[0].dt_s is not None
     independent = INDEPENDENT_HZ * float(better.counts.sum()) * case.records[0].dt_s

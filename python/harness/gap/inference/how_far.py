@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.gap.data.bootstrap import drawn_windows, interval
 from ehsid.harness.gap.data.floor import NoiseFloor
 from ehsid.harness.gap.model.comparison import Compared
 from ehsid.harness.gap.schema import Estimate, HowFar
-from ehsid.harness.gap.thresholds import BOOTSTRAP_DRAWS, SHRINKAGE_LEVEL
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,9 +99,7 @@ def how_far(
 ) -> HowFar:
     """Computes the figures of the gap and their intervals from the sums of three simulations.
 
-    Windows are drawn with replacement, the same windows for all three. Errors within a window are
-    correlated, those of different windows of half a second hardly (Künsch, Ann. Statist. 17(3),
-    1989: blocks longer than the correlation).
+    The same windows are drawn for all three.
     """
     windows = calibrated.count.size
     every = np.arange(windows)
@@ -122,13 +120,11 @@ def how_far(
         explainable = (before - after) / (before - floor) if before > floor else np.nan
         return explainable, (told - after) / told if told > 0.0 else 0.0
 
-    drawn = np.array([shares(rng.integers(windows, size=windows)) for _ in range(BOOTSTRAP_DRAWS)])
-    tail = 0.5 * (1.0 - SHRINKAGE_LEVEL)
+    drawn = np.array([shares(chosen) for chosen in drawn_windows(windows, rng)])
     of_explainable, from_nominal = shares(every)
 
     def share(value: float, column: int) -> Estimate:
-        low, high = np.nanquantile(drawn[:, column], [tail, 1.0 - tail])
-        return Estimate(value, float(low), float(high))
+        return Estimate(value, *interval(drawn[:, column]))
 
     return HowFar(
         nominal=float(gaps["nominal"].mean()),

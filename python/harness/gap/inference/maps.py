@@ -15,14 +15,13 @@ import numpy.typing as npt
 from scipy.fft import dct
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.gap.data.bootstrap import drawn_windows, interval
 from ehsid.harness.gap.inference.conditions import conditions
 from ehsid.harness.gap.model.comparison import Compared
 from ehsid.harness.gap.schema import BandShare, Estimate, RegimeShare, SpanShare
 from ehsid.harness.gap.thresholds import (
     BANDS_HZ,
-    BOOTSTRAP_DRAWS,
     LEAST_TIME,
-    SHRINKAGE_LEVEL,
     SPAN_EXCESS,
     SPAN_WINDOWS,
 )
@@ -72,9 +71,7 @@ def maps(
     by_window = np.asarray(np.bincount(window, energy), dtype=np.float64)
     if float(by_window.sum()) <= 0.0:
         return Maps()
-    draws = np.random.default_rng(seed).integers(
-        by_window.size, size=(BOOTSTRAP_DRAWS, by_window.size)
-    )
+    draws = drawn_windows(by_window.size, np.random.default_rng(seed))
     regimes = []
     for condition, holds in conditions(compared, rig).items():
         of_time = float(np.mean(holds))
@@ -103,14 +100,13 @@ def window_numbers_of(compared: Sequence[Compared]) -> npt.NDArray[np.int64]:
 def _share(part: FloatArray, whole: FloatArray, draws: npt.NDArray[np.int64]) -> Estimate:
     """Returns the share of `part` in `whole`, both summed over windows, inside [0, 1].
 
-    The interval follows from a bootstrap over windows (Künsch 1989).
+    The interval follows from a bootstrap over windows.
     """
-    tail = 0.5 * (1.0 - SHRINKAGE_LEVEL)
     wholes = whole[draws].sum(axis=1)
     positive = wholes > 0.0
     drawn = part[draws].sum(axis=1)[positive] / wholes[positive]
     value = float(part.sum() / whole.sum())
-    low, high = np.quantile(drawn, [tail, 1.0 - tail])
+    low, high = interval(drawn)
     ends = np.clip([value, min(low, value), max(high, value)], 0.0, 1.0).tolist()
     return Estimate(*ends)
 

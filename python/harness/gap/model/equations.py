@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, COMMAND, SUPPLY_PRESSURE
+from ehsid.harness.gap.data.bootstrap import drawn_windows, interval
 from ehsid.harness.gap.data.floor import noise_floor
 from ehsid.harness.gap.model.inverse_servo import CAP, FORCE, ROD, SPOOL, SUPPLY, servo_terms
 from ehsid.harness.gap.model.inverse_signals import Measured, Terms, all_values, areas, measured
@@ -24,7 +25,6 @@ from ehsid.harness.gap.model.parameters import Parameter, calibration_parameters
 from ehsid.harness.gap.model.weak_form import WeakForm, regress
 from ehsid.harness.gap.schema import EquationShare, Estimate
 from ehsid.harness.gap.thresholds import (
-    BOOTSTRAP_DRAWS,
     EQUATION_LOUD,
     EQUATION_SETTLES,
     EQUATION_TOLERANCE,
@@ -32,7 +32,6 @@ from ehsid.harness.gap.thresholds import (
     INDEPENDENT_HZ,
     MOST_SIGMAS,
     SEAL_TOLERANCE,
-    SHRINKAGE_LEVEL,
     SKIP_S,
     SUPPLY_TOLERANCE,
     TIMING_S,
@@ -195,18 +194,11 @@ def share_of(equation: Equation) -> EquationShare:
 
 
 def _rms(equation: Equation, rows: FloatArray) -> Estimate:
-    """Rms of the rows with its bootstrap interval of level SHRINKAGE_LEVEL.
-
-    Whole windows are drawn with replacement (Künsch, Ann. Statist. 17(3), 1989).
-    """
+    """Rms of the rows with its bootstrap interval."""
     squares, counts = np.bincount(equation.block, rows**2), np.bincount(equation.block)
-    rng = np.random.default_rng(0)
-    drawn = rng.integers(counts.size, size=(BOOTSTRAP_DRAWS, counts.size))
-    tail = 0.5 * (1.0 - SHRINKAGE_LEVEL)
-    low, high = np.quantile(
-        np.sqrt(squares[drawn].sum(axis=1) / counts[drawn].sum(axis=1)), [tail, 1.0 - tail]
-    )
-    return Estimate(float(np.sqrt(np.mean(rows**2))), float(low), float(high))
+    drawn = drawn_windows(counts.size, np.random.default_rng(0))
+    ends = interval(np.sqrt(squares[drawn].sum(axis=1) / counts[drawn].sum(axis=1)))
+    return Estimate(float(np.sqrt(np.mean(rows**2))), *ends)
 
 
 def _tolerance(name: str, largest: float, values: Values, plant: str) -> float:

@@ -21,11 +21,11 @@ import numpy as np
 from scipy.linalg import eigh
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.gap.data.bootstrap import drawn_windows
 from ehsid.harness.gap.model.inverse_signals import all_values
 from ehsid.harness.gap.model.linear_noise import linear_servo, position_covariance
 from ehsid.harness.gap.model.problem import Problem
 from ehsid.harness.gap.thresholds import (
-    BOOTSTRAP_DRAWS,
     DISTURBANCES_HZ,
     NOISE_INTENSITIES,
     NOISE_STEPS,
@@ -187,8 +187,7 @@ def _shares(per_error: Mapping[str, FloatArray], rng: np.random.Generator) -> di
     """
     names = list(per_error)
     rows = np.array([per_error[name] for name in names])
-    draws = rng.integers(rows.shape[1], size=(BOOTSTRAP_DRAWS, rows.shape[1]))
-    means = rows[:, draws].mean(axis=2)
+    means = rows[:, drawn_windows(rows.shape[1], rng)].mean(axis=2)
     near = means > means.max(axis=0) - NOISE_TELLS
     shares = (near / near.sum(axis=0)).mean(axis=1)
     return dict(zip(names, shares.tolist(), strict=True))

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +13,7 @@ from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import run_unordered
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import read_rig, write_rig
+from ehsid.harness.validation.blind.answers import read_answers
 from ehsid.harness.validation.blind.seal import ANSWERS, CASES, RESULTS, Seal
 from ehsid.harness.validation.jobs import (
     ERROR,
@@ -31,9 +31,10 @@ DIAGNOSIS = "diagnosis.json"
 def unfinished_cases(out: Path) -> list[str]:
     """Returns the names of the cases without a result, in alphabetic order."""
     names = sorted(path.name for path in (out / CASES).iterdir())
-    done = (DIAGNOSIS, ERROR)
     return [
-        name for name in names if not any((out / RESULTS / name / one).is_file() for one in done)
+        name
+        for name in names
+        if not any((out / RESULTS / name / file).is_file() for file in (DIAGNOSIS, ERROR))
     ]
 
 
@@ -57,8 +58,7 @@ def run_and_keep(tasks: Iterable[Callable[[], Outcome]], folder: Path) -> Iterat
 
 def _truth_of(out: Path) -> Mapping[str, tuple[str, ...]]:
     """Returns the true effects of each case; only the study that leaves them out may use this."""
-    answers = json.loads((out / ANSWERS).read_text(encoding="utf-8"))
-    return {name: tuple(answer["effects"]) for name, answer in answers.items()}
+    return {name: tuple(answer.effects) for name, answer in read_answers(out / ANSWERS).items()}
 
 
 def _task(

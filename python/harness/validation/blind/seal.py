@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
+
 import ehsid
+from ehsid.harness.encoding import json_text
 from ehsid.harness.files import write_text
 from ehsid.harness.validation.blind.settings import Settings
 
@@ -58,13 +60,7 @@ def write_seal(out: Path, settings: Settings) -> Seal:
         settings,
         ehsid.__version__,
     )
-    plain = {
-        "answers_sha256": seal.answers_sha256,
-        "files": seal.files,
-        "settings": settings.plain(),
-        "ehsid_version": seal.ehsid_version,
-    }
-    write_text(out / SEAL, json.dumps(plain, indent=1) + "\n")
+    write_text(out / SEAL, json_text(seal, indent=1))
     return seal
 
 
@@ -78,16 +74,10 @@ def read_seal(out: Path) -> Seal:
     """
     path = out / SEAL
     try:
-        plain = json.loads(path.read_text(encoding="utf-8"))
-        return Seal(
-            str(plain["answers_sha256"]),
-            dict(plain["files"]),
-            Settings.of_plain(plain["settings"]),
-            str(plain["ehsid_version"]),
-        )
+        return msgspec.json.decode(path.read_bytes(), type=Seal)
     except FileNotFoundError:
         raise ValueError(f"{path}: there is no such file; this folder holds no check") from None
-    except (ValueError, KeyError, TypeError) as error:
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: not a seal: {error}; make the check anew elsewhere") from None
 
 
@@ -101,8 +91,8 @@ def verify(out: Path) -> Seal:
     """
     seal = read_seal(out)
     mend = "restore it, or make the check anew in another folder"
-    told = {ANSWERS: seal.answers_sha256, **seal.files}
-    for name, digest in told.items():
+    digests = {ANSWERS: seal.answers_sha256, **seal.files}
+    for name, digest in digests.items():
         path = out / name
         if not path.is_file():
             raise ValueError(f"{path}: sealed, and now missing; {mend}")

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 SENSORS = ("position", "pressures", "pressures+supply", "pressures+supply+spool")
@@ -74,21 +74,6 @@ class Settings:
     def plain(self) -> dict[str, Any]:
         """Returns the settings as plain data for a JSON file."""
         return asdict(self) | {"grades": list(self.grades)}
-
-    @staticmethod
-    def of_plain(plain: Mapping[str, Any]) -> Settings:
-        """Returns the settings from the plain data of a JSON file.
-
-        Raises
-        ------
-        ValueError
-            a setting is missing or out of range.
-        """
-        missing = [one.name for one in fields(Settings) if one.name not in plain]
-        if missing:
-            raise ValueError(f"settings without '{missing[0]}'")
-        values = {one.name: plain[one.name] for one in fields(Settings)}
-        return Settings(**values | {"grades": tuple(values["grades"])})
 
     def differences(self, other: Settings) -> list[str]:
         """Describes each setting that differs from the other's, such as "count 40, not 20"."""

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
+import ehsid
 from ehsid.harness.gap.diagnosis_file import DiagnosisFile, known, read_diagnosis_file
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.validation.blind.running import DIAGNOSIS
@@ -72,9 +74,9 @@ class Machine:
     @property
     def rivals(self) -> tuple[str, ...]:
         """Ids of effects that were not named, but explain the records equally well."""
-        named = {one.id for one in self.effects}
-        others = [one for group in self.ambiguity_set for one in group if one not in named]
-        return tuple(dict.fromkeys(others))
+        named = {effect.id for effect in self.effects}
+        others = (effect for group in self.ambiguity_set for effect in group)
+        return tuple(dict.fromkeys(effect for effect in others if effect not in named))
 
 
 @dataclass(frozen=True)
@@ -91,10 +93,14 @@ class Shared:
 
 @dataclass(frozen=True)
 class Fleet:
-    """The machines of a fleet in order, and the effects that they share.
+    """The machines of a fleet in order, and the effects that they share; content of `fleet.json`.
 
     Attributes
     ----------
+    schema_version
+        version of the file.
+    ehsid_version
+        version of ehsid that ranked the machines.
     ranked
         machines that were judged, the largest structural gap first.
     not_judged
@@ -105,6 +111,8 @@ class Fleet:
         effects, the most common first.
     """
 
+    schema_version: Literal[1]
+    ehsid_version: str
     ranked: tuple[Machine, ...]
     not_judged: tuple[Machine, ...]
     failed: Mapping[str, str]
@@ -127,11 +135,15 @@ def read_fleet(out: Path, names: Iterable[str]) -> Fleet:
         elif (folder / ERROR).is_file():
             lines = (folder / ERROR).read_text(encoding="utf-8").strip().splitlines()
             failed[name] = lines[-1] if lines else "no message"
-    judged = [one for one in machines if one.judged]
-    ranked = sorted(judged, key=lambda one: (-one.structural, one.name))
+    ranked = sorted(
+        (machine for machine in machines if machine.judged),
+        key=lambda machine: (-machine.structural, machine.name),
+    )
     return Fleet(
+        schema_version=1,
+        ehsid_version=ehsid.__version__,
         ranked=tuple(ranked),
-        not_judged=tuple(one for one in machines if not one.judged),
+        not_judged=tuple(machine for machine in machines if not machine.judged),
         failed=failed,
         shared=_shared(ranked),
     )
@@ -145,46 +157,44 @@ def _read(path: Path) -> Machine:
 
 
 def _machine(name: str, file: DiagnosisFile) -> Machine:
-    far, which = file.how_far, file.which
-    low, high = map(known, far.noise_floor)
-    calibrated = known(far.calibrated)
+    how_far, which = file.how_far, file.which
+    low, high = map(known, how_far.noise_floor)
+    calibrated = known(how_far.calibrated)
     judged = file.verdict != "insufficient_data"
     return Machine(
         name=name,
         verdict=file.verdict,
         sentence=file.sentence,
-        nominal=known(far.nominal),
+        nominal=known(how_far.nominal),
         calibrated=calibrated,
-        augmented=known(far.augmented),
+        augmented=known(how_far.augmented),
         noise_floor=(low, high),
         structural=max(0.0, calibrated - high) if judged else math.nan,
         effects=tuple(
             FleetEffect(
-                one.id,
-                known(one.probability),
-                {parameter: size.estimate() for parameter, size in one.parameters.items()},
-                min(1.0, max(0.0, known(one.share_of_shrinkage))),
+                effect.id,
+                known(effect.probability),
+                {parameter: size.estimate() for parameter, size in effect.parameters.items()},
+                min(1.0, max(0.0, known(effect.share_of_shrinkage))),
             )
-            for one in which.effects
+            for effect in which.effects
         ),
         ambiguity_set=tuple(tuple(group) for group in which.ambiguity_set),
-        cannot_judge={one.id: one.why for one in which.cannot_judge},
+        cannot_judge={effect.id: effect.why for effect in which.cannot_judge},
         why=tuple(file.reasons),
     )
 
 
-def _shared(ranked: Iterable[Machine]) -> tuple[Shared, ...]:
-    machines = list(ranked)
-    ids = dict.fromkeys(
-        [effect.id for one in machines for effect in one.effects]
-        + [rival for one in machines for rival in one.rivals]
-    )
-    found = [
-        Shared(
-            effect,
-            tuple(one.name for one in machines if effect in {e.id for e in one.effects}),
-            tuple(one.name for one in machines if effect in one.rivals),
-        )
-        for effect in ids
+def _shared(ranked: Sequence[Machine]) -> tuple[Shared, ...]:
+    named: dict[str, list[str]] = {}
+    rival: dict[str, list[str]] = {}
+    for machine in ranked:
+        for effect in machine.effects:
+            named.setdefault(effect.id, []).append(machine.name)
+        for effect_id in machine.rivals:
+            rival.setdefault(effect_id, []).append(machine.name)
+    shared = [
+        Shared(effect, tuple(named.get(effect, ())), tuple(rival.get(effect, ())))
+        for effect in {**named, **rival}
     ]
-    return tuple(sorted(found, key=lambda one: (-len(one.named), -len(one.rival), one.id)))
+    return tuple(sorted(shared, key=lambda it: (-len(it.named), -len(it.rival), it.id)))

@@ -33,12 +33,12 @@ def machine_folders(folder: Path) -> list[Path]:
     """
     if not folder.is_dir():
         raise ValueError(f"{folder}: there is no such folder")
-    found = sorted(
+    machines = sorted(
         path for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")
     )
-    if not found:
-        raise ValueError(f"{folder}: has no sub-folders; expected one a machine, each with {RIG}")
-    return found
+    if not machines:
+        raise ValueError(f"{folder}: has no sub-folders; expected one for each machine, with {RIG}")
+    return machines
 
 
 def record_files(folder: Path) -> tuple[list[Path], list[Path]]:

@@ -1,20 +1,31 @@
 # SPDX-License-Identifier: MIT
-"""Baselines: what simpler methods would say, from the candidates of the same diagnosis."""
+"""What simpler methods and chance would score, from the same results and by the same rules.
+
+Simpler methods choose among the candidates of the diagnosis. Chance is a negative control: answers
+that are permuted among the cases must score no better.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.validation.scoring.figures import Figure, share
-from ehsid.harness.validation.scoring.judged_case import Scored
-from ehsid.harness.validation.scoring.reading import Named, Said, Tried
-from ehsid.harness.validation.scoring.right import Judgement, judge
+import numpy as np
 
-# A method: what it says of a case; None where the file lacks the data that the method needs.
-Way = Callable[[Scored], Said | None]
+from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.validation.blind.answers import Answer
+from ehsid.harness.validation.scoring.figures import Figure, share
+from ehsid.harness.validation.scoring.judging import Judgement, ScoredCase, group_by, judge
+from ehsid.harness.validation.scoring.reading import Candidate, Findings, NamedEffect
+
+PERMUTATIONS = 10_000
+SEED = 6
+
+# What a method finds in a case; None where the file lacks the data that the method needs.
+Method = Callable[[ScoredCase], Findings | None]
+# Whether a diagnosis is right for an answer.
+Test = Callable[[Answer, Findings], bool]
 
 
 @dataclass(frozen=True)
@@ -26,72 +37,106 @@ class Baseline:
     figures: tuple[Figure, ...]
 
 
-def diagnosis(case: Scored) -> Said | None:
-    """Returns what the diagnosis itself said."""
-    return case.said
+@dataclass(frozen=True)
+class Control:
+    """Result of a permutation test.
+
+    Attributes
+    ----------
+    words
+        what is counted.
+    real
+        share of the cases of the check that pass the test.
+    chance
+        exact mean of this share over all permutations of the answers among cases with the same
+        sensors.
+    mean, low, high
+        mean of the share over the drawn permutations, and the limits that contain 90 % of them.
+    p_value
+        share of the permutations, the real order among them, that do as well or better; never 0
+        (B. Phipson, G. Smyth, Stat. Appl. Genet. Mol. Biol. 9(1), 2010).
+    deals
+        number of drawn permutations.
+    """
+
+    words: str
+    real: float
+    chance: float
+    mean: float
+    low: float
+    high: float
+    p_value: float
+    deals: int
 
 
-def refit_only(case: Scored) -> Said | None:
+def refit_only(case: ScoredCase) -> Findings:
     """Blames the values in the rig file and never an effect."""
-    return replace(case.said, verdict="parameters", named=(), sets=(), subsystem={})
+    return replace(case.findings, verdict="parameters", named=(), sets=(), subsystem={})
 
 
-def best_fit(case: Scored) -> Said | None:
+def best_fit(case: ScoredCase) -> Findings | None:
     """Names the set of effects with the lowest cost on the fitted records."""
-    return _chosen(case, lambda one: one.fitted_cost)
+    return _chosen(case, lambda candidate: candidate.fitted_cost)
 
 
-def lowest_bic(samples: dict[str, float | None]) -> Way:
+def lowest_bic(samples: Mapping[str, float | None]) -> Method:
     """Method with the lowest BIC / 2 = cost + (k / 2) ln n (Schwarz, Ann. Statist. 6(2), 1978).
 
     `samples` has n by name of the case. The cost includes priors: those of the rig count alike for
     all sets, those of an effect's own sizes do not.
     """
 
-    def way(case: Scored) -> Said | None:
+    def method(case: ScoredCase) -> Findings | None:
         n = samples.get(case.name)
-        if n is None:
-            return None
-        return _chosen(
-            case,
-            lambda one: (
-                None
-                if one.fitted_cost is None or one.free is None
-                else one.fitted_cost + 0.5 * one.free * math.log(n)
-            ),
-        )
 
-    return way
+        def criterion(candidate: Candidate) -> float | None:
+            if n is None or candidate.fitted_cost is None or candidate.free is None:
+                return None
+            return candidate.fitted_cost + 0.5 * candidate.free * math.log(n)
+
+        return _chosen(case, criterion)
+
+    return method
 
 
-def largest_residual(case: Scored) -> Said | None:
+def largest_residual(case: ScoredCase) -> Findings | None:
     """Blames the subsystem of the equation with the largest residual over its noise.
 
     This needs measured pressures.
     """
-    if not case.said.residuals:
+    if not case.findings.residuals:
         return None
-    subsystem, _ = max(case.said.residuals, key=lambda one: one[1])
-    return Said("outside_catalogue", subsystem={subsystem: 1.0}, gap=case.said.gap)
+    subsystem, _ = max(case.findings.residuals, key=lambda residual: residual[1])
+    return Findings("outside_catalogue", subsystem={subsystem: 1.0}, gap=case.findings.gap)
 
 
-def _chosen(case: Scored, cost: Callable[[Tried], float | None]) -> Said | None:
-    costs = [(found, one) for one in case.said.tried if (found := cost(one)) is not None]
+def _chosen(case: ScoredCase, cost: Callable[[Candidate], float | None]) -> Findings | None:
+    costs = [
+        (value, candidate.effects)
+        for candidate in case.findings.candidates
+        if (value := cost(candidate)) is not None
+    ]
     if not costs:
         return None
-    best = min(costs, key=lambda pair: pair[0])[1]
-    if not best.effects:
-        return replace(case.said, verdict="parameters", named=(), sets=(), subsystem={})
-    named = tuple(Named(effect, 1.0) for effect in best.effects)
-    known = effects().get(best.effects[0])
-    blamed = {known.subsystem: 1.0} if known else {}
-    return replace(case.said, verdict="effects", named=named, sets=(), subsystem=blamed)
+    _, best = min(costs, key=lambda pair: pair[0])
+    if not best:
+        return refit_only(case)
+    known = effects().get(best[0])
+    return replace(
+        case.findings,
+        verdict="effects",
+        named=tuple(NamedEffect(effect, 1.0) for effect in best),
+        sets=(),
+        subsystem={known.subsystem: 1.0} if known else {},
+    )
 
 
-def baselines(cases: Sequence[Scored], samples: dict[str, float | None]) -> tuple[Baseline, ...]:
+def baselines(
+    cases: Sequence[ScoredCase], samples: Mapping[str, float | None]
+) -> tuple[Baseline, ...]:
     """Returns all methods, judged by the same rules; `samples` is that of `lowest_bic`."""
     return (
-        _judged("this diagnosis", "as it was run", diagnosis, cases),
+        _judged("this diagnosis", "as it was run", lambda case: case.findings, cases),
         _judged("refit only", "values of the rig, never an effect", refit_only, cases),
         _judged("best fit in sample", "lowest cost on the fitted record", best_fit, cases),
         _judged(
@@ -100,30 +145,88 @@ def baselines(cases: Sequence[Scored], samples: dict[str, float | None]) -> tupl
         Baseline(
             "largest residual",
             "equation that leaves most over its noise; needs pressures",
-            (_subsystem_first(_tried(largest_residual, cases)),),
+            (_subsystem_first(_applied(largest_residual, cases)),),
         ),
     )
 
 
-def _tried(way: Way, cases: Sequence[Scored]) -> list[tuple[Scored, Judgement]]:
-    return [(case, judge(case.answer, said)) for case in cases if (said := way(case)) is not None]
+def _applied(method: Method, cases: Sequence[ScoredCase]) -> list[tuple[ScoredCase, Judgement]]:
+    return [
+        (case, judge(case.answer, findings))
+        for case in cases
+        if (findings := method(case)) is not None
+    ]
 
 
-def _subsystem_first(found: Sequence[tuple[Scored, Judgement]]) -> Figure:
-    return share("subsystem first", [j.subsystem_first for _, j in found])
+def _subsystem_first(applied: Sequence[tuple[ScoredCase, Judgement]]) -> Figure:
+    return share("subsystem first", [j.subsystem_first for _, j in applied])
 
 
-def _judged(name: str, how: str, way: Way, cases: Sequence[Scored]) -> Baseline:
-    found = _tried(way, cases)
+def _judged(name: str, how: str, method: Method, cases: Sequence[ScoredCase]) -> Baseline:
+    applied = _applied(method, cases)
     return Baseline(
         name,
         how,
         (
-            _subsystem_first(found),
-            share("effect first", [j.effect_first for case, j in found if case.demanded]),
-            share("exact set", [j.exact for _, j in found]),
-            share("confident wrong name", [j.wrong_name for _, j in found]),
-            share("effect where there is none", [j.false_effect for _, j in found]),
-            share("outside recognised", [j.recognised for _, j in found]),
+            _subsystem_first(applied),
+            share("effect first", [j.effect_first for case, j in applied if case.name_required]),
+            share("exact set", [j.exact for _, j in applied]),
+            share("confident wrong name", [j.wrong_name for _, j in applied]),
+            share("effect where there is none", [j.false_effect for _, j in applied]),
+            share("outside recognised", [j.recognised for _, j in applied]),
         ),
+    )
+
+
+def controls(cases: Sequence[ScoredCase]) -> tuple[Control, ...]:
+    """Returns the controls of the whole diagnosis and of the first name.
+
+    Returns none without cases, and none where a true effect was left out: the list of effects left
+    out would then reveal the truth.
+    """
+    if not cases or any(case.left_out for case in cases):
+        return ()
+    return (
+        control("verdict and effects right", cases, lambda a, f: judge(a, f).right),
+        control("effect named first", cases, lambda a, f: judge(a, f).effect_first is True),
+    )
+
+
+def control(
+    words: str,
+    cases: Sequence[ScoredCase],
+    test: Test,
+    *,
+    permutations: int = PERMUTATIONS,
+    seed: int = SEED,
+) -> Control:
+    """Permutes the answers at random among cases with the same sensors.
+
+    Everything else stays: the diagnoses, and how often each diagnosis and each truth occurs.
+    """
+    rng = np.random.default_rng(seed)
+    real, chance, permuted = 0.0, 0.0, np.zeros(permutations)
+    for group in group_by(cases, lambda case: case.answer.sensors).values():
+        # 1 where the answer of the row's case suits the diagnosis of the column's case.
+        right = np.array(
+            [[test(a.answer, b.findings) for b in group] for a in group], dtype=np.float64
+        )
+        n = len(group)
+        real += float(np.trace(right))
+        chance += float(right.mean(axis=0).sum())
+        columns = np.arange(n)
+        permuted += np.array(
+            [right[rng.permutation(n), columns].sum() for _ in range(permutations)]
+        )
+    as_good = int(np.count_nonzero(permuted >= real))
+    low, high = np.quantile(permuted, [0.05, 0.95]) / len(cases)
+    return Control(
+        words,
+        real / len(cases),
+        chance / len(cases),
+        float(permuted.mean()) / len(cases),
+        float(low),
+        float(high),
+        (as_good + 1) / (permutations + 1),
+        permutations,
     )

@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""Calibration of `probability`: of all effects named with 0.9, nine in ten should be true."""
+"""Calibration of what a diagnosis claims: its probabilities, and its sizes with their intervals.
+
+Of all effects named with a probability of 0.9, nine in ten should be true; of all intervals of
+90 %, nine in ten should contain the true value.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.validation.scoring.figures import Figure, share
-from ehsid.harness.validation.scoring.judged_case import Scored
-from ehsid.harness.validation.scoring.right import is_true
+from ehsid.harness.validation.scoring.judging import ScoredCase, is_true
 
 # Edges of the bins; they are closest between 0.8 and 1, the range of interest.
 EDGES = (0.0, 0.2, 0.4, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 1.0)
@@ -58,14 +63,55 @@ class Reliability:
     expected_error: float
 
 
-def claims_of(cases: Sequence[Scored]) -> list[Claim]:
-    """Returns a claim for every effect that was named, in cases of every kind."""
-    return [
-        Claim(named.probability, case.answer.kind != "open" and is_true(named.id, truth))
-        for case in cases
-        for truth in [case.answer.effects]
-        for named in case.said.named
-    ]
+@dataclass(frozen=True)
+class RiskPoint:
+    """A point of the risk-coverage curve.
+
+    Attributes
+    ----------
+    threshold
+        lowest probability of the names that are kept.
+    coverage
+        share of all cases in which the first name is kept.
+    risk
+        share of the kept names that are wrong.
+    """
+
+    threshold: float
+    coverage: float
+    risk: Figure
+
+
+@dataclass(frozen=True)
+class SizeError:
+    """Error of a parameter of an effect that was rightly named, or of a value in the rig file.
+
+    Attributes
+    ----------
+    case, of, parameter
+        name of the case, id of the effect ("" for a value in the rig file), and the parameter.
+    primary
+        whether it is the first parameter of the effect in the catalogue, which gives its size.
+    relative
+        |estimate - true| / |true|; infinite where only the true value is 0.
+    inside
+        whether the 90 % interval contains the true value.
+    """
+
+    case: str
+    of: str
+    parameter: str
+    primary: bool
+    relative: float
+    inside: bool
+
+
+def claims_of(case: ScoredCase) -> tuple[Claim, ...]:
+    """Returns a claim for every effect that was named, in the order of the diagnosis."""
+    truth = () if case.answer.kind == "open" else case.answer.effects
+    return tuple(
+        Claim(effect.probability, is_true(effect.id, truth)) for effect in case.findings.named
+    )
 
 
 def reliability(claims: Sequence[Claim]) -> Reliability:
@@ -76,15 +122,66 @@ def reliability(claims: Sequence[Claim]) -> Reliability:
     true = np.array([claim.true for claim in claims], dtype=np.float64)
     place = np.clip(np.searchsorted(EDGES, p, side="right") - 1, 0, len(EDGES) - 2)
     bins, error = [], 0.0
-    for number in range(len(EDGES) - 1):
+    for number in np.unique(place):
         inside = place == number
-        if not inside.any():
-            continue
         words = f"{EDGES[number]:g} to {EDGES[number + 1]:g}"
-        found = Bin(float(p[inside].mean()), share(words, [bool(t) for t in true[inside]]))
-        bins.append(found)
-        error += float(inside.mean()) * abs(found.probability - found.true.value)
+        bins.append(Bin(float(p[inside].mean()), share(words, map(bool, true[inside]))))
+        error += float(inside.mean()) * abs(bins[-1].probability - bins[-1].true.value)
     rate = float(true.mean())
     return Reliability(
         tuple(bins), len(claims), float(np.mean((p - true) ** 2)), rate * (1.0 - rate), error
     )
+
+
+def risk_curve(cases: Sequence[ScoredCase]) -> tuple[RiskPoint, ...]:
+    """Returns the curve by falling probability, one point for each (El-Yaniv, Wiener, 2010).
+
+    Cases of every kind count: a name in a machine without effects is wrong, and cases in which
+    nothing was named keep the coverage below 1. Names of the same probability share one point.
+    """
+    firsts = [claims_of(case)[0] for case in cases if case.findings.named]
+    points = []
+    for threshold in sorted({claim.probability for claim in firsts}, reverse=True):
+        kept = [not claim.true for claim in firsts if claim.probability >= threshold]
+        wrong = share(f"named with {threshold:.2f} and above", kept)
+        points.append(RiskPoint(threshold, len(kept) / len(cases), wrong))
+    return tuple(points)
+
+
+def effect_errors(cases: Sequence[ScoredCase]) -> tuple[SizeError, ...]:
+    """Returns the errors of all parameters of the named effects whose id is that of a true one."""
+    return tuple(error for case in cases for error in _of_effects(case))
+
+
+def rig_errors(cases: Sequence[ScoredCase]) -> tuple[SizeError, ...]:
+    """Returns the errors of the calibrated values in the rig file.
+
+    Two groups are left out: machines with an effect outside of the catalogue, whose values mean
+    something else, and nuisances, which have no true value.
+    """
+    return tuple(
+        _error(case.name, "", name, True, estimate, case.answer.true[name])
+        for case in cases
+        if case.answer.kind != "open"
+        for name, estimate in case.findings.calibration.items()
+        if name in case.answer.true and math.isfinite(estimate.value)
+    )
+
+
+def _of_effects(case: ScoredCase) -> Iterator[SizeError]:
+    catalogue = effects()
+    for effect in case.findings.named:
+        true = case.answer.effects.get(effect.id, {})
+        for name, estimate in effect.sizes.items():
+            if name in true and math.isfinite(estimate.value):
+                known = effect.id in catalogue
+                primary = known and catalogue[effect.id].parameters[0].name == name
+                yield _error(case.name, effect.id, name, primary, estimate, true[name])
+
+
+def _error(
+    case: str, of: str, name: str, primary: bool, estimate: Estimate, true: float
+) -> SizeError:
+    off = abs(estimate.value - true)
+    relative = off / abs(true) if true else (math.inf if off else 0.0)
+    return SizeError(case, of, name, primary, relative, estimate.low <= true <= estimate.high)

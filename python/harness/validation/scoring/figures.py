@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from scipy import stats
+
+from ehsid.harness.arrays import FloatArray
 
 LEVEL = 0.9  # level of every confidence interval
 Unit = Literal["share", "count", "seconds", "nats"]
@@ -18,7 +20,7 @@ Met = Literal["met", "met, not surely", "missed, not surely", "missed", "no targ
 
 @dataclass(frozen=True)
 class Range:
-    """A target: the values from `least` to `most` meet it."""
+    """A target: the values from `least` to `most` meet it; an infinite end is no limit."""
 
     least: float = -math.inf
     most: float = math.inf
@@ -76,20 +78,20 @@ def share(words: str, answers: Iterable[bool | None], target: Range | None = Non
     """Share of the answers that are True; an answer of None does not count."""
     given = [answer for answer in answers if answer is not None]
     if not given:
-        return Figure(words, math.nan, math.nan, math.nan, 0, "share", target)
+        return _no_data(words, "share", target)
     low, high = wilson(sum(given), len(given))
     return Figure(words, sum(given) / len(given), low, high, len(given), "share", target)
 
 
 def wilson(hits: int, n: int) -> tuple[float, float]:
     """Wilson's interval of the share `hits` / `n`, n > 0."""
-    found = stats.binomtest(hits, n).proportion_ci(LEVEL, method="wilson")
-    return float(found.low), float(found.high)
+    interval = stats.binomtest(hits, n).proportion_ci(LEVEL, method="wilson")
+    return float(interval.low), float(interval.high)
 
 
 def quantile(
     words: str,
-    values: Sequence[float],
+    values: Iterable[float],
     p: float = 0.5,
     *,
     unit: Unit = "share",
@@ -99,26 +101,26 @@ def quantile(
 
     Where the interval has no end, the end is the smallest or largest value.
     """
-    kept = np.array([value for value in values if math.isfinite(value)])
+    kept = _finite(values)
     if not kept.size:
-        return Figure(words, math.nan, math.nan, math.nan, 0, unit, target)
-    found: Any = stats.quantile_test(kept, p=p).confidence_interval(LEVEL)
-    low = kept.min() if np.isnan(found.low) else found.low
-    high = kept.max() if np.isnan(found.high) else found.high
+        return _no_data(words, unit, target)
+    interval: Any = stats.quantile_test(kept, p=p).confidence_interval(LEVEL)
+    low = kept.min() if np.isnan(interval.low) else interval.low
+    high = kept.max() if np.isnan(interval.high) else interval.high
     value = float(np.quantile(kept, p))
     return Figure(words, value, float(low), float(high), kept.size, unit, target)
 
 
 def mean(
-    words: str, values: Sequence[float], *, unit: Unit = "count", target: Range | None = None
+    words: str, values: Iterable[float], *, unit: Unit = "count", target: Range | None = None
 ) -> Figure:
     """Mean of the finite values, with the interval of a bootstrap that has a fixed seed."""
-    kept = np.array([value for value in values if math.isfinite(value)])
+    kept = _finite(values)
     if not kept.size:
-        return Figure(words, math.nan, math.nan, math.nan, 0, unit, target)
+        return _no_data(words, unit, target)
     value = low = high = float(kept.mean())
     if kept.size > 1:
-        found = stats.bootstrap(
+        interval = stats.bootstrap(
             (kept,),
             np.mean,
             confidence_level=LEVEL,
@@ -126,5 +128,13 @@ def mean(
             method="percentile",
             rng=np.random.default_rng(0),
         ).confidence_interval
-        low, high = float(found.low), float(found.high)
+        low, high = float(interval.low), float(interval.high)
     return Figure(words, value, low, high, kept.size, unit, target)
+
+
+def _finite(values: Iterable[float]) -> FloatArray:
+    return np.array([value for value in values if math.isfinite(value)], dtype=np.float64)
+
+
+def _no_data(words: str, unit: Unit, target: Range | None) -> Figure:
+    return Figure(words, math.nan, math.nan, math.nan, 0, unit, target)

@@ -6,51 +6,56 @@ from __future__ import annotations
 import functools
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
+import ehsid
 from ehsid.harness.parallel import Progress, run_tasks
+from ehsid.harness.validation.blind.answers import Answer, read_answers
 from ehsid.harness.validation.blind.seal import ANSWERS, RESULTS, SEAL, Seal, read_seal
-from ehsid.harness.validation.scoring.baselines import Baseline, baselines
-from ehsid.harness.validation.scoring.calibration import Reliability, claims_of, reliability
-from ehsid.harness.validation.scoring.calibration_risk import RiskPoint, risk_curve
-from ehsid.harness.validation.scoring.confusion import Confusion, of_effects, of_verdicts
-from ehsid.harness.validation.scoring.control import Control, controls
+from ehsid.harness.validation.scoring.baselines import Baseline, Control, baselines, controls
+from ehsid.harness.validation.scoring.calibration import (
+    Reliability,
+    RiskPoint,
+    SizeError,
+    claims_of,
+    effect_errors,
+    reliability,
+    risk_curve,
+)
 from ehsid.harness.validation.scoring.figures import Figure, share
-from ehsid.harness.validation.scoring.figures_sizes import SizeError, effect_errors
-from ehsid.harness.validation.scoring.judged_case import Scored, by
+from ehsid.harness.validation.scoring.judging import ScoredCase, group_by, judge
 from ehsid.harness.validation.scoring.reading import (
     FAILED,
-    GRADES,
-    Answer,
-    Said,
-    read_answers,
-    read_said,
+    Findings,
+    read_findings,
 )
-from ehsid.harness.validation.scoring.regret import Regret, regret_of
-from ehsid.harness.validation.scoring.right import judge
-from ehsid.harness.validation.scoring.splits import SplitTable, split_tables
-from ehsid.harness.validation.scoring.table import FigureTable, figure_table
-from ehsid.harness.validation.scoring.transfer import independent_samples, transfer_of
-from ehsid.harness.validation.scoring.transfer_figures import Promises, promises
-from ehsid.harness.validation.scoring.wrong import WrongCase, wrong_cases
+from ehsid.harness.validation.scoring.tables import (
+    Confusion,
+    FigureTable,
+    SplitTable,
+    confusion_of_effects,
+    confusion_of_verdicts,
+    figure_tables,
+    split_tables,
+)
+from ehsid.harness.validation.scoring.transfer import (
+    Promises,
+    independent_samples,
+    promises,
+    transfer_of,
+)
+from ehsid.harness.validation.scoring.wrong import Regret, WrongCase, regret_of, wrong_cases
 
-# Grades whose records should allow one name; smooth and small records often allow only a set.
-ASKED = ("plain", "hard")
 
-
-@dataclass(frozen=True)
-class Score:
-    """Score of a check.
+@dataclass(frozen=True, kw_only=True)
+class Results:
+    """Results of a check, in its score and in the file of the score.
 
     Attributes
     ----------
-    cases
-        finished cases, by name.
     unfinished
         names of the cases without a result.
-    seal
-        seal of the check; None where it was not sealed.
     sealed
         whether the answers are those of the seal; None without a seal.
     tables
@@ -58,22 +63,24 @@ class Score:
     trust
         for each verdict, the share of the cases with this verdict that are right.
     splits
-        a few figures by grade, kind, size of the gap, excitation, sensors, plant, true effect.
+        main figures by grade, kind, size of the gap, excitation, sensors, plant, true effect.
     verdicts, effects
         confusion tables.
     reliability, risk
         calibration and risk-coverage curve of the probabilities.
     sizes
         errors of all estimated sizes.
-    regret, promises, baselines, controls
-        results of the modules `regret`, `transfer_figures`, `baselines` and `control`.
+    regret
+        held-out cost of the named effects against that of the fitted truth.
+    promises
+        predicted shrinkage against the one on the third record.
+    baselines, controls
+        what simpler methods and permuted answers score.
     wrong
-        all cases that are not right.
+        all cases that are not right, the worst first.
     """
 
-    cases: tuple[Scored, ...]
     unfinished: tuple[str, ...]
-    seal: Seal | None
     sealed: bool | None
     tables: tuple[FigureTable, ...]
     trust: tuple[Figure, ...]
@@ -88,6 +95,64 @@ class Score:
     baselines: tuple[Baseline, ...]
     controls: tuple[Control, ...]
     wrong: tuple[WrongCase, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score(Results):
+    """Score of a check: its results, the finished cases by name, and the seal if it has one."""
+
+    cases: tuple[ScoredCase, ...]
+    seal: Seal | None
+
+
+@dataclass(frozen=True)
+class CaseSummary:
+    """A finished case in `score.json`.
+
+    Attributes
+    ----------
+    name, kind, grade, sensors, truth
+        what was made: name of the case, kind, grade, sensors, and true effects.
+    verdict, named, sets
+        what the diagnosis returned: verdict, named effects, and ambiguity set.
+    outcome
+        outcome by the rules of scoring.
+    gap_over_floor
+        gap of the calibrated rig over the middle of its noise floor; None where it is not known.
+    seconds
+        time that the diagnosis took, s.
+    """
+
+    name: str
+    kind: str
+    grade: str
+    sensors: str
+    truth: tuple[str, ...]
+    verdict: str
+    named: tuple[str, ...]
+    sets: tuple[tuple[str, ...], ...]
+    outcome: str
+    gap_over_floor: float | None
+    seconds: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScoreFile(Results):
+    """Content of `score.json`.
+
+    Attributes
+    ----------
+    ehsid_version
+        version of ehsid that scored the check.
+    records
+        number of finished cases.
+    cases
+        finished cases, by name.
+    """
+
+    ehsid_version: str
+    records: int
+    cases: tuple[CaseSummary, ...]
 
 
 def score_folder(out: Path, progress: Progress | None = None) -> Score:
@@ -107,65 +172,90 @@ def score_folder(out: Path, progress: Progress | None = None) -> Score:
         answers or a result cannot be read; the message says which, and what is wrong.
     """
     answers = read_answers(out / ANSWERS)
-    found = {name: read_said(out / RESULTS / name) for name in answers}
-    said = {name: one for name, one in found.items() if one is not None}
+    findings = {name: read_findings(out / RESULTS / name) for name in answers}
     tasks = [
-        functools.partial(_scored, out, name, answers[name], one) for name, one in said.items()
+        functools.partial(_scored, out, name, answers[name], finished)
+        for name, finished in findings.items()
+        if finished is not None
     ]
     results = run_tasks(tasks, progress) if tasks else []
-    seal, sealed = _seal(out)
-    cases = [case for case, _ in results]
-    samples = {case.name: n for case, n in results}
-    unfinished = [name for name in answers if name not in said]
-    return score_cases(cases, samples, unfinished, seal, sealed)
+    return score_cases(
+        [case for case, _ in results],
+        {case.name: samples for case, samples in results},
+        [name for name, finished in findings.items() if finished is None],
+        *_seal(out),
+    )
 
 
-def _scored(out: Path, name: str, answer: Answer, said: Said) -> tuple[Scored, float | None]:
+def _scored(
+    out: Path, name: str, answer: Answer, findings: Findings
+) -> tuple[ScoredCase, float | None]:
     try:
-        transfer = None if said.verdict == FAILED else transfer_of(out, name, said)
+        transfer = None if findings.verdict == FAILED else transfer_of(out, name, findings)
     except ValueError as error:
         # Errors of records and rigs cannot return from another process; a plain ValueError can.
         raise ValueError(f"case {name}: {error}") from None
-    case = Scored(name, answer, said, judge(answer, said), transfer)
-    return case, independent_samples(out, name, said)
+    case = ScoredCase(name, answer, findings, judge(answer, findings), transfer)
+    return case, independent_samples(out, name, findings)
 
 
 def score_cases(
-    cases: Sequence[Scored],
+    cases: Sequence[ScoredCase],
     samples: Mapping[str, float | None] | None = None,
     unfinished: Sequence[str] = (),
     seal: Seal | None = None,
     sealed: bool | None = None,
 ) -> Score:
     """Scores cases in memory; `samples` has the form that `baselines.lowest_bic` takes."""
-    asked = [case for case in cases if case.answer.grade in ASKED]
-    tables = [figure_table("plain and hard records", asked)]
-    tables += [
-        figure_table(f"{grade} records", [case for case in cases if case.answer.grade == grade])
-        for grade in GRADES
-        if any(case.answer.grade == grade for case in cases)
-    ]
+    verdicts = group_by(cases, lambda case: case.findings.verdict)
     return Score(
-        cases=tuple(cases),
         unfinished=tuple(unfinished),
-        seal=seal,
         sealed=sealed,
-        tables=tuple(tables),
+        tables=figure_tables(cases),
         trust=tuple(
-            share(verdict, [case.judged.right for case in group])
-            for verdict, group in by(cases, lambda case: case.said.verdict).items()
+            share(verdict, [case.judgement.right for case in group])
+            for verdict, group in verdicts.items()
         ),
         splits=split_tables(cases),
-        verdicts=of_verdicts(cases),
-        effects=of_effects(cases),
-        reliability=reliability(claims_of(cases)),
+        verdicts=confusion_of_verdicts(cases),
+        effects=confusion_of_effects(cases),
+        reliability=reliability([claim for case in cases for claim in claims_of(case)]),
         risk=risk_curve(cases),
         sizes=effect_errors(cases),
         regret=regret_of(cases),
         promises=promises(cases),
-        baselines=baselines(cases, dict(samples or {})),
+        baselines=baselines(cases, samples or {}),
         controls=controls(cases),
         wrong=wrong_cases(cases),
+        cases=tuple(cases),
+        seal=seal,
+    )
+
+
+def score_file(score: Score) -> ScoreFile:
+    """Returns the content of `score.json`."""
+    return ScoreFile(
+        **{field.name: getattr(score, field.name) for field in fields(Results)},
+        ehsid_version=ehsid.__version__,
+        records=len(score.cases),
+        cases=tuple(map(_summary, score.cases)),
+    )
+
+
+def _summary(case: ScoredCase) -> CaseSummary:
+    answer, findings = case.answer, case.findings
+    return CaseSummary(
+        name=case.name,
+        kind=answer.kind,
+        grade=answer.grade,
+        sensors=answer.sensors,
+        truth=tuple(answer.effects),
+        verdict=findings.verdict,
+        named=tuple(effect.id for effect in findings.named),
+        sets=findings.sets,
+        outcome=case.judgement.outcome,
+        gap_over_floor=findings.gap,
+        seconds=findings.seconds,
     )
 
 
@@ -173,5 +263,5 @@ def _seal(out: Path) -> tuple[Seal | None, bool | None]:
     if not (out / SEAL).is_file():
         return None, None
     seal = read_seal(out)
-    found = hashlib.sha256((out / ANSWERS).read_bytes()).hexdigest()
-    return seal, seal.answers_sha256 == found
+    digest = hashlib.sha256((out / ANSWERS).read_bytes()).hexdigest()
+    return seal, seal.answers_sha256 == digest

@@ -1,18 +1,37 @@
 # SPDX-License-Identifier: MIT
-"""List of all cases whose diagnosis is not right, with what may have made them hard."""
+"""Cases whose diagnosis is not right, and how far the named effects are behind the fitted truth."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from ehsid.harness.validation.scoring.judged_case import GAP_SIZES, Scored
-from ehsid.harness.validation.scoring.regret import behind_truth
-from ehsid.harness.validation.scoring.right import KNOWN
+from ehsid.harness.validation.scoring.figures import Figure, quantile
+from ehsid.harness.validation.scoring.judging import GAP_SIZES, ScoredCase
+from ehsid.harness.validation.scoring.reading import Candidate, Findings
 
 # Two fits that differ by less cannot be told apart by a record. The difference means odds of 150 to
 # 1 if only half of the windows are as independent as is assumed.
 EQUAL_NATS = 10.0
+WORST_FIRST = ("wrong name", "false alarm", "set without the truth", "rejected", "incomplete")
+
+
+@dataclass(frozen=True)
+class Regret:
+    """Held-out cost of the named effects less that of the fitted truth, over the cases of a check.
+
+    Attributes
+    ----------
+    figures
+        median and 90th percentile over the cases whose truth is among the candidates, nats. Below
+        zero, the named effects explain the held-out data better than the truth, fitted likewise.
+    tried, not_tried
+        number of cases whose truth is among the candidates, and of those where it is not.
+    """
+
+    figures: tuple[Figure, ...]
+    tried: int
+    not_tried: int
 
 
 @dataclass(frozen=True)
@@ -28,7 +47,7 @@ class WrongCase:
     said
         verdict and named effects of the diagnosis; further sets follow after "or".
     outcome
-        outcome by the table of `right`.
+        outcome by the table of `judging`.
     reasons
         known reasons why the case is hard; may be empty.
     """
@@ -42,52 +61,70 @@ class WrongCase:
     reasons: tuple[str, ...]
 
 
-def wrong_cases(cases: Sequence[Scored]) -> tuple[WrongCase, ...]:
-    """Returns the cases whose diagnosis is not right, the worst outcomes first."""
-    order = ("wrong name", "false alarm", "set without the truth", "rejected", "incomplete")
-    wrong = [case for case in cases if not case.judged.right]
-    wrong.sort(
-        key=lambda case: (
-            order.index(case.judged.outcome) if case.judged.outcome in order else len(order),
-            case.judged.outcome,
-            case.answer.grade,
-            case.name,
-        )
+def regret_of(cases: Sequence[ScoredCase]) -> Regret:
+    """Computes the regret of all cases whose truth can be fitted, as the catalogue contains it."""
+    regrets = [
+        behind_truth(case.findings, case.answer.effects) for case in cases if _can_be_fitted(case)
+    ]
+    nats = [value for value in regrets if value is not None]
+    return Regret(
+        (
+            quantile("regret, median", nats, unit="nats"),
+            quantile("regret, 90th percentile", nats, 0.9, unit="nats"),
+        ),
+        len(nats),
+        len(regrets) - len(nats),
     )
-    return tuple(
+
+
+def behind_truth(findings: Findings, truth: Collection[str]) -> float | None:
+    """Held-out cost of the named effects less that of exactly the true effects, nats.
+
+    Returns None where either set is not among the candidates. Where the file has no
+    `held_out_cost`, it returns the difference of `score`.
+    """
+    winner = _candidate(findings, [effect.id for effect in findings.named])
+    true = _candidate(findings, truth)
+    if winner is None or true is None:
+        return None
+    if winner.held_out_cost is not None and true.held_out_cost is not None:
+        return winner.held_out_cost - true.held_out_cost
+    return winner.score - true.score
+
+
+def wrong_cases(cases: Sequence[ScoredCase]) -> tuple[WrongCase, ...]:
+    """Returns the cases whose diagnosis is not right, the worst outcomes first."""
+    wrong = [
         WrongCase(
             case.name,
             case.answer.grade,
             case.answer.sensors,
             " + ".join(case.answer.effects) or {"none": "no gap"}.get(case.answer.kind, "values"),
-            _said(case),
-            case.judged.outcome,
+            _in_words(case.findings),
+            case.judgement.outcome,
             reasons(case),
         )
-        for case in wrong
-    )
+        for case in cases
+        if not case.judgement.right
+    ]
+    return tuple(sorted(wrong, key=lambda case: (*_rank(case.outcome), case.grade, case.name)))
 
 
-def _said(case: Scored) -> str:
-    named = " + ".join(one.id for one in case.said.named)
-    others = [" + ".join(one) for one in case.said.sets[1:]]
-    return ": ".join([case.said.verdict, *([" or ".join([named, *others])] if named else [])])
-
-
-def reasons(case: Scored) -> tuple[str, ...]:
+def reasons(case: ScoredCase) -> tuple[str, ...]:
     """Returns the reasons, as far as the files show them, why the case is hard."""
     found = []
-    if case.said.gap is not None and case.answer.kind in KNOWN and not case.demanded:
-        found.append(f"gap of {case.said.gap:.2g} x floor, below {GAP_SIZES[0]:g}")
-    limit = case.answer.effects.get("valve_flow_saturation", {}).get("limit")
-    if limit is not None and case.answer.largest_command < limit:
-        reached = case.answer.largest_command
+    findings, truth = case.findings, case.answer.effects
+    if findings.gap is not None and case.known and not case.name_required:
+        found.append(f"gap of {findings.gap:.2g} x floor, below {GAP_SIZES[0]:g}")
+    limit = truth.get("valve_flow_saturation", {}).get("limit")
+    reached = max(case.answer.largest_command, default=None)
+    if limit is not None and reached is not None and reached < limit:
         found.append(f"largest command {reached:.2g} of rated, below the limit of {limit:.2g}")
-    if case.answer.kind == "open" or case.left_out or not case.said.tried:
+    if not _can_be_fitted(case):
         return tuple(found)
-    nats = behind_truth(case.said, case.answer.effects)
+    nats = behind_truth(findings, truth)
     if nats is None:
-        if not any(set(one.effects) == set(case.answer.effects) for one in case.said.tried):
+        if _candidate(findings, truth) is None:
             found.append("the truth was never fitted")
     elif nats > EQUAL_NATS:
         found.append(f"the truth, fitted, is better by {nats:.3g} nats on held-out data")
@@ -95,7 +132,28 @@ def reasons(case: Scored) -> tuple[str, ...]:
         found.append(f"not to be told from the truth: {abs(nats):.2g} nats on held-out data")
     else:
         found.append(f"fits better than the truth by {-nats:.3g} nats on held-out data")
-    missing = [one for one in case.answer.effects if one in case.said.cannot_judge]
+    missing = [effect for effect in truth if effect in findings.cannot_judge]
     if missing:
         found.append(f"listed as not to be judged: {', '.join(missing)}")
     return tuple(found)
+
+
+def _can_be_fitted(case: ScoredCase) -> bool:
+    in_catalogue = case.answer.kind != "open" and not case.left_out
+    return in_catalogue and bool(case.findings.candidates)
+
+
+def _candidate(findings: Findings, effects: Collection[str]) -> Candidate | None:
+    wanted = set(effects)
+    return next((one for one in findings.candidates if set(one.effects) == wanted), None)
+
+
+def _rank(outcome: str) -> tuple[int, str]:
+    return WORST_FIRST.index(outcome) if outcome in WORST_FIRST else len(WORST_FIRST), outcome
+
+
+def _in_words(findings: Findings) -> str:
+    if not findings.named:
+        return findings.verdict
+    named = " + ".join(effect.id for effect in findings.named)
+    return f"{findings.verdict}: " + " or ".join([named, *map(" + ".join, findings.sets[1:])])

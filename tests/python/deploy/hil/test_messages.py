@@ -90,7 +90,7 @@ class Reader:
     ],
 )
 def test_kinds_and_sizes_of_requests(request_: Any, kind: int, size: int) -> None:
-    assert request_.kind == kind
+    assert request_.message.kind == kind
     assert len(request_.body()) == size
 
 

@@ -11,9 +11,12 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 from check_runs import TINY, StandIn, tiny_check
+from published_schemas import check_file
 
+from ehsid.harness.encoding import json_text
 from ehsid.harness.parallel import workers
 from ehsid.harness.validation.blind.making import make_check
 from ehsid.harness.validation.blind.running import read_case, run_check, unfinished_cases
@@ -77,7 +80,7 @@ def test_settings_out_of_range_are_told(wrong: dict[str, object], words: str) ->
 
 def test_settings_survive_a_file_and_tell_differences() -> None:
     one = Settings(3, 20, ("hard", "plain"), "position", 4.0, True)
-    assert Settings.of_plain(json.loads(json.dumps(one.plain()))) == one
+    assert msgspec.json.decode(json_text(one), type=Settings) == one
     other = replace(one, count=40, grades=("hard",), seconds=None)
     assert one.differences(other) == [
         "count 20, not 40",
@@ -115,6 +118,7 @@ def test_the_same_settings_make_the_same_check(made: Path, tmp_path: Path) -> No
 
 
 def test_an_intact_check_passes(made: Path) -> None:
+    check_file(made / "seal.json")
     seal = verify(made)
     assert seal.settings == TINY
     # Three files a case, and its transfer record.

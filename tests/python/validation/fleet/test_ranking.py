@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.collections import PathCollection
+from published_schemas import check_file
 
 from ehsid.harness.report.fleet_figure import fleet_figure
 from ehsid.harness.report.fleet_page import fleet_lead, fleet_page, found, write_fleet
@@ -181,6 +182,20 @@ def test_the_picture_marks_what_the_table_says(fleet: Fleet) -> None:
         if len(one.get_offsets()) and tuple(one.get_offsets().tolist()[0]) in discs
     }
     assert areas[0.0, 0.0] > areas[0.0, 1.0] > areas[1.0, 1.0]
+
+
+def test_the_file_has_every_machine_and_only_finite_numbers(fleet: Fleet, tmp_path: Path) -> None:
+    write_fleet(fleet, tmp_path)
+    check_file(tmp_path / "fleet.json")
+    plain = json.loads((tmp_path / "fleet.json").read_text(encoding="utf-8"))
+    assert [one["name"] for one in plain["ranked"]] == ["b", "a", "c"]
+    assert plain["ranked"][1]["effects"][0]["parameters"]["force_n"] == {
+        "value": 410.0,
+        "low": 400.0,
+        "high": 420.0,
+    }
+    assert plain["not_judged"][0]["structural"] is None
+    assert plain["failed"] == {"gone": "ValueError: no <column>"}
 
 
 def test_a_fleet_without_gaps_or_machines_has_a_page(tmp_path: Path) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Probabilities that are meant, and those that are not."""
+"""Probabilities that are meant and those that are not; errors of sizes and their intervals."""
 
 import math
 
@@ -9,8 +9,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_checks import diagnosis, made_answers, write_check
 
-from ehsid.harness.validation.scoring.calibration import EDGES, Claim, claims_of, reliability
-from ehsid.harness.validation.scoring.calibration_risk import risk_curve
+from ehsid.harness.gap.schema import Estimate
+from ehsid.harness.validation.blind.answers import Answer
+from ehsid.harness.validation.scoring.calibration import (
+    EDGES,
+    Claim,
+    claims_of,
+    effect_errors,
+    reliability,
+    rig_errors,
+    risk_curve,
+)
+from ehsid.harness.validation.scoring.judging import ScoredCase, judge
+from ehsid.harness.validation.scoring.reading import Findings, NamedEffect
 from ehsid.harness.validation.scoring.score import score_folder
 
 pytestmark = pytest.mark.usefixtures("one_process")
@@ -90,16 +101,82 @@ def score(tmp_path_factory: pytest.TempPathFactory):  # type: ignore[no-untyped-
 
 def test_risk_over_coverage(score) -> None:  # type: ignore[no-untyped-def]
     sure, all_names = risk_curve(score.cases)
-    names = sum(bool(case.said.named) for case in score.cases)
+    names = sum(bool(case.findings.named) for case in score.cases)
     assert (sure.threshold, sure.risk.value) == (0.9, 0.0)
     assert sure.coverage == pytest.approx((names // 2) / 60)
     assert all_names.coverage == pytest.approx(names / 60)
-    wrong = sum(case.judged.wrong_name or False for case in score.cases)
+    wrong = sum(case.judgement.wrong_name or False for case in score.cases)
     assert all_names.risk.value == pytest.approx(wrong / names)
 
 
 def test_claims_are_true_by_the_same_rule_as_names(score) -> None:  # type: ignore[no-untyped-def]
-    claims = claims_of(score.cases)
+    claims = [claim for case in score.cases for claim in claims_of(case)]
     assert {claim.true for claim in claims if claim.probability == 0.9} == {True}
-    firsts = [case.judged.effect_first for case in score.cases if case.said.named]
+    firsts = [case.judgement.effect_first for case in score.cases if case.findings.named]
     assert [claim.true for claim in claims] == firsts
+
+
+STRIBECK = {"coulomb_n": 500.0, "static_n": 1000.0, "stribeck_velocity_m_s": 0.02}
+
+
+def stribeck_case(kind: str = "one", truth: str = "stribeck_friction") -> ScoredCase:
+    answer = Answer(
+        kind,
+        "plain",
+        "ehs",
+        "position",
+        ("prbs",),
+        {truth: STRIBECK},
+        ("mechanics",),
+        {"load.mass_kg": 100.0, "supply.pressure_pa": 1e7},
+    )
+    named = NamedEffect(
+        "stribeck_friction",
+        0.9,
+        {
+            "coulomb_n": Estimate(505.0, 490.0, 520.0),
+            "static_n": Estimate(900.0, 880.0, 920.0),
+            "stribeck_velocity_m_s": Estimate(math.nan, math.nan, math.nan),
+        },
+    )
+    findings = Findings(
+        "effects",
+        (named,),
+        calibration={
+            "load.mass_kg": Estimate(102.0, 99.0, 105.0),
+            "supply.pressure_pa": Estimate(1.1e7, 1.05e7, 1.15e7),
+            "nuisance.presliding_m": Estimate(2e-5, 1e-5, 3e-5),
+        },
+    )
+    return ScoredCase("a1", answer, findings, judge(answer, findings))
+
+
+def test_sizes_by_parameter() -> None:
+    first, second = effect_errors([stribeck_case()])
+    assert (first.parameter, first.primary, first.inside) == ("coulomb_n", True, True)
+    assert math.isclose(first.relative, 0.01)
+    assert (second.parameter, second.primary, second.inside) == ("static_n", False, False)
+    assert math.isclose(second.relative, 0.1)
+
+
+def test_sizes_of_another_name_are_not_compared() -> None:
+    assert effect_errors([stribeck_case(truth="coulomb_friction")]) == ()
+
+
+def test_rig_values_have_a_truth_nuisances_have_none() -> None:
+    mass, pressure = rig_errors([stribeck_case()])
+    assert (mass.parameter, mass.inside) == ("load.mass_kg", True)
+    assert (pressure.inside, round(pressure.relative, 6)) == (False, 0.1)
+
+
+def test_values_of_a_machine_with_something_unknown_are_not_compared() -> None:
+    assert rig_errors([stribeck_case("open", "second_load_mass")]) == ()
+
+
+def test_a_size_of_nothing_has_no_relative_error() -> None:
+    case = stribeck_case()
+    answer = Answer(
+        "one", "plain", "ehs", "position", ("prbs",), {"stribeck_friction": {"coulomb_n": 0.0}}, ()
+    )
+    (found,) = effect_errors([ScoredCase("a1", answer, case.findings, case.judgement)])
+    assert math.isinf(found.relative)

@@ -12,9 +12,9 @@ from scipy import stats
 
 from ehsid.harness.validation.blind.settings import Settings
 from ehsid.harness.validation.reality.effects import CATALOGUE
-from ehsid.harness.validation.scoring.control import control
-from ehsid.harness.validation.scoring.reading import Named, Said
-from ehsid.harness.validation.scoring.right import judge
+from ehsid.harness.validation.scoring.baselines import control
+from ehsid.harness.validation.scoring.judging import judge
+from ehsid.harness.validation.scoring.reading import Findings, NamedEffect
 from ehsid.harness.validation.scoring.score import Score, score_folder
 
 pytestmark = pytest.mark.usefixtures("one_process")
@@ -41,7 +41,7 @@ def usual(tmp_path_factory: pytest.TempPathFactory) -> Score:
 
 def test_a_perfect_diagnosis_meets_every_target(flawless: Score) -> None:
     assert not flawless.wrong
-    assert all(case.judged.right for case in flawless.cases)
+    assert all(case.judgement.right for case in flawless.cases)
     for table in flawless.tables:
         for measured in MEASURED:
             for figure in table.columns[measured]:
@@ -98,7 +98,7 @@ def test_a_random_diagnosis_scores_what_chance_gives(guessed: Score) -> None:
         np.mean([judge(c.answer, diagnosis_of(name)).effect_first for name in CATALOGUE])
         for c in known
     ]
-    hits = sum(bool(case.judged.effect_first) for case in known)
+    hits = sum(bool(case.judgement.effect_first) for case in known)
     deviation = np.sqrt(sum(p * (1.0 - p) for p in chance))
     # three deviations of a sum of independent draws
     assert abs(hits - sum(chance)) < 3.0 * deviation
@@ -115,8 +115,8 @@ def test_a_random_diagnosis_scores_what_chance_gives(guessed: Score) -> None:
     assert "effect blamed, none there" in missed
 
 
-def diagnosis_of(name: str) -> Said:
-    return Said("effects", (Named(name, 0.5),))
+def diagnosis_of(name: str) -> Findings:
+    return Findings("effects", (NamedEffect(name, 0.5),))
 
 
 def test_the_control_is_the_permutation_test_of_scipy(usual: Score) -> None:
@@ -124,7 +124,7 @@ def test_the_control_is_the_permutation_test_of_scipy(usual: Score) -> None:
 
     def right(answers: np.ndarray, said: np.ndarray) -> float:
         pairs = zip(answers.astype(int), said.astype(int), strict=True)
-        return sum(judge(cases[a].answer, cases[s].said).right for a, s in pairs) / len(cases)
+        return sum(judge(cases[a].answer, cases[s].findings).right for a, s in pairs) / len(cases)
 
     places = np.arange(len(cases))
     theirs = stats.permutation_test(
@@ -135,7 +135,7 @@ def test_the_control_is_the_permutation_test_of_scipy(usual: Score) -> None:
         alternative="greater",
         rng=np.random.default_rng(1),
     )
-    ours = control("x", cases, lambda a, s: judge(a, s).right, deals=4000)
+    ours = control("x", cases, lambda a, s: judge(a, s).right, permutations=4000)
     assert ours.real == pytest.approx(theirs.statistic)
     null = np.asarray(theirs.null_distribution)
     # three standard errors of the mean of 400 deals
@@ -147,7 +147,7 @@ def test_splits_and_lists_add_up(usual: Score) -> None:
     n = len(usual.cases)
     by_grade = usual.splits[0]
     assert sum(figures[0].n for _, _, figures in by_grade.rows) == n
-    right = sum(case.judged.right for case in usual.cases)
+    right = sum(case.judgement.right for case in usual.cases)
     assert len(usual.wrong) == n - right
     assert sum(round(f[0].value * f[0].n) for _, _, f in by_grade.rows) == right
     assert sum(one.n for one in usual.trust) == n
@@ -168,7 +168,7 @@ def test_small_gaps_ask_for_no_name_but_untold_ones_do(tmp_path: Path) -> None:
         return found
 
     score = score_folder(write_check(tmp_path, answers, how))
-    demanded = {case.name: case.demanded for case in score.cases}
+    demanded = {case.name: case.name_required for case in score.cases}
     assert not demanded[small]
     assert demanded[untold]
     assert all(yes for name, yes in demanded.items() if name != small)
@@ -205,7 +205,7 @@ def test_without_the_true_effect_a_neighbour_is_wrong(tmp_path: Path) -> None:
     assert score.wrong[0].name == blamed
     assert score.controls == ()
     assert score.regret.not_tried == 0
-    assert all(case.judged.effect_first is None for case in score.cases)
+    assert all(case.judgement.effect_first is None for case in score.cases)
 
 
 def test_an_empty_check_scores_nothing(tmp_path: Path) -> None:
@@ -230,22 +230,22 @@ def test_the_seal_is_compared(tmp_path: Path, honest: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("file", "text", "told"),
+    ("file", "text", "message"),
     [
-        ("answers.json", "{", "not JSON"),
-        ("answers.json", "[]", "expected an object"),
-        ("answers.json", '{"a": {"kind": "one"}}', "the key 'grade' is missing"),
+        ("answers.json", "{", "Input data was truncated; restore the file"),
+        ("answers.json", "[]", "not an answer of a check: Expected `object`, got `array`"),
+        ("answers.json", '{"a": {"kind": "one"}}', "case a: .* missing required field `grade`"),
         ("diagnosis.json", "{}", "missing required field `schema_version`"),
         ("diagnosis.json", "{", "not a diagnosis of version 1"),
         ("seal.json", "{}", "seal"),
     ],
 )
-def test_files_that_cannot_be_read(tmp_path: Path, file: str, text: str, told: str) -> None:
+def test_files_that_cannot_be_read(tmp_path: Path, file: str, text: str, message: str) -> None:
     answers = made_answers(1)
     write_check(tmp_path, answers, perfect)
     folder = tmp_path / "results" / next(iter(answers)) if file == "diagnosis.json" else tmp_path
     (folder / file).write_text(text)
-    with pytest.raises(ValueError, match=told) as error:
+    with pytest.raises(ValueError, match=message) as error:
         score_folder(tmp_path)
     assert str(folder / file) in str(error.value)
 

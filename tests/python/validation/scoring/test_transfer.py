@@ -14,18 +14,22 @@ from ehsid.harness.gap.thresholds import DECISION_SUBSTEPS
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import Rig, write_rig
 from ehsid.harness.simulation.windows import simulate_windows
-from ehsid.harness.validation.scoring.reading import Named, Said
+from ehsid.harness.validation.scoring.reading import Findings, NamedEffect
 from ehsid.harness.validation.scoring.score import score_folder
-from ehsid.harness.validation.scoring.transfer import independent_samples, realised, without
-from ehsid.harness.validation.scoring.transfer_figures import promises
+from ehsid.harness.validation.scoring.transfer import (
+    independent_samples,
+    promises,
+    realised,
+    without,
+)
 
 pytestmark = pytest.mark.usefixtures("one_process")
 
 FRICTION = {"effects.coulomb_friction.force_n": 900.0}
 OUTPUTS = ("position_m", "pressure_a_pa")
-SAID = Said(
+SAID = Findings(
     "effects",
-    (Named("coulomb_friction", 0.97),),
+    (NamedEffect("coulomb_friction", 0.97),),
     of_explainable=Estimate(0.97, 0.94, 0.99),
     from_nominal=Estimate(0.9, 0.8, 0.95),
     settings={"window_s": 0.5, "reset": "carry", "outputs": list(OUTPUTS)},
@@ -79,7 +83,7 @@ def test_gaps_are_those_of_the_contract() -> None:
 
 def test_a_wrong_rig_keeps_the_gap() -> None:
     wrong = RIG.with_values({"effects.valve_null_bias.offset": 0.03})
-    said = replace(SAID, named=(Named("valve_null_bias", 0.9),))
+    said = replace(SAID, named=(NamedEffect("valve_null_bias", 0.9),))
     found = realised(RIG, wrong, THIRD, said)
     assert found is not None
     assert found.from_nominal.value < 0.1
@@ -121,7 +125,7 @@ def test_a_check_with_a_third_record(tmp_path: Path) -> None:
     assert [one.case for one in explainable.each] == [name]
     assert nominal.each[0].realised == case.transfer.from_nominal
     # 4 s of one output
-    assert independent_samples(tmp_path, name, case.said) == pytest.approx(20.0 * 4.0, rel=0.01)
+    assert independent_samples(tmp_path, name, case.findings) == pytest.approx(20.0 * 4.0, rel=0.01)
 
 
 def test_a_third_record_that_cannot_be_read_is_named(tmp_path: Path) -> None:

@@ -30,12 +30,14 @@ where the truth is a force is right; one that names a force where the truth is a
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
 
 from ehsid.harness.gap.inference.choice import FRICTION
-from ehsid.harness.validation.scoring.reading import FAILED, Answer, Said
+from ehsid.harness.gap.schema import Estimate
+from ehsid.harness.validation.blind.answers import Answer, Kind
+from ehsid.harness.validation.scoring.reading import FAILED, SENSORS, Findings
 
 Outcome = Literal[
     "right",
@@ -49,9 +51,13 @@ Outcome = Literal[
     "false alarm",
     "failed",
 ]
+KINDS: tuple[Kind, ...] = get_args(Kind)
 KNOWN = ("one", "two")  # kinds with effects of the catalogue
 HEALTHY = {"none": "no_gap", "params": "parameters"}
 STRUCTURAL = ("effects", "ambiguous", "outside_catalogue")
+# Limits of the calibrated rig's gap over its noise floor; below the first, no name is required.
+GAP_SIZES = (3.0, 10.0)
+GAP_NAMES = ("below 3 x floor", "3 to 10 x floor", "above 10 x floor", "gap not known")
 
 
 @dataclass(frozen=True)
@@ -106,16 +112,85 @@ class Judgement:
         return self.outcome == "right"
 
 
+@dataclass(frozen=True)
+class Transfer:
+    """Gaps and shrinkage on the transfer record.
+
+    Attributes
+    ----------
+    from_nominal, of_explainable
+        realised shrinkage; the second is None where no gap lies above the noise floor or no effect
+        was named.
+    nominal, augmented
+        gaps of the rig as configured and of the augmented rig on the transfer record, nrmse.
+    """
+
+    from_nominal: Estimate
+    of_explainable: Estimate | None
+    nominal: float
+    augmented: float
+
+
+@dataclass(frozen=True)
+class ScoredCase:
+    """A finished case; `transfer` is None without a third record or without compared outputs."""
+
+    name: str
+    answer: Answer
+    findings: Findings
+    judgement: Judgement
+    transfer: Transfer | None = None
+
+    @property
+    def gap_size(self) -> str:
+        """Size of the gap over its noise floor in words, one of `GAP_NAMES`."""
+        if self.findings.gap is None:
+            return GAP_NAMES[-1]
+        return GAP_NAMES[sum(self.findings.gap >= size for size in GAP_SIZES)]
+
+    @property
+    def name_required(self) -> bool:
+        """Whether the gap is large enough to require a name; True where the gap is not known."""
+        return self.findings.gap is None or self.findings.gap >= GAP_SIZES[0]
+
+    @property
+    def left_out(self) -> bool:
+        """Whether the diagnosis had to leave out a true effect."""
+        return left_out(self.answer, self.findings)
+
+    @property
+    def measured(self) -> str:
+        """What was measured, one of `SENSORS`."""
+        return SENSORS[0] if "pressure" in self.answer.sensors else SENSORS[1]
+
+    @property
+    def known(self) -> bool:
+        """Whether the machine has effects of the catalogue and no others."""
+        return self.answer.kind in KNOWN
+
+
+def group_by(
+    cases: Sequence[ScoredCase], key: Callable[[ScoredCase], str | None]
+) -> dict[str, list[ScoredCase]]:
+    """Groups the cases by the key in alphabetic order; cases whose key is None are left out."""
+    groups: dict[str, list[ScoredCase]] = {}
+    for case in cases:
+        name = key(case)
+        if name is not None:
+            groups.setdefault(name, []).append(case)
+    return dict(sorted(groups.items()))
+
+
 def is_true(named: str, effects: Collection[str]) -> bool:
     """Whether the name stands for one of the true effects."""
-    return any(_stands_for(named, one) for one in effects)
+    return any(_stands_for(named, effect) for effect in effects)
 
 
 def is_exactly(named: Collection[str], effects: Collection[str]) -> bool:
     """Whether the names stand for all of the true effects and for nothing else."""
     return (
         len(named) == len(effects)
-        and all(any(_stands_for(name, one) for name in named) for one in effects)
+        and all(any(_stands_for(name, effect) for name in named) for effect in effects)
         and all(is_true(name, effects) for name in named)
     )
 
@@ -126,59 +201,50 @@ def _stands_for(named: str, true: str) -> bool:
     return named == true or (named, true) == ("load_spring", "load_force")
 
 
-def first_subsystem(said: Said) -> str | None:
-    """Returns the subsystem with the largest share in `where`; None where there are no shares."""
-    return max(said.subsystem, key=lambda name: said.subsystem[name], default=None)
-
-
-def left_out(answer: Answer, said: Said) -> bool:
+def left_out(answer: Answer, findings: Findings) -> bool:
     """Whether a true effect was excluded from the catalogue of the diagnosis."""
-    return bool(set(answer.effects) & set(said.settings.get("effects_excluded", ())))
+    return bool(set(answer.effects) & set(findings.settings.get("effects_excluded", ())))
 
 
-def judge(answer: Answer, said: Said) -> Judgement:
+def judge(answer: Answer, findings: Findings) -> Judgement:
     """Compares the diagnosis with the truth."""
-    named = [one.id for one in said.named]
+    named = [effect.id for effect in findings.named]
+    verdict = findings.verdict
     if answer.kind in HEALTHY:
         return Judgement(
-            _of_healthy(answer.kind, said.verdict),
+            _of_healthy(answer.kind, verdict),
             false_effect=bool(named),
-            false_alarm=said.verdict in STRUCTURAL,
+            false_alarm=verdict in STRUCTURAL,
         )
     truth = tuple(answer.effects)
     first = bool(named) and answer.kind in KNOWN and is_true(named[0], truth)
-    common = Judgement(
-        "missed",
-        subsystem_first=first_subsystem(said) in answer.subsystems,
-        wrong_name=said.verdict == "effects" and not first,
-    )
-    if left_out(answer, said):
-        recognised = said.verdict == "outside_catalogue"
-        return _with(common, _of_left_out(said.verdict, first), recognised=recognised)
-    if answer.kind not in KNOWN:
-        recognised = said.verdict == "outside_catalogue"
-        return _with(common, _of_open(said.verdict), recognised=recognised)
+    largest = max(findings.subsystem, key=lambda name: findings.subsystem[name], default=None)
+
+    def structural(outcome: Outcome, **answers: Any) -> Judgement:
+        return Judgement(
+            outcome,
+            subsystem_first=largest in answer.subsystem,
+            wrong_name=verdict == "effects" and not first,
+            **answers,
+        )
+
+    excluded = left_out(answer, findings)
+    if excluded or answer.kind not in KNOWN:
+        right = excluded and (verdict == "ambiguous" or first)
+        return structural(_of_unknown(verdict, right), recognised=verdict == "outside_catalogue")
     exact = is_exactly(named, truth)
-    in_set = any(is_exactly(one, truth) for one in (said.sets or [named]))
-    return _with(
-        common,
-        _of_known(said, truth, first, exact, in_set),
+    in_set = any(is_exactly(group, truth) for group in (findings.sets or [named]))
+    silent = verdict in ("no_gap", "insufficient_data")
+    abstained = silent and all(effect in findings.cannot_judge for effect in truth)
+    return structural(
+        _of_known(verdict, first, exact, in_set, abstained),
         effect_first=first,
         exact=exact,
         in_set=in_set,
-        set_size=(len(said.sets) or 1) if named else None,
-        rejected=said.verdict == "outside_catalogue",
-        abstained=_abstained(said, truth),
+        set_size=(len(findings.sets) or 1) if named else None,
+        rejected=verdict == "outside_catalogue",
+        abstained=abstained,
     )
-
-
-def _with(judgement: Judgement, outcome: Outcome, **more: Any) -> Judgement:
-    return replace(judgement, outcome=outcome, **more)
-
-
-def _abstained(said: Said, truth: Sequence[str]) -> bool:
-    silent = said.verdict in ("no_gap", "insufficient_data")
-    return silent and all(one in said.cannot_judge for one in truth)
 
 
 def _of_healthy(kind: str, verdict: str) -> Outcome:
@@ -189,24 +255,22 @@ def _of_healthy(kind: str, verdict: str) -> Outcome:
     return "right" if verdict == HEALTHY[kind] else "other verdict"
 
 
-def _of_left_out(verdict: str, first: bool) -> Outcome:
-    if verdict == "ambiguous" or (verdict == "effects" and first):
-        return "right"
-    return _of_open(verdict)
+def _of_unknown(verdict: str, right: bool) -> Outcome:
+    """Outcome where the effect is not in the catalogue; `right`: effects or a set are right."""
+    match verdict:
+        case "outside_catalogue":
+            return "right"
+        case "effects":
+            return "right" if right else "wrong name"
+        case "ambiguous":
+            return "right" if right else "set without the truth"
+        case "failed":
+            return "failed"
+    return "missed"
 
 
-def _of_open(verdict: str) -> Outcome:
-    found: dict[str, Outcome] = {
-        "outside_catalogue": "right",
-        "effects": "wrong name",
-        "ambiguous": "set without the truth",
-        FAILED: "failed",
-    }
-    return found.get(verdict, "missed")
-
-
-def _of_known(said: Said, truth: Sequence[str], first: bool, exact: bool, in_set: bool) -> Outcome:
-    match said.verdict:
+def _of_known(verdict: str, first: bool, exact: bool, in_set: bool, abstained: bool) -> Outcome:
+    match verdict:
         case "effects":
             return "right" if exact else "incomplete" if first else "wrong name"
         case "ambiguous":
@@ -215,4 +279,4 @@ def _of_known(said: Said, truth: Sequence[str], first: bool, exact: bool, in_set
             return "rejected"
         case "failed":
             return "failed"
-    return "abstained" if _abstained(said, truth) else "missed"
+    return "abstained" if abstained else "missed"

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.validation.scoring.reading import FAILED, Answer, Named, Said
-from ehsid.harness.validation.scoring.right import is_exactly, is_true, judge
+from ehsid.harness.validation.blind.answers import Answer
+from ehsid.harness.validation.scoring.judging import is_exactly, is_true, judge
+from ehsid.harness.validation.scoring.reading import FAILED, Findings, NamedEffect
 
 BAND, BIAS, DELAY = "valve_dead_band", "valve_null_bias", "transport_delay"
 COULOMB, STRIBECK = "coulomb_friction", "stribeck_friction"
@@ -37,16 +38,16 @@ def answer(kind: str, *truth: str, grade: str = "plain") -> Answer:
     return Answer(kind, grade, "ehs", "position", ("prbs",), {one: {} for one in told}, subsystems)
 
 
-def said(
+def findings(
     verdict: str,
     *named: str,
     sets: tuple[tuple[str, ...], ...] = (),
     silent: tuple[str, ...] = (),
     subsystem: str = "",
-) -> Said:
-    return Said(
+) -> Findings:
+    return Findings(
         verdict,
-        tuple(Named(one, 0.9) for one in named),
+        tuple(NamedEffect(one, 0.9) for one in named),
         sets,
         cannot_judge=frozenset(silent),
         subsystem={subsystem: 0.8, "sensor": 0.1} if subsystem else {},
@@ -55,54 +56,54 @@ def said(
 
 # kind, what was said, outcome
 TABLE = [
-    ("one", said("effects", BAND), "right"),
-    ("one", said("effects", BAND, BIAS), "incomplete"),
-    ("one", said("effects", BIAS, BAND), "wrong name"),
-    ("one", said("effects", BIAS), "wrong name"),
-    ("one", said("ambiguous", BIAS, sets=((BIAS,), (BAND,))), "right"),
-    ("one", said("ambiguous", BAND, sets=((BAND,), (BIAS,))), "right"),
-    ("one", said("ambiguous", BIAS, sets=((BIAS,), (DELAY,))), "set without the truth"),
-    ("one", said("ambiguous", BIAS, sets=((BIAS,), (BAND, DELAY))), "set without the truth"),
-    ("one", said("outside_catalogue"), "rejected"),
-    ("one", said("outside_catalogue", BAND), "rejected"),
-    ("one", said("no_gap"), "missed"),
-    ("one", said("no_gap", silent=(BAND, BIAS)), "abstained"),
-    ("one", said("insufficient_data", silent=(BAND,)), "abstained"),
-    ("one", said("parameters", silent=(BAND,)), "missed"),
-    ("one", said("insufficient_data"), "missed"),
-    ("two", said("effects", BAND, DELAY), "right"),
-    ("two", said("effects", DELAY, BAND), "right"),
-    ("two", said("effects", BAND), "incomplete"),
-    ("two", said("effects", DELAY, BIAS), "incomplete"),
-    ("two", said("effects", BIAS, BAND), "wrong name"),
-    ("two", said("effects", BAND, DELAY, BIAS), "incomplete"),
-    ("two", said("ambiguous", BAND, BIAS, sets=((BAND, BIAS), (BAND, DELAY))), "right"),
-    ("two", said("ambiguous", BAND, sets=((BAND,), (BIAS,))), "set without the truth"),
-    ("two", said("no_gap", silent=(BAND,)), "missed"),
-    ("two", said("no_gap", silent=(BAND, DELAY)), "abstained"),
-    ("two", said("parameters"), "missed"),
-    ("two", said("insufficient_data", silent=(DELAY,)), "missed"),
-    ("two", said("outside_catalogue", BAND), "rejected"),
-    ("none", said("no_gap"), "right"),
-    ("none", said("parameters"), "other verdict"),
-    ("none", said("insufficient_data"), "other verdict"),
-    ("none", said("effects", BAND), "false alarm"),
-    ("none", said("ambiguous", BAND, sets=((BAND,), (BIAS,))), "false alarm"),
-    ("none", said("outside_catalogue"), "false alarm"),
-    ("params", said("parameters"), "right"),
-    ("params", said("no_gap"), "other verdict"),
-    ("params", said("insufficient_data"), "other verdict"),
-    ("params", said("effects", BAND), "false alarm"),
-    ("params", said("ambiguous", BAND, sets=((BAND,), (BIAS,))), "false alarm"),
-    ("params", said("outside_catalogue", BAND), "false alarm"),
-    ("open", said("outside_catalogue"), "right"),
-    ("open", said("outside_catalogue", BAND), "right"),
-    ("open", said("effects", BAND), "wrong name"),
-    ("open", said("ambiguous", BAND, sets=((BAND,), (BIAS,))), "set without the truth"),
-    ("open", said("parameters"), "missed"),
-    ("open", said("no_gap"), "missed"),
-    ("open", said("insufficient_data"), "missed"),
-    *((kind, Said(FAILED), "failed") for kind in TRUTHS),
+    ("one", findings("effects", BAND), "right"),
+    ("one", findings("effects", BAND, BIAS), "incomplete"),
+    ("one", findings("effects", BIAS, BAND), "wrong name"),
+    ("one", findings("effects", BIAS), "wrong name"),
+    ("one", findings("ambiguous", BIAS, sets=((BIAS,), (BAND,))), "right"),
+    ("one", findings("ambiguous", BAND, sets=((BAND,), (BIAS,))), "right"),
+    ("one", findings("ambiguous", BIAS, sets=((BIAS,), (DELAY,))), "set without the truth"),
+    ("one", findings("ambiguous", BIAS, sets=((BIAS,), (BAND, DELAY))), "set without the truth"),
+    ("one", findings("outside_catalogue"), "rejected"),
+    ("one", findings("outside_catalogue", BAND), "rejected"),
+    ("one", findings("no_gap"), "missed"),
+    ("one", findings("no_gap", silent=(BAND, BIAS)), "abstained"),
+    ("one", findings("insufficient_data", silent=(BAND,)), "abstained"),
+    ("one", findings("parameters", silent=(BAND,)), "missed"),
+    ("one", findings("insufficient_data"), "missed"),
+    ("two", findings("effects", BAND, DELAY), "right"),
+    ("two", findings("effects", DELAY, BAND), "right"),
+    ("two", findings("effects", BAND), "incomplete"),
+    ("two", findings("effects", DELAY, BIAS), "incomplete"),
+    ("two", findings("effects", BIAS, BAND), "wrong name"),
+    ("two", findings("effects", BAND, DELAY, BIAS), "incomplete"),
+    ("two", findings("ambiguous", BAND, BIAS, sets=((BAND, BIAS), (BAND, DELAY))), "right"),
+    ("two", findings("ambiguous", BAND, sets=((BAND,), (BIAS,))), "set without the truth"),
+    ("two", findings("no_gap", silent=(BAND,)), "missed"),
+    ("two", findings("no_gap", silent=(BAND, DELAY)), "abstained"),
+    ("two", findings("parameters"), "missed"),
+    ("two", findings("insufficient_data", silent=(DELAY,)), "missed"),
+    ("two", findings("outside_catalogue", BAND), "rejected"),
+    ("none", findings("no_gap"), "right"),
+    ("none", findings("parameters"), "other verdict"),
+    ("none", findings("insufficient_data"), "other verdict"),
+    ("none", findings("effects", BAND), "false alarm"),
+    ("none", findings("ambiguous", BAND, sets=((BAND,), (BIAS,))), "false alarm"),
+    ("none", findings("outside_catalogue"), "false alarm"),
+    ("params", findings("parameters"), "right"),
+    ("params", findings("no_gap"), "other verdict"),
+    ("params", findings("insufficient_data"), "other verdict"),
+    ("params", findings("effects", BAND), "false alarm"),
+    ("params", findings("ambiguous", BAND, sets=((BAND,), (BIAS,))), "false alarm"),
+    ("params", findings("outside_catalogue", BAND), "false alarm"),
+    ("open", findings("outside_catalogue"), "right"),
+    ("open", findings("outside_catalogue", BAND), "right"),
+    ("open", findings("effects", BAND), "wrong name"),
+    ("open", findings("ambiguous", BAND, sets=((BAND,), (BIAS,))), "set without the truth"),
+    ("open", findings("parameters"), "missed"),
+    ("open", findings("no_gap"), "missed"),
+    ("open", findings("insufficient_data"), "missed"),
+    *((kind, Findings(FAILED), "failed") for kind in TRUTHS),
 ]
 
 
@@ -113,14 +114,14 @@ def test_the_table_has_every_kind_with_every_verdict() -> None:
 
 @pytest.mark.parametrize("grade", ["plain", "hard", "confusable"])
 @pytest.mark.parametrize(("kind", "what", "outcome"), TABLE)
-def test_outcomes(kind: str, what: Said, outcome: str, grade: str) -> None:
+def test_outcomes(kind: str, what: Findings, outcome: str, grade: str) -> None:
     found = judge(answer(kind, grade=grade), what)
     assert found.outcome == outcome
     assert found.right == (outcome == "right")
 
 
 @pytest.mark.parametrize(("kind", "what", "outcome"), TABLE)
-def test_questions_arise_only_where_they_can(kind: str, what: Said, outcome: str) -> None:
+def test_questions_arise_only_where_they_can(kind: str, what: Findings, outcome: str) -> None:
     found = judge(answer(kind), what)
     known, healthy = kind in ("one", "two"), kind in ("none", "params")
     for name in ("effect_first", "exact", "in_set", "rejected", "abstained"):
@@ -139,7 +140,7 @@ def test_questions_arise_only_where_they_can(kind: str, what: Said, outcome: str
 
 
 def test_the_first_name_counts_whatever_the_verdict() -> None:
-    found = judge(answer("one"), said("outside_catalogue", BAND))
+    found = judge(answer("one"), findings("outside_catalogue", BAND))
     assert found.effect_first
     assert found.exact
     assert found.in_set
@@ -148,7 +149,7 @@ def test_the_first_name_counts_whatever_the_verdict() -> None:
 
 
 def test_the_first_name_of_a_set_is_no_confident_one() -> None:
-    found = judge(answer("one"), said("ambiguous", BIAS, sets=((BIAS,), (BAND,))))
+    found = judge(answer("one"), findings("ambiguous", BIAS, sets=((BIAS,), (BAND,))))
     assert found.effect_first is False
     assert found.in_set
     assert found.set_size == 2
@@ -156,30 +157,30 @@ def test_the_first_name_of_a_set_is_no_confident_one() -> None:
 
 
 def test_unknown_effects_are_named_by_nobody() -> None:
-    found = judge(answer("open"), said("effects", "valve_stiction"))
+    found = judge(answer("open"), findings("effects", "valve_stiction"))
     assert found.wrong_name
 
 
 def test_an_effect_beside_an_unknown_gap_is_blamed_all_the_same() -> None:
-    found = judge(answer("none"), said("outside_catalogue", BAND))
+    found = judge(answer("none"), findings("outside_catalogue", BAND))
     assert found.false_effect
-    assert not judge(answer("none"), said("outside_catalogue")).false_effect
+    assert not judge(answer("none"), findings("outside_catalogue")).false_effect
 
 
 @pytest.mark.parametrize(
     ("true", "what", "outcome"),
     [
-        (BAND, said("outside_catalogue"), "right"),
-        (BAND, said("ambiguous", BIAS, sets=((BIAS,), (DELAY,))), "right"),
-        (BAND, said("effects", BIAS), "wrong name"),
-        (BAND, said("parameters"), "missed"),
-        (BAND, said("no_gap"), "missed"),
-        (BAND, said("insufficient_data"), "missed"),
-        (COULOMB, said("effects", STRIBECK), "right"),
-        (BAND, Said(FAILED), "failed"),
+        (BAND, findings("outside_catalogue"), "right"),
+        (BAND, findings("ambiguous", BIAS, sets=((BIAS,), (DELAY,))), "right"),
+        (BAND, findings("effects", BIAS), "wrong name"),
+        (BAND, findings("parameters"), "missed"),
+        (BAND, findings("no_gap"), "missed"),
+        (BAND, findings("insufficient_data"), "missed"),
+        (COULOMB, findings("effects", STRIBECK), "right"),
+        (BAND, Findings(FAILED), "failed"),
     ],
 )
-def test_without_the_true_effect(true: str, what: Said, outcome: str) -> None:
+def test_without_the_true_effect(true: str, what: Findings, outcome: str) -> None:
     found = judge(answer("one", true), replace(what, settings={"effects_excluded": [true]}))
     assert found.outcome == outcome
     assert found.recognised == (what.verdict == "outside_catalogue")
@@ -198,16 +199,16 @@ def test_without_the_true_effect(true: str, what: Said, outcome: str) -> None:
 )
 def test_families(named: str, true: str, right: bool) -> None:
     assert is_true(named, [true]) == right
-    assert judge(answer("one", true), said("effects", named)).right == right
+    assert judge(answer("one", true), findings("effects", named)).right == right
 
 
 def test_the_subsystem_is_the_largest_share() -> None:
-    assert judge(answer("one"), said("effects", BIAS, subsystem="valve")).subsystem_first
-    assert not judge(answer("one"), said("effects", BAND, subsystem="timing")).subsystem_first
-    assert not judge(answer("one"), said("no_gap")).subsystem_first
-    assert judge(answer("open"), said("outside_catalogue", subsystem="valve")).subsystem_first
+    assert judge(answer("one"), findings("effects", BIAS, subsystem="valve")).subsystem_first
+    assert not judge(answer("one"), findings("effects", BAND, subsystem="timing")).subsystem_first
+    assert not judge(answer("one"), findings("no_gap")).subsystem_first
+    assert judge(answer("open"), findings("outside_catalogue", subsystem="valve")).subsystem_first
     # of two effects either is right
-    assert judge(answer("two"), said("effects", BAND, subsystem="timing")).subsystem_first
+    assert judge(answer("two"), findings("effects", BAND, subsystem="timing")).subsystem_first
 
 
 IDS = st.sampled_from(sorted(effects()))

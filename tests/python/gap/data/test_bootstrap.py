@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: MIT
+"""The bootstrap over windows against that of scipy, which has the same stream of draws."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from ehsid.harness.gap.data.bootstrap import drawn_counts, drawn_windows, interval
+from ehsid.harness.gap.thresholds import BOOTSTRAP_DRAWS, SHRINKAGE_LEVEL
+
+
+def test_intervals_are_those_of_scipy() -> None:
+    values = np.random.default_rng(1).lognormal(size=30)
+    theirs = stats.bootstrap(
+        (values,),
+        np.mean,
+        n_resamples=BOOTSTRAP_DRAWS,
+        confidence_level=SHRINKAGE_LEVEL,
+        method="percentile",
+        rng=np.random.default_rng(7),
+    ).confidence_interval
+    drawn = values[drawn_windows(30, np.random.default_rng(7))].mean(axis=1)
+    assert interval(drawn) == pytest.approx((theirs.low, theirs.high), rel=1e-12)
+
+
+def test_counts_are_those_of_draws_with_replacement() -> None:
+    counts = drawn_counts(20, np.random.default_rng(2))
+    drawn = drawn_windows(20, np.random.default_rng(3))
+    assert (counts.sum(axis=1) == 20).all()
+    # A window is taken k times in binomial draws of 20 with p = 1/20: variance 0.95. The variance
+    # of 500 x 20 counts is known to sqrt((kurtosis - 1) / 10^4), about 2 %; three times that.
+    of_draws = np.array([np.bincount(draw, minlength=20) for draw in drawn])
+    for each in (counts, of_draws):
+        assert each.var() == pytest.approx(0.95, rel=0.06)
+
+
+def test_draws_without_a_value_are_left_out() -> None:
+    values = np.arange(101.0)
+    assert interval(values) == pytest.approx((5.0, 95.0))
+    assert interval(np.append(values, np.nan)) == interval(values)
