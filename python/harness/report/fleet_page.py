@@ -26,6 +26,7 @@ from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 from ehsid.harness.validation.fleet.ranking import Fleet, Machine
 
 SCHEMA_VERSION = 1
+FILES = ("fleet.html", "fleet.json")
 # The figure shows this many machines, those with the largest gaps; the tables show all.
 MOST_DRAWN = 60
 
@@ -58,16 +59,11 @@ def plain_fleet(fleet: Fleet) -> dict[str, Any]:
     return plain
 
 
-def write_fleet(fleet: Fleet, out: Path) -> Path:
-    """Writes fleet.json and fleet.html, each completely or not at all.
-
-    Returns the path of fleet.html.
-    """
+def write_fleet(fleet: Fleet, folder: Path) -> None:
+    """Writes the files `FILES` of a fleet into a folder that exists."""
     text = json.dumps(plain_fleet(fleet), indent=2, allow_nan=False, ensure_ascii=False)
-    out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "fleet.json", text + "\n")
-    pages.write_page(out / "fleet.html", fleet_page(fleet))
-    return out / "fleet.html"
+    write_text(folder / "fleet.json", text + "\n")
+    pages.write_page(folder / "fleet.html", fleet_page(fleet))
 
 
 def fleet_lead(fleet: Fleet) -> list[str]:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 import time
 import traceback
@@ -11,12 +10,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ehsid.harness.files import result_folder
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import workers
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
 ERROR = "error.txt"
+# Name of the result of a diagnosis in its folder: that of `ehsid gap`.
+RESULT = "gap"
 
 # `ehsid.harness.gap.diagnose`, or a function that replaces it.
 Diagnose = Callable[..., Diagnosis]
@@ -105,11 +107,13 @@ def one_line(text: str) -> str:
 
 
 def keep(outcome: Outcome, folder: Path) -> None:
-    """Writes the files to folder/NAME, all or none; they replace an earlier result."""
-    unfinished = folder / ".unfinished"
-    shutil.rmtree(unfinished, ignore_errors=True)
-    unfinished.mkdir(parents=True)
-    for name, content in outcome.files.items():
-        (unfinished / name).write_bytes(content)
-    shutil.rmtree(folder / outcome.name, ignore_errors=True)
-    unfinished.rename(folder / outcome.name)
+    """Writes the files to folder/NAME, all or none; they replace an earlier result.
+
+    Raises
+    ------
+    ValueError
+        as `result_folder`: a file that is not of an earlier result is in the way.
+    """
+    with result_folder(folder / outcome.name, RESULT, list(outcome.files)) as made:
+        for name, content in outcome.files.items():
+            (made / name).write_bytes(content)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ehsid.harness.files import is_incomplete
 from ehsid.harness.gap.diagnosis_file import diagnosis_text
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import run_unordered
@@ -17,6 +18,7 @@ from ehsid.harness.rigs import read_rig, write_rig
 from ehsid.harness.validation.blind.seal import ANSWERS, CASES, RESULTS, Seal
 from ehsid.harness.validation.jobs import (
     ERROR,
+    RESULT,
     Diagnose,
     Job,
     Outcome,
@@ -31,10 +33,12 @@ DIAGNOSIS = "diagnosis.json"
 def unfinished_cases(out: Path) -> list[str]:
     """Returns the names of the cases without a result, in alphabetic order."""
     names = sorted(path.name for path in (out / CASES).iterdir())
-    done = (DIAGNOSIS, ERROR)
-    return [
-        name for name in names if not any((out / RESULTS / name / one).is_file() for one in done)
-    ]
+    return [name for name in names if not _is_finished(out / RESULTS / name)]
+
+
+def _is_finished(result: Path) -> bool:
+    there = any((result / name).is_file() for name in (DIAGNOSIS, ERROR))
+    return there and not is_incomplete(result, RESULT)
 
 
 def run_check(out: Path, seal: Seal, diagnose: Diagnose) -> Iterator[Outcome]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.files import write_text
+from ehsid.harness.files import result_files, result_folder, write_text
 from ehsid.harness.parallel import run_tasks
 from ehsid.harness.validation.reality.case import KINDS, Kind, Sensors, make_case
 from ehsid.harness.validation.reality.structure import Grade
@@ -85,6 +85,8 @@ def write_cases(
 ) -> None:
     """Writes folders of cases, and their answers by name to a file outside of them.
 
+    They replace the cases and the answers of an earlier run.
+
     Parameters
     ----------
     kind, sensors
@@ -97,15 +99,19 @@ def write_cases(
     Raises
     ------
     ValueError
-        the file of answers would lie in the folder of the cases.
+        the file of answers would lie in the folder of the cases, or as `result_folder`.
     """
     target, sealed = Path(folder).resolve(), Path(answers).resolve()
     if target == sealed.parent or target in sealed.parents:
         raise ValueError(f"answers must not lie among the cases: {sealed} is in {target}")
-    tasks = [
-        functools.partial(write_one, target, seed, grade, kind, sensors, plant, seconds)
-        for seed in seeds
-    ]
-    found = dict(run_tasks(tasks, progress))
     sealed.parent.mkdir(parents=True, exist_ok=True)
-    write_text(sealed, json.dumps(dict(sorted(found.items())), indent=1) + "\n")
+    with (
+        result_files(sealed, "reality") as aside,
+        result_folder(target, "reality", ["*/rig.toml", "*/train.csv", "*/validate.csv"]) as made,
+    ):
+        tasks = [
+            functools.partial(write_one, made, seed, grade, kind, sensors, plant, seconds)
+            for seed in seeds
+        ]
+        found = dict(run_tasks(tasks, progress))
+        write_text(aside / sealed.name, json.dumps(dict(sorted(found.items())), indent=1) + "\n")
