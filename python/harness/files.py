@@ -320,15 +320,15 @@ def _opened(
     folder: Path, result: str, names: Sequence[str], inputs: Iterable[Path]
 ) -> Iterator[_Exchange]:
     """Yields the exchange of a result after all checks; at the end nothing is left of it."""
-    nearest = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    nearest = next(path for path in (folder, *folder.absolute().parents) if _exists(path))
     if not nearest.is_dir():
         raise ValueError(f"--out {folder}: {nearest} is a file; give the name of a folder")
-    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    missing = [path for path in (folder, *folder.parents) if not _exists(path)]
     exchange = _Exchange(folder, result)
     try:
         with _locked(exchange.aside):
+            exchange.begin()
             try:
-                exchange.begin()
                 exchange.check(names, inputs)
                 yield exchange
             finally:
@@ -379,6 +379,12 @@ def _locked(folder: Path) -> Iterator[None]:
                 return
         finally:
             os.close(descriptor)
+
+
+def _exists(path: Path) -> bool:
+    with suppress(OSError):  # such as a name that is too long
+        return path.exists()
+    return False
 
 
 def _keep_copy(path: Path, copy: Path) -> None:
