@@ -196,14 +196,17 @@ class _Exchange:
         self.new, self.old = self.aside / "new", self.aside / "old"
         self.planned = self.aside / "manifest.json"
 
-    def begin(self) -> None:
-        """Clears away what a killed run has left."""
+    def check_aside(self) -> None:
+        """Raises ValueError if the folder aside has files that no run of ehsid has made."""
         known = {one.name for one in (self.new, self.old, self.planned)}
         if strange := {one.name for one in self.aside.iterdir()} - known:
             raise ValueError(
                 f"{self.aside / min(strange)}: not a file of ehsid; move it away, the folder "
                 f"{self.aside.name} is for unfinished results"
             )
+
+    def begin(self) -> None:
+        """Clears away what a killed run has left."""
         self.put_back()
         shutil.rmtree(self.new, ignore_errors=True)
         shutil.rmtree(self.old, ignore_errors=True)
@@ -327,8 +330,9 @@ def _opened(
     exchange = _Exchange(folder, result)
     try:
         with _locked(exchange.aside):
-            exchange.begin()
+            exchange.check_aside()
             try:
+                exchange.begin()
                 exchange.check(names, inputs)
                 yield exchange
             finally:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ehsid.harness.files import result_folder
+from ehsid.harness.files import FULL, result_folder
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import workers
 from ehsid.harness.records import Record
@@ -78,7 +78,13 @@ class Outcome:
 
 
 def run_job(job: Job, diagnose: Diagnose, write: Write) -> Outcome:
-    """Runs the diagnosis on one core; an exception becomes an outcome, too."""
+    """Runs the diagnosis on one core; an exception becomes an outcome, too.
+
+    Raises
+    ------
+    ValueError
+        the disk of temporary files is full: this says nothing about the job.
+    """
     began = time.monotonic()
     try:
         with workers(1):
@@ -90,6 +96,11 @@ def run_job(job: Job, diagnose: Diagnose, write: Write) -> Outcome:
             files = {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
         word: str = found.verdict
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in FULL:
+            raise ValueError(
+                f"{tempfile.gettempdir()}: cannot be written to ({error.strerror}); make room "
+                "there, or let TMPDIR name another folder"
+            ) from None
         files, word = failure(error)
     return Outcome(job.name, files, word, time.monotonic() - began)
 
