@@ -15,19 +15,16 @@ import errno
 import glob
 import os
 import secrets
-import shutil
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ehsid.harness.manifest import manifest_of, read_manifest
+from ehsid.harness.exchange import FOLDER, Exchange
 
 if sys.platform != "win32":
     import fcntl
 
-# Hidden folder of the manifests, in each folder with results.
-FOLDER = ".ehsid"
 # Errors that say that nothing more can be written: full disk, quota, largest size of a file.
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -104,9 +101,8 @@ def result_folder(
         is kept in a folder `FOLDER/RESULT_not_placed_NUMBER`. The messages name the file and the
         remedy.
     """
-    with _opened(folder, result, names, inputs) as exchange:
-        yield exchange.new
-        exchange.finish()
+    with _opened(folder, folder, result, names, inputs) as exchange:
+        yield from _placed(exchange)
 
 
 @contextmanager
@@ -140,8 +136,9 @@ def result_files(
     if not path.parent.is_dir():
         raise ValueError(f"--out {path}: there is no folder {path.parent}; make it first")
     names = [glob.escape(name) for name in (path.name, *beside)]
-    with result_folder(path.parent, f"{result}-{path.name}", names, inputs) as folder:
-        yield folder
+    result = f"{result}-{path.name}"
+    with _opened(path, path.parent, result, names, inputs) as exchange:
+        yield from _placed(exchange)
 
 
 def check_result_folder(
@@ -154,13 +151,13 @@ def check_result_folder(
     ValueError
         as `result_folder`.
     """
-    with _opened(folder, result, names, inputs):
+    with _opened(folder, folder, result, names, inputs):
         pass
 
 
 def is_incomplete(folder: Path, result: str) -> bool:
     """Whether a run was killed while its files were exchanged, so that files of two runs mix."""
-    return _Exchange(folder, result).planned.exists()
+    return Exchange(folder, result).planned.exists()
 
 
 def free_folder(folder: Path, stem: str) -> Path:
@@ -177,159 +174,33 @@ def free_folder(folder: Path, stem: str) -> Path:
             return made
 
 
-class _Exchange:
-    """The files of a result in a folder, and the folder aside in which the new ones are made.
-
-    Attributes
-    ----------
-    new, old
-        folders of the new files, and of the earlier ones while they are exchanged.
-    planned
-        manifest of the new files; exists only while they are exchanged.
-    """
-
-    def __init__(self, folder: Path, result: str) -> None:
-        self.folder = folder
-        self.result = result
-        self.manifest = folder / FOLDER / f"{result}.json"
-        self.aside = folder / FOLDER / f"{result}.unfinished"
-        self.new, self.old = self.aside / "new", self.aside / "old"
-        self.planned = self.aside / "manifest.json"
-
-    def check_aside(self) -> None:
-        """Raises ValueError if the folder aside has files that no run of ehsid has made."""
-        known = {one.name for one in (self.new, self.old, self.planned)}
-        if strange := {one.name for one in self.aside.iterdir()} - known:
-            raise ValueError(
-                f"{self.aside / min(strange)}: not a file of ehsid; move it away, the folder "
-                f"{self.aside.name} is for unfinished results"
-            )
-
-    def begin(self) -> None:
-        """Clears away what a killed run has left."""
-        self.put_back()
-        shutil.rmtree(self.new, ignore_errors=True)
-        shutil.rmtree(self.old, ignore_errors=True)
-        self.new.mkdir()
-
-    def check(self, names: Iterable[str], inputs: Iterable[Path] = ()) -> None:
-        """Raises ValueError if a file is in the way that is not of an earlier run, or an input."""
-        before = read_manifest(self.manifest, self.result).files
-        found = [
-            Path(name).as_posix()
-            for pattern in names
-            for name in glob.glob(pattern, root_dir=self.folder)  # noqa: PTH207 -- Path.glob misses broken links
-        ]
-        # A file in the place of a folder: "figures" for "figures/01.png".
-        above = {one for name in names for one in Path(name).parents if one.name}
-        read = [one for one in inputs if one.exists()]
-        for name in (*found, *before):
-            path = self.folder / name
-            for one in read:
-                if path.exists() and path.samefile(one):
-                    raise ValueError(
-                        f"{path}: this is an input of the command ({one}), and the results have a "
-                        "file of this name; name another --out"
-                    )
-        for name in found:
-            path = self.folder / name
-            if name not in before:
-                raise ValueError(
-                    f"{path}: is there already and is not an earlier result of this command; move "
-                    "it away or name another --out"
-                )
-            if not before[name].describes(path):
-                raise ValueError(
-                    f"{path}: has been changed since ehsid wrote it; move it away or name another "
-                    "--out"
-                )
-        for one in above:
-            if os.path.lexists(self.folder / one) and not (self.folder / one).is_dir():
-                raise ValueError(
-                    f"{self.folder / one}: is a file, and the results have a folder of this name; "
-                    "move it away or name another --out"
-                )
-
-    def finish(self) -> None:
-        """Puts the new files in place; an error puts the earlier ones back."""
-        planned = manifest_of(self.new, self.result)
-        try:
-            self.check([glob.escape(name) for name in planned.files])
-        except ValueError as error:
-            kept = free_folder(self.folder, f"{self.result}_not_placed")
-            self.new.replace(kept)
-            raise ValueError(f"{error}; the new results are in {kept}") from None
-        before = read_manifest(self.manifest, self.result).files
-        left = [
-            name
-            for name in before
-            if name not in planned.files and before[name].describes(self.folder / name)
-        ]
-        write_text(self.planned, planned.text())
-        try:
-            for name in planned.files:
-                if name in before and (self.folder / name).exists():
-                    _keep_copy(self.folder / name, self.old / name)
-                _move(self.new / name, self.folder / name)
-            for name in left:
-                _move(self.folder / name, self.old / name)
-            self.planned.replace(self.manifest)
-        except BaseException:
-            self.put_back()
-            raise
-        self._remove_empty_folders(left)
-
-    def put_back(self) -> None:
-        """Puts the earlier files back if an exchange was broken off.
-
-        This may itself be broken off at any point and begun anew.
-        """
-        if not self.planned.exists():
-            return
-        after = read_manifest(self.planned, self.result).files
-        before = read_manifest(self.manifest, self.result).files
-        for name in {*before, *after}:
-            path = self.folder / name
-            entries = [files[name] for files in (before, after) if name in files]
-            if os.path.lexists(path) and not any(entry.describes(path) for entry in entries):
-                raise ValueError(
-                    f"{path}: a killed run of ehsid wrote it, and it has been changed since; move "
-                    "it away"
-                )
-        for name in after:
-            if name not in before and not (self.new / name).exists():
-                (self.folder / name).unlink(missing_ok=True)
-        for name in before:
-            if (self.old / name).exists():
-                _move(self.old / name, self.folder / name)
-        self._remove_empty_folders(after)
-        self.planned.unlink()
-
-    def _remove_empty_folders(self, names: Iterable[str]) -> None:
-        """Removes the folders below `folder` that had files of these names and have none now."""
-        for name in names:
-            for parent in list(Path(name).parents)[:-1]:
-                with suppress(OSError):  # has files, or is not there
-                    (self.folder / parent).rmdir()
-
-    def end(self) -> None:
-        """Removes the folder aside, unless it has files that still must be put back."""
-        if not self.planned.exists():
-            shutil.rmtree(self.aside, ignore_errors=True)
+def _placed(exchange: Exchange) -> Iterator[Path]:
+    """Yields the folder of the new files, then puts them in place."""
+    yield exchange.new
+    try:
+        planned = exchange.plan()
+    except ValueError as error:
+        kept = free_folder(exchange.folder, f"{exchange.result}_not_placed")
+        exchange.new.replace(kept)
+        raise ValueError(f"{error}; the new results are in {kept}") from None
+    exchange.finish(planned)
 
 
 @contextmanager
 def _opened(
-    folder: Path, result: str, names: Sequence[str], inputs: Iterable[Path]
-) -> Iterator[_Exchange]:
-    """Yields the exchange of a result after all checks; at the end nothing is left of it."""
+    out: Path, folder: Path, result: str, names: Sequence[str], inputs: Iterable[Path]
+) -> Iterator[Exchange]:
+    """Yields the exchange of a result after all checks; at the end nothing is left of it.
+
+    `out` is what the user has named: the folder, or a file in it.
+    """
     nearest = next(path for path in (folder, *folder.absolute().parents) if _exists(path))
     if not nearest.is_dir():
         raise ValueError(f"--out {folder}: {nearest} is a file; give the name of a folder")
     missing = [path for path in (folder, *folder.parents) if not _exists(path)]
-    exchange = _Exchange(folder, result)
+    exchange = Exchange(folder, result)
     try:
-        with _locked(exchange.aside):
+        with _locked(exchange.aside, out):
             exchange.check_aside()
             try:
                 exchange.begin()
@@ -342,8 +213,8 @@ def _opened(
         if error.errno not in FULL and not ours:
             raise
         raise ValueError(
-            f"--out {folder}: cannot be written to ({error.strerror}); make room there, or name "
-            "another folder. Earlier results are unchanged"
+            f"--out {out}: cannot be written to ({error.strerror}); make room there, or name "
+            "another --out. Earlier results are unchanged"
         ) from error
     finally:
         for path in (folder / FOLDER, *missing):
@@ -352,9 +223,8 @@ def _opened(
 
 
 @contextmanager
-def _locked(folder: Path) -> Iterator[None]:
+def _locked(folder: Path, out: Path) -> Iterator[None]:
     """Makes the folder and keeps other processes out; the lock ends with this process."""
-    out = folder.parent.parent
     if sys.platform == "win32":
         folder.mkdir(parents=True, exist_ok=True)
         yield
@@ -365,7 +235,7 @@ def _locked(folder: Path) -> Iterator[None]:
             descriptor = os.open(folder, os.O_RDONLY)
         except OSError as error:
             raise ValueError(
-                f"--out {out}: cannot be written to ({error.strerror}); name another folder"
+                f"--out {out}: cannot be written to ({error.strerror}); name another --out"
             ) from None
         try:
             try:
@@ -389,17 +259,3 @@ def _exists(path: Path) -> bool:
     with suppress(OSError):  # such as a name that is too long
         return path.exists()
     return False
-
-
-def _keep_copy(path: Path, copy: Path) -> None:
-    """Gives a file a second name, so that it stays under the first one until it is replaced."""
-    copy.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        os.link(path, copy)
-    except OSError:  # a file system without hard links
-        path.replace(copy)
-
-
-def _move(path: Path, target: Path) -> None:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    path.replace(target)

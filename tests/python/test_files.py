@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from interrupts import interruptible
 
 import ehsid
+from ehsid.harness.exchange import FOLDER
 from ehsid.harness.files import (
-    FOLDER,
     check_result_folder,
     free_folder,
     is_incomplete,
@@ -258,7 +258,7 @@ def stop_at(step: int, monkeypatch: pytest.MonkeyPatch, *, killed: bool) -> None
     monkeypatch.setattr("os.link", counted(os.link))
     if killed:
         for name in ("put_back", "end"):
-            monkeypatch.setattr(f"ehsid.harness.files._Exchange.{name}", lambda _: None)
+            monkeypatch.setattr(f"ehsid.harness.exchange.Exchange.{name}", lambda _: None)
 
 
 BEFORE = {"a.txt": "earlier", "pictures/1.png": "earlier", "thesis.txt": "mine"}
@@ -385,7 +385,7 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_work(tmp_path: Path)
     for out, words in (
         (tmp_path / "file", "is a file; give the name of a folder"),
         (tmp_path / "file" / "below", "is a file; give the name of a folder"),
-        (tmp_path / ("x" * 300), "cannot be written to .*; name another folder"),
+        (tmp_path / ("x" * 300), "cannot be written to .*; name another --out"),
     ):
         with pytest.raises(ValueError, match=words):
             check_result_folder(out, "test", NAMES)

@@ -15,7 +15,7 @@ from made_diagnoses import bench, measured_record
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
-from ehsid.harness.files import FOLDER
+from ehsid.harness.exchange import FOLDER
 from ehsid.harness.parallel import workers
 from ehsid.harness.records import make_record, write_record
 from ehsid.harness.rigs import write_rig
@@ -189,4 +189,4 @@ def test_a_place_that_cannot_be_written_to_is_refused_before_the_work(
     message = run(name, code=2)
     assert "--out out" in message
     assert "cannot be written to" in message
-    assert "name another folder" in message
+    assert "name another --out" in message

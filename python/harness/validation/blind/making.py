@@ -11,7 +11,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from ehsid.harness.files import FOLDER, result_folder, write_text
+from ehsid.harness.exchange import FOLDER
+from ehsid.harness.files import result_folder, write_text
 from ehsid.harness.parallel import Progress, run_tasks
 from ehsid.harness.validation.blind.seal import ANSWERS, CASES, SEAL, TRANSFER, Seal, write_seal
 from ehsid.harness.validation.blind.settings import SEEDS, Settings
