@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+import glob
 import json
 import os
 from collections.abc import Callable, Sequence
@@ -17,7 +18,7 @@ from ehsid.harness.parallel import run_tasks
 from ehsid.harness.validation.reality.case import KINDS, Kind, Sensors, make_case
 from ehsid.harness.validation.reality.structure import Grade
 from ehsid.harness.validation.reality.told import PlantKind
-from ehsid.harness.validation.reality.writing import record_text, write_case
+from ehsid.harness.validation.reality.writing import FILES, record_text, write_case
 
 SHARES = {"one": 0.5, "two": 0.15, "none": 0.1, "params": 0.1, "open": 0.15}
 
@@ -105,12 +106,16 @@ def write_cases(
     if target == sealed.parent or target in sealed.parents:
         raise ValueError(f"answers must not lie among the cases: {sealed} is in {target}")
     sealed.parent.mkdir(parents=True, exist_ok=True)
+    names = [f"{glob.escape(target.name)}/*/{name}" for name in FILES]
+    # The manifest is not put among the cases: every folder there is a case.
     with (
         result_files(sealed, "reality") as aside,
-        result_folder(target, "reality", ["*/rig.toml", "*/train.csv", "*/validate.csv"]) as made,
+        result_folder(target.parent, f"reality-{target.name}", names) as made,
     ):
         tasks = [
-            functools.partial(write_one, made, seed, grade, kind, sensors, plant, seconds)
+            functools.partial(
+                write_one, made / target.name, seed, grade, kind, sensors, plant, seconds
+            )
             for seed in seeds
         ]
         found = dict(run_tasks(tasks, progress))
