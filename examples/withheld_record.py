@@ -146,14 +146,15 @@ def answer_table(diagnosis: Diagnosis) -> Table:
     )
 
 
-def withheld_record_sections(out: Path, progress: Callable[[float], None]) -> Part:
-    """Diagnose, write the whole report into `out`, and only then read the answer."""
+def withheld_record_sections(folder: Path, progress: Callable[[float], None]) -> Part:
+    """Diagnose, write the whole report into `folder`, and only then read the answer."""
     rig = read_rig(RIG)
     train, validate = (
         read_record(FOLDER / f"{name}.csv.gz", layout=rig.columns) for name in ("train", "validate")
     )
     diagnosis = diagnose([train], rig, validate=[validate], progress=progress)
-    write_diagnosis(out / REPORT, diagnosis, [train, validate], RIG.name)
+    (folder / REPORT).mkdir()
+    write_diagnosis(folder / REPORT, diagnosis, [train, validate], RIG.name)
     far = diagnosis.how_far
     assert far is not None
     effects = effect_set(tuple(one.id for one in diagnosis.effects))

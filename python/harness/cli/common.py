@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Functions that several commands share: reading of signals, errors, writing of complete files."""
+"""Functions that several commands share: reading of signals, errors, writing of results."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
-from ehsid.harness.files import replacing, write_text
+from ehsid.harness.files import write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,15 +42,11 @@ def read_io(path: Path, input_name: str, output_name: str) -> IoData:
 
 
 def write_results(folder: Path, stem: str, findings: dict[str, Any], figure: Figure) -> None:
-    """Writes STEM.json and STEM.png into a folder, each under a temporary name first."""
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"--out {folder}: this is a file; give the name of a folder")
-    folder.mkdir(parents=True, exist_ok=True)
+    """Writes STEM.json and STEM.png into a folder."""
     write_text(folder / f"{stem}.json", json.dumps(findings, indent=2, allow_nan=False) + "\n")
     write_figure(folder / f"{stem}.png", figure)
 
 
 def write_figure(path: Path, figure: Figure) -> None:
-    """Writes a figure as PNG under a temporary name, then renames the file."""
-    with replacing(path) as unfinished:
-        figure.savefig(unfinished, dpi=120, format="png")
+    """Writes a figure as PNG."""
+    figure.savefig(path, dpi=120, format="png")

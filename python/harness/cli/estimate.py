@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,7 @@ from rich.table import Table
 
 from ehsid.harness.cli.common import read_io, write_results
 from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
+from ehsid.harness.files import result_folder
 
 if TYPE_CHECKING:
     from ehsid.harness.estimation import EstimationResult
@@ -53,14 +55,19 @@ def estimate_command(
     from ehsid.harness.estimation import estimate
     from ehsid.harness.identification import ArxOrders
 
-    data = read_io(record, input_name, output_name)
-    orders = ArxOrders(na, nb, nk, offset=False)
-    policy = make_policy(forgetting, lambda0, setting)
-    result = estimate(data, orders, forgetting=policy, reset=reset)
-    if out is not None:
-        from ehsid.harness.report.figures import estimation_figure
+    names = ("estimate.json", "estimate.png")
+    with (
+        nullcontext() if out is None else result_folder(out, "estimate", names, [record]) as folder
+    ):
+        data = read_io(record, input_name, output_name)
+        orders = ArxOrders(na, nb, nk, offset=False)
+        policy = make_policy(forgetting, lambda0, setting)
+        result = estimate(data, orders, forgetting=policy, reset=reset)
+        if folder is not None:
+            from ehsid.harness.report.figures import estimation_figure
 
-        write_results(out, "estimate", result.to_dict(), estimation_figure(result, data.dt_s))
+            figure = estimation_figure(result, data.dt_s)
+            write_results(folder, "estimate", result.to_dict(), figure)
     if as_json:
         typer.echo(json.dumps(result.to_dict(), allow_nan=False))
         return

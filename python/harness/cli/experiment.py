@@ -14,6 +14,7 @@ from rich.console import Console
 import ehsid
 from ehsid.harness.cli.common import parse_range
 from ehsid.harness.cli.progress import stages
+from ehsid.harness.files import result_folder
 
 
 class TrendName(StrEnum):
@@ -62,6 +63,7 @@ def experiment_command(
     Example: ehsid experiment --record rec.csv --rig rig.toml --out results
     """
     from ehsid.harness.cli.experiment_findings import (
+        FILES,
         OFFLINE_SEED,
         Offline,
         on_record,
@@ -78,30 +80,32 @@ def experiment_command(
         parse_range(delays, "--delays"),
         Preprocessing(trend.value, outliers, scaling),
     )
-    rig = None if rig_file is None else read_rig(rig_file)
-    if record is not None:
-        findings = on_record(record, rig, offline, input_name, output_name)
-    else:
-        rig = rig or published_rig()
-        if rig.plant != "ehs":
-            raise ValueError(
-                f'{rig_file}: the experiment needs a plant "ehs", this is "{rig.plant}"; give '
-                "a record of it with --record"
-            )
-        with stages() as progress:
-            findings = redo(rig, offline, runs, progress)
-    provenance = {
-        "ehsid_version": ehsid.__version__,
-        "record": None if record is None else str(record),
-        "rig": "published" if rig_file is None else str(rig_file),
-        "orders": orders,
-        "delays": delays,
-        "preprocessing": str(offline.preprocessing),
-        "runs": runs,
-        "offline_seed": OFFLINE_SEED,
-        "seconds": round(time.monotonic() - began, 1),
-    }
-    write_findings(out, findings, provenance)
+    inputs = [path for path in (record, rig_file) if path is not None]
+    with result_folder(out, "experiment", FILES, inputs) as folder:
+        rig = None if rig_file is None else read_rig(rig_file)
+        if record is not None:
+            findings = on_record(record, rig, offline, input_name, output_name)
+        else:
+            rig = rig or published_rig()
+            if rig.plant != "ehs":
+                raise ValueError(
+                    f'{rig_file}: the experiment needs a plant "ehs", this is "{rig.plant}"; give '
+                    "a record of it with --record"
+                )
+            with stages() as progress:
+                findings = redo(rig, offline, runs, progress)
+        provenance = {
+            "ehsid_version": ehsid.__version__,
+            "record": None if record is None else str(record),
+            "rig": "published" if rig_file is None else str(rig_file),
+            "orders": orders,
+            "delays": delays,
+            "preprocessing": str(offline.preprocessing),
+            "runs": runs,
+            "offline_seed": OFFLINE_SEED,
+            "seconds": round(time.monotonic() - began, 1),
+        }
+        write_findings(folder, findings, provenance)
     if as_json:
         typer.echo((out / "experiment.json").read_text(encoding="utf-8"))
     else:

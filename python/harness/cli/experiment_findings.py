@@ -53,6 +53,10 @@ OFFLINE_SEED = 1000
 CHANGE_OF_MASS = 2.0
 # Standard deviation of e(k) whose variance is the published loss.
 LOSS_NOISE = 0.151
+FILES = (
+    *("experiment.html", "experiment.json", "orders.csv", "claims.csv", "resets.csv"),
+    "figures/[0-9][0-9]_*.png",
+)
 THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)
 
 
@@ -186,9 +190,7 @@ def on_record(
 
 
 def write_findings(folder: Path, findings: Findings, provenance: Mapping[str, Any]) -> None:
-    """Writes report, JSON, CSV tables and pictures, each under a temporary name first."""
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"--out {folder}: this is a file; give the name of a folder")
+    """Writes the files `FILES`: report, JSON, CSV tables and pictures."""
     plain = {**findings.plain, "problems": findings.problems, "provenance": dict(provenance)}
     texts = {
         **findings.tables,

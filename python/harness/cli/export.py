@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,6 +18,8 @@ from ehsid.harness.cli.policy_option import (
     PolicySettings,
     make_policy,
 )
+from ehsid.harness.files import result_files, write_text
+from ehsid.harness.manifest import sha256_of
 
 if TYPE_CHECKING:
     from ehsid.harness.deploy.export import Export
@@ -40,14 +41,12 @@ def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: b
 
 def _provenance(path: Path, data: IoData, export: Export) -> list[str]:
     """Returns lines that say where the numbers come from; the record is named without folder."""
-    with path.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
     sampled = "" if data.dt_s is None else f" at {data.dt_s:.6g} s"
     scale = export.configuration.scaling.position_scale
     deviation = math.sqrt(export.model.noise_variance) * scale
     return [
         f"Record {path.name}, {data.n_samples} samples{sampled},",
-        f"sha256 {digest};",
+        f"sha256 {sha256_of(path)};",
         f"command: {data.input_name}, position: {data.output_name}, in the units of the record.",
         f"Offline model: {export.configuration.orders}, least squares over "
         f"{export.model.n_rows} equations,",
@@ -112,30 +111,30 @@ def export_command(
         liveliest,
         render_c_header,
         render_header,
-        write_header,
     )
 
     check_name(name)
     policy = make_policy(forgetting, lambda0, setting)
-    data = read_io(record, input_name, output_name)
-    orders = _orders(data, (na, nb, nk), choose, offset)
-    export = configure_from_record(
-        data, orders, forgetting=policy, inflation=inflation, reset=reset
-    )
-    provenance = _provenance(record, data, export)
     path = out or Path(f"servo_configuration.{'h' if c else 'hpp'}")
-    if c:
-        text = render_c_header(
-            export.configuration, name=name, dt_s=data.dt_s, provenance=provenance
+    with result_files(path, "export", inputs=[record]) as folder:
+        data = read_io(record, input_name, output_name)
+        orders = _orders(data, (na, nb, nk), choose, offset)
+        export = configure_from_record(
+            data, orders, forgetting=policy, inflation=inflation, reset=reset
         )
-        tested = "no self-test"
-    else:
-        trace = GoldenTrace.of(export.configuration, *liveliest(data))
-        text = render_header(
-            export.configuration, trace, name=name, dt_s=data.dt_s, provenance=provenance
-        )
-        tested = f"self-test over {trace.command.size} samples"
-    write_header(path, text)
+        provenance = _provenance(record, data, export)
+        if c:
+            text = render_c_header(
+                export.configuration, name=name, dt_s=data.dt_s, provenance=provenance
+            )
+            tested = "no self-test"
+        else:
+            trace = GoldenTrace.of(export.configuration, *liveliest(data))
+            text = render_header(
+                export.configuration, trace, name=name, dt_s=data.dt_s, provenance=provenance
+            )
+            tested = f"self-test over {trace.command.size} samples"
+        write_text(folder / path.name, text)
     Console().print(
         f"{path}: {orders}, {policy!r}; started from {export.model.n_rows} equations that count "
         f"for {export.counts_for:.0f} samples; {tested}",

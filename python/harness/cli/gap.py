@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +14,7 @@ from rich.console import Console
 from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.cli.progress import progress_of
+from ehsid.harness.files import result_folder
 from ehsid.harness.parallel import workers as using
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import Rig, read_rig
@@ -75,15 +75,6 @@ def check_excluded(ids: Sequence[str]) -> None:
             raise ValueError(f"--exclude-effect {unknown(effect, effects())}; there are: {listed}")
 
 
-def check_folder(folder: Path) -> None:
-    """Raises ValueError if the results cannot be written to the folder; called before the work."""
-    nearest = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    if not nearest.is_dir():
-        raise ValueError(f"--out {folder}: {nearest} is a file; give the name of a folder")
-    if not os.access(nearest, os.W_OK | os.X_OK):
-        raise ValueError(f"--out {folder}: {nearest} may not be written to; name another folder")
-
-
 def gap_command(
     records: Annotated[
         list[Path],
@@ -117,24 +108,24 @@ def gap_command(
     Example: ehsid gap run1.csv run2.csv --rig rig.toml --validate run3.csv --out diagnosis
     """
     from ehsid.harness.gap import diagnose
-    from ehsid.harness.report.diagnosis_files import write_diagnosis
+    from ehsid.harness.report.diagnosis_files import FILES, write_diagnosis
     from ehsid.harness.report.gap_terminal import print_diagnosis
 
-    check_folder(out)
     excluded = tuple(dict.fromkeys(exclude_effect or ()))
     check_excluded(excluded)
-    rig = read_rig(rig_file)
-    fitted, held_out = read_for(rig, records), read_for(rig, validate or [])
-    named = told_apart([*fitted, *held_out])
-    with progress_of(f"diagnosing {rig.name}") as progress, using(workers):
-        diagnosis = diagnose(
-            named[: len(fitted)],
-            rig,
-            validate=named[len(fitted) :],
-            exclude=excluded,
-            progress=progress,
-        )
-    write_diagnosis(out, diagnosis, named, str(rig_file))
+    with result_folder(out, "gap", FILES, [*records, *(validate or []), rig_file]) as folder:
+        rig = read_rig(rig_file)
+        fitted, held_out = read_for(rig, records), read_for(rig, validate or [])
+        named = told_apart([*fitted, *held_out])
+        with progress_of(f"diagnosing {rig.name}") as progress, using(workers):
+            diagnosis = diagnose(
+                named[: len(fitted)],
+                rig,
+                validate=named[len(fitted) :],
+                exclude=excluded,
+                progress=progress,
+            )
+        write_diagnosis(folder, diagnosis, named, str(rig_file))
     if as_json:
         typer.echo((out / "diagnosis.json").read_text(encoding="utf-8"), nl=False)
     else:

@@ -6,20 +6,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 
 import ehsid
 from ehsid.harness.cli.common import refuse
-from ehsid.harness.cli.gap import check_folder
 from ehsid.harness.cli.progress import progress_of
+from ehsid.harness.files import is_incomplete, result_folder
 from ehsid.harness.parallel import on_cluster
 from ehsid.harness.parallel import workers as using
-from ehsid.harness.validation.blind.making import make_check
+from ehsid.harness.validation.blind.making import RESULT, make_check
 from ehsid.harness.validation.blind.seal import SEAL, Seal, verify
 from ehsid.harness.validation.blind.settings import GRADES, SENSORS, Settings
+
+if TYPE_CHECKING:
+    from ehsid.harness.validation.scoring.score import Score
 
 
 @contextmanager
@@ -49,7 +52,7 @@ def made_or_found(out: Path, given: dict[str, Any], workers: int | None) -> Seal
     ValueError
         the existing check has other settings, is of another version of ehsid, or was changed.
     """
-    if not (out / SEAL).is_file():
+    if not (out / SEAL).is_file() or is_incomplete(out, RESULT):
         settings = Settings().with_given(given)
         with progress_of(f"making {settings.count} cases") as progress, using(workers):
             return make_check(out, settings, progress)
@@ -128,7 +131,8 @@ def gap_check_command(
 
     Example: ehsid gap-check --out check --count 40 --seed 5
     """
-    check_folder(out)
+    from ehsid.harness.report.check_page import FILES
+
     given = {
         "count": count,
         "seed": seed,
@@ -137,33 +141,39 @@ def gap_check_command(
         "seconds": seconds,
         "exclude_truth": exclude_truth,
     }
-    try:
-        seal = made_or_found(out, given, workers)
-    except ImportError as error:  # The message says which extra is missing.
-        refuse(str(error))
-    typer.echo(f"answers sealed, sha256 {seal.answers_sha256}", err=True)
-    run_cases(out, seal, dask, workers)
-    _score(out, workers, as_json)
+    with result_folder(out, "gap-check", FILES) as folder:
+        try:
+            seal = made_or_found(out, given, workers)
+        except ImportError as error:  # The message says which extra is missing.
+            refuse(str(error))
+        typer.echo(f"answers sealed, sha256 {seal.answers_sha256}", err=True)
+        run_cases(out, seal, dask, workers)
+        score = _score(out, folder, workers)
+    if as_json:
+        typer.echo((out / "score.json").read_text(encoding="utf-8"), nl=False)
+    else:
+        _print(score, out / "report.html", Console())
 
 
-def _score(out: Path, workers: int | None, as_json: bool) -> None:
-    """Scores a check, writes its report and prints the result.
+def _score(out: Path, folder: Path, workers: int | None) -> Score:
+    """Scores a check and writes its report into `folder`.
 
     `verify` runs again first, because the files could have changed during the run.
     """
-    from ehsid.harness.cli.case_progress import in_words
     from ehsid.harness.report.check_page import write_page
-    from ehsid.harness.report.check_words import lead
     from ehsid.harness.validation.scoring.score import score_folder
 
     verify(out)
     with progress_of("scoring") as progress, using(workers):
         score = score_folder(out, progress)
-    page = write_page(score, out)
-    if as_json:
-        typer.echo((out / "score.json").read_text(encoding="utf-8"), nl=False)
-        return
-    console = Console()
+    write_page(score, folder)
+    return score
+
+
+def _print(score: Score, page: Path, console: Console) -> None:
+    from ehsid.harness.cli.case_progress import in_words
+    from ehsid.harness.report.check_words import lead
+
     for sentence in lead(score):
         console.print(sentence, highlight=False)
     spent = sum(case.findings.seconds for case in score.cases if case.findings.seconds > 0.0)

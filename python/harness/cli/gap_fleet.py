@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,8 +14,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from ehsid.harness.cli.common import refuse
-from ehsid.harness.cli.gap import check_excluded, check_folder, read_for, told_apart
+from ehsid.harness.cli.gap import check_excluded, read_for, told_apart
 from ehsid.harness.cli.gap_check import on
+from ehsid.harness.files import check_result_folder, result_folder
 from ehsid.harness.rigs import read_rig
 
 if TYPE_CHECKING:
@@ -49,10 +51,30 @@ def read_machine(folder: Path) -> Job:
     return Job(folder.name, rig, f"{folder.name}/{RIG}", tuple(named[:count]), tuple(named[count:]))
 
 
-def check_apart(folder: Path, out: Path) -> None:
-    """Raises ValueError if `out` lies in `folder`: the next run would take it for a machine."""
-    if out.resolve().is_relative_to(folder.resolve()):
-        raise ValueError(f"--out {out}: lies in {folder}; name a folder outside of it")
+def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
+    """Checks the places of the results of these machines.
+
+    Raises
+    ------
+    ValueError
+        `out` or the place of a result lies in `folder`, where the next run would take it for a
+        machine or a record; a machine has the name of a file of the fleet; or a file that is not of
+        an earlier result is in the way.
+    """
+    from ehsid.harness.report.diagnosis_files import FILES
+    from ehsid.harness.report.fleet_page import FILES as OF_THE_FLEET
+    from ehsid.harness.validation.fleet.running import INPUTS
+    from ehsid.harness.validation.jobs import ERROR, RESULT
+
+    for place in (out, *(out / one.name for one in machines)):
+        if place.resolve().is_relative_to(folder.resolve()):
+            raise ValueError(f"--out {place}: lies in {folder}; name a folder outside of it")
+    for machine in machines:
+        if machine.name in OF_THE_FLEET:
+            raise ValueError(
+                f"{machine}: a file of the results has this name; give the folder another one"
+            )
+        check_result_folder(out / machine.name, RESULT, (*FILES, INPUTS, ERROR))
 
 
 def gap_fleet_command(
@@ -86,32 +108,31 @@ def gap_fleet_command(
     from ehsid.harness.cli.case_progress import shown
     from ehsid.harness.gap import diagnose
     from ehsid.harness.report.diagnosis_files import write_diagnosis
-    from ehsid.harness.report.fleet_page import write_fleet
+    from ehsid.harness.report.fleet_page import FILES, write_fleet
     from ehsid.harness.validation.fleet.ranking import read_fleet
     from ehsid.harness.validation.fleet.running import (
-        check_results,
         machine_folders,
         run_fleet,
         unfinished_machines,
     )
 
-    check_folder(out)
     excluded = tuple(dict.fromkeys(exclude_effect or ()))
     check_excluded(excluded)
     folders = machine_folders(folder)
-    check_apart(folder, out)
-    check_results(folders, out)
     todo = unfinished_machines(folders, out, excluded)
-    if len(todo) < len(folders):
-        done = len(folders) - len(todo)
-        typer.echo(f"{done} of {len(folders)} machines are finished; going on", err=True)
-    if todo:
-        with on(dask, workers):
-            outcomes = run_fleet(todo, out, excluded, read_machine, diagnose, write_diagnosis)
-            for _ in shown(outcomes, len(todo), len(folders)):
-                pass
-    fleet = read_fleet(out, [machine.name for machine in folders])
-    page = write_fleet(fleet, out)
+    check_results(folder, out, todo)
+    with result_folder(out, "gap-fleet", FILES) as made:
+        if len(todo) < len(folders):
+            done = len(folders) - len(todo)
+            typer.echo(f"{done} of {len(folders)} machines are finished; going on", err=True)
+        if todo:
+            with on(dask, workers):
+                outcomes = run_fleet(todo, out, excluded, read_machine, diagnose, write_diagnosis)
+                for _ in shown(outcomes, len(todo), len(folders)):
+                    pass
+        fleet = read_fleet(out, [machine.name for machine in folders])
+        write_fleet(fleet, made)
+    page = out / "fleet.html"
     if as_json:
         typer.echo((out / "fleet.json").read_text(encoding="utf-8"), nl=False)
     else:

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import shutil
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +16,7 @@ import ehsid
 from ehsid.harness.cli.hil_loop import HilLoop
 from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 from ehsid.harness.cli.signals import SignalName
+from ehsid.harness.files import free_folder, result_folder
 
 
 def hil_command(
@@ -90,16 +93,26 @@ def hil_command(
 ) -> None:
     """Simulate the servo here, control it and estimate it on the target, in lock step.
 
-    The target runs examples/firmware/servo. Writes record.csv and estimates.csv while it runs, then
-    hil.html and hil.json. The record goes into `ehsid gap` and `ehsid experiment` as it is. Exit
-    code 1 where the target's estimates are not, bit for bit, those of the host.
+    The target runs examples/firmware/servo. Writes record.csv, estimates.csv, hil.html and
+    hil.json; while it runs, the samples are in a folder unfinished_NUMBER, where they stay if the
+    run breaks off. The record goes into `ehsid gap` and `ehsid experiment` as it is. Exit code 1
+    where the target's estimates are not, bit for bit, those of the host.
 
     Example: ehsid hil --qemu build/firmware/servo_an386.elf
 
     Example: ehsid hil --port /dev/ttyACM0 --rig rig.toml --loop position --real-time
     """
     from ehsid.harness.cli.asked_signal import AskedSignal
-    from ehsid.harness.cli.hil_runs import REPORTS, HilOptions, run_all, show, target, write_reports
+    from ehsid.harness.cli.hil_runs import (
+        UNFINISHED,
+        HilOptions,
+        copy_samples,
+        file_names,
+        run_all,
+        show,
+        target,
+        write_reports,
+    )
     from ehsid.harness.deploy.hil.plan import WATCHDOG_MS
     from ehsid.harness.deploy.hil.result_file import Provenance
     from ehsid.harness.deploy.hil.session import Session
@@ -113,8 +126,6 @@ def hil_command(
     began = time.monotonic()
     if not dt > 0.0:
         raise ValueError(f"--dt {dt:g}: expected > 0")
-    if out.exists() and not out.is_dir():
-        raise ValueError(f"--out {out}: this is a file; give the name of a folder")
     rig = published_rig() if rig_file is None else read_rig(rig_file)
     options = HilOptions(
         loop,
@@ -128,27 +139,35 @@ def hil_command(
     )
     plans = options.plans(rig, rig if actual is None else read_rig(actual))
     console = Console(stderr=True)
-    try:
-        with target(port, qemu, machine) as address, open_line(address, baud) as line:
-            session = Session(line, on_event=lambda text: console.print(text, highlight=False))
-            identity = session.hello()
-            for name in REPORTS:  # Reports of an earlier run do not belong to the new records.
-                (out / name).unlink(missing_ok=True)
-            runs = run_all(plans, session, out, console, real_time)
-    except KeyboardInterrupt:
-        typer.echo(f"ehsid: interrupted; {out} holds the samples so far", err=True)
-        raise typer.Exit(130) from None
-    provenance = Provenance(
-        ehsid_version=ehsid.__version__,
-        rig="published" if rig_file is None else str(rig_file),
-        actual=None if actual is None else str(actual),
-        effects=dict(options.values),
-        line=f"{qemu} in QEMU, {machine}" if port is None else port,
-        loop=loop.value,
-        seed=seed,
-        seconds=round(time.monotonic() - began, 1),
-    )
-    file = write_reports(out, identity, runs, provenance)
+    inputs = [path for path in (rig_file, actual, qemu) if path is not None]
+    with result_folder(out, "hil", file_names(plans), inputs) as folder:
+        samples = free_folder(out, UNFINISHED)
+        try:
+            with target(port, qemu, machine) as address, open_line(address, baud) as line:
+                session = Session(line, on_event=lambda text: console.print(text, highlight=False))
+                identity = session.hello()
+                runs = run_all(plans, session, samples, console, real_time)
+        except KeyboardInterrupt:
+            recorded = any(samples.rglob("*.csv"))
+            there = f"; {samples} holds the samples so far" if recorded else ""
+            typer.echo(f"ehsid: interrupted{there}", err=True)
+            raise typer.Exit(130) from None
+        finally:
+            with suppress(OSError):  # has samples
+                samples.rmdir()
+        provenance = Provenance(
+            ehsid_version=ehsid.__version__,
+            rig="published" if rig_file is None else str(rig_file),
+            actual=None if actual is None else str(actual),
+            effects=dict(options.values),
+            line=f"{qemu} in QEMU, {machine}" if port is None else port,
+            loop=loop.value,
+            seed=seed,
+            seconds=round(time.monotonic() - began, 1),
+        )
+        file = write_reports(folder, identity, runs, provenance)
+        copy_samples(samples, folder)
+    shutil.rmtree(samples, ignore_errors=True)
     if as_json:
         typer.echo(json_text(file), nl=False)
     else:

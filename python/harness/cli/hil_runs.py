@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -26,7 +27,7 @@ from ehsid.harness.deploy.hil.plan import (
     open_plan,
     position_plan,
 )
-from ehsid.harness.deploy.hil.recording import Recording
+from ehsid.harness.deploy.hil.recording import ESTIMATES, RECORD, Recording
 from ehsid.harness.deploy.hil.result_file import HilFile, Provenance, Run, Runs, hil_file
 from ehsid.harness.deploy.hil.run import run_plan
 from ehsid.harness.deploy.hil.session import Session
@@ -43,6 +44,8 @@ from ehsid.harness.studies.published import SOURCE
 from ehsid.harness.studies.target_plans import experiment_plans
 
 REPORTS = ("hil.html", "hil.json")
+# First part of the name of the folder that holds the samples of a run that is not finished.
+UNFINISHED = "unfinished"
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,7 @@ def target(port: str | None, image: Path | None, machine: str) -> Iterator[str]:
 def run_all(
     plans: Mapping[str, Plan], session: Session, out: Path, console: Console, real_time: bool
 ) -> Runs:
-    """Runs each plan, writes its records into its folder below `out`, and shows the progress."""
+    """Runs each plan, writes its samples into its folder below `out`, and shows the progress."""
     runs = []
     with live(console) as stage:
         for folder, plan in plans.items():
@@ -130,8 +133,22 @@ def run_all(
     return runs
 
 
+def file_names(plans: Mapping[str, Plan]) -> list[str]:
+    """Returns the names of all files of the result, relative to --out."""
+    samples = [str(Path(folder, name)) for folder in plans for name in (RECORD, ESTIMATES)]
+    return [*samples, *REPORTS]
+
+
+def copy_samples(samples: Path, folder: Path) -> None:
+    """Copies the files of all runs, each in the folder of its run, into another folder."""
+    for path in sorted(samples.rglob("*.csv")):
+        copy = folder / path.relative_to(samples)
+        copy.parent.mkdir(exist_ok=True)
+        shutil.copyfile(path, copy)
+
+
 def write_reports(out: Path, identity: Identity, runs: Runs, provenance: Provenance) -> HilFile:
-    """Writes hil.html and hil.json, each completely or not at all; returns the content of both."""
+    """Writes hil.html and hil.json; returns the content of both."""
     if len(runs) > 1:  # Only the experiment has several runs.
         page = hil_page(identity, runs, beside=published_table(), sources=[SOURCE])
     else:

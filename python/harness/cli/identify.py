@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,9 +13,13 @@ from rich.console import Console
 from rich.table import Table
 
 from ehsid.harness.cli.common import parse_range, read_io, write_figure, write_results
+from ehsid.harness.files import result_folder
 
 if TYPE_CHECKING:
     from ehsid.harness.identification import IdentificationResult, IoData
+
+
+FILES = ("identify.json", "identify.png", "identify_bode.png")
 
 
 def _table(result: IdentificationResult) -> Table:
@@ -81,22 +86,25 @@ def identify_command(
     """
     from ehsid.harness.identification import identify
 
-    data = read_io(record, input_name, output_name)
-    result = identify(
-        data, orders=parse_range(orders, "--orders"), delays=parse_range(delays, "--delays")
-    )
-    lines = [
-        result.reason,
-        result.delay_reason,
-        result.whiteness.verdict,
-        result.independence.verdict,
-        *result.advice,
-    ]
-    if out is not None:
-        from ehsid.harness.report.figures import identification_figure
+    with (
+        nullcontext() if out is None else result_folder(out, "identify", FILES, [record]) as folder
+    ):
+        data = read_io(record, input_name, output_name)
+        result = identify(
+            data, orders=parse_range(orders, "--orders"), delays=parse_range(delays, "--delays")
+        )
+        lines = [
+            result.reason,
+            result.delay_reason,
+            result.whiteness.verdict,
+            result.independence.verdict,
+            *result.advice,
+        ]
+        if folder is not None:
+            from ehsid.harness.report.figures import identification_figure
 
-        write_results(out, "identify", result.to_dict(), identification_figure(result))
-        lines.append(_write_bode(out / "identify_bode.png", result, data))
+            write_results(folder, "identify", result.to_dict(), identification_figure(result))
+            lines.append(_write_bode(folder / FILES[2], result, data))
     if as_json:
         typer.echo(json.dumps(result.to_dict(), allow_nan=False))
         return

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from ehsid.harness.files import result_files
+
 if TYPE_CHECKING:
     from ehsid.harness.simulation.injection import Answer
 
@@ -66,17 +68,21 @@ def inject_command(
     from ehsid.harness.catalogue.channels import POSITION, REQUIRED_COLUMNS
     from ehsid.harness.cli.inject_sizes import parse_sizes
     from ehsid.harness.records import read_record
+    from ehsid.harness.records.formats import format_of
     from ehsid.harness.rigs import read_rig
-    from ehsid.harness.simulation.injection import InjectError, inject, write_injected
+    from ehsid.harness.simulation.injection import answer_path, inject, write_injected
 
-    rig = read_rig(rig_file)
-    asked = parse_sizes(effect or [], sizes or [], rig.plant)
-    record = read_record(record_file, required=(*REQUIRED_COLUMNS, POSITION), layout=rig.columns)
-    if out.exists() and out.samefile(record_file):
-        raise InjectError(f"--out {out}: this is the record itself; give another name")
-    injected = inject(record, rig, asked)
-    answer = write_injected(injected, out)
+    format_of(out)
+    beside = [answer_path(out).name]
+    with result_files(out, "inject", beside, inputs=[record_file, rig_file]) as folder:
+        rig = read_rig(rig_file)
+        asked = parse_sizes(effect or [], sizes or [], rig.plant)
+        record = read_record(
+            record_file, required=(*REQUIRED_COLUMNS, POSITION), layout=rig.columns
+        )
+        injected = inject(record, rig, asked)
+        write_injected(injected, folder / out.name)
     if as_json:
-        typer.echo(answer.read_text(encoding="utf-8"), nl=False)
+        typer.echo(answer_path(out).read_text(encoding="utf-8"), nl=False)
     else:
         _print(injected.answer, out, Console())

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import AbstractContextManager, nullcontext
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,6 +16,7 @@ from rich.table import Table
 from ehsid.harness.cli.common import write_figure
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.cli.signals import SignalName
+from ehsid.harness.files import result_files
 
 if TYPE_CHECKING:
     import numpy as np
@@ -110,7 +112,8 @@ def simulate_command(
     import numpy as np
 
     from ehsid.harness.cli.asked_signal import AskedSignal, as_command, as_reference
-    from ehsid.harness.records import write_record
+    from ehsid.harness.records.formats import format_of
+    from ehsid.harness.records.writing import record_bytes
     from ehsid.harness.rigs import read_rig
     from ehsid.harness.simulation import (
         draw_noise,
@@ -123,41 +126,48 @@ def simulate_command(
         raise ValueError("give either --command REC or --excitation NAME")
     if command is not None and loop is not LoopName.open:
         raise ValueError("--loop: a logged command drives the rig as it is; use --excitation")
-    values = parse_settings(effect or [])
-    rig = read_rig(rig_file)
-    volts, asked, limited = None, None, None
-    if command is not None:
-        volts, dt = _logged_command(command, rig.columns)
-        samples = volts.size
-    else:
-        assert excitation is not None
-        asked = AskedSignal(excitation, duration, dt, amplitude, seed)
-        samples = asked.samples
-    with progress_of(f"simulating {rig.name}") as progress:
-        more: dict[str, Any] = {"values": values, "progress": progress}
-        if noise:
-            if not any(rig.sensors.values()):
-                raise ValueError(
-                    f"--noise: {rig_file} tells none; add position_noise_m to its sensors"
-                )
-            # The noise has another random stream than the test signal.
-            more["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
-        if asked is not None and loop is not LoopName.open:
-            controller = _controller(rig, loop, bandwidth)
-            reference = as_reference(rig, asked, controller, position0)
-            closed = simulate_closed_loop(rig, reference, controller, dt_s=dt, **more)
-            run, limited = closed.run, float(np.mean(closed.limited))
-        else:
-            if asked is not None:
-                volts = as_command(rig, asked, position0)
-                more["keep_inside"] = True
-            assert volts is not None
-            run = simulate(rig, volts, dt_s=dt, position0_m=position0, **more)
+    placing: AbstractContextManager[Path | None] = nullcontext()
     if out is not None:
-        from ehsid.harness.report.record_figure import record_figure
+        format_of(out)
+        picture = out.with_suffix(".png").name
+        inputs = [rig_file] if command is None else [rig_file, command]
+        placing = result_files(out, "simulate", [picture], inputs)
+    with placing as folder:
+        values = parse_settings(effect or [])
+        rig = read_rig(rig_file)
+        volts, asked, limited = None, None, None
+        if command is not None:
+            volts, dt = _logged_command(command, rig.columns)
+            samples = volts.size
+        else:
+            assert excitation is not None
+            asked = AskedSignal(excitation, duration, dt, amplitude, seed)
+            samples = asked.samples
+        with progress_of(f"simulating {rig.name}") as progress:
+            more: dict[str, Any] = {"values": values, "progress": progress}
+            if noise:
+                if not any(rig.sensors.values()):
+                    raise ValueError(
+                        f"--noise: {rig_file} tells none; add position_noise_m to its sensors"
+                    )
+                # The noise has another random stream than the test signal.
+                more["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
+            if asked is not None and loop is not LoopName.open:
+                controller = _controller(rig, loop, bandwidth)
+                reference = as_reference(rig, asked, controller, position0)
+                closed = simulate_closed_loop(rig, reference, controller, dt_s=dt, **more)
+                run, limited = closed.run, float(np.mean(closed.limited))
+            else:
+                if asked is not None:
+                    volts = as_command(rig, asked, position0)
+                    more["keep_inside"] = True
+                assert volts is not None
+                run = simulate(rig, volts, dt_s=dt, position0_m=position0, **more)
+        if out is not None and folder is not None:
+            from ehsid.harness.report.record_figure import record_figure
 
-        write_record(run.record, out)
-        write_figure(out.with_suffix(".png"), record_figure(run.record))
+            (folder / out.name).write_bytes(record_bytes(run.record, out.name))
+            write_figure(folder / picture, record_figure(run.record))
     if as_json:
         findings = {"samples": len(run.record), "dt_s": dt, "substeps": run.substeps}
         if limited is not None:

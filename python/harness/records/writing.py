@@ -32,13 +32,25 @@ def write_record(record: Record, path: str | os.PathLike[str]) -> None:
         written.
     """
     path = Path(path)
+    _replace(path, record_bytes(record, path))
+
+
+def record_bytes(record: Record, path: str | os.PathLike[str]) -> bytes:
+    """Returns the content of a record's file in the format of the file's extension.
+
+    Raises
+    ------
+    RecordError
+        the extension is unknown, or the format does not allow a column name; it names the path.
+    """
+    path = Path(path)
     kind = format_of(path)
     columns: dict[str, npt.NDArray[np.float64]] = dict(record.columns)
     if record.time_s is not None:
         columns = {TIME: record.time_s, **columns}
     if kind == "mat":
         _check_mat_names(columns, path)
-    _replace(path, _encode(columns, kind))
+    return _encode(columns, kind)
 
 
 def _encode(columns: dict[str, npt.NDArray[np.float64]], kind: Format) -> bytes:

@@ -33,20 +33,17 @@ from ehsid.harness.validation.scoring.figures import Figure
 from ehsid.harness.validation.scoring.score import Score, score_file
 
 TITLE = "How far to trust a diagnosis of the gap"
+# The last one: the numbered pictures of the page.
+FILES = ("report.html", "score.json", "check.md", "[0-9][0-9]_*.png")
 
 
-def write_page(score: Score, out: Path) -> Path:
-    """Writes `report.html`, `score.json`, `check.md` and the pictures; returns the first path.
-
-    Each file is written completely or not at all.
-    """
+def write_page(score: Score, folder: Path) -> None:
+    """Writes the files `FILES` of a check into a folder that exists."""
     page = check_page(score)
-    out.mkdir(parents=True, exist_ok=True)
-    pictures = write_pictures(out, page)
-    write_text(out / "score.json", json_text(score_file(score), indent=1))
-    write_text(out / "check.md", markdown(page, pictures))
-    pages.write_page(out / "report.html", page)
-    return out / "report.html"
+    pictures = write_pictures(folder, page)
+    write_text(folder / "score.json", json_text(score_file(score), indent=1))
+    write_text(folder / "check.md", markdown(page, pictures))
+    pages.write_page(folder / "report.html", page)
 
 
 def check_page(score: Score) -> Page:

@@ -1,22 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""Writes the files of a diagnosis; all are complete before the first one is put in its place."""
+"""Writes the files of a diagnosis."""
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
+from ehsid.harness.files import write_text
 from ehsid.harness.gap.diagnosis_file import NEXT_EXPERIMENT, diagnosis_text
 from ehsid.harness.gap.schema import Diagnosis, HeldOutRun
-from ehsid.harness.records import Record, write_record
+from ehsid.harness.records import Record
+from ehsid.harness.records.writing import record_bytes
 from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
-from ehsid.harness.rigs import write_rig
+from ehsid.harness.rigs import rig_text
 
 FILES = ("diagnosis.json", "simulation.csv", "rig.augmented.toml", NEXT_EXPERIMENT, "report.html")
 
@@ -26,13 +25,14 @@ DIGITS = 9
 
 def write_diagnosis(
     folder: Path, diagnosis: Diagnosis, records: Sequence[Record], rig_file: str
-) -> list[Path]:
+) -> None:
     """Writes `FILES` into a folder; `next_experiment.csv` only if there is a next experiment.
 
     Parameters
     ----------
     folder
-        is made if it does not exist; files of an earlier diagnosis are replaced.
+        exists; that of `ehsid.harness.files.result_folder` keeps earlier results until all files
+        are written.
     diagnosis
         the findings to write.
     records
@@ -40,53 +40,27 @@ def write_diagnosis(
     rig_file
         path of the rig file, as the user gave it.
 
-    Returns
-    -------
-    Paths of the files that were written.
-
     Raises
     ------
     OSError
-        the file system refuses to write; an error while the files are prepared leaves the files
-        of an earlier diagnosis unchanged.
+        the file system refuses to write.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    with _unfinished(folder) as unfinished:
-        text = diagnosis_text(diagnosis, records, rig_file)
-        (unfinished / "diagnosis.json").write_text(text, encoding="utf-8")
-        simulation_table(diagnosis.runs).write_csv(unfinished / "simulation.csv")
-        write_rig(diagnosis.augmented_rig, unfinished / "rig.augmented.toml")
-        if diagnosis.next_experiment is not None:
-            write_record(diagnosis.next_experiment.record, unfinished / NEXT_EXPERIMENT)
-        lines = [
-            RecordLine(
-                record.name,
-                diagnosis.records.get(record.name, ""),
-                str(record.source or record.name),
-                record.sha256 or "",
-            )
-            for record in records
-        ]
-        page = render_diagnosis(diagnosis, lines, rig_file)
-        (unfinished / "report.html").write_text(page, encoding="utf-8")
-        made = [name for name in FILES if (unfinished / name).exists()]
-        for name in made:
-            (unfinished / name).replace(folder / name)
-        for name in set(FILES) - set(made):
-            (folder / name).unlink(missing_ok=True)
-    return [folder / name for name in made]
-
-
-@contextmanager
-def _unfinished(folder: Path) -> Iterator[Path]:
-    """Yields a temporary folder on the file system of the finished files, and removes it after."""
-    made = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
-    try:
-        yield made
-    finally:
-        shutil.rmtree(made, ignore_errors=True)
-        with suppress(OSError):  # rmdir removes the folder only if nothing was written into it
-            folder.rmdir()
+    write_text(folder / "diagnosis.json", diagnosis_text(diagnosis, records, rig_file))
+    write_text(folder / "simulation.csv", simulation_table(diagnosis.runs).write_csv())
+    write_text(folder / "rig.augmented.toml", rig_text(diagnosis.augmented_rig))
+    if diagnosis.next_experiment is not None:
+        content = record_bytes(diagnosis.next_experiment.record, NEXT_EXPERIMENT)
+        (folder / NEXT_EXPERIMENT).write_bytes(content)
+    lines = [
+        RecordLine(
+            record.name,
+            diagnosis.records.get(record.name, ""),
+            str(record.source or record.name),
+            record.sha256 or "",
+        )
+        for record in records
+    ]
+    write_text(folder / "report.html", render_diagnosis(diagnosis, lines, rig_file))
 
 
 def simulation_table(runs: Sequence[HeldOutRun]) -> pl.DataFrame:

@@ -22,6 +22,7 @@ from ehsid.harness.report.gap_words import (
 from ehsid.harness.report.page import Page, Picture, Section, Table, Words
 from ehsid.harness.validation.fleet.ranking import Fleet, Machine
 
+FILES = ("fleet.html", "fleet.json")
 # The figure shows this many machines, those with the largest gaps; the tables show all.
 MOST_DRAWN = 60
 
@@ -38,15 +39,10 @@ def found(machine: Machine) -> str:
     return named
 
 
-def write_fleet(fleet: Fleet, out: Path) -> Path:
-    """Writes fleet.json and fleet.html, each completely or not at all.
-
-    Returns the path of fleet.html.
-    """
-    out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "fleet.json", json_text(fleet))
-    pages.write_page(out / "fleet.html", fleet_page(fleet))
-    return out / "fleet.html"
+def write_fleet(fleet: Fleet, folder: Path) -> None:
+    """Writes the files `FILES` of a fleet into a folder that exists."""
+    write_text(folder / "fleet.json", json_text(fleet))
+    pages.write_page(folder / "fleet.html", fleet_page(fleet))
 
 
 def fleet_lead(fleet: Fleet) -> list[str]:

@@ -15,7 +15,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 import ehsid
-from ehsid.harness.files import replacing, write_text
+from ehsid.harness.files import write_text
 
 
 @dataclass(frozen=True)
@@ -113,8 +113,7 @@ def render_page(page: Page) -> str:
 
 
 def write_page(path: Path, page: Page) -> None:
-    """Writes the page under a temporary name and renames it, so that no reader sees half a page."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    """Writes the page, whole or not at all; its folder exists."""
     write_text(path, render_page(page))
 
 
@@ -130,7 +129,6 @@ def write_pictures(folder: Path, page: Page) -> list[Path]:
         for block in section.blocks:
             if isinstance(block, Picture):
                 path = folder / f"{len(written) + 1:02d}_{slug}.png"
-                with replacing(path) as unfinished:
-                    block.figure.savefig(unfinished, dpi=110, format="png")
+                block.figure.savefig(path, dpi=110, format="png")
                 written.append(path)
     return written

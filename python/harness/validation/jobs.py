@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 import time
 import traceback
@@ -11,12 +10,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ehsid.harness.files import FULL, result_folder
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import workers
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
 ERROR = "error.txt"
+# Name of the result of a diagnosis in its folder: that of `ehsid gap`.
+RESULT = "gap"
 
 # `ehsid.harness.gap.diagnose`, or a function that replaces it.
 Diagnose = Callable[..., Diagnosis]
@@ -76,7 +78,13 @@ class Outcome:
 
 
 def run_job(job: Job, diagnose: Diagnose, write: Write) -> Outcome:
-    """Runs the diagnosis on one core; an exception becomes an outcome, too."""
+    """Runs the diagnosis on one core; an exception becomes an outcome, too.
+
+    Raises
+    ------
+    ValueError
+        the disk of temporary files is full: this says nothing about the job.
+    """
     began = time.monotonic()
     try:
         with workers(1):
@@ -88,6 +96,11 @@ def run_job(job: Job, diagnose: Diagnose, write: Write) -> Outcome:
             files = {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
         word: str = found.verdict
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in FULL:
+            raise ValueError(
+                f"{tempfile.gettempdir()}: cannot be written to ({error.strerror}); make room "
+                "there, or let TMPDIR name another folder"
+            ) from None
         files, word = failure(error)
     return Outcome(job.name, files, word, time.monotonic() - began)
 
@@ -105,11 +118,13 @@ def one_line(text: str) -> str:
 
 
 def keep(outcome: Outcome, folder: Path) -> None:
-    """Writes the files to folder/NAME, all or none; they replace an earlier result."""
-    unfinished = folder / ".unfinished"
-    shutil.rmtree(unfinished, ignore_errors=True)
-    unfinished.mkdir(parents=True)
-    for name, content in outcome.files.items():
-        (unfinished / name).write_bytes(content)
-    shutil.rmtree(folder / outcome.name, ignore_errors=True)
-    unfinished.rename(folder / outcome.name)
+    """Writes the files to folder/NAME, all or none; they replace an earlier result.
+
+    Raises
+    ------
+    ValueError
+        as `result_folder`: a file that is not of an earlier result is in the way.
+    """
+    with result_folder(folder / outcome.name, RESULT, list(outcome.files)) as made:
+        for name, content in outcome.files.items():
+            (made / name).write_bytes(content)

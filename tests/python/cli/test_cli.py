@@ -21,7 +21,7 @@ def test_real_record_gives_json_and_picture(verb: str, tmp_path: Path) -> None:
     assert json.loads(outcome.stdout) == json.loads((tmp_path / f"{verb}.json").read_text())
     assert (tmp_path / f"{verb}.png").stat().st_size > 10_000
     names = [f"{verb}.json", f"{verb}.png", *(["identify_bode.png"] if verb == "identify" else [])]
-    assert sorted(path.name for path in tmp_path.iterdir()) == names
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".ehsid", *names]
 
 
 def test_identify_draws_the_frequency_response_and_tells_the_limit_of_the_gain(

@@ -256,6 +256,32 @@ def alive(group: int) -> bool:
     return True
 
 
+@pytest.mark.usefixtures("no_plots")
+@pytest.mark.skipif(os.name != "posix", reason="signals to a group of processes")
+def test_a_kill_leaves_the_earlier_results(diagnose: FakeDiagnose, here: Path) -> None:
+    def results() -> dict[str, bytes]:
+        return {
+            path.name: path.read_bytes() for path in (here / "out").glob("*.*") if path.is_file()
+        }
+
+    options = ["--rig", "rig.toml", "--out", "out"]
+    assert run("one.csv", *options).exit_code == 0
+    before = results()
+    with interruptible([sys.executable, "-c", LONG_WORK]) as work:
+        assert work.stderr is not None
+        while "started" not in (line := work.stderr.readline()):
+            assert line, "the command ended before it began"
+        os.killpg(work.pid, signal.SIGKILL)
+        work.wait()
+    assert results() == before
+    assert (here / "out" / ".ehsid" / "gap.unfinished").is_dir()
+    diagnose.diagnosis = made_diagnosis("no_gap")
+    outcome = run("two.csv", *options)
+    assert outcome.exit_code == 0, outcome.output
+    assert results() != before
+    assert [path.name for path in (here / "out" / ".ehsid").iterdir()] == ["gap.json"]
+
+
 @pytest.mark.skipif(os.name != "posix", reason="signals to a group of processes")
 def test_ctrl_c_ends_all_and_leaves_nothing(here: Path) -> None:
     with interruptible([sys.executable, "-c", LONG_WORK]) as work:

@@ -3,6 +3,7 @@
 
 import json
 import re
+import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -69,9 +70,7 @@ def test_the_same_command_goes_on_and_then_only_scores(
         for path in (out / "results").glob("*/diagnosis.json")
         if path.parent != lost
     }
-    for file in lost.iterdir():
-        file.unlink()
-    lost.rmdir()
+    shutil.rmtree(lost)
     outcome = run("--out", str(out))  # settings are those of the seal
     assert outcome.exit_code == 0, outcome.output
     assert "2 of 3 cases are finished; going on" in outcome.stderr

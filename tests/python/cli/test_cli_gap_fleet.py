@@ -18,6 +18,7 @@ from ehsid.harness.records import write_record
 from ehsid.harness.rigs import write_rig
 
 OF_A_MACHINE = {
+    ".ehsid",
     "diagnosis.json",
     "inputs.json",
     "report.html",
@@ -196,7 +197,9 @@ def test_nothing_diagnosed_is_an_error(tmp_path: Path) -> None:
         (["fleet/saw", "--out", "out"], "has no sub-folders; expected one for each machine"),
         (["fleet", "--out", "fleet/out"], "lies in fleet; name a folder outside of it"),
         (["fleet", "--out", "fleet"], "lies in fleet; name a folder outside of it"),
-        (["fleet", "--out", "mine"], "is there already and is no result"),
+        (["fleet", "--out", "mine"], "is there already and is not an earlier result"),
+        (["other", "--out", "out"], "a file of the results has this name"),
+        (["fleet", "--out", "linked"], "linked/saw: lies in fleet"),
         (["fleet", "--out", "out", "--exclude-effect", "load_forse"], "did you mean 'load_force'"),
         (["fleet", "--out", "out", "--dask", "tcp://127.0.0.1:1"], "--workers is of this machine"),
     ],
@@ -205,7 +208,10 @@ def test_bad_input_is_one_message_and_nothing_written(
     arguments: list[str], told: str, here: Path
 ) -> None:
     (here / "mine" / "saw").mkdir(parents=True)
-    (here / "mine" / "saw" / "data.csv").write_text("all I have")
+    (here / "mine" / "saw" / "error.txt").write_text("all I have")
+    (here / "other" / "fleet.html").mkdir(parents=True)
+    (here / "linked").mkdir()
+    (here / "linked" / "saw").symlink_to(here / "fleet" / "saw")
     before = sorted(path for path in here.rglob("*"))
     outcome = run(*arguments)
     assert outcome.exit_code == 2, outcome.output

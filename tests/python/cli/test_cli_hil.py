@@ -95,7 +95,7 @@ def test_the_experiment_has_a_folder_for_each_factor(relay: Relay, tmp_path: Pat
         (("--qemu", "no-such-file.elf"), "no-such-file.elf: cannot be read"),
         (("--port", "loop://", "--rig", "none.toml"), "none.toml: there is no such file"),
         (("--port", "loop://", "--dt", "0"), "--dt 0: expected > 0"),
-        (("--port", "loop://", "--out", __file__), "this is a file"),
+        (("--port", "loop://", "--out", __file__), "is a file; give the name of a folder"),
         (("--port", "loop://", "--loop", "open", "--amplitude", "11"), "at most the rated command"),
         (("--port", "loop://", "--loop", "open", "--na", "7"), "na must be in 1..6"),
         (("--port", "loop://", "--loop", "open", "--effect", "x"), "EFFECT.PARAMETER=NUMBER"),
@@ -137,6 +137,11 @@ def test_estimates_that_are_not_the_hosts_end_with_code_1(relay: Relay, tmp_path
     assert "-ffp-contract=off" in said.replace("\n", " ")
 
 
+def contents(folder: Path) -> dict[str, bytes]:
+    """The files of the result, without those of runs that were not finished."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
 def _long_run(relay: Relay, out: Path) -> AbstractContextManager[subprocess.Popen[str]]:
     """The command as a process of its own, which takes 100 s: a sample every 50 ms."""
     command = [sys.executable, "-c", "from ehsid.harness.cli import main; main()", "hil"]
@@ -167,26 +172,28 @@ class Watched:
 
 def test_a_host_that_is_killed(relay: Relay, tmp_path: Path) -> None:
     """The target closes the valve, the record ends with a whole line, the next host can run."""
+    assert ended("--port", relay.port, *SHORT, "--out", str(tmp_path))[0] == 0
+    before = contents(tmp_path)
     watched = Watched()
     relay.disturb(watched)
-    for name in ("hil.html", "hil.json"):
-        (tmp_path / name).write_text("of an earlier run")
     with _long_run(relay, tmp_path) as process:
         assert watched.under_way.wait(60.0)
         process.kill()
         process.communicate()
     assert watched.safe.wait(60.0)
     assert watched.valve_v == 0.0
-    lines = (tmp_path / "record.csv").read_bytes().split(b"\n")
+    lines = (tmp_path / "unfinished_1" / "record.csv").read_bytes().split(b"\n")
     assert lines[-1] == b""
     columns = lines[0].count(b",")
     assert all(line.count(b",") == columns for line in lines[:-1])
     assert len(lines) - 2 >= 20  # sample 20 was on its way: those before had been written
-    assert not (tmp_path / "hil.json").exists()
-    assert not (tmp_path / "hil.html").exists()
+    assert contents(tmp_path) == before
     relay.disturb(undisturbed)
-    code, _, errors = ended("--port", relay.port, *SHORT, "--out", str(tmp_path))
+    code, _, errors = ended("--port", relay.port, *SHORT, "--seed", "1", "--out", str(tmp_path))
     assert code == 0, errors
+    assert contents(tmp_path)["record.csv"] != before["record.csv"]
+    assert (tmp_path / "unfinished_1" / "record.csv").read_bytes().split(b"\n") == lines
+    assert not (tmp_path / "unfinished_2").exists()
 
 
 def test_ctrl_c(relay: Relay, tmp_path: Path) -> None:
@@ -197,7 +204,8 @@ def test_ctrl_c(relay: Relay, tmp_path: Path) -> None:
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=60.0)
     assert process.returncode == 130
-    assert "interrupted" in errors
+    assert f"interrupted; {tmp_path / 'unfinished_1'} holds the samples so far" in errors
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["unfinished_1"]
     assert "Traceback" not in errors
     assert watched.stopped.is_set()  # the valve is closed at once, not by the watchdog
 
@@ -211,14 +219,17 @@ def test_a_line_that_is_closed_in_mid_run(relay: Relay, tmp_path: Path) -> None:
             relay.hang_up()
         return undisturbed(way, number, frame)
 
+    assert ended("--port", relay.port, *SHORT, "--out", str(tmp_path))[0] == 0
+    before = contents(tmp_path)
     relay.disturb(hang_up)
     code, _, errors = ended("--port", relay.port, *SHORT, "--out", str(tmp_path))
     assert hung_up
     assert code == 2
     assert "the line was closed" in errors.replace("\n", " ")
-    with (tmp_path / "record.csv").open(newline="") as file:
+    with (tmp_path / "unfinished_1" / "record.csv").open(newline="") as file:
         samples = len(list(csv.DictReader(file)))
     assert 20 < samples < 31
+    assert contents(tmp_path) == before
     assert f"holds the {samples} samples before" in errors.replace("\n", " ")
 
 
@@ -229,6 +240,15 @@ def test_a_firmware_that_does_not_hold_the_estimator(relay: Relay, tmp_path: Pat
     assert "no estimator of 13 parameters" in errors.replace("\n", " ")
     assert "holds the" not in errors
     assert list(tmp_path.iterdir()) == []
+
+
+def test_files_of_others_are_refused_before_the_target_is_asked(tmp_path: Path) -> None:
+    (tmp_path / "record.csv").write_text("of a day on the bench")
+    code, _, errors = ended("--port", "/dev/no-such-port", *SHORT, "--out", str(tmp_path))
+    assert code == 2
+    assert "record.csv: is there already and is not an earlier result" in errors.replace("\n", " ")
+    assert [path.name for path in tmp_path.iterdir()] == ["record.csv"]
+    assert (tmp_path / "record.csv").read_text() == "of a day on the bench"
 
 
 @pytest.mark.slow

@@ -26,7 +26,7 @@ def score(tmp_path_factory: pytest.TempPathFactory) -> Score:
 @pytest.fixture(scope="module")
 def written(score: Score, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("out")
-    assert write_page(score, out) == out / "report.html"
+    write_page(score, out)
     return out
 
 

@@ -17,7 +17,6 @@ from ehsid.harness.cli import app
 from ehsid.harness.gap.diagnosis_file import diagnosis_text, read_diagnosis_file
 from ehsid.harness.gap.schema import SUBSYSTEMS, Diagnosis
 from ehsid.harness.records import Record, read_record
-from ehsid.harness.report import diagnosis_files
 from ehsid.harness.report.diagnosis_files import simulation_table, write_diagnosis
 from ehsid.harness.rigs import read_rig
 
@@ -250,36 +249,6 @@ def test_next_experiment_drives_the_augmented_rig(tmp_path: Path) -> None:
         app, ["simulate", str(tmp_path / "rig.augmented.toml"), *arguments]
     )
     assert outcome.exit_code == 0, outcome.output
-
-
-def test_an_earlier_next_experiment_does_not_stay(tmp_path: Path) -> None:
-    written(made_diagnosis("ambiguous"), tmp_path)
-    (tmp_path / "notes.txt").write_text("mine")
-    written(made_diagnosis("effects"), tmp_path)
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "diagnosis.json",
-        "notes.txt",
-        "report.html",
-        "rig.augmented.toml",
-        "simulation.csv",
-    ]
-
-
-def test_nothing_half_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    old, new = tmp_path / "old", tmp_path / "new"
-    written(made_diagnosis("ambiguous"), old)
-    before = {path.name: path.read_bytes() for path in old.iterdir()}
-
-    def fails(*_: object) -> str:
-        raise OSError("no space left on device")
-
-    # The page is made last, when all other files are there.
-    monkeypatch.setattr(diagnosis_files, "render_diagnosis", fails)
-    for folder in (old, new):
-        with pytest.raises(OSError, match="no space left"):
-            written(made_diagnosis("effects"), folder)
-    assert {path.name: path.read_bytes() for path in old.iterdir()} == before
-    assert not new.exists()
 
 
 def test_source_files_are_told_with_their_hash() -> None:

@@ -51,7 +51,7 @@ def test_marked_row_stands_out(page: Page) -> None:
 
 
 def test_a_failed_page_leaves_the_old_one(page: Page, tmp_path: Path) -> None:
-    target = tmp_path / "new" / "page.html"
+    target = tmp_path / "page.html"
     write_page(target, page)
     before = target.read_text(encoding="utf-8")
     broken = Page("Title", ["lead"], [Section("no blocks", [None])])  # type: ignore[list-item]

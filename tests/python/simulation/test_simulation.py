@@ -96,6 +96,7 @@ def test_command_writes_a_record_that_drives_the_next_run(tmp_path: Path) -> Non
     a, b = read_record(first), read_record(second)
     np.testing.assert_array_equal(a.column("position_m"), b.column("position_m"))
     assert sorted(path.name for path in tmp_path.iterdir()) == [
+        ".ehsid",
         "first.csv",
         "first.png",
         "second.parquet",

@@ -3,17 +3,12 @@
 
 >>> export = configure_from_record(data, ArxOrders(3, 3, 1), forgetting=ehsid.FRatio())
 >>> trace = GoldenTrace.of(export.configuration, *liveliest(data))
->>> write_header(path, render_header(export.configuration, trace, name="servo"))
+>>> text = render_header(export.configuration, trace, name="servo")
 """
 
 from ehsid.harness.deploy.export.c_header import render_c_header
 from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Seed
-from ehsid.harness.deploy.export.header import (
-    check_name,
-    float32_literal,
-    render_header,
-    write_header,
-)
+from ehsid.harness.deploy.export.header import check_name, float32_literal, render_header
 from ehsid.harness.deploy.export.seeding import Export, configure_from_record
 from ehsid.harness.deploy.export.trace import GoldenTrace, liveliest
 
@@ -28,5 +23,4 @@ __all__ = [
     "liveliest",
     "render_c_header",
     "render_header",
-    "write_header",
 ]

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from pathlib import Path
 
 import jinja2
 import numpy as np
@@ -13,7 +12,6 @@ import numpy as np
 import ehsid
 from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Seed
 from ehsid.harness.deploy.export.trace import GoldenTrace
-from ehsid.harness.files import write_text
 
 # The list has the keywords of C++20, too, so that a header still compiles after the firmware
 # changes to that standard.
@@ -197,18 +195,3 @@ def render_header(
         trace=trace,
         samples=list(zip(trace.command, trace.position, trace.innovation, strict=True)),
     )
-
-
-def write_header(path: Path, text: str) -> None:
-    """Writes the text of a header under a temporary name, then renames the file.
-
-    Raises
-    ------
-    ValueError
-        the folder does not exist, or the path itself is a folder.
-    """
-    if path.is_dir():
-        raise ValueError(f"{path} is a folder; give the name of a file, e.g. servo.hpp")
-    if not path.parent.is_dir():
-        raise ValueError(f"{path}: there is no folder {path.parent}; make it first")
-    write_text(path, text)

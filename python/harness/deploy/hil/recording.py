@@ -8,6 +8,7 @@ files end with the previous sample.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import BinaryIO, Self
@@ -57,8 +58,8 @@ class Recording:
     """Writes the two files of a run, record.csv and estimates.csv, from its first sample on.
 
     The record has the position sent to the target and the command in its answer, both rounded to
-    float32, so that a replay reproduces the target bit for bit. A run without a sample leaves no
-    files.
+    float32, so that a replay reproduces the target bit for bit. A run without a sample leaves
+    neither files nor an empty folder.
 
     Attributes
     ----------
@@ -87,6 +88,8 @@ class Recording:
         if self.samples == 0:
             for name in (RECORD, ESTIMATES):
                 (self._folder / name).unlink()
+            with suppress(OSError):  # holds other files
+                self._folder.rmdir()
 
     def add(
         self,

@@ -5,27 +5,27 @@ from __future__ import annotations
 
 import functools
 import json
-import shutil
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
+from ehsid.harness.exchange import FOLDER
+from ehsid.harness.files import result_folder, write_text
 from ehsid.harness.parallel import Progress, run_tasks
 from ehsid.harness.validation.blind.seal import ANSWERS, CASES, SEAL, TRANSFER, Seal, write_seal
 from ehsid.harness.validation.blind.settings import SEEDS, Settings
 
-UNFINISHED = ".unfinished"
+# Name of the result in its folder.
+RESULT = "gap-check-cases"
 Making = Callable[[], tuple[str, dict[str, Any]]]
 
 
 def make_check(out: Path, settings: Settings, progress: Progress | None = None) -> Seal:
     """Writes `cases`, `transfer`, `answers.json` and `seal.json` into a new folder.
 
-    All files are made in a sub-folder and put in place at the end, the seal last. A folder without
-    a seal is no check.
+    All files are put in place together at the end. A folder without a seal is no check.
 
     Raises
     ------
@@ -34,26 +34,15 @@ def make_check(out: Path, settings: Settings, progress: Progress | None = None) 
     ImportError
         numba is not installed.
     """
-    unfinished = out / UNFINISHED
-    if out.exists() and any(path != unfinished for path in out.iterdir()):
-        raise ValueError(f"--out {out}: has files, but no {SEAL} of a check; name a new folder")
-    shutil.rmtree(unfinished, ignore_errors=True)
-    tasks = makings(unfinished, settings)
-    unfinished.mkdir(parents=True)
-    try:
-        answers = run_tasks(tasks, progress)
+    names = (f"{CASES}/*", f"{TRANSFER}/*", ANSWERS, SEAL)
+    with result_folder(out, RESULT, names) as folder:
+        if any(path.name != FOLDER for path in out.iterdir()):
+            raise ValueError(f"--out {out}: has files, but no {SEAL} of a check; name a new folder")
+        answers = run_tasks(makings(folder, settings), progress)
         if len(dict(answers)) < settings.count:
             raise ValueError(f"--seed {settings.seed}: two cases drew one name; take another seed")
-        text = json.dumps(dict(sorted(answers)), indent=1) + "\n"
-        (unfinished / ANSWERS).write_text(text, encoding="utf-8")
-        seal = write_seal(unfinished, settings)
-        for name in (CASES, TRANSFER, ANSWERS, SEAL):
-            (unfinished / name).rename(out / name)
-    finally:
-        shutil.rmtree(unfinished, ignore_errors=True)
-        with suppress(OSError):  # only an empty folder is removed: nothing was put in place
-            out.rmdir()
-    return seal
+        write_text(folder / ANSWERS, json.dumps(dict(sorted(answers)), indent=1) + "\n")
+        return write_seal(folder, settings)
 
 
 def makings(folder: Path, settings: Settings) -> Sequence[Making]:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ehsid.harness.files import is_incomplete
 from ehsid.harness.gap.diagnosis_file import diagnosis_text
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import run_unordered
@@ -17,6 +18,7 @@ from ehsid.harness.validation.blind.answers import read_answers
 from ehsid.harness.validation.blind.seal import ANSWERS, CASES, RESULTS, Seal
 from ehsid.harness.validation.jobs import (
     ERROR,
+    RESULT,
     Diagnose,
     Job,
     Outcome,
@@ -31,11 +33,12 @@ DIAGNOSIS = "diagnosis.json"
 def unfinished_cases(out: Path) -> list[str]:
     """Returns the names of the cases without a result, in alphabetic order."""
     names = sorted(path.name for path in (out / CASES).iterdir())
-    return [
-        name
-        for name in names
-        if not any((out / RESULTS / name / file).is_file() for file in (DIAGNOSIS, ERROR))
-    ]
+    return [name for name in names if not _is_finished(out / RESULTS / name)]
+
+
+def _is_finished(result: Path) -> bool:
+    there = any((result / name).is_file() for name in (DIAGNOSIS, ERROR))
+    return there and not is_incomplete(result, RESULT)
 
 
 def run_check(out: Path, seal: Seal, diagnose: Diagnose) -> Iterator[Outcome]:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import msgspec
 import ehsid
 from ehsid.harness.encoding import json_text
 from ehsid.harness.files import write_text
+from ehsid.harness.manifest import sha256_of
 from ehsid.harness.validation.blind.settings import Settings
 
 SEAL = "seal.json"
@@ -42,11 +42,6 @@ class Seal:
     ehsid_version: str
 
 
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def _sealed_files(out: Path) -> Iterator[Path]:
     for name in (CASES, TRANSFER):
         yield from sorted(path for path in (out / name).rglob("*") if path.is_file())
@@ -55,8 +50,8 @@ def _sealed_files(out: Path) -> Iterator[Path]:
 def write_seal(out: Path, settings: Settings) -> Seal:
     """Writes the seal of the answers, cases and transfer records in the folder, and returns it."""
     seal = Seal(
-        _digest(out / ANSWERS),
-        {path.relative_to(out).as_posix(): _digest(path) for path in _sealed_files(out)},
+        sha256_of(out / ANSWERS),
+        {path.relative_to(out).as_posix(): sha256_of(path) for path in _sealed_files(out)},
         settings,
         ehsid.__version__,
     )
@@ -96,7 +91,7 @@ def verify(out: Path) -> Seal:
         path = out / name
         if not path.is_file():
             raise ValueError(f"{path}: sealed, and now missing; {mend}")
-        if _digest(path) != digest:
+        if sha256_of(path) != digest:
             raise ValueError(f"{path}: changed since it was sealed; {mend}")
     for path in _sealed_files(out):
         if path.relative_to(out).as_posix() not in seal.files:

@@ -11,9 +11,19 @@ from dataclasses import replace
 from pathlib import Path
 
 import ehsid
+from ehsid.harness.files import is_incomplete
 from ehsid.harness.records.formats import FORMATS
 from ehsid.harness.validation.blind.running import DIAGNOSIS, run_and_keep
-from ehsid.harness.validation.jobs import ERROR, Diagnose, Job, Outcome, Write, one_line, run_job
+from ehsid.harness.validation.jobs import (
+    ERROR,
+    RESULT,
+    Diagnose,
+    Job,
+    Outcome,
+    Write,
+    one_line,
+    run_job,
+)
 
 RIG = "rig.toml"
 INPUTS = "inputs.json"
@@ -79,24 +89,8 @@ def inputs_of(folder: Path, exclude: Sequence[str]) -> bytes:
 def is_finished(result: Path, inputs: bytes) -> bool:
     """Whether the folder of a result has a diagnosis of the same inputs."""
     kept = result / INPUTS
-    return (result / DIAGNOSIS).is_file() and kept.is_file() and kept.read_bytes() == inputs
-
-
-def check_results(folders: Iterable[Path], out: Path) -> None:
-    """Checks that folders in the place of the results hold results, which may be replaced.
-
-    Raises
-    ------
-    ValueError
-        a folder holds something else.
-    """
-    for folder in folders:
-        result = out / folder.name
-        there = {path.name for path in result.iterdir()} if result.is_dir() else set()
-        if there and not there & {INPUTS, ERROR}:
-            raise ValueError(
-                f"--out {out}: {result} is there already and is no result; name another folder"
-            )
+    there = (result / DIAGNOSIS).is_file() and kept.is_file() and kept.read_bytes() == inputs
+    return there and not is_incomplete(result, RESULT)
 
 
 def unfinished_machines(folders: Iterable[Path], out: Path, exclude: Sequence[str]) -> list[Path]:

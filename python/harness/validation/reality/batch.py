@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+import glob
 import json
 import os
 from collections.abc import Callable, Sequence
@@ -12,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.files import write_text
+from ehsid.harness.files import result_files, result_folder, write_text
 from ehsid.harness.parallel import run_tasks
 from ehsid.harness.validation.reality.case import KINDS, Kind, Sensors, make_case
 from ehsid.harness.validation.reality.structure import Grade
 from ehsid.harness.validation.reality.told import PlantKind
-from ehsid.harness.validation.reality.writing import record_text, write_case
+from ehsid.harness.validation.reality.writing import FILES, record_text, write_case
 
 SHARES = {"one": 0.5, "two": 0.15, "none": 0.1, "params": 0.1, "open": 0.15}
 
@@ -85,6 +86,8 @@ def write_cases(
 ) -> None:
     """Writes folders of cases, and their answers by name to a file outside of them.
 
+    They replace the cases and the answers of an earlier run.
+
     Parameters
     ----------
     kind, sensors
@@ -97,15 +100,23 @@ def write_cases(
     Raises
     ------
     ValueError
-        the file of answers would lie in the folder of the cases.
+        the file of answers would lie in the folder of the cases, or as `result_folder`.
     """
     target, sealed = Path(folder).resolve(), Path(answers).resolve()
     if target == sealed.parent or target in sealed.parents:
         raise ValueError(f"answers must not lie among the cases: {sealed} is in {target}")
-    tasks = [
-        functools.partial(write_one, target, seed, grade, kind, sensors, plant, seconds)
-        for seed in seeds
-    ]
-    found = dict(run_tasks(tasks, progress))
     sealed.parent.mkdir(parents=True, exist_ok=True)
-    write_text(sealed, json.dumps(dict(sorted(found.items())), indent=1) + "\n")
+    names = [f"{glob.escape(target.name)}/*/{name}" for name in FILES]
+    # The manifest is not put among the cases: every folder there is a case.
+    with (
+        result_files(sealed, "reality") as aside,
+        result_folder(target.parent, f"reality-{target.name}", names) as made,
+    ):
+        tasks = [
+            functools.partial(
+                write_one, made / target.name, seed, grade, kind, sensors, plant, seconds
+            )
+            for seed in seeds
+        ]
+        found = dict(run_tasks(tasks, progress))
+        write_text(aside / sealed.name, json.dumps(dict(sorted(found.items())), indent=1) + "\n")

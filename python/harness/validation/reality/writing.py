@@ -14,6 +14,7 @@ import numpy.typing as npt
 from ehsid.harness.files import write_text
 from ehsid.harness.validation.reality.case import RealityCase
 
+FILES = ("rig.toml", "train.csv", "validate.csv")
 FORMATS = {
     "time_s": "%.6g",
     "command_v": "%.5f",
@@ -40,9 +41,6 @@ def write_case(case: RealityCase, folder: str | os.PathLike[str]) -> None:
     """Writes the three files of a case, each whole or not at all; creates the folder."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
-    for name, text in (
-        ("rig.toml", case.rig_toml),
-        ("train.csv", record_text(case.train)),
-        ("validate.csv", record_text(case.validate)),
-    ):
+    texts = (case.rig_toml, record_text(case.train), record_text(case.validate))
+    for name, text in zip(FILES, texts, strict=True):
         write_text(target / name, text)

@@ -418,7 +418,7 @@ def test_command_writes_the_header_whole(tmp_path: Path) -> None:
     code, printed, _ = run(str(CRANE), *COLUMNS, "--na", "2", "--name", "crane", "--out", str(out))
     assert code == 0
     assert "na = 2, nb = 3, nk = 1" in printed
-    assert [path.name for path in tmp_path.iterdir()] == ["crane.hpp"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".ehsid", "crane.hpp"]
     text = out.read_text(encoding="utf-8")
     assert "namespace crane {" in text
     assert hashlib.sha256(CRANE.read_bytes()).hexdigest() in text
@@ -505,12 +505,13 @@ def test_wrong_places_are_one_message_and_code_2(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_what_stands_there_stays_when_the_export_fails(tmp_path: Path) -> None:
+def test_an_earlier_header_stays_when_the_export_fails(tmp_path: Path) -> None:
     out = tmp_path / "servo.hpp"
-    out.write_text("as it was")
+    assert run(str(CRANE), *COLUMNS, "--out", str(out))[0] == 0
+    before = out.read_bytes()
     constant = tmp_path / "constant.csv"
     constant.write_text("u,y\n" + "".join(f"1.0,{k % 7}\n" for k in range(300)))
     code, _, error = run(str(constant), "--input", "u", "--output", "y", "--out", str(out))
     assert code == 2
     assert "u is constant" in error
-    assert out.read_text() == "as it was"
+    assert out.read_bytes() == before

@@ -53,7 +53,7 @@ def test_record_and_answer_are_written(here: Path, out: str) -> None:
         digest = hashlib.sha256((here / name).read_bytes()).hexdigest()
         assert answer[part] == {"file": name, "sha256": digest}
     assert sorted(path.name for path in here.iterdir()) == sorted(
-        ["run.csv", out, f"{out}.answer.json"]
+        [".ehsid", "run.csv", out, f"{out}.answer.json"]
     )
 
 
@@ -91,8 +91,8 @@ def test_a_parameter_of_two_effects_is_set_by_its_full_name(here: Path) -> None:
         (asked("gain", "gain", "factor=1.1"), "name each effect once"),
         (asked("gain", "gain", "transport_delay", "factor=1.1"), "--effect gain: name each"),
         (asked("gain", "factor=1.1", out="made.txt"), "made.txt"),
-        (asked("gain", "factor=1.1", out="no/made.csv"), "cannot be written"),
-        (asked("gain", "factor=1.1", out="run.csv"), "this is the record itself"),
+        (asked("gain", "factor=1.1", out="no/made.csv"), "there is no folder no; make it first"),
+        (asked("gain", "factor=1.1", out="run.csv"), "run.csv: this is an input of the command"),
     ],
 )
 def test_bad_input_ends_with_code_2_and_writes_nothing(

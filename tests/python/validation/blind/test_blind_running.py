@@ -102,6 +102,7 @@ def test_a_check_has_all_grades_and_its_answers_apart(made: Path) -> None:
         assert files == ["rig.toml", "train.csv", "validate.csv"]
         assert (made / "transfer" / f"{name}.csv").is_file()
     assert sorted(path.name for path in made.iterdir()) == [
+        ".ehsid",
         "answers.json",
         "cases",
         "seal.json",
@@ -190,7 +191,7 @@ def test_cases_run_and_are_kept(check: Path) -> None:
         assert saw["workers"] == 1, "one core for each case"
         assert saw["process"] != os.getpid()
         files = sorted(path.name for path in (check / "results" / name).iterdir())
-        assert files == ["diagnosis.json", "rig.augmented.toml"]
+        assert files == [".ehsid", "diagnosis.json", "rig.augmented.toml"]
     assert list(run_check(check, verify(check), StandIn())) == []
 
 
@@ -242,13 +243,15 @@ def test_the_true_effect_is_left_out(tmp_path: Path) -> None:
     assert effects <= set(CATALOGUE)
 
 
-def test_a_result_replaces_an_earlier_one_whole(tmp_path: Path) -> None:
+def test_a_result_replaces_an_earlier_one_and_nothing_else(tmp_path: Path) -> None:
     keep(Outcome("a", {"one": b"1", "two": b"2"}, "", 0.0), tmp_path)
-    (tmp_path / ".unfinished").mkdir()
-    (tmp_path / ".unfinished" / "half").write_text("of a killed run")
+    (tmp_path / "a" / "notes").write_text("mine")
     keep(Outcome("a", {"one": b"3"}, "", 0.0), tmp_path)
-    assert {path.name: path.read_bytes() for path in (tmp_path / "a").iterdir()} == {"one": b"3"}
-    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+    found = {path.name: path.read_text() for path in (tmp_path / "a").iterdir() if path.is_file()}
+    assert found == {"one": "3", "notes": "mine"}
+    with pytest.raises(ValueError, match=r"a/notes: is there already"):
+        keep(Outcome("a", {"notes": b"4"}, "", 0.0), tmp_path)
+    assert (tmp_path / "a" / "notes").read_text() == "mine"
 
 
 RUN = """

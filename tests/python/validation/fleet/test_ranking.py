@@ -199,9 +199,10 @@ def test_the_file_has_every_machine_and_only_finite_numbers(fleet: Fleet, tmp_pa
 
 
 def test_a_fleet_without_gaps_or_machines_has_a_page(tmp_path: Path) -> None:
-    page = write_fleet(written(tmp_path, {"c": diagnosis(0.01, verdict="no_gap")}), tmp_path)
+    page = tmp_path / "fleet.html"
+    write_fleet(written(tmp_path, {"c": diagnosis(0.01, verdict="no_gap")}), tmp_path)
     assert "No effect was named" in page.read_text(encoding="utf-8")
-    page = write_fleet(read_fleet(tmp_path, []), tmp_path)
+    write_fleet(read_fleet(tmp_path, []), tmp_path)
     assert "0 machines judged" in page.read_text(encoding="utf-8")
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["c", "fleet.html", "fleet.json"]

@@ -91,3 +91,21 @@ def test_lengths_are_drawn_apart_from_everything_else(tmp_path: Path) -> None:
         assert answer["seconds"] == draw_seconds(answer["seed"])
         record = read_record(tmp_path / "cases" / name / "train.csv")
         assert len(record) == round(answer["seconds"] / answer["dt_s"])
+
+
+@pytest.mark.usefixtures("one_process")
+def test_new_cases_replace_those_of_an_earlier_run_and_nothing_else(tmp_path: Path) -> None:
+    def write(*seeds: int) -> list[str]:
+        write_cases(tmp_path / "cases", tmp_path / "answers.json", seeds, seconds=1.0)
+        return sorted(json.loads((tmp_path / "answers.json").read_text(encoding="utf-8")))
+
+    first = write(1, 2)
+    second = write(2, 3)
+    assert sorted(path.name for path in (tmp_path / "cases").iterdir()) == second != first
+    (case,) = set(first) & set(second)
+    (tmp_path / "cases" / case / "notes.txt").write_text("mine")
+    assert case not in write(3)
+    assert [path.name for path in (tmp_path / "cases" / case).iterdir()] == ["notes.txt"]
+    (tmp_path / "answers.json").write_text("mine")
+    with pytest.raises(ValueError, match=r"answers\.json: has been changed since"):
+        write(3)
