@@ -10,8 +10,8 @@ import numpy as np
 from gap_rig import RIG
 
 from ehsid.harness.gap.data.floor import noise_floor
-from ehsid.harness.gap.inference.figures import in_sigmas
-from ehsid.harness.gap.inference.how_far import how_far, window_sums
+from ehsid.harness.gap.inference.gap_reduction import gap_reduction, window_sums
+from ehsid.harness.gap.inference.results import in_sigmas
 from ehsid.harness.gap.model.comparison import compare
 from ehsid.harness.gap.model.parameters import calibration_parameters
 from ehsid.harness.gap.schema import (
@@ -22,12 +22,12 @@ from ehsid.harness.gap.schema import (
     Diagnosis,
     EquationShare,
     Estimate,
-    FoundEffect,
+    GapReduction,
     HeldOutRun,
-    HowFar,
     NextExperiment,
     RegimeShare,
     Remark,
+    SelectedEffect,
     SpanShare,
     Verdict,
     Where,
@@ -71,7 +71,7 @@ def measured_record(name: str, seed: int, *, seconds: float, dt_s: float) -> Rec
     return make_record({"time_s": time, **columns}, name=name)
 
 
-def held_out_run(record: Record, rig: Rig) -> tuple[HeldOutRun, HowFar]:
+def held_out_run(record: Record, rig: Rig) -> tuple[HeldOutRun, GapReduction]:
     """Windows of the rig as configured, calibrated, augmented, and the figures of the gap."""
     sets = ({}, FOUND, FOUND | FRICTION)
     shown = simulate_windows(rig, record, value_sets=sets)
@@ -79,7 +79,7 @@ def held_out_run(record: Record, rig: Rig) -> tuple[HeldOutRun, HowFar]:
     runs = [{name: shown.outputs[name][i] for name in OUTPUTS} for i in range(3)]
     sums = [window_sums([compared], [run], OUTPUTS) for run in runs]
     floors = {name: noise_floor(record.column(name)) for name in OUTPUTS}
-    far = how_far(*sums, floors, np.random.default_rng(0))
+    far = gap_reduction(*sums, floors, np.random.default_rng(0))
     assert record.time_s is not None
     run = HeldOutRun(
         record.name,
@@ -224,7 +224,7 @@ def made_diagnosis(
     run, far = held_out_run(measured_record("held_out", 2, seconds=seconds, dt_s=dt_s), rig)
     structural = verdict in ("effects", "ambiguous", "outside_catalogue")
     force = Estimate(412.0, 396.0, 431.0)
-    friction = FoundEffect("coulomb_friction", 0.97, {"force_n": force}, 1.0)
+    friction = SelectedEffect("coulomb_friction", 0.97, {"force_n": force}, 1.0)
     found = (friction,) if verdict in ("effects", "ambiguous") else ()
     sets = {"effects": 1, "ambiguous": 2}.get(verdict, 0)
     if not structural:

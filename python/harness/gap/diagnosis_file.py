@@ -367,7 +367,7 @@ def _candidate(one: findings.Candidate) -> Candidate:
     )
 
 
-def _how_far(far: findings.HowFar | None) -> HowFar:
+def _how_far(far: findings.GapReduction | None) -> HowFar:
     """Returns the figures in one form; all numbers are null where nothing could be compared."""
     if far is None:
         nothing = Value.of(None)
@@ -388,5 +388,5 @@ def _how_far(far: findings.HowFar | None) -> HowFar:
 
 
 def _calibrated(one: findings.CalibratedValue) -> Calibrated:
-    value = Value.of(one.found)
+    value = Value.of(one.estimate)
     return Calibrated(_number(one.rig), value.value, value.ci90, bool(one.moved))

@@ -125,7 +125,7 @@ class Where:
 
 
 @dataclass(frozen=True)
-class FoundEffect:
+class SelectedEffect:
     """An effect of the best set.
 
     Attributes
@@ -214,7 +214,7 @@ class NextExperiment:
 
 
 @dataclass(frozen=True)
-class HowFar:
+class GapReduction:
     """Gaps on held-out data as the contract defines them: nrmse averaged over the outputs.
 
     Attributes
@@ -253,17 +253,17 @@ class CalibratedValue:
     ----------
     rig
         value in the rig file, or the prior centre of a nuisance.
-    found
+    estimate
         estimate of the fit, in the same unit.
     moved
         true where the move matters in size and in significance.
     in_sigmas
-        `found` less the centre of the prior that the fit used, in standard deviations of this
+        `estimate` less the centre of the prior that the fit used, in standard deviations of this
         prior; None where the prior has no bounded deviation.
     """
 
     rig: float
-    found: Estimate
+    estimate: Estimate
     moved: bool
     in_sigmas: Estimate | None = None
 
@@ -332,12 +332,12 @@ class Diagnosis:
     sentence: str
     reasons: tuple[str, ...]
     where: Where
-    effects: tuple[FoundEffect, ...]
+    effects: tuple[SelectedEffect, ...]
     ambiguity_set: tuple[tuple[str, ...], ...]
     candidates: tuple[Candidate, ...]
     cannot_judge: tuple[CannotJudge, ...]
     next_experiment: NextExperiment | None
-    how_far: HowFar | None
+    how_far: GapReduction | None
     calibration: Mapping[str, CalibratedValue]
     remarks: tuple[Remark, ...]
     runs: tuple[HeldOutRun, ...]

@@ -43,7 +43,7 @@ def smooth(rng: np.random.Generator, seconds: float = 12.0) -> npt.NDArray[np.fl
 
 def run(values: Mapping[str, float], command: npt.NDArray[np.float64], seed: int) -> Record:
     """Command and position alone, with the noise of the sensor."""
-    found = simulate(
+    simulated = simulate(
         RIG,
         command,
         dt_s=DT_S,
@@ -52,7 +52,9 @@ def run(values: Mapping[str, float], command: npt.NDArray[np.float64], seed: int
         noise=draw_noise(RIG, command.size, np.random.default_rng(seed)),
     ).record
     names = ("command_v", "position_m")
-    return make_record({"time_s": found.time_s} | {name: found.column(name) for name in names})
+    return make_record(
+        {"time_s": simulated.time_s} | {name: simulated.column(name) for name in names}
+    )
 
 
 @pytest.mark.slow
@@ -64,13 +66,13 @@ def test_delay_and_lag_are_a_set_until_the_next_experiment(
 ) -> None:
     fitted = [run(values, smooth(np.random.default_rng(1)), 1)]
     held_out = [run(values, smooth(np.random.default_rng(2)), 2)]
-    found = diagnose(fitted, RIG, validate=held_out)
-    assert found.verdict == "ambiguous", found.sentence
-    named = {effect for effects in found.ambiguity_set for effect in effects}
+    diagnosis = diagnose(fitted, RIG, validate=held_out)
+    assert diagnosis.verdict == "ambiguous", diagnosis.sentence
+    named = {effect for effects in diagnosis.ambiguity_set for effect in effects}
     assert {"transport_delay", "valve_lag"} <= named
-    assert found.next_experiment is not None
+    assert diagnosis.next_experiment is not None
     # The operator runs it; the new record is diagnosed beside the old ones.
-    command = found.next_experiment.record.column("command_v")
-    again = diagnose([*fitted, run(values, command, 3)], RIG)
-    assert again.verdict == "effects", again.sentence
-    assert [one.id for one in again.effects] == [truth]
+    command = diagnosis.next_experiment.record.column("command_v")
+    second = diagnose([*fitted, run(values, command, 3)], RIG)
+    assert second.verdict == "effects", second.sentence
+    assert [effect.id for effect in second.effects] == [truth]

@@ -52,35 +52,35 @@ TABLE = (
 )
 
 
-def diagnosed(one: Blind) -> tuple[Judgement, str, tuple[str, ...]]:
+def diagnosed(blind: Blind) -> tuple[Judgement, str, tuple[str, ...]]:
     """Judgement, verdict and names."""
     case = make_case(
-        one.seed,
-        one.grade,
-        one.kind,
-        one.effects or None,
-        one.sensors,
+        blind.seed,
+        blind.grade,
+        blind.kind,
+        blind.effects or None,
+        blind.sensors,
         seconds=SECONDS,
         dt_s=DT_S,
     )
-    found = diagnose(
+    diagnosis = diagnose(
         [make_record(dict(case.train), name="train")],
         parse_rig(case.rig_toml),
         validate=[make_record(dict(case.validate), name="validate")],
     )
-    named = tuple(effect.id for effect in found.effects)
+    selected = tuple(effect.id for effect in diagnosis.effects)
     answer = Answer(
-        one.kind,
-        one.grade,
+        blind.kind,
+        blind.grade,
         "ehs",
-        one.sensors,
+        blind.sensors,
         tuple(case.answer["excitation"]),
         case.answer["effects"],
         tuple(case.answer["subsystem"]),
     )
-    effects = tuple(NamedEffect(name, 1.0) for name in named)
-    findings = Findings(found.verdict, effects, found.ambiguity_set)
-    return judge(answer, findings), found.verdict, named
+    effects = tuple(NamedEffect(name, 1.0) for name in selected)
+    case_findings = Findings(diagnosis.verdict, effects, diagnosis.ambiguity_set)
+    return judge(answer, case_findings), diagnosis.verdict, selected
 
 
 # With pressures.
@@ -88,17 +88,17 @@ EVERY_DAY = {101}
 
 
 @pytest.mark.parametrize(
-    "one",
+    "blind",
     [
         pytest.param(
-            one,
-            id=f"{one.seed}-{'-'.join(one.effects) or one.kind}",
-            marks=() if one.seed in EVERY_DAY else pytest.mark.slow,
+            blind,
+            id=f"{blind.seed}-{'-'.join(blind.effects) or blind.kind}",
+            marks=() if blind.seed in EVERY_DAY else pytest.mark.slow,
         )
-        for one in TABLE
+        for blind in TABLE
     ],
 )
-def test_blind_record(one: Blind) -> None:
-    judged, verdict, named = diagnosed(one)
-    assert (verdict, named) == (one.verdict, one.named)
-    assert judged.outcome == "right"
+def test_blind_record(blind: Blind) -> None:
+    judgement, verdict, selected = diagnosed(blind)
+    assert (verdict, selected) == (blind.verdict, blind.named)
+    assert judgement.outcome == "right"

@@ -9,15 +9,15 @@ import ehsid
 from ehsid.harness.catalogue.parameters import acts_on
 from ehsid.harness.excitation import multisine
 from ehsid.harness.gap import fit
-from ehsid.harness.gap.inference.rivals import (
+from ehsid.harness.gap.inference.candidates import (
     SLEW,
-    as_told,
-    base,
     calibrate,
-    decisive,
-    polish,
+    calibrate_nuisances,
+    decision_case,
+    linearised_start,
+    nominal_candidate,
+    refine,
     screen,
-    values_as_told,
 )
 from ehsid.harness.gap.model.case import Case, make_case
 from ehsid.harness.gap.model.fit import GAIN
@@ -61,21 +61,21 @@ def test_every_effect_that_is_fitted_has_active_starts() -> None:
                 placed = effect_parameters(effect.id, start, rig.plant)
                 # Where it is told to start is inside its range, and not at its lower end.
                 for parameter, x in placed:
-                    told = start[parameter.name.split(".")[-1]]
-                    assert parameter.value(x) == pytest.approx(told, rel=1e-9)
+                    start_value = start[parameter.name.split(".")[-1]]
+                    assert parameter.value(x) == pytest.approx(start_value, rel=1e-9)
                 assert any(value != 0.0 for value in start.values())
 
 
-def test_the_rig_as_told_is_not_fitted(case: Case) -> None:
-    told = as_told(case)
-    assert told.effects == ()
-    for name, value in told.values.items():
+def test_the_nominal_rig_is_not_fitted(case: Case) -> None:
+    nominal = nominal_candidate(case)
+    assert nominal.effects == ()
+    for name, value in nominal.values.items():
         if name in made.RIG.values:
             assert value == pytest.approx(made.RIG.values[name], rel=1e-12), name
-    problem = decisive(case).problem()
-    assert told.cost == problem.cost(problem.centre())
+    problem = decision_case(case).problem()
+    assert nominal.cost == problem.cost(problem.centre())
     # Where rig, nuisances and steps of integration are those of the record, the noise is left.
-    true = as_told(replace(made.case_of({}), substeps=made.SUBSTEPS))
+    true = nominal_candidate(replace(made.case_of({}), substeps=made.SUBSTEPS))
     mse = true.squares.sum(axis=0) / true.counts.sum()
     # 2700 samples: five deviations of their mean square are 14 %. The position has lost its mean
     # over 250 samples, 0.4 %; it starts each window from a smoothed measurement, which the mean
@@ -83,76 +83,80 @@ def test_the_rig_as_told_is_not_fitted(case: Case) -> None:
     np.testing.assert_allclose(mse, [5e-6**2, 1e4**2, 1e4**2], rtol=0.14)
 
 
-def test_rivals_are_judged_on_what_was_held_out(case: Case) -> None:
-    told = as_told(case)
-    problem = decisive(case).problem(held_out=True)
-    errors = problem.errors(told.x)
+def test_candidates_are_compared_on_held_out_records(case: Case) -> None:
+    nominal = nominal_candidate(case)
+    problem = decision_case(case).problem(held_out=True)
+    errors = problem.errors(nominal.x)
     # Sums of squares by hand, window after window; J's first sum has no prior in it.
     (record,) = problem.records
     windows = record.window[record.used]
     for column, name in enumerate(case.outputs):
         by_hand = [np.sum(errors[name][windows == number] ** 2) for number in np.unique(windows)]
-        np.testing.assert_allclose(told.squares[:, column], by_hand, rtol=1e-12)
-    assert told.counts.sum() == windows.size
+        np.testing.assert_allclose(nominal.squares[:, column], by_hand, rtol=1e-12)
+    assert nominal.counts.sum() == windows.size
     floors = np.array([case.floors[name].value for name in case.outputs])
-    mse = told.squares.sum(axis=0) / told.counts.sum()
+    mse = nominal.squares.sum(axis=0) / nominal.counts.sum()
     independent = 20.0 * record.seconds
     by_hand = 0.5 * independent * np.log(mse + floors**2).sum()
-    assert told.held_out_cost == pytest.approx(by_hand, rel=1e-12)
+    assert nominal.held_out_cost == pytest.approx(by_hand, rel=1e-12)
 
 
 def test_calibration_reaches_the_truth() -> None:
     case = made.case_of(made.OFF)
-    found = calibrate(case)
-    subject = decisive(case).problem()
+    calibrated = calibrate(case)
+    subject = decision_case(case).problem()
     truth = x_of(case, (), made.OFF)
     # It is at a minimum no worse than the truth; a fit ends where a step gains less than GAIN.
-    assert found.cost <= subject.cost(truth) + 10.0 * GAIN
-    assert found.converged
+    assert calibrated.cost <= subject.cost(truth) + 10.0 * GAIN
+    assert calibrated.converged
     # 20 independent errors a second count, 500 went in: noise alone moves the fit by a fifth of
     # the deviations of the cost's own Hessian, five of these are one.
-    deviations = np.sqrt(np.diag(np.linalg.inv(subject.step(found.x).hessian)))
-    assert np.all(np.abs(found.x - truth) < deviations)
+    deviations = np.sqrt(np.diag(np.linalg.inv(subject.step(calibrated.x).hessian)))
+    assert np.all(np.abs(calibrated.x - truth) < deviations)
     for name, value in made.OFF.items():
-        assert found.values[name] == pytest.approx(value, rel=0.05)
+        assert calibrated.values[name] == pytest.approx(value, rel=0.05)
     # And it beats the rig as configured where neither was fitted.
-    assert as_told(case).held_out_cost - found.held_out_cost > 100.0
+    assert nominal_candidate(case).held_out_cost - calibrated.held_out_cost > 100.0
 
 
 def test_any_other_start_can_only_help(case: Case) -> None:
-    alone = calibrate(case)
-    again = calibrate(case, [x_of(case, (), made.OFF), alone.x])
-    assert again.cost <= alone.cost + GAIN
+    calibrated = calibrate(case)
+    again = calibrate(case, [x_of(case, (), made.OFF), calibrated.x])
+    assert again.cost <= calibrated.cost + GAIN
 
 
-def test_a_first_look_takes_the_best_of_the_sizes(case: Case) -> None:
+def test_screening_takes_the_best_start(case: Case) -> None:
     # The calibration without the effect may have gone astray: the values as told are a base, too.
-    bases = [base(case, (), x) for x in (calibrate(case).x, case.problem().centre())]
-    found = screen(case, ("coulomb_friction",), bases)
+    fit_starts = [
+        linearised_start(case, (), x) for x in (calibrate(case).x, case.problem().centre())
+    ]
+    screened = screen(case, ("coulomb_friction",), fit_starts)
     costs = []
     for start in effect_starts("coulomb_friction", case.rig):
         ((_, x),) = effect_parameters("coulomb_friction", start)
-        for one in bases:
+        for fit_start in fit_starts:
             short = fit(
                 case.problem(("coulomb_friction",)),
-                np.append(one.x, x),
+                np.append(fit_start.x, x),
                 iterations=ITERATIONS_SCREEN,
-                first=one.linear,
+                first=fit_start.linear,
             )
             costs.append(short.cost)
-    assert found.cost == min(costs)
-    assert found.effects == ("coulomb_friction",)
-    assert found.values["effects.coulomb_friction.force_n"] == pytest.approx(400.0, rel=0.05)
+    assert screened.cost == min(costs)
+    assert screened.effects == ("coulomb_friction",)
+    assert screened.values["effects.coulomb_friction.force_n"] == pytest.approx(400.0, rel=0.05)
 
 
 @pytest.mark.parametrize("offset", [-0.015, 0.02])
-def test_a_first_look_finds_either_sign(offset: float) -> None:
+def test_screening_reaches_either_sign(offset: float) -> None:
     case = made.case_of({"effects.valve_null_bias.offset": offset})
-    found = screen(case, ("valve_null_bias",), [base(case, (), case.problem().centre())])
-    assert found.values["effects.valve_null_bias.offset"] == pytest.approx(offset, rel=0.05)
+    screened = screen(
+        case, ("valve_null_bias",), [linearised_start(case, (), case.problem().centre())]
+    )
+    assert screened.values["effects.valve_null_bias.offset"] == pytest.approx(offset, rel=0.05)
 
 
-def test_a_law_starts_from_the_simpler_one_that_it_holds() -> None:
+def test_a_law_starts_from_the_simpler_law_that_it_contains() -> None:
     """From sizes alone Stribeck's curve can end with a static friction many times too high."""
     true = {
         "effects.stribeck_friction.coulomb_n": 400.0,
@@ -160,16 +164,16 @@ def test_a_law_starts_from_the_simpler_one_that_it_holds() -> None:
         "effects.stribeck_friction.stribeck_velocity_m_s": 0.02,
     }
     case = made.case_of(true)
-    bases = [base(case, (), case.problem().centre())]
-    simpler = screen(case, ("coulomb_friction",), bases)
-    found = screen(case, ("stribeck_friction",), bases)
-    assert found.cost < simpler.cost
-    long = polish(case, found.effects, found.x)
+    fit_starts = [linearised_start(case, (), case.problem().centre())]
+    simpler = screen(case, ("coulomb_friction",), fit_starts)
+    screened = screen(case, ("stribeck_friction",), fit_starts)
+    assert screened.cost < simpler.cost
+    refined = refine(case, screened.effects, screened.x)
     for name, value in true.items():
-        assert long.values[name] == pytest.approx(value, rel=0.1), name
+        assert refined.values[name] == pytest.approx(value, rel=0.1), name
 
 
-def test_a_slow_spool_is_found_though_its_limit_has_no_slope() -> None:
+def test_a_slow_spool_is_identified_though_its_limit_has_no_slope() -> None:
     rng = np.random.default_rng(8)
     levels = np.repeat(rng.uniform(-8.0, 8.0, 60), 100)
     run = simulate(made.RIG, levels, dt_s=1e-3, values={SLEW: 120.0}, substeps=8).record
@@ -182,46 +186,50 @@ def test_a_slow_spool_is_found_though_its_limit_has_no_slope() -> None:
     assert calibrate(case).values[SLEW] == pytest.approx(120.0, rel=0.1)
 
 
-def test_values_as_told_stay_and_nuisances_move() -> None:
+def test_values_of_the_rig_file_stay_and_nuisances_move() -> None:
     case = made.case_of({"fluid.bulk_modulus_pa": 0.6e9, "nuisance.flow_exponent": 0.53})
     calibrated = calibrate(case)
-    untouched = values_as_told(case, calibrated)
-    for name, value in untouched.values.items():
+    nuisance_fit = calibrate_nuisances(case, calibrated)
+    for name, value in nuisance_fit.values.items():
         if not name.startswith("nuisance."):
             assert value == pytest.approx(made.RIG.values[name], rel=1e-9), name
-    assert untouched.values["nuisance.flow_exponent"] != pytest.approx(0.5, abs=1e-3)
-    assert calibrated.cost < untouched.cost < as_told(case).cost
+    assert nuisance_fit.values["nuisance.flow_exponent"] != pytest.approx(0.5, abs=1e-3)
+    assert calibrated.cost < nuisance_fit.cost < nominal_candidate(case).cost
 
 
-def test_a_second_effect_starts_where_the_first_was_found() -> None:
+def test_a_second_effect_starts_from_the_fit_with_the_first() -> None:
     true = {**FRICTION, "effects.valve_dead_band.overlap": 0.03}
     case = made.case_of(true)
-    one = screen(case, ("coulomb_friction",), [base(case, (), calibrate(case).x)])
-    both = screen(case, (*one.effects, "valve_dead_band"), [base(case, one.effects, one.x)])
-    assert both.effects == ("coulomb_friction", "valve_dead_band")
-    long = polish(case, both.effects, both.x)
-    assert long.cost <= both.cost + GAIN
+    single = screen(case, ("coulomb_friction",), [linearised_start(case, (), calibrate(case).x)])
+    pair = screen(
+        case,
+        (*single.effects, "valve_dead_band"),
+        [linearised_start(case, single.effects, single.x)],
+    )
+    assert pair.effects == ("coulomb_friction", "valve_dead_band")
+    refined = refine(case, pair.effects, pair.x)
+    assert refined.cost <= pair.cost + GAIN
     for name, value in true.items():
         if name.startswith("effects."):
-            assert long.values[name] == pytest.approx(value, rel=0.05), name
-    assert one.held_out_cost - long.held_out_cost > 100.0
+            assert refined.values[name] == pytest.approx(value, rel=0.05), name
+    assert single.held_out_cost - refined.held_out_cost > 100.0
 
 
-def test_the_long_fit_is_at_the_steps_that_decide(case: Case) -> None:
+def test_the_long_fit_ends_with_the_decision_steps(case: Case) -> None:
     coarse = replace(case, substeps=2)
-    assert decisive(coarse).substeps == DECISION_SUBSTEPS
-    assert decisive(replace(case, substeps=9)).substeps == 9
+    assert decision_case(coarse).substeps == DECISION_SUBSTEPS
+    assert decision_case(replace(case, substeps=9)).substeps == 9
     start = x_of(coarse, ("coulomb_friction",), FRICTION)
-    long = polish(coarse, ("coulomb_friction",), start)
-    fine = decisive(coarse).problem(("coulomb_friction",))
-    assert long.cost == pytest.approx(fine.cost(long.x), rel=1e-12)
+    refined = refine(coarse, ("coulomb_friction",), start)
+    fine = decision_case(coarse).problem(("coulomb_friction",))
+    assert refined.cost == pytest.approx(fine.cost(refined.x), rel=1e-12)
     # Never worse than where it began, and once more it has nothing to gain.
-    assert long.cost <= fine.cost(start)
-    again = polish(decisive(coarse), ("coulomb_friction",), long.x)
-    assert long.cost - again.cost == pytest.approx(0.0, abs=10.0 * GAIN)
+    assert refined.cost <= fine.cost(start)
+    again = refine(decision_case(coarse), ("coulomb_friction",), refined.x)
+    assert refined.cost - again.cost == pytest.approx(0.0, abs=10.0 * GAIN)
 
 
-def test_a_limit_cycle_is_calibrated_from_afar() -> None:
+def test_a_limit_cycle_is_calibrated_from_distant_values() -> None:
     """A loop of too high a gain swings at its oil spring: the fit must not lose count."""
     true = {
         "fluid.bulk_modulus_pa": 1.7e9,
@@ -249,10 +257,10 @@ def test_a_limit_cycle_is_calibrated_from_afar() -> None:
     command = records[0].column("command_v")
     assert np.count_nonzero(np.diff(np.sign(command))) > 100
     case = make_case(made.RIG, records[:1], records[1:])
-    found = calibrate(case)
-    problem = decisive(case).problem()
+    calibrated = calibrate(case)
+    problem = decision_case(case).problem()
     best = fit(problem, x_of(case, (), true))
     # A wrong multiple of the cycle is off by many times as much.
     for name in case.outputs:
-        left = np.std(problem.errors(found.x)[name])
-        assert left < 2.0 * np.std(problem.errors(best.x)[name])
+        deviation = np.std(problem.errors(calibrated.x)[name])
+        assert deviation < 2.0 * np.std(problem.errors(best.x)[name])
