@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The diagnosis: where the gap lies, which effects cause it, and how far they shrink it."""
+"""The diagnosis: where the gap lies, which effects cause it, and how much of it they explain."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def diagnose(
     exclude: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Diagnoses where the gap of rig and records lies, what causes it, and how far it shrinks.
+    """Diagnoses where the gap of rig and records lies, what causes it, and how much of it is explained.
 
     Parameters
     ----------
@@ -70,8 +70,8 @@ def diagnose(
     rig
         configuration of the simulator.
     validate
-        held-out records, by which candidates are judged. They are fitted only where the others
-        leave much of the gap; then, as without them, blocks of all records are held out.
+        held-out records, on which candidates are compared. They are fitted only where the others
+        leave a large part of the gap; then, as without them, blocks of all records are held out.
     exclude
         ids of effects that are not searched for.
     progress
@@ -79,7 +79,7 @@ def diagnose(
 
     Returns
     -------
-    The findings, whatever the quality of the data: data that cannot carry a diagnosis give the
+    The diagnosis, whatever the quality of the data: data that cannot carry a diagnosis give the
     verdict "insufficient_data" with the reason.
 
     Raises
@@ -254,7 +254,7 @@ def _sub_progress(progress: Progress | None, begin: float, end: float) -> Progre
 def _design_experiment(
     case: Case, selection: Selection, progress: Progress | None
 ) -> NextExperiment | None:
-    """Designs an experiment for sets that the data cannot tell apart; None if there are none."""
+    """Designs an experiment for sets that the data cannot separate; None if there are none."""
     if not selection.equivalent:
         return None
     candidates = [

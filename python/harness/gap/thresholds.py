@@ -75,15 +75,15 @@ NUISANCE_ENDS = {
     "nuisance.spool_bandwidth_hz": (130.0, 1000.0),
     "nuisance.spool_damping": (0.5, 1.1),
 }
-# Without measured pressures these nuisances cannot be told from a load force, which also makes the
-# speeds of the two directions unequal. They then keep their typical values.
+# Without measured pressures these nuisances cannot be separated from a load force, which also makes
+# the speeds of the two directions unequal. They then keep their typical values.
 SEEN_BY_PRESSURES = (
     "nuisance.edge_gain_direction",
     "nuisance.edge_gain_sides",
     "nuisance.edge_gain_tank",
 )
 # Prior centres where no pressure is measured. It is often not known whether the supply pressure in
-# the rig file is absolute or above the atmosphere; 0.5 is equally far from both.
+# the rig file is absolute or above the atmosphere; 0.5 is in the middle of both.
 UNSEEN_CENTRE = {"nuisance.atmosphere": 0.5}
 LOGARITHMIC_NUISANCES = (
     "nuisance.spool_bandwidth_hz",
@@ -124,8 +124,8 @@ MOST_EFFECTS = 3
 # If the errors of a set of effects are this close to the noise floor (ln of the ratio), nothing is
 # left to look for.
 AT_FLOOR = 0.05
-# A set of effects is extended only where it gains this much on held-out data. The verdict requires
-# more.
+# A set of effects is extended only where its gain on held-out data is at least this. The verdict
+# requires more.
 FORWARD_NATS = 5.0
 FORWARD_RELATIVE = 0.05
 
@@ -141,7 +141,7 @@ NEAR_NULL = 0.05
 # Motion is slow below this share of the largest speed. There viscous forces do not hide friction.
 SLOW_SHARE = 0.05
 
-# What a record must visit before the diagnosis can judge an effect from it.
+# Regimes that a record must visit before it can show or exclude an effect.
 # Flow saturation and supply droop bend the flow curve by the square of the command. At 30 % of the
 # rated command, a limit at full opening takes 3 % of the flow.
 LARGE_COMMAND = 0.3
@@ -275,7 +275,7 @@ ZERO_ERROR = 0.0025
 # over a smaller range, air looks like another bulk modulus.
 PRESSURES_VARY = 2.0
 
-# --- Suspects of the equations -----------------------------------------------------------------
+# --- Ranking of effects by the equations -------------------------------------------------------
 # A gain must be this many standard deviations of its scatter over windows, because some 30 trials
 # are made.
 GAIN_DEVIATIONS = 3.0
@@ -309,8 +309,8 @@ DESIGN_FINALISTS = 6
 # A difference of ten in log-likelihood gives odds of 20,000 to 1 if the windows are as independent
 # as assumed, and still 150 to 1 if only half of them are.
 SEPARATED_NATS = 10.0
-# The best rival must explain its own record: its errors of integration must stay below a hundredth
-# of the motion, or below the noise.
+# The best candidate must explain its own record: its errors of integration must stay below a
+# hundredth of the motion, or below the noise.
 DESIGN_ERROR = 0.01
 # With a power of nineteen in twenty, no sensor needs to be bought.
 DESIGN_POWER = 0.95
@@ -351,9 +351,9 @@ FREE_GAS_TIMES = 10.0
 # An equation disagrees with the record if its residual is this many times what noise and these
 # tolerances allow, over its whole confidence interval.
 EQUATION_LOUD = 1.5
-# A suspect is accepted if it reduces what is left beside the tolerance by a tenth.
+# An effect is included if it reduces what is left beside the tolerance by a tenth.
 LEAST_RANKED_GAIN = 0.1
-# Suspects with this share of the best gain are taken as equal, because the tried sizes meet the
+# Effects with this share of the largest gain are taken as equal, because the tried sizes meet the
 # true size only within some per cent.
 EQUAL_GAIN_SHARE = 0.95
 # Largest number of effects that are put into the equations one after another.

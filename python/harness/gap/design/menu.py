@@ -54,7 +54,7 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """An experiment with the outputs that the best rival predicts.
+    """An experiment with the outputs that the best candidate predicts.
 
     Attributes
     ----------
@@ -163,7 +163,7 @@ def simulate_experiment(
     rig
         the machine.
     values
-        values of the best rival, by full name.
+        values of the best candidate, by full name.
     dt_s
         sampling time, s.
     limit_v
@@ -186,7 +186,7 @@ def simulate_experiment(
         return None
     record = run.run.record
     position = record.column("position_m")
-    # The other half of the margin is for errors of the rival.
+    # The other half of the margin is for errors of the candidate.
     edge = 0.5 * DESIGN_MARGIN * (span_m[1] - span_m[0])
     if position.min() < span_m[0] + edge or position.max() > span_m[1] - edge:
         return None

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Design of the experiment that tells rivals apart where the records cannot.
+"""Design of the experiment that separates candidates where the records cannot.
 
-The design is T-optimal: it chooses the record on which the outputs of the best rival are farthest
-from those of every other rival, after a new fit of that other rival (A. Atkinson, V. Fedorov,
-Biometrika 62(1), 1975).
+The design is T-optimal: it chooses the record on which the outputs of the best candidate differ
+most from those of every other candidate, after a new fit of that candidate (A. Atkinson,
+V. Fedorov, Biometrika 62(1), 1975).
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def _weakest_separation(
     floors: Mapping[str, float],
     iterations: int,
 ) -> Separation:
-    """Returns the separation of the rival with the smallest power on the record of a candidate."""
+    """Returns the separation with the smallest power on the record of an experiment."""
     results = separations(rig, candidates, experiment.record, floors, iterations=iterations)
     return min(results, key=lambda separation: separation.power)
 
@@ -64,10 +64,10 @@ def next_experiment(
     command_limit_v: float | None = None,
     span_m: tuple[float, float] | None = None,
 ) -> NextExperiment | None:
-    """Designs a record that separates the best rival from all others.
+    """Designs a record that separates the best candidate from all others.
 
     The design is the excitation of the menu, inside the limits of stroke, command and pressure,
-    that has the largest power against the rival that is hardest to separate. Sensors that the
+    that has the largest power against the candidate that is hardest to separate. Sensors that the
     records did not have are requested only if the power stays below DESIGN_POWER without them. A
     low power is reported as it is.
 
@@ -91,8 +91,8 @@ def next_experiment(
 
     Returns
     -------
-    The experiment; None if there are fewer than two rivals, a limit is not known, or no entry of
-    the menu stays inside the limits.
+    The experiment; None if there are fewer than two candidates, a limit is not known, or no entry
+    of the menu stays inside the limits.
     """
     if len(candidates) < 2:
         return None

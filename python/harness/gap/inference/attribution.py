@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Attribution of the gap to subsystems, from equations or position errors, without any fit.
 
-The effect with the largest gain (the strongest suspect) is put into the equations of the measured
-signals, and all effects are tried again, until none gains enough. Gains are in nats per independent
-statistic, as are the logarithms of the residuals that remain above the noise. Both are added up to
-shares of the subsystems. Without equations one suspect is taken, from the position errors.
+The effect with the largest gain (the first of the ranking) is put into the equations of the
+measured signals, and all effects are tried again, until none gains enough. Gains are in nats per
+independent statistic, as are the logarithms of the residuals that remain above the noise. Both are added up to
+shares of the subsystems. Without equations a single effect is included, from the position errors.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ class Attribution:
     Attributes
     ----------
     equations
-        what they leave over before any suspect; empty without the measurements for them.
+        their residuals before any effect is included; empty without the measurements for them.
     included
-        suspects that were put into the equations, in this order.
+        effects that were put into the equations, in this order.
     subsystem
         share of the gap by subsystem, sum 1; empty where nothing is above the noise, or where the
         data do not show it.
@@ -106,7 +106,8 @@ def attribute_equations(
             subsystems = ("valve", "hydraulics")
         for subsystem in subsystems:
             _add(weights, subsystem, math.log(ratio) / len(subsystems))
-        # What a suspect leaves over (friction within the smoothing of the speed) is not new.
+        # The rest that an included effect leaves (friction within the smoothing of the speed) is
+        # not a further gap.
         if not set(subsystems) <= {
             effects()[ranked_effect.effect].subsystem for ranked_effect in included
         }:
@@ -208,7 +209,7 @@ def _error_equation(problem: Problem, x: FloatArray, rows: FloatArray) -> Equati
 
 
 def _distribute(weights: dict[str, float], ranked: Sequence[RankedEffect]) -> list[str]:
-    """Adds the strongest gain, in equal parts, to the subsystems of all nearly as strong suspects.
+    """Adds the largest gain, in equal parts, to the subsystems of all effects with a similar gain.
 
     Returns a sentence that says so where there are several subsystems.
     """

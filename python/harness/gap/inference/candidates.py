@@ -98,8 +98,9 @@ def nominal_candidate(case: Case) -> FittedCandidate:
 def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
     """Fits the rig without effects, from its priors and from any other starts.
 
-    From the priors it starts directly, and also by way of short windows: in windows of half a
-    second a cold start can settle on a wrong multiple of a limit cycle, in short ones it cannot.
+    From the priors it starts directly, and also after fits in short windows: in windows of half a
+    second a cold start can settle on a wrong multiple of the frequency of a limit cycle, in short
+    windows it cannot.
     """
     problem = case.problem()
     cold = problem.centre()
@@ -186,7 +187,7 @@ def screen(case: Case, effects: tuple[str, ...], fit_starts: Sequence[FitStart])
         ]
     simpler_effect = catalogue()[effect].contains
     if simpler_effect is not None and simpler_effect not in effects:
-        # The minimum of the cost is far narrower than that of the simpler law, and near it.
+        # The minimum of the cost is much narrower than that of the simpler law, and near it.
         simpler_candidate = screen(case, (*effects[:-1], simpler_effect), fit_starts)
         simpler_sizes = sizes_of(simpler_effect, simpler_candidate.values)
         start = catalogue()[effect].grown(simpler_sizes, machine_scale(case.rig))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Ranking of the effects by how much of the residuals of equations they would remove; no verdict.
+"""Ranking of the effects by the share of the residuals of equations that they remove; no verdict.
 
 Every effect is put into the equations at several sizes. The change of the residuals is a regressor
 (a column). All equations share its factor, and each adjusts its own values along with it.

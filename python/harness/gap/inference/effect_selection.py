@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Choice of the set of effects that the data require, and of the sets that do as well."""
+"""Selection of the set of effects that the data require, and of the equivalent sets."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ FRICTION = frozenset(("coulomb_friction", "stribeck_friction"))
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """Chosen set of effects, and the sets that the data cannot tell from it.
+    """Selected set of effects, and the sets that the data cannot separate from it.
 
     Attributes
     ----------
     best
         the calibrated rig with the fewest effects that the data require.
     equivalent
-        other sets that the data cannot tell from `best`, lowest held-out cost first; each of them
-        is better than the calibrated rig alone.
+        other sets that the data cannot separate from `best`, lowest held-out cost first; each of
+        them is better than the calibrated rig alone.
     """
 
     best: FittedCandidate
@@ -50,7 +50,7 @@ class Selection:
 
 
 def _edges_can_replace_force(case: Case, candidate: FittedCandidate) -> bool:
-    """Tells whether unequal edges of the valve could stand for a candidate's load force.
+    """Whether unequal edges of the valve can explain the load force of a candidate.
 
     They can where no pressure is measured and the force is small beside its standard deviation.
     """
@@ -63,14 +63,14 @@ def _edges_can_replace_force(case: Case, candidate: FittedCandidate) -> bool:
 
 
 def is_significant(gain: LikelihoodGain) -> bool:
-    """Tells whether an advantage is beyond doubt, and large enough to count."""
+    """Whether a likelihood gain is significant, and large enough to matter."""
     return gain.nats >= DECIDED_NATS and gain.low > 0.0 and gain.relative >= DECIDED_RELATIVE
 
 
 def is_justified(
     case: Case, larger: FittedCandidate, smaller: FittedCandidate, calibrated: FittedCandidate
 ) -> bool:
-    """Tells whether `larger` is so much better than `smaller` that its effects are justified."""
+    """Whether the gain of `larger` over `smaller` justifies its further effects."""
     gain = likelihood_gain(case, larger, smaller)
     excess = min(above_floor(case, smaller), MOST_ABOVE_FLOOR)
     reduction = held_out_rms(smaller) - held_out_rms(larger)

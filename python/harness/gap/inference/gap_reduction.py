@@ -69,7 +69,7 @@ def window_sums(
 
 
 def _gaps(sums: WindowSums, windows: npt.NDArray[np.int64]) -> FloatArray:
-    """Normalised rms error (nrmse) by output over the chosen windows, shape (outputs,)."""
+    """Normalised rms error (nrmse) by output over these windows, shape (outputs,)."""
     return np.array(
         [
             np.sqrt(sums.error[name][windows].sum() / sums.spread[name][windows].sum())
@@ -97,7 +97,7 @@ def gap_reduction(
     floors: Mapping[str, NoiseFloor],
     rng: np.random.Generator,
 ) -> GapReduction:
-    """Computes the figures of the gap and their intervals from the sums of three simulations.
+    """Computes the gaps, their reduction and its intervals from the sums of three simulations.
 
     The same windows are drawn for all three.
     """

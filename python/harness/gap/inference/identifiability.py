@@ -99,7 +99,7 @@ def unidentifiable_effects(
     effects
         ids of the effects to check, in the order of the result.
     plant
-        plant of the rig: an effect on a part that it does not have cannot be judged either.
+        plant of the rig: an effect on a part that it does not have cannot be identified either.
     """
     unidentifiable = []
     for effect in effects:
@@ -131,7 +131,7 @@ def _missing_everywhere(
 def extrapolated_effects(
     values: Mapping[str, float], regimes: Sequence[Regimes], effects: Sequence[str]
 ) -> list[CannotJudge]:
-    """Returns the fitted effects whose size lies beyond the range of the records, with the reason.
+    """Returns the fitted effects whose size lies outside the range of the records, with the reason.
 
     Such a size is extrapolated from the beginning of a curve, or is hidden by noise. Other effects
     can look the same there.

@@ -46,8 +46,8 @@ def deviations(problem: Problem, x: FloatArray) -> FloatArray:
 def candidate_deviations(case: Case, candidate: FittedCandidate) -> tuple[FloatArray, int]:
     """Returns the standard deviation of each x of a candidate, and the number of windows used.
 
-    The fit leaves out nuisances that the record cannot tell from an effect. Here they are included
-    with the uncertainty of their priors, which adds to that of the effect that stands for them.
+    The fit leaves out nuisances that the record cannot separate from an effect. Here they are
+    included with the uncertainty of their priors, which adds to that of the effect that stands for them.
     """
     problem = decision_case(case).problem(candidate.effects, unseen=True)
     names = {parameter.name for parameter in case.parameters(candidate.effects)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Advantage of one candidate over another on held-out records, with its uncertainty."""
+"""Gain in log-likelihood of a candidate over another on held-out records, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from ehsid.harness.gap.thresholds import BOOTSTRAP_SEED, INDEPENDENT_HZ
 
 @dataclass(frozen=True)
 class LikelihoodGain:
-    """Advantage of one candidate over another.
+    """Gain in log-likelihood of a candidate over a reference candidate.
 
     Attributes
     ----------
     nats
-        difference of the held-out log-likelihoods, nats.
+        held-out log-likelihood of the candidate minus that of the reference, nats.
     low
         the level of `nats` that 95 % of the bootstrap draws of windows exceed.
     relative
-        ln(errors of the other candidate / errors of this one), noise floor included, mean over the
+        ln(errors of the reference / errors of the candidate), noise floor included, mean over the
         outputs: 0.1 is 10 %.
     """
 
@@ -47,12 +47,12 @@ def _log_errors(case: Case, candidate: FittedCandidate, weights: FloatArray) -> 
 def likelihood_gain(
     case: Case, candidate: FittedCandidate, reference: FittedCandidate
 ) -> LikelihoodGain:
-    """Returns the advantage of `candidate` over `reference`, with a bootstrap over windows.
+    """Returns the gain of `candidate` over `reference`, with a bootstrap over windows.
 
     Windows are drawn with replacement, the same windows for both candidates. With e the errors
     (noise floor included) and n the number of independent errors of an output,
 
-        nats = outputs n (mean over outputs of ln e_worse - ln e_better).
+        nats = outputs n (mean over outputs of ln e_reference - ln e_candidate).
     """
     windows = candidate.counts.size
     rng = np.random.default_rng(BOOTSTRAP_SEED)

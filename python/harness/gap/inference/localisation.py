@@ -77,7 +77,7 @@ def localise(
     shares: Mapping[str, float] | None = None,
     evidence: Evidence | None = None,
 ) -> Where:
-    """Combines the evidence, the effects that were found and the maps of the gap.
+    """Combines the evidence, the selected effects and the maps of the gap.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def localise(
     calibrated
         the fit without effects.
     best
-        the fit with the effects that were found; None, or without effects, where there are none.
+        the fit with the selected effects; None, or a fit without effects, where there are none.
     shares
         share of the held-out gain by id of the effect; by default all are equal.
     evidence

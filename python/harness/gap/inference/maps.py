@@ -2,7 +2,8 @@
 """Distribution of the calibrated error above the noise floor over regimes, frequency and time.
 
 The errors of an output are divided by the rms of the measured output about its window's mean, as in
-the nrmse of the contract. A share is one of the sum of squares, less that of the noise floor.
+the nrmse of the contract. A share is a part of the sum of squares,
+from which the sum of squares of the noise floor is subtracted.
 """
 
 from __future__ import annotations
@@ -146,7 +147,7 @@ def _bands(
 
 
 def _spans(compared: Sequence[Compared], by_window: FloatArray) -> list[SpanShare]:
-    """Returns the stretches of the records that hold far more of the gap than others.
+    """Returns the stretches of the records that hold much more of the gap than others.
 
     They consist of runs of SPAN_WINDOWS windows, each with over SPAN_EXCESS times its mean share.
     """

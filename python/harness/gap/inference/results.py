@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Figures of the diagnosis: simulated records, gap, values with intervals, probabilities."""
+"""Results of the diagnosis: simulated records, gap, estimates with intervals, probabilities."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from ehsid.harness.gap.thresholds import (
 def held_out_results(
     case: Case, nominal: FittedCandidate, calibrated: FittedCandidate, best: FittedCandidate
 ) -> tuple[tuple[HeldOutRun, ...], GapReduction]:
-    """Returns the held-out records with their three simulations, and the figures of the gap."""
+    """Returns the held-out records with their three simulations, and the reduction of the gap."""
     fine = decision_case(case)
     candidates = (nominal, calibrated, best)
     problems = [fine.problem(candidate.effects, held_out=True) for candidate in candidates]

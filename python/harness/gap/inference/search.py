@@ -59,7 +59,7 @@ class SearchResult:
 
 
 def candidate_effects(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
-    """Ids of the effects that may be found: the plant can have them, the rig file does not."""
+    """Ids of the effects that are tried: the plant can have them, the rig file does not."""
     return tuple(
         info.id
         for info in effects().values()
@@ -84,7 +84,7 @@ def search(
     )
     single_effects = _refine_promising(case, screened, _total_cost(calibrated), staged.part(0.5))
     # The calibration alone gets the same chance: it starts again from the values of the rig that
-    # the fits with the best effects found.
+    # the fits with the best effects have reached.
     rig_size = calibrated.x.size
     restarts = [candidate.x[:rig_size] for candidate in single_effects[:2]]
     calibrated = min(
@@ -140,7 +140,7 @@ def _total_cost(candidate: FittedCandidate) -> float:
 
 
 def _is_worth_extending(case: Case, larger: FittedCandidate, smaller: FittedCandidate) -> bool:
-    """Tells whether to search further from `larger`; the verdict requires a larger gain."""
+    """Whether the search continues from `larger`; the verdict requires a larger gain."""
     if not all(matters(effect, larger.values, case.rig) for effect in larger.effects):
         return False
     gain = likelihood_gain(case, larger, smaller)
@@ -156,7 +156,7 @@ def _screen_extensions(
 ) -> list[FittedCandidate]:
     """Makes short fits of every parent with every effect that it does not have, each set once.
 
-    extra_x: values of further bases without effects.
+    extra_x: x of further starts without effects, shape (n,) each.
     """
     tasks, covered = [], set()
     extra_starts = [linearised_start(case, (), x) for x in extra_x]
@@ -244,7 +244,7 @@ def _simpler_law_tasks(
 
 
 def restrict(case: Case, candidate: FittedCandidate, remaining: Sequence[str]) -> FloatArray:
-    """Returns the x of a candidate without the parameters of effects that are not kept."""
+    """Returns the x of a candidate with the parameters of the remaining effects only."""
     begin = candidate.x.size - sum(_parameter_count(case, effect) for effect in candidate.effects)
     parts = [candidate.x[:begin]]
     for effect in candidate.effects:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Verdict of the diagnosis from the figures of the fits, with the reasons."""
+"""Verdict of the diagnosis from the results of the fits, with the reasons."""
 
 from __future__ import annotations
 
@@ -53,15 +53,16 @@ def decide(
     Parameters
     ----------
     case, search_result, selection
-        rig and records, fitted candidates, and the chosen set of effects.
+        rig and records, fitted candidates, and the selected set of effects.
     reduction
-        figures of the gap on the held-out records.
+        gaps on the held-out records, and by how much the effects reduce them.
     calibration
         calibrated values, and whether they have moved, by full name.
     extrapolated
-        chosen effects whose size no record reached, with the reason.
+        selected effects whose size no record reached, with the reason.
     nuisance_fit
-        the fit with the rig's own values as in the rig file; None where an effect was found.
+        the fit of the nuisances alone, with the rig's own values as in the rig file; None where an
+        effect was selected.
     step
         step of the position sensor, m, where it is coarse; else None.
     """

@@ -151,7 +151,7 @@ def test_coulomb_is_enough_where_stribeck_adds_little() -> None:
         CASE,
         search_result(
             candidate(rms=1e-4),
-            candidate("stribeck_friction", rms=2e-6, width=3),
+            candidate("stribeck_friction", rms=2e-6, parameters=3),
             candidate("coulomb_friction", rms=2.04e-6),
         ),
     )
