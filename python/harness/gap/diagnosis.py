@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The diagnosis: where the gap lies, which effects cause it, and how much of it they explain."""
+"""The diagnosis: where the gap lies, which effects cause it, and how much of it they remove."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def diagnose(
     exclude: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Diagnoses where the gap of rig and records lies, what causes it, and how much of it is explained.
+    """Diagnoses where the gap of rig and records lies, what causes it, and how much it shrinks.
 
     Parameters
     ----------
@@ -115,12 +115,8 @@ def diagnose(
         if joint.decision.verdict != "outside_catalogue" and not _leaves_large_gap(joint):
             evaluation = joint
             remarks = (*remarks, Remark("", FITTED_TOGETHER))
-    case, search_result, selection, decision = (
-        evaluation.case,
-        evaluation.search_result,
-        evaluation.selection,
-        evaluation.decision,
-    )
+    case, search_result = evaluation.case, evaluation.search_result
+    selection, decision = evaluation.selection, evaluation.decision
     best, values = selection.best, evaluation.values
     fitted_effects = results.selected_effects(
         case, search_result, selection, values, evaluation.reduction

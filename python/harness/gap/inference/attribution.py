@@ -3,8 +3,9 @@
 
 The effect with the largest gain (the first of the ranking) is put into the equations of the
 measured signals, and all effects are tried again, until none gains enough. Gains are in nats per
-independent statistic, as are the logarithms of the residuals that remain above the noise. Both are added up to
-shares of the subsystems. Without equations a single effect is included, from the position errors.
+independent statistic, as are the logarithms of the residuals that remain above the noise. Both
+are added up to shares of the subsystems. Without equations a single effect is included, from the
+position errors.
 """
 
 from __future__ import annotations

@@ -137,10 +137,8 @@ def _fit_factors(equations: Sequence[Equation], signature: Mapping[str, FloatArr
     # would stay there.
     start = {e.name: regress(e.rows, e.columns, e.centre, e.weight) for e in equations}
     before = {e.name: e.rows + e.columns @ start[e.name] for e in equations}
-    after, penalty_before = (
-        dict(before),
-        {e.name: _prior_penalty(e, start[e.name]) for e in equations},
-    )
+    after = dict(before)
+    penalty_before = {e.name: _prior_penalty(e, start[e.name]) for e in equations}
     adjustments = {e.name: _adjustments(e, signature[e.name]) for e in equations}
     factors = np.zeros(next(iter(signature.values())).shape[1])
     penalty_after = penalty_before
@@ -177,7 +175,7 @@ def _prior_penalty(equation: Equation, moves: FloatArray) -> float:
 
 
 def _cost(rows: Mapping[str, FloatArray], penalties: Mapping[str, float], name: str) -> float:
-    # Each row counts one more, the square of what it may be off: below that little can be gained.
+    # The tolerance of each row adds its square, 1: below the tolerance there is little to gain.
     return float(rows[name] @ rows[name]) + penalties[name] + rows[name].size
 
 

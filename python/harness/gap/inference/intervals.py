@@ -47,7 +47,8 @@ def candidate_deviations(case: Case, candidate: FittedCandidate) -> tuple[FloatA
     """Returns the standard deviation of each x of a candidate, and the number of windows used.
 
     The fit leaves out nuisances that the record cannot separate from an effect. Here they are
-    included with the uncertainty of their priors, which adds to that of the effect that stands for them.
+    included with the uncertainty of their priors, which adds to that of the effect that stands for
+    them.
     """
     problem = decision_case(case).problem(candidate.effects, unseen=True)
     names = {parameter.name for parameter in case.parameters(candidate.effects)}

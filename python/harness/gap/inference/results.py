@@ -119,8 +119,8 @@ def estimates(
 ) -> tuple[dict[str, Estimate], dict[str, bool]]:
     """Returns the estimates of all fitted values by full name, and whether each has moved.
 
-    A moved value is off the centre of its prior by MOVED_TOLD deviations of the prior and MOVED_FIT
-    of the fit.
+    A moved value differs from the centre of its prior by MOVED_PRIOR deviations of the prior and
+    MOVED_FIT of the fit.
     """
     deviations, windows = candidate_deviations(case, candidate)
     model_error = MODEL_ERROR if case.pressures else MODEL_ERROR_POSITION
@@ -171,7 +171,8 @@ def probabilities(case: Case, selection: Selection, reduction: GapReduction) -> 
     """Returns the probability that each effect of the best set is present.
 
     The best set and its equals have the weights exp(-nats / TEMPERATURE). Because another cause is
-    always possible, the probability is at most SURE, and lower, the more of the gap is left.
+    always possible, the probability is at most LARGEST_PROBABILITY, and lower, the more of the
+    gap is left.
     """
     floor = reduction.noise_floor[1]
     explainable = reduction.calibrated - floor
