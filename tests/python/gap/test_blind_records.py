@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A few blind records whose diagnosis must not get worse unseen.
+"""A few blind records that show when a change makes the diagnosis worse.
 
 Records of `ehsid.harness.validation.reality`, short and from fixed seeds. Each must be answered as
 the table says; a change of the diagnosis that loses one has to be looked at with
@@ -22,14 +22,14 @@ from ehsid.harness.validation.scoring.reading import Findings, NamedEffect
 
 pytestmark = pytest.mark.usefixtures("one_process")
 
-# Six records of 6 s at 500 Hz: half a minute on two cores, all together.
+# Six records of 6 s at 500 Hz take half a minute on two cores.
 SECONDS = 6.0
 DT_S = 2e-3
 
 
 @dataclass(frozen=True)
 class Blind:
-    """A record, and what must be said of it."""
+    """A blind record and the diagnosis that it must get."""
 
     seed: int
     grade: Grade
@@ -53,7 +53,7 @@ TABLE = (
 
 
 def diagnosed(blind: Blind) -> tuple[Judgement, str, tuple[str, ...]]:
-    """Judgement, verdict and names."""
+    """Judgement, verdict and ids of the selected effects."""
     case = make_case(
         blind.seed,
         blind.grade,
@@ -83,7 +83,7 @@ def diagnosed(blind: Blind) -> tuple[Judgement, str, tuple[str, ...]]:
     return judge(answer, case_findings), diagnosis.verdict, selected
 
 
-# With pressures.
+# Seed of the record that is tested every day; it has pressures.
 EVERY_DAY = {101}
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The diagnosis as one call, on short records of the simulator."""
+"""The whole diagnosis, on short records of the simulator."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ehsid.harness.rigs import Rig
 
 @cache
 def with_friction() -> Diagnosis:
-    """Other values and Coulomb friction of 412 N, see made_diagnoses."""
+    """The diagnosis of a rig with other values and Coulomb friction of 412 N: made_diagnoses."""
     progress_shares: list[float] = []
     diagnosis = diagnose(
         [measured_record("fit", 1, seconds=6.0, dt_s=1e-3)],
@@ -38,7 +38,7 @@ def test_friction_is_identified_with_its_size() -> None:
     assert [effect.id for effect in diagnosis.effects] == ["coulomb_friction"]
     force = diagnosis.effects[0].parameters["force_n"]
     true_force = FRICTION["effects.coulomb_friction.force_n"]
-    # The same simulator made the record: what is left is noise.
+    # The same simulator made the record: only noise remains.
     assert force.value == pytest.approx(true_force, rel=0.02)
     assert diagnosis.ambiguity_set[0] == ("coulomb_friction",)
     assert diagnosis.effects[0].share_of_shrinkage == pytest.approx(1.0)
@@ -60,7 +60,8 @@ def test_results_of_a_diagnosis_agree() -> None:
     assert set(diagnosis.where.subsystem) == set(SUBSYSTEMS)
     assert sum(diagnosis.where.subsystem.values()) == pytest.approx(1.0)
     assert diagnosis.where.subsystem["mechanics"] > 0.9
-    # Told 1.1e9; slow motion says little of the mass, but the oil spring is felt.
+    # The rig file has 1.1e9 Pa. Slow motion shows little of the mass, but the oil spring shows
+    # the bulk modulus.
     bulk = diagnosis.calibration["fluid.bulk_modulus_pa"]
     assert bulk.estimate.low <= 0.96e9 <= bulk.estimate.high
     assert bulk.estimate.value == pytest.approx(0.96e9, rel=0.05)

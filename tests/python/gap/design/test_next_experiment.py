@@ -82,7 +82,7 @@ def simulated(
 
 
 def refitted(explained: Rival, record: Record) -> Rival:
-    """The rival with the size that explains a record best."""
+    """The explanation with the size that fits a record best."""
     problem, x = problem_of(explained, record)
     fitted = fit(problem, x, iterations=20).x
     values = {
@@ -122,7 +122,7 @@ def test_the_next_experiment_separates_what_a_smooth_small_record_cannot(
     assert experiment.record.dt_s == pytest.approx(DT_S)
     assert np.abs(experiment.record.column("command_v")).max() <= 10.0
 
-    # Run on the simulator, with noise, it does.
+    # A run of the experiment on the simulator, with noise, separates them.
     sent = experiment.record.column("command_v")
     start = float(experiment.record.column("position_m")[0])
     run = simulated(best, sent, start, seed=5)
@@ -142,8 +142,8 @@ def test_a_nested_candidate_is_separated_by_its_own_record() -> None:
     stribeck = explanation(
         "stribeck_friction", coulomb_n=550.0, static_n=700.0, stribeck_velocity_m_s=0.02
     )
-    # Stribeck friction does all that Coulomb friction does: on a record of that one, nothing is
-    # ever between them.
+    # Stribeck friction can reproduce Coulomb friction: a record with Coulomb friction never
+    # separates the two.
     assert contains(stribeck[0], coulomb[0])
     assert not contains(coulomb[0], stribeck[0])
     experiment = next_experiment(RIG, [coulomb, stribeck], ("position_m",), FLOORS)
@@ -173,7 +173,7 @@ def test_containment_does_not_depend_on_the_order_of_effects() -> None:
 def test_fewer_than_two_candidates_need_no_experiment() -> None:
     assert next_experiment(RIG, [DELAY], ("position_m",), FLOORS) is None
     assert next_experiment(RIG, [], ("position_m",), FLOORS) is None
-    # An axis without a stroke or a limit of the command that were told.
+    # The rig file of this axis has neither a stroke nor a limit of the command.
     axis = read_rig(RIGS / "axis.toml").with_values(FRICTIONLESS)
     pair = [explanation("coulomb_friction", force_n=20.0), explanation("load_force", force_n=3.0)]
     assert next_experiment(axis, pair, ("position_m",), FLOORS) is None

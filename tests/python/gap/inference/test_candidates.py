@@ -37,7 +37,7 @@ def case() -> Case:
 
 
 def x_of(case: Case, effects: tuple[str, ...], values: dict[str, float]) -> np.ndarray:
-    """Priors' centres, with these values in their places."""
+    """The centres of the priors, except for the parameters with these values."""
     problem = case.problem(effects)
     x = problem.centre()
     for i, parameter in enumerate(problem.parameters):
@@ -59,7 +59,7 @@ def test_every_effect_that_is_fitted_has_active_starts() -> None:
             assert len(starts) >= 2
             for start in starts:
                 placed = effect_parameters(effect.id, start, rig.plant)
-                # Where it is told to start is inside its range, and not at its lower end.
+                # The start is inside the range of the parameter, and not at its lower end.
                 for parameter, x in placed:
                     start_value = start[parameter.name.split(".")[-1]]
                     assert parameter.value(x) == pytest.approx(start_value, rel=1e-9)
@@ -74,12 +74,12 @@ def test_the_nominal_rig_is_not_fitted(case: Case) -> None:
             assert value == pytest.approx(made.RIG.values[name], rel=1e-12), name
     problem = decision_case(case).problem()
     assert nominal.cost == problem.cost(problem.centre())
-    # Where rig, nuisances and steps of integration are those of the record, the noise is left.
+    # With the rig, the nuisances and the integration steps of the record, only noise remains.
     true = nominal_candidate(replace(made.case_of({}), substeps=made.SUBSTEPS))
     mse = true.squares.sum(axis=0) / true.counts.sum()
-    # 2700 samples: five deviations of their mean square are 14 %. The position has lost its mean
-    # over 250 samples, 0.4 %; it starts each window from a smoothed measurement, which the mean
-    # takes away.
+    # With 2700 samples, five standard deviations of the mean square are 14 %. Subtracting the mean
+    # over 250 samples takes 0.4 % from the position; it also removes the error of the smoothed
+    # measurement from which each window starts.
     np.testing.assert_allclose(mse, [5e-6**2, 1e4**2, 1e4**2], rtol=0.14)
 
 
@@ -87,7 +87,7 @@ def test_candidates_are_compared_on_held_out_records(case: Case) -> None:
     nominal = nominal_candidate(case)
     problem = decision_case(case).problem(held_out=True)
     errors = problem.errors(nominal.x)
-    # Sums of squares by hand, window after window; J's first sum has no prior in it.
+    # Sums of squares by hand, window after window; the held-out cost has no prior.
     (record,) = problem.records
     windows = record.window[record.used]
     for column, name in enumerate(case.outputs):
@@ -106,16 +106,17 @@ def test_calibration_reaches_the_truth() -> None:
     calibrated = calibrate(case)
     subject = decision_case(case).problem()
     truth = x_of(case, (), made.OFF)
-    # It is at a minimum no worse than the truth; a fit ends where a step gains less than GAIN.
+    # The minimum is no worse than the true values; a fit ends where a step gains less than GAIN.
     assert calibrated.cost <= subject.cost(truth) + 10.0 * GAIN
     assert calibrated.converged
-    # 20 independent errors a second count, 500 went in: noise alone moves the fit by a fifth of
-    # the deviations of the cost's own Hessian, five of these are one.
+    # The cost counts 20 independent errors per second, the record has 500: noise alone moves the
+    # fit by a fifth of the deviations of the Hessian of the cost, so that five such moves are one
+    # deviation.
     deviations = np.sqrt(np.diag(np.linalg.inv(subject.step(calibrated.x).hessian)))
     assert np.all(np.abs(calibrated.x - truth) < deviations)
     for name, value in made.OFF.items():
         assert calibrated.values[name] == pytest.approx(value, rel=0.05)
-    # And it beats the rig as configured where neither was fitted.
+    # On held-out data, where neither was fitted, it is better than the rig as configured.
     assert nominal_candidate(case).held_out_cost - calibrated.held_out_cost > 100.0
 
 
@@ -126,7 +127,7 @@ def test_any_other_start_can_only_help(case: Case) -> None:
 
 
 def test_screening_takes_the_best_start(case: Case) -> None:
-    # The calibration without the effect may have gone astray: the values as told are a base, too.
+    # The calibration without the effect may be wrong: the values in the rig file are a start, too.
     fit_starts = [
         linearised_start(case, (), x) for x in (calibrate(case).x, case.problem().centre())
     ]
@@ -157,7 +158,7 @@ def test_screening_reaches_either_sign(offset: float) -> None:
 
 
 def test_a_law_starts_from_the_simpler_law_that_it_contains() -> None:
-    """From sizes alone Stribeck's curve can end with a static friction many times too high."""
+    """Without this start a Stribeck curve can end with a static friction many times too high."""
     true = {
         "effects.stribeck_friction.coulomb_n": 400.0,
         "effects.stribeck_friction.static_n": 700.0,
@@ -182,7 +183,7 @@ def test_a_slow_spool_is_identified_though_its_limit_has_no_slope() -> None:
     for name, deviation in noise.items():
         columns[name] = columns[name] + deviation * rng.standard_normal(levels.size)
     case = make_case(made.RIG, [make_record({"time_s": run.time_s, **columns})])
-    # A step of 8 V at 120 a second takes 7 ms; the limit is known to some per cent.
+    # A step of 8 V at 120 1/s takes 7 ms; the limit is identified to some per cent.
     assert calibrate(case).values[SLEW] == pytest.approx(120.0, rel=0.1)
 
 
@@ -223,14 +224,14 @@ def test_the_long_fit_ends_with_the_decision_steps(case: Case) -> None:
     refined = refine(coarse, ("coulomb_friction",), start)
     fine = decision_case(coarse).problem(("coulomb_friction",))
     assert refined.cost == pytest.approx(fine.cost(refined.x), rel=1e-12)
-    # Never worse than where it began, and once more it has nothing to gain.
+    # The cost is never above that of the start, and a second fit gains nothing.
     assert refined.cost <= fine.cost(start)
     again = refine(decision_case(coarse), ("coulomb_friction",), refined.x)
     assert refined.cost - again.cost == pytest.approx(0.0, abs=10.0 * GAIN)
 
 
 def test_a_limit_cycle_is_calibrated_from_distant_values() -> None:
-    """A loop of too high a gain swings at its oil spring: the fit must not lose count."""
+    """A loop with too high a gain oscillates at its oil spring: the fit must not slip a period."""
     true = {
         "fluid.bulk_modulus_pa": 1.7e9,
         "load.mass_kg": 108.0,
@@ -253,14 +254,14 @@ def test_a_limit_cycle_is_calibrated_from_distant_values() -> None:
         ).run.record
         columns = {name: run.column(name) for name in ("command_v", *made.PRESSURES)}
         records.append(make_record({"time_s": run.time_s, **columns}))
-    # It does swing: many times a second from limit to limit.
+    # The command does oscillate: many times per second from limit to limit.
     command = records[0].column("command_v")
     assert np.count_nonzero(np.diff(np.sign(command))) > 100
     case = make_case(made.RIG, records[:1], records[1:])
     calibrated = calibrate(case)
     problem = decision_case(case).problem()
     best = fit(problem, x_of(case, (), true))
-    # A wrong multiple of the cycle is off by many times as much.
+    # With a wrong multiple of the frequency the errors are many times as large.
     for name in case.outputs:
         deviation = np.std(problem.errors(calibrated.x)[name])
         assert deviation < 2.0 * np.std(problem.errors(best.x)[name])

@@ -22,7 +22,7 @@ def ranked_effects(record: Record, rig: Rig = RIG) -> list[tuple[str, Mapping[st
     ]
 
 
-# One of each subsystem every day.
+# One effect of each subsystem is tested every day.
 EVERY_DAY = ("valve_dead_band", "internal_leakage", "coulomb_friction", "transport_delay")
 
 
@@ -35,7 +35,7 @@ EVERY_DAY = ("valve_dead_band", "internal_leakage", "coulomb_friction", "transpo
 )
 def test_the_effect_that_was_put_in_is_ranked_first(effect: str) -> None:
     ranked = ranked_effects(made({**OTHER, **full(effect)}, seed=3))
-    # Friction with and without its rise, force with and without its spring: nested twins.
+    # Nested laws: friction with and without its rise, force with and without its spring.
     twins = {
         "coulomb_friction": {"stribeck_friction"},
         "load_force": {"load_spring"},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which set the data ask for: with rivals made by hand, whose errors are known."""
+"""Selection of effects and verdict, with candidates made by hand, whose errors are known."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class _Record:
 
 
 class _Case:
-    """What the choice asks of a case."""
+    """The attributes of a case that the selection reads."""
 
     outputs = ("position_m",)
     floors = MappingProxyType({"position_m": NoiseFloor(FLOOR, FLOOR, FLOOR)})
@@ -60,7 +60,7 @@ SIZES = {
 def candidate(
     *effects: str, rms: float, parameters: int | None = None, **sizes: float
 ) -> FittedCandidate:
-    """Held-out errors of this deviation in every window, scattered by a tenth."""
+    """A candidate whose held-out errors have this rms (m), scattered by a tenth over windows."""
     seed = sum(map(ord, "".join(effects)))
     squares = SAMPLES * rms**2 * np.random.default_rng(seed).uniform(0.9, 1.1, (WINDOWS, 1))
     counts = np.full(WINDOWS, float(SAMPLES))
@@ -125,7 +125,7 @@ def test_a_second_effect_needs_a_large_gain() -> None:
 
 
 def test_errors_next_to_the_floor_need_no_effect() -> None:
-    """A third of the errors, but a fortieth of what the rig alone leaves."""
+    """The second effect removes half of the errors, but a fortieth of those of the rig alone."""
     single, pair = candidate("coulomb_friction", rms=5e-6), ("coulomb_friction", "sensor_lag")
     selection = select_effects(
         CASE, search_result(candidate(rms=1e-4), single, candidate(*pair, rms=2.5e-6))
@@ -215,7 +215,7 @@ def test_verdicts(
 ) -> None:
     result = search_result(candidate(rms=1e-4), *candidates)
     selection = select_effects(CASE, result)
-    # With the values as told errors are three times those with them fitted.
+    # With the values of the rig file, the errors are three times those with fitted values.
     nuisance_fit = candidate(rms=3e-4) if moved else result.calibrated
     decision = decide(CASE, result, selection, _reduction(*gaps), _moved(moved), (), nuisance_fit)
     assert decision.verdict == verdict
@@ -224,7 +224,7 @@ def test_verdicts(
 
 
 def test_values_of_the_rig_file_that_fit_as_well_are_no_parameter_gap() -> None:
-    """A value has moved, but what gains is what no data sheet tells."""
+    """A value has moved, but the gain is due to values that no data sheet gives."""
     result = search_result(candidate(rms=1e-5))
     for nuisance_rms, verdict in ((1.2e-5, "no_gap"), (3e-4, "parameters")):
         decision = decide(
@@ -240,20 +240,20 @@ def test_values_of_the_rig_file_that_fit_as_well_are_no_parameter_gap() -> None:
 
 
 def test_a_gain_below_a_visible_gap_selects_no_effect() -> None:
-    """From 4e-4 of the variation to the floor of 1e-4."""
+    """The errors fall from 4e-4 of the variation to the floor of 1e-4."""
     tiny = search_result(candidate(rms=4e-6), candidate("coulomb_friction", rms=1e-6))
     assert select_effects(CASE, tiny).best.effects == ()
 
 
 class _SmallMotion(_Case):
-    """So that gains near the floor are still seen."""
+    """The variation is small, so that gains near the floor are still large beside it."""
 
     def variation(self) -> np.ndarray:
         return np.array([1e-4])
 
 
 def test_a_set_that_leaves_most_of_the_gap_is_no_explanation() -> None:
-    """Of 2 above the floor of 1 one leaves 1.7: no doubt, but 15 %; the other leaves 1."""
+    """Of 2 um above the floor of 1 um, 1.7 um remain: significant, but only 15 %; then 1 um."""
     case = cast(Case, cast(Any, _SmallMotion()))
     calibrated = candidate(rms=3e-6)
     small_gain, large_gain = (candidate("coulomb_friction", rms=rms) for rms in (2.7e-6, 2e-6))

@@ -33,7 +33,7 @@ def compared(seed: int, samples: int = 8300):
 
 
 def sums_of(record, shares: tuple[float, float], seed: int) -> WindowSums:
-    """White errors of these shares of the outputs' size."""
+    """White errors whose rms is this share of the amplitude of each output."""
     rng = np.random.default_rng(seed)
     simulated = {
         name: record.outputs[name] + share * size * rng.standard_normal(len(record.record))
@@ -84,7 +84,7 @@ def test_shares_by_hand() -> None:
     )
     for share in (reduction.of_explainable, reduction.from_nominal):
         assert share.low <= share.value <= share.high
-        # Ten thousand independent errors: within a per cent or two.
+        # Ten thousand independent errors give an interval of one or two per cent.
         assert share.high - share.low < 0.05
     assert reduction.per_output["position_m"][1] == pytest.approx(
         np.sqrt(calibrated.error["position_m"].sum() / calibrated.spread["position_m"].sum())
@@ -101,7 +101,7 @@ def test_nothing_above_the_floor_has_no_share() -> None:
 
 @given(seed=st.integers(0, 30))
 def test_interval_is_wider_where_windows_differ(seed: int) -> None:
-    """Errors that come in some windows only are fewer independent errors than samples."""
+    """Errors in a few windows only have fewer independent values than samples."""
     record = compared(5)
     rng = np.random.default_rng(seed)
     even = sums_of(record, (0.2, 0.2), seed)

@@ -67,7 +67,7 @@ def test_a_regime_that_was_not_visited_is_reported(
     unidentifiable = unidentifiable_effects([poor], IDS)
     assert sorted(effect.id for effect in unidentifiable) == sorted(effects)
     assert all(words in effect.why for effect in unidentifiable)
-    # Another record that was there is enough.
+    # Another record that visits the regime is enough.
     assert unidentifiable_effects([poor, RICH], IDS) == []
 
 

@@ -20,7 +20,7 @@ WINDOWS, SAMPLES = 40, 25
 
 
 class Linear:
-    """Errors X b - y in windows, without priors: what `deviations` asks of a problem."""
+    """Errors X b - y in windows, without priors: what `deviations` needs of a problem."""
 
     def __init__(self, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> None:
         self.x, self.y = x, y
@@ -39,7 +39,7 @@ class Linear:
 def test_deviations_are_those_of_clustered_errors() -> None:
     rng = np.random.default_rng(5)
     x = rng.normal(size=(WINDOWS * SAMPLES, 3))
-    # Errors that hang together within a window, more in some than in others.
+    # The errors are correlated within a window, more in some windows than in others.
     size = rng.uniform(0.1, 2.0, WINDOWS)
     noise = np.repeat(size * rng.normal(size=WINDOWS), SAMPLES) * x[:, 0]
     y = x @ [1.0, -2.0, 0.5] + noise + rng.normal(size=x.shape[0])
@@ -50,7 +50,7 @@ def test_deviations_are_those_of_clustered_errors() -> None:
     scatter = deviations(problem, fitted.params)
     # The same formula, in floating point.
     np.testing.assert_allclose(scatter, robust.bse, rtol=1e-9)
-    # Plain Gauss-Newton would have it far too narrow where errors hang together.
+    # The plain Gauss-Newton deviation would be much too small where errors are correlated.
     assert scatter[0] > 2.0 * fitted.bse[0]
 
 
@@ -74,7 +74,7 @@ def test_an_interval_holds_its_value_and_stays_inside_the_bounds(logarithmic: bo
         assert estimate.high <= parameter.value(parameter.high)
 
 
-def test_an_interval_without_scatter_is_what_the_model_is_wrong_by() -> None:
+def test_an_interval_without_scatter_is_the_error_of_the_model() -> None:
     parameter = Parameter("effects.a.b", True, 0.0, math.inf, -9.0, 9.0)
     estimate = interval(parameter, 1.0, 0.0, 10**6, MODEL_ERROR)
     # 1.645, the 95 % point of the normal distribution.

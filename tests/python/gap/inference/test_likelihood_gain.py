@@ -37,7 +37,7 @@ def test_swapping_the_candidates_changes_the_sign(case: Case, a: float, b: float
     gain, loss = likelihood_gain(case, first, second), likelihood_gain(case, second, first)
     assert gain.nats == pytest.approx(-loss.nats, abs=1e-9)
     assert gain.relative == pytest.approx(-loss.relative, abs=1e-12)
-    # 19 of 20 draws of the windows lie above: below the whole for either side.
+    # 19 of 20 draws of the windows exceed `low`, so that it is below the gain itself.
     assert gain.low <= gain.nats
     assert loss.low <= loss.nats
 
@@ -49,7 +49,7 @@ def test_a_candidate_gains_nothing_over_itself(case: Case) -> None:
 
 
 def test_relative_gain_is_the_log_ratio_of_errors_with_the_floor(case: Case) -> None:
-    """By hand, sample by sample."""
+    """Computed by hand, sample by sample."""
     rng = np.random.default_rng(3)
     errors = [size * rng.standard_normal((WINDOWS, LENGTH, 3)) for size in (0.5, 4.0)]
     gain = likelihood_gain(case, *map(candidate, errors))
@@ -67,7 +67,7 @@ def test_relative_gain_is_the_log_ratio_of_errors_with_the_floor(case: Case) -> 
 
 
 def test_nats_are_the_difference_of_the_held_out_costs() -> None:
-    """The likelihood of Problem, from another formula and another file."""
+    """The same likelihood by the formula of `Problem`."""
     case = made.case_of(made.OFF)
     problem = case.problem(held_out=True)
     pairs = []
@@ -84,17 +84,17 @@ def test_nats_are_the_difference_of_the_held_out_costs() -> None:
 
 
 def test_a_gain_in_few_windows_is_uncertain(case: Case) -> None:
-    """The same sum of squares, once in all windows and once in two of them."""
+    """The same sum of squares, once spread over all windows and once in two of them."""
     rng = np.random.default_rng(5)
     base = rng.standard_normal((WINDOWS, LENGTH, 3))
     even = likelihood_gain(case, candidate(base), candidate(3.0 * base))
     burst = base.copy()
-    # Eight times the sum of all squares on top of that of two windows.
+    # The two windows get eight times the sum of all squares in addition to their own.
     whole, first_two = (np.sum(part**2, axis=(0, 1)) for part in (base, base[:2]))
     burst[:2] *= np.sqrt(1.0 + 8.0 * whole / first_two)
     rare = likelihood_gain(case, candidate(base), candidate(burst))
     assert rare.nats == pytest.approx(even.nats, rel=1e-9)
-    # A draw misses both with e^-2 = 13 % and has none of it then.
+    # A draw has neither of the two windows with probability e^-2 = 13 %, and then no gain.
     assert rare.low < 0.1 * rare.nats
     assert even.low > 0.9 * even.nats
 
@@ -104,5 +104,5 @@ def test_errors_at_the_floor_are_not_above_it(case: Case) -> None:
     sign = np.where(np.arange(LENGTH) % 2, 1.0, -1.0)
     at_floor = np.broadcast_to(sign[:, np.newaxis] * floors, (WINDOWS, LENGTH, 3))
     assert above_floor(case, candidate(at_floor)) == pytest.approx(0.0, abs=1e-12)
-    # e^2 + floor^2 at e = sqrt(7) floors: the root is twice that of the floor and itself.
+    # With e = sqrt(7) floors, sqrt(e^2 + floor^2) is twice sqrt(2 floor^2).
     assert above_floor(case, candidate(np.sqrt(7.0) * at_floor)) == pytest.approx(np.log(2.0))

@@ -27,7 +27,7 @@ def case_of(values: Mapping[str, float], columns: tuple[str, ...] | None = None)
 
 
 def calibrated(case: Case) -> FittedCandidate:
-    """From the middle of the priors: no limit cycles here."""
+    """A fit from the centres of the priors: these records have no limit cycle."""
     problem = case.problem()
     fitted = fit(problem, problem.centre())
     values = {p.name: p.value(float(x)) for p, x in zip(problem.parameters, fitted.x, strict=True)}
@@ -35,7 +35,7 @@ def calibrated(case: Case) -> FittedCandidate:
 
 
 def candidate(x: np.ndarray, values: Mapping[str, float]) -> FittedCandidate:
-    """Without what only the ranking of rivals reads."""
+    """A candidate without the costs and errors that only the selection reads."""
     return FittedCandidate((), x, values, 0.0, 0.0, True, np.zeros((1, 1)), np.ones(1))
 
 
@@ -45,7 +45,7 @@ def with_effects(calibrated_fit: FittedCandidate, effect_ids: Sequence[str]) -> 
 
 @dataclass(frozen=True)
 class Gathered:
-    """A case, its calibration, and what was gathered of both."""
+    """A case, its calibration, and the evidence that was gathered from both."""
 
     case: Case
     base: FittedCandidate
@@ -67,7 +67,7 @@ def rubbing() -> Gathered:
     return gathered(case_of(full("coulomb_friction")))
 
 
-# One of each subsystem every day.
+# One effect of each subsystem is tested every day.
 EVERY_DAY = ("valve_dead_band", "internal_leakage", "coulomb_friction", "sensor_lag")
 
 
@@ -90,7 +90,7 @@ def test_equations_name_the_subsystem(effect: str) -> None:
 def test_two_effects_share_the_gap() -> None:
     values = {**OTHER, **full("valve_hysteresis"), **full("coulomb_friction")}
     attribution = attribute_equations([made(values, seed=5)], RIG, {})
-    # The play holds the rod at rest for longer, where the position says nothing of friction.
+    # The play keeps the rod at rest for longer, where the position has no information on friction.
     assert {"valve", "mechanics"} <= {name for name, v in attribution.subsystem.items() if v > 0.1}
     assert "valve_hysteresis" in [ranked_effect.effect for ranked_effect in attribution.included]
 
@@ -102,9 +102,9 @@ def test_equations_show_no_gap_without_an_effect() -> None:
 
 
 def test_what_no_effect_explains_stays_with_its_equation() -> None:
-    """A hum of the pump: supply pressure that no droop makes.
+    """A ripple of the pump: a supply pressure that no supply droop explains.
 
-    It is in the sensor only, so that the valve's flows do not fit it, either.
+    It is in the measured signal only, so that the flows of the valve do not agree with it, either.
     """
     record = made(OTHER, seed=7)
     time_s = np.array(record.time_s)
@@ -120,7 +120,7 @@ def test_an_excluded_effect_is_not_named() -> None:
     twins = ["coulomb_friction", "stribeck_friction"]
     attribution = attribute_equations([record], RIG, {}, exclude=twins)
     assert not set(twins) & {ranked_effect.effect for ranked_effect in attribution.included}
-    # What is left is still where it is.
+    # The rest of the gap is still attributed to its subsystem.
     assert attribution.subsystem["mechanics"] > 0.5
     assert attribution.notes
 
@@ -138,7 +138,7 @@ def test_errors_of_the_position_name_the_subsystem(effect: str) -> None:
 
 def test_errors_of_a_wrong_motion_show_no_subsystem() -> None:
     record = made(OTHER, columns=POSITION)
-    # The valve with its plug the wrong way round.
+    # The command of the valve has the wrong sign.
     swapped = {**record.columns, "command_v": -record.column("command_v")}
     records = [make_record({"time_s": record.time_s, **swapped})] * 2
     case = make_case(RIG, records[:1], records[1:])

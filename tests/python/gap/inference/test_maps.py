@@ -19,7 +19,7 @@ FLOORS = {"position_m": 5e-6, "pressure_a_pa": 1e4}
 
 
 def errors_of(shape: np.ndarray, times: float = 20.0) -> dict[str, np.ndarray]:
-    """The same shape in both outputs, so many times their floor, on noise of the floor."""
+    """Errors of this shape in both outputs, `times` the floor, plus noise of the floor."""
     rng = np.random.default_rng(0)
     return {
         name: FLOORS[name] * (times * shape + rng.standard_normal(shape.size)) for name in OUTPUTS
@@ -50,7 +50,7 @@ def test_a_tone_is_mapped_to_its_band(hz: float, place: int) -> None:
     shares = [band.share_of_gap.value for band in mapped.frequency]
     # A tone between two lines of a window of 0.5 s leaks into its neighbours, the slowest most.
     assert shares[place] > 0.8
-    # A band of noise alone may come out below nothing, and is shown as nothing.
+    # The share of a band with noise alone may be negative, and is shown as zero.
     assert sum(shares) == pytest.approx(1.0, abs=1e-3)
     assert mapped.frequency[-1].band_hz == (50.0, 500.0)
 
@@ -62,7 +62,7 @@ def test_bands_end_at_nyquist() -> None:
     errors = {name: FLOORS[name] * 20.0 * rng.standard_normal(rows) for name in OUTPUTS}
     mapped = maps([slow], errors, FLOORS, RIG)
     assert [band.band_hz for band in mapped.frequency] == [(0.0, 2.0), (2.0, 10.0), (10.0, 20.0)]
-    # White noise: in proportion to the width of a band, but for the line at zero.
+    # White noise: shares in proportion to the width of a band, except for the line at zero.
     assert mapped.frequency[2].share_of_gap.value == pytest.approx(0.5, abs=0.1)
 
 
@@ -71,7 +71,7 @@ def test_a_stretch_with_large_errors_is_listed() -> None:
     rng = np.random.default_rng(2)
     loud = np.where((window >= 3) & (window < 8), 10.0, 1.0) * rng.standard_normal(window.size)
     (span,) = maps([COMPARED], errors_of(loud), FLOORS, RIG).time
-    # Runs of five windows that touch the loud ones hold more than their share, too.
+    # Runs of five windows that overlap those with large errors exceed their share, too.
     begin, end = span.span_s
     assert begin <= 0.3 + 3 * 0.5 < 0.3 + 8 * 0.5 <= end + 1e-9
     assert span.share_of_gap > 0.98
@@ -79,7 +79,7 @@ def test_a_stretch_with_large_errors_is_listed() -> None:
 
 
 def test_noise_alone_has_no_map() -> None:
-    # A third below the floor: nothing is above it.
+    # The errors are a third below the floor: nothing is above it.
     errors = {
         name: 0.7 * FLOORS[name] * np.random.default_rng(0).standard_normal(np.count_nonzero(USED))
         for name in OUTPUTS
@@ -121,7 +121,7 @@ def test_shares_are_shares_in_any_unit(scale: float, seed: int, smooth: int) -> 
 
 
 def scaled_pressure(scale: float) -> Compared:
-    """The output in another unit; the record, from which conditions are read, as it was."""
+    """The output in another unit; the record, from which the conditions follow, is unchanged."""
     outputs = dict(COMPARED.outputs)
     outputs["pressure_a_pa"] = scale * outputs["pressure_a_pa"]
     return replace(COMPARED, outputs=outputs)
@@ -130,7 +130,7 @@ def scaled_pressure(scale: float) -> Compared:
 def test_turns_are_those_of_a_triangle() -> None:
     up = np.arange(100.0)
     triangle = np.concatenate([up, up[::-1], up, up[::-1]])
-    # Small noise turns all the time; that does not count.
+    # Small noise turns all the time; such turns do not count.
     marked = after_turns(triangle + 1e-3 * np.random.default_rng(0).standard_normal(400), 0.05, 10)
     begins = np.flatnonzero(np.diff(marked.astype(int), prepend=0) > 0)
     np.testing.assert_allclose(begins, [99, 199, 299], atol=2)
@@ -153,7 +153,7 @@ def test_blocks_are_mapped_as_blocks() -> None:
     for span in mapped.time:
         inside = np.arange(30_000) * DT_S
         inside = (inside >= span.span_s[0] - 1e-9) & (inside < span.span_s[1] - 1e-9)
-        # Nothing but held-out samples in a stretch.
+        # A stretch contains held-out samples only.
         assert held_out.used[inside].all()
 
 

@@ -16,7 +16,7 @@ FINE = made.record({}, 1)
 
 
 def rounded(step_m: float, noise_m: float = 0.0, seed: int = 0) -> Record:
-    """The same record from a sensor of whole steps, behind noise."""
+    """The same record from a sensor that adds noise and then rounds to steps."""
     columns = {name: FINE.column(name) for name in FINE.columns} | {"time_s": FINE.time_s}
     noise = noise_m * np.random.default_rng(seed).standard_normal(len(FINE))
     columns["position_m"] = step_m * np.rint((columns["position_m"] + noise) / step_m)
@@ -32,7 +32,7 @@ def case(records: Sequence[Record], **sensors: float) -> Case:
 def test_a_coarse_step_is_read_from_the_record(step: float) -> None:
     estimate = position_step(case([rounded(step)]))
     assert estimate is not None
-    # Levels are exact up to rounding of doubles; the interval is that of written digits.
+    # The levels are exact up to rounding of doubles; the interval allows for digits of a file.
     assert estimate.value == pytest.approx(step, rel=1e-6)
     assert estimate.low <= step <= estimate.high
 

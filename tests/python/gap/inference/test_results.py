@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Values of a fit as findings."""
+"""Fitted values as results of the diagnosis."""
 
 import math
 
@@ -24,7 +24,7 @@ def test_a_fitted_value_is_in_deviations_of_the_prior_that_its_fit_used(
     for name, value in calibration.items():
         assert value.rig == centres[name]
         assert value.in_sigmas is not None, name
-        # exp(log(x)) comes back within a few units of the last place.
+        # exp(log(x)) differs from x by a few units in the last place.
         assert value.in_sigmas.value == pytest.approx(0.0, abs=1e-9), name
 
 

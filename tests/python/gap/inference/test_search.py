@@ -32,7 +32,7 @@ def calm() -> Case:
 
 
 def test_candidate_effects_are_those_that_the_plant_can_have() -> None:
-    # Quantisation shows in the record itself.
+    # The record itself shows quantisation.
     assert candidate_effects(made.RIG) == tuple(
         effect for effect in IDS if effect != "sensor_quantisation"
     )
@@ -76,13 +76,13 @@ def test_the_effect_that_was_put_in_is_best_on_held_out_data(
     best = result.refined[0]
     assert best.effects == (name.split(".")[0],)
     assert best.values[f"effects.{name}"] == pytest.approx(value, rel=0.05)
-    # Better than the calibrated rig beyond doubt, and nothing is left.
+    # It is certainly better than the calibrated rig, and its errors are at the floor.
     gain = likelihood_gain(case, best, result.calibrated)
     assert gain.nats > DECIDED_NATS
     assert gain.low > 0.0
     assert gain.relative > DECIDED_RELATIVE
     assert above_floor(case, best) < AT_FLOOR
-    # Nothing is left: no set of two was looked for.
+    # Therefore no set of two effects was tried.
     assert {len(candidate.effects) for candidate in result.refined} == {1}
     assert [candidate.held_out_cost for candidate in result.refined] == sorted(
         candidate.held_out_cost for candidate in result.refined
@@ -116,7 +116,7 @@ def test_two_effects_are_identified_together_and_progress_reaches_one() -> None:
     for name, value in PAIR.items():
         assert best.values[name] == pytest.approx(value, rel=0.05)
     assert above_floor(case, best) < AT_FLOOR
-    # Each of the two is worth its place.
+    # Each of the two effects has a gain of its own.
     singles = {
         candidate.effects: candidate for candidate in result.refined if len(candidate.effects) == 1
     }
@@ -127,7 +127,7 @@ def test_two_effects_are_identified_together_and_progress_reaches_one() -> None:
     assert np.all(np.diff(shares) >= 0.0)
     assert 0.0 < shares[0] < 0.5
     assert shares[-1] == 1.0
-    # Step by step: calibration, three looks, three long fits and those of the pairs are told.
+    # Progress is reported after the calibration, each screening and each long fit.
     assert len(set(shares)) > 8
 
 
@@ -138,8 +138,8 @@ def test_no_effect_gains_where_none_was_put_in(names: tuple[str, ...]) -> None:
         result = search(case, made.all_but(*FEW))
     assert above_floor(case, result.calibrated) < AT_FLOOR
     for candidate in result.refined:
-        # Only alone, and without an advantage: a free parameter gains half a nat by chance, five
-        # of its deviations more are four.
+        # Only single effects, without a real gain: a free parameter gains half a nat by chance, and
+        # with five standard deviations more some four nats.
         assert len(candidate.effects) == 1
         assert likelihood_gain(case, candidate, result.calibrated).nats < 4.0, candidate.effects
         assert likelihood_gain(case, candidate, result.calibrated).relative < DECIDED_RELATIVE
@@ -175,7 +175,7 @@ def test_the_result_does_not_depend_on_the_workers() -> None:
 
 
 def never_fitted(case: Case, effects: tuple[str, ...]) -> FittedCandidate:
-    """Each value of x another one."""
+    """A candidate in which every value of x is different."""
     x, nothing = np.arange(float(len(case.parameters(effects)))), np.zeros(0)
     return FittedCandidate(effects, x, {}, 0.0, 0.0, True, nothing[:, np.newaxis], nothing)
 
@@ -189,14 +189,14 @@ def test_taking_effects_away_leaves_the_others_as_they_are(calm: Case, data: st.
     remaining = tuple(effect for effect in effects if data.draw(st.booleans()))
     candidate = never_fitted(calm, effects)
     restricted = restrict(calm, candidate, remaining)
-    # By name: what is left has the x that it had.
+    # By name: each remaining parameter keeps its x.
     before = dict(zip([p.name for p in calm.parameters(effects)], candidate.x, strict=True))
     names = [p.name for p in calm.parameters(remaining)]
     np.testing.assert_array_equal(restricted, [before[name] for name in names])
 
 
 def test_a_set_is_reached_from_what_is_left_of_a_larger_one() -> None:
-    """The backward step from three effects comes to where the forward one came with two."""
+    """The backward step from three effects reaches the same fit as the forward step to two."""
     case = made.case_of(PAIR)
     single = screen(case, ("coulomb_friction",), [linearised_start(case, (), calibrate(case).x)])
     pair = screen(
