@@ -392,5 +392,5 @@ def _how_far(reduction: findings.GapReduction | None) -> HowFar:
 
 
 def _calibrated(calibrated: findings.CalibratedValue) -> Calibrated:
-    value = Value.of(calibrated.estimate)
+    value = Value.of(calibrated.found)
     return Calibrated(_number(calibrated.rig), value.value, value.ci90, bool(calibrated.moved))

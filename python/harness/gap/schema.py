@@ -253,17 +253,17 @@ class CalibratedValue:
     ----------
     rig
         value in the rig file, or the prior centre of a nuisance.
-    estimate
+    found
         estimate of the fit, in the same unit.
     moved
         true where the move matters in size and in significance.
     in_sigmas
-        `estimate` less the centre of the prior that the fit used, in standard deviations of this
+        `found` minus the centre of the prior that the fit used, in standard deviations of this
         prior; None where the prior has no bounded deviation.
     """
 
     rig: float
-    estimate: Estimate
+    found: Estimate
     moved: bool
     in_sigmas: Estimate | None = None
 

@@ -123,7 +123,7 @@ def parameter_dots(diagnosis: Diagnosis, *, nuisances: bool) -> list[Dot]:
 
 def _dot(name: str, value: CalibratedValue) -> Dot:
     unit = unit_of(name)
-    found, ends = interval(value.estimate, unit)
+    found, ends = interval(value.found, unit)
     places: tuple[float | None, ...] = (None, None, None)
     if value.in_sigmas is not None:
         places = tuple(

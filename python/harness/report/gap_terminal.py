@@ -95,9 +95,7 @@ def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
         table = _table("value that moved", "rig file", "found", "90 % interval")
         for name, value in moved.items():
             unit = unit_of(name)
-            table.add_row(
-                value_name(name), quantity(value.rig, unit), *interval(value.estimate, unit)
-            )
+            table.add_row(value_name(name), quantity(value.rig, unit), *interval(value.found, unit))
         yield table
 
 

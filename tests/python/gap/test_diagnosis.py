@@ -63,8 +63,8 @@ def test_results_of_a_diagnosis_agree() -> None:
     # The rig file has 1.1e9 Pa. Slow motion shows little of the mass, but the oil spring shows
     # the bulk modulus.
     bulk = diagnosis.calibration["fluid.bulk_modulus_pa"]
-    assert bulk.estimate.low <= 0.96e9 <= bulk.estimate.high
-    assert bulk.estimate.value == pytest.approx(0.96e9, rel=0.05)
+    assert bulk.found.low <= 0.96e9 <= bulk.found.high
+    assert bulk.found.value == pytest.approx(0.96e9, rel=0.05)
     assert diagnosis.augmented_rig.values["effects.coulomb_friction.force_n"] > 0.0
     assert diagnosis.records == {"fit": "fit", "judge": "held out"}
     assert diagnosis.settings["window_s"] == 0.5

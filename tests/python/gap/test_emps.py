@@ -57,10 +57,10 @@ def test_published_forces_are_inside_the_intervals(emps: Diagnosis) -> None:
 def test_published_viscous_friction_is_inside_the_interval_and_the_mass_near(
     emps: Diagnosis,
 ) -> None:
-    assert holds(emps.calibration["axis.viscous_friction_n_s_m"].estimate, VISCOUS_N_S_M)
+    assert holds(emps.calibration["axis.viscous_friction_n_s_m"].found, VISCOUS_N_S_M)
     # Sticking makes the cost rough: minima of nearly the same cost lie 3 % apart in mass, more than
     # the interval of any one of them. It stays within the deviation in the rig file.
-    assert abs(emps.calibration["axis.mass_kg"].estimate.value / MASS_KG - 1.0) < 0.05
+    assert abs(emps.calibration["axis.mass_kg"].found.value / MASS_KG - 1.0) < 0.05
 
 
 def test_without_coulomb_friction_nothing_else_takes_its_place() -> None:

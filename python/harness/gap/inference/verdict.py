@@ -160,7 +160,7 @@ def decide(
             "parameters",
             "No effect is missing, but values differ from the rig file: "
             + ", ".join(
-                f"{name} {calibration[name].estimate.value:.4g} (file {calibration[name].rig:.4g})"
+                f"{name} {calibration[name].found.value:.4g} (file {calibration[name].rig:.4g})"
                 for name in moved[:4]
             )
             + ".",
