@@ -22,12 +22,12 @@ from ehsid.harness.gap.schema import (
     Diagnosis,
     EquationShare,
     Estimate,
-    GapReduction,
+    FoundEffect,
     HeldOutRun,
+    HowFar,
     NextExperiment,
     RegimeShare,
     Remark,
-    SelectedEffect,
     SpanShare,
     Verdict,
     Where,
@@ -71,7 +71,7 @@ def measured_record(name: str, seed: int, *, seconds: float, dt_s: float) -> Rec
     return make_record({"time_s": time, **columns}, name=name)
 
 
-def held_out_run(record: Record, rig: Rig) -> tuple[HeldOutRun, GapReduction]:
+def held_out_run(record: Record, rig: Rig) -> tuple[HeldOutRun, HowFar]:
     """Windows of the rig as configured, calibrated, augmented, and the figures of the gap."""
     sets = ({}, FOUND, FOUND | FRICTION)
     shown = simulate_windows(rig, record, value_sets=sets)
@@ -224,7 +224,7 @@ def made_diagnosis(
     run, far = held_out_run(measured_record("held_out", 2, seconds=seconds, dt_s=dt_s), rig)
     structural = verdict in ("effects", "ambiguous", "outside_catalogue")
     force = Estimate(412.0, 396.0, 431.0)
-    friction = SelectedEffect("coulomb_friction", 0.97, {"force_n": force}, 1.0)
+    friction = FoundEffect("coulomb_friction", 0.97, {"force_n": force}, 1.0)
     found = (friction,) if verdict in ("effects", "ambiguous") else ()
     sets = {"effects": 1, "ambiguous": 2}.get(verdict, 0)
     if not structural:

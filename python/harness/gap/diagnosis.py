@@ -27,11 +27,11 @@ from ehsid.harness.gap.schema import (
     CannotJudge,
     Diagnosis,
     Estimate,
-    GapReduction,
+    FoundEffect,
     HeldOutRun,
+    HowFar,
     NextExperiment,
     Remark,
-    SelectedEffect,
     Where,
 )
 from ehsid.harness.gap.thresholds import (
@@ -164,17 +164,17 @@ def diagnose(
 
 
 def _quantisation_effect(
-    step: Estimate | None, fitted_effects: Sequence[SelectedEffect]
-) -> tuple[SelectedEffect, ...]:
+    step: Estimate | None, fitted_effects: Sequence[FoundEffect]
+) -> tuple[FoundEffect, ...]:
     """Returns the effect that the record itself shows (quantisation); it shrinks no gap."""
     if step is None:
         return ()
     share = 0.0 if fitted_effects else 1.0
-    return (SelectedEffect(QUANTISATION, LARGEST_PROBABILITY, {"step_m": step}, share),)
+    return (FoundEffect(QUANTISATION, LARGEST_PROBABILITY, {"step_m": step}, share),)
 
 
 def _ambiguity_set(
-    selection: Selection, quantisation: Sequence[SelectedEffect]
+    selection: Selection, quantisation: Sequence[FoundEffect]
 ) -> tuple[tuple[str, ...], ...]:
     quantisation_ids = tuple(candidate.id for candidate in quantisation)
     sets = (selection.best, *selection.equivalent)
@@ -193,7 +193,7 @@ class _Evaluation:
     search_result: SearchResult
     selection: Selection
     runs: tuple[HeldOutRun, ...]
-    reduction: GapReduction
+    reduction: HowFar
     values: Mapping[str, Estimate]
     calibration: Mapping[str, CalibratedValue]
     extrapolated: Sequence[CannotJudge]

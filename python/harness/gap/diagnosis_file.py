@@ -371,7 +371,7 @@ def _candidate(candidate: findings.Candidate) -> Candidate:
     )
 
 
-def _how_far(reduction: findings.GapReduction | None) -> HowFar:
+def _how_far(reduction: findings.HowFar | None) -> HowFar:
     """Returns the figures in one form; all numbers are null where nothing could be compared."""
     if reduction is None:
         nothing = Value.of(None)

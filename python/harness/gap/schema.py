@@ -125,7 +125,7 @@ class Where:
 
 
 @dataclass(frozen=True)
-class SelectedEffect:
+class FoundEffect:
     """An effect of the best set.
 
     Attributes
@@ -214,7 +214,7 @@ class NextExperiment:
 
 
 @dataclass(frozen=True)
-class GapReduction:
+class HowFar:
     """Gaps on held-out data as the contract defines them: nrmse averaged over the outputs.
 
     Attributes
@@ -332,12 +332,12 @@ class Diagnosis:
     sentence: str
     reasons: tuple[str, ...]
     where: Where
-    effects: tuple[SelectedEffect, ...]
+    effects: tuple[FoundEffect, ...]
     ambiguity_set: tuple[tuple[str, ...], ...]
     candidates: tuple[Candidate, ...]
     cannot_judge: tuple[CannotJudge, ...]
     next_experiment: NextExperiment | None
-    how_far: GapReduction | None
+    how_far: HowFar | None
     calibration: Mapping[str, CalibratedValue]
     remarks: tuple[Remark, ...]
     runs: tuple[HeldOutRun, ...]

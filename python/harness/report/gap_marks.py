@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.gap.schema import CalibratedValue, Diagnosis, Estimate, GapReduction, SpanShare
+from ehsid.harness.gap.schema import CalibratedValue, Diagnosis, Estimate, HowFar, SpanShare
 from ehsid.harness.report.gap_words import (
     SIMULATIONS,
     interval,
@@ -95,7 +95,7 @@ def share_bar(label: str, share: Estimate | float, kind: str = "", note: str = "
     return Bar(label, shown, _inside(100.0 * value), kind, low, high, note)
 
 
-def gap_bars(far: GapReduction, kinds: Sequence[str]) -> list[Bar]:
+def gap_bars(far: HowFar, kinds: Sequence[str]) -> list[Bar]:
     """Returns bars of the gap of each kind of simulation and of the noise floor.
 
     The largest of these values fills the axis.

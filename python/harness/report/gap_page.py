@@ -13,7 +13,7 @@ import ehsid
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.gap.schema import Candidate, Diagnosis, SelectedEffect
+from ehsid.harness.gap.schema import Candidate, Diagnosis, FoundEffect
 from ehsid.harness.report import gap_marks
 from ehsid.harness.report.gap_plots import draw_plots
 from ehsid.harness.report.gap_words import (
@@ -140,7 +140,7 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
     )
 
 
-def _card(effect: SelectedEffect) -> EffectCard:
+def _card(effect: FoundEffect) -> EffectCard:
     info = effects()[effect.id]
     meanings = {parameter.name: parameter.meaning for parameter in info.parameters}
     parameters = [

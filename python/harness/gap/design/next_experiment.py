@@ -141,9 +141,9 @@ def _most_powerful(
     experiments: Sequence[Experiment],
     floors: Mapping[str, float],
 ) -> tuple[float, Experiment]:
-    """Returns the largest power and its candidate.
+    """Returns the largest power and the experiment that has it.
 
-    All candidates get short fits. Those with the largest separation then get whole fits, until one
+    All experiments get short fits. Those with the largest separation then get whole fits, until one
     of them reaches DESIGN_POWER.
     """
     weakest = partial(_weakest_separation, rig, list(candidates), floors=floors)

@@ -33,16 +33,10 @@ def conditions(records: Sequence[Compared], rig: Rig) -> dict[str, BoolArray]:
     pressures are included only where every record has both.
     """
     states = np.concatenate(
-        [
-            measured_states(compared_record.record)[compared_record.used]
-            for compared_record in records
-        ]
+        [measured_states(compared.record)[compared.used] for compared in records]
     )
     command = np.concatenate(
-        [
-            compared_record.record.column("command_v")[compared_record.used]
-            for compared_record in records
-        ]
+        [compared.record.column("command_v")[compared.used] for compared in records]
     )
     position, speed = states[:, 0], states[:, 1]
     largest = float(np.abs(command).max())
@@ -67,11 +61,11 @@ def conditions(records: Sequence[Compared], rig: Rig) -> dict[str, BoolArray]:
         holding[f"up to {AFTER_TURN_S:g} s after a turn of the {source}"] = np.concatenate(
             [
                 after_turns(
-                    compared_record.record.column(column),
+                    compared.record.column(column),
                     share,
-                    round(AFTER_TURN_S / compared_record.dt_s),
-                )[compared_record.used]
-                for compared_record in records
+                    round(AFTER_TURN_S / compared.dt_s),
+                )[compared.used]
+                for compared in records
             ]
         )
     if rig.plant == "ehs" and not np.isnan(states[:, 2:]).any():

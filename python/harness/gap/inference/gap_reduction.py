@@ -13,7 +13,7 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.data.bootstrap import drawn_windows, interval
 from ehsid.harness.gap.data.floor import NoiseFloor
 from ehsid.harness.gap.model.comparison import Compared
-from ehsid.harness.gap.schema import Estimate, GapReduction
+from ehsid.harness.gap.schema import Estimate, HowFar
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ def gap_reduction(
     augmented: WindowSums,
     floors: Mapping[str, NoiseFloor],
     rng: np.random.Generator,
-) -> GapReduction:
+) -> HowFar:
     """Computes the gaps, their reduction and its intervals from the sums of three simulations.
 
     The same windows are drawn for all three.
@@ -126,7 +126,7 @@ def gap_reduction(
     def share(value: float, column: int) -> Estimate:
         return Estimate(value, *interval(drawn[:, column]))
 
-    return GapReduction(
+    return HowFar(
         nominal=float(gaps["nominal"].mean()),
         calibrated=float(gaps["calibrated"].mean()),
         augmented=float(gaps["augmented"].mean()),

@@ -24,9 +24,9 @@ from ehsid.harness.gap.schema import (
     CalibratedValue,
     Candidate,
     Estimate,
-    GapReduction,
+    FoundEffect,
     HeldOutRun,
-    SelectedEffect,
+    HowFar,
 )
 from ehsid.harness.gap.thresholds import (
     BOOTSTRAP_SEED,
@@ -42,7 +42,7 @@ from ehsid.harness.gap.thresholds import (
 
 def held_out_results(
     case: Case, nominal: FittedCandidate, calibrated: FittedCandidate, best: FittedCandidate
-) -> tuple[tuple[HeldOutRun, ...], GapReduction]:
+) -> tuple[tuple[HeldOutRun, ...], HowFar]:
     """Returns the held-out records with their three simulations, and the reduction of the gap."""
     fine = decision_case(case)
     candidates = (nominal, calibrated, best)
@@ -167,10 +167,10 @@ def in_sigmas(parameter: Parameter, estimate: Estimate) -> Estimate | None:
     return Estimate(value, low, high)
 
 
-def probabilities(case: Case, selection: Selection, reduction: GapReduction) -> dict[str, float]:
+def probabilities(case: Case, selection: Selection, reduction: HowFar) -> dict[str, float]:
     """Returns the probability that each effect of the best set is present.
 
-    The best set and its equals have the weights exp(-nats / TEMPERATURE). Because another cause is
+    The best set and the equivalent sets have the weights exp(-nats / TEMPERATURE). Because another cause is
     always possible, the probability is at most LARGEST_PROBABILITY, and lower, the more of the
     gap is left.
     """
@@ -205,8 +205,8 @@ def selected_effects(
     search_result: SearchResult,
     selection: Selection,
     values: Mapping[str, Estimate],
-    reduction: GapReduction,
-) -> tuple[SelectedEffect, ...]:
+    reduction: HowFar,
+) -> tuple[FoundEffect, ...]:
     """Returns the effects of the best set, each with its share of the held-out gain."""
     best = selection.best
     probability = probabilities(case, selection, reduction)
@@ -226,9 +226,7 @@ def selected_effects(
     effects = []
     for effect in best.effects:
         parameters = sizes_of(effect, values)
-        effects.append(
-            SelectedEffect(effect, probability[effect], parameters, gains[effect] / total)
-        )
+        effects.append(FoundEffect(effect, probability[effect], parameters, gains[effect] / total))
     return tuple(effects)
 
 

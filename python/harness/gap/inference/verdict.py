@@ -19,7 +19,7 @@ from ehsid.harness.gap.inference.effect_selection import (
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.inference.search import SearchResult
 from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.schema import CalibratedValue, CannotJudge, Estimate, GapReduction, Verdict
+from ehsid.harness.gap.schema import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
 from ehsid.harness.gap.thresholds import (
     LEFT_ABOVE,
     LEFT_NRMSE,
@@ -42,7 +42,7 @@ def decide(
     case: Case,
     search_result: SearchResult,
     selection: Selection,
-    reduction: GapReduction,
+    reduction: HowFar,
     calibration: Mapping[str, CalibratedValue],
     extrapolated: Sequence[CannotJudge],
     nuisance_fit: FittedCandidate | None = None,

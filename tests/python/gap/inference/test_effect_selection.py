@@ -22,7 +22,7 @@ from ehsid.harness.gap.inference.likelihood_gain import likelihood_gain
 from ehsid.harness.gap.inference.search import SearchResult
 from ehsid.harness.gap.inference.verdict import decide, in_words
 from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.schema import CalibratedValue, Estimate, GapReduction
+from ehsid.harness.gap.schema import CalibratedValue, Estimate, HowFar
 
 WINDOWS, SAMPLES, FLOOR = 40, 500, 1e-6
 
@@ -176,9 +176,9 @@ def test_both_laws_of_friction_are_one_family() -> None:
     assert effect_families(["coulomb_friction"]) != effect_families(["sensor_lag"])
 
 
-def _reduction(nominal: float, calibrated: float, augmented: float) -> GapReduction:
+def _reduction(nominal: float, calibrated: float, augmented: float) -> HowFar:
     whole = Estimate(0.9, 0.8, 0.95)
-    return GapReduction(nominal, calibrated, augmented, (0.001, 0.0012), whole, whole, {})
+    return HowFar(nominal, calibrated, augmented, (0.001, 0.0012), whole, whole, {})
 
 
 def _moved(moved: bool) -> dict[str, CalibratedValue]:
