@@ -170,9 +170,9 @@ def in_sigmas(parameter: Parameter, estimate: Estimate) -> Estimate | None:
 def probabilities(case: Case, selection: Selection, reduction: HowFar) -> dict[str, float]:
     """Returns the probability that each effect of the best set is present.
 
-    The best set and the equivalent sets have the weights exp(-nats / TEMPERATURE). Because another cause is
-    always possible, the probability is at most LARGEST_PROBABILITY, and lower, the more of the
-    gap is left.
+    The best set and the equivalent sets have the weights exp(-nats / TEMPERATURE). Because another
+    cause is always possible, the probability is at most LARGEST_PROBABILITY, and lower, the more of
+    the gap is left.
     """
     floor = reduction.noise_floor[1]
     explainable = reduction.calibrated - floor
