@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.gap.inference.intervals import scatter_of
-from ehsid.harness.gap.inference.rivals import calibrate, polish
+from ehsid.harness.gap.inference.candidates import calibrate, refine
+from ehsid.harness.gap.inference.intervals import candidate_deviations
 from ehsid.harness.gap.inference.search import NOT_FITTED
 from ehsid.harness.gap.model.case import make_case
 from ehsid.harness.gap.model.parameters import effect_parameters
@@ -40,8 +40,8 @@ def rows(folder: Path, name: str, answer: dict[str, Any]) -> list[tuple[str, ...
     case = make_case(rig, [train], [validate])
     told = {one: sizes for one, sizes in answer["effects"].items() if one not in NOT_FITTED}
     sizes = [x for one in told for _, x in effect_parameters(one, told[one], rig.plant)]
-    found = polish(case, tuple(told), np.concatenate([calibrate(case).x, sizes]))
-    scatter, _ = scatter_of(case, found)
+    found = refine(case, tuple(told), np.concatenate([calibrate(case).x, sizes]))
+    scatter, _ = candidate_deviations(case, found)
     parameters = case.parameters(found.effects)
     lines = []
     for effect, parts in told.items():
