@@ -27,7 +27,7 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.report.page import Picture, Section, Table, Words
+from ehsid.harness.report.page import Picture, Section, Table
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 
@@ -160,16 +160,16 @@ def withheld_record_sections(out: Path, progress: Callable[[float], None]) -> Pa
     question = Section(
         "Why do simulation and machine disagree? An effect that is withheld",
         [
-            Words(
+            (
                 "Two records of a servo, 20 s at 1 kHz each, and a rig file with what its owner "
                 "knows. The machine has an effect that the file does not name. One record is "
                 "fitted, the other one is only judged by."
             ),
-            Words(first_upper(diagnosis.sentence)),
+            first_upper(diagnosis.sentence),
             where_table(diagnosis),
             which_table(diagnosis),
             how_far_table(diagnosis),
-            Words(
+            (
                 "Where the error grows when values are fitted, the fit bent them to make up for "
                 "the effect on one record, and that does not carry over to the other."
             ),
@@ -179,15 +179,13 @@ def withheld_record_sections(out: Path, progress: Callable[[float], None]) -> Pa
                 "from the measured state.",
                 "Errors over time for each output; with the effect they are much smaller.",
             ),
-            Words(
-                f"The whole report, with plots that zoom: {REPORT}/report.html beside this page."
-            ),
+            (f"The whole report, with plots that zoom: {REPORT}/report.html beside this page."),
         ],
     )
     answer = Section(
         "The answer",
         [
-            Words(
+            (
                 "Read only now. The records come from a generator that shares no code with the "
                 "simulator of the diagnosis."
             ),

@@ -30,7 +30,7 @@ from ehsid.harness.report.check_tables import (
     wrong_table,
 )
 from ehsid.harness.report.check_words import HOW_TO_READ, figure_text, lead, number, plural
-from ehsid.harness.report.page import Page, Picture, Section, Table, Words, write_pictures
+from ehsid.harness.report.page import Block, Page, Picture, Section, Table, write_pictures
 from ehsid.harness.report.page_markdown import markdown
 from ehsid.harness.validation.scoring.figures import Figure
 from ehsid.harness.validation.scoring.score import Score
@@ -128,7 +128,7 @@ def _figures(score: Score) -> Section:
                 "it should be. Blue: met, red: missed, grey: the interval reaches across.",
                 "Figures of the check with intervals beside their targets",
             ),
-            Words(HOW_TO_READ),
+            HOW_TO_READ,
             target_table(score.tables[0]),
             trust_table(score),
             outcome_table(score),
@@ -142,7 +142,7 @@ def _grades(score: Score) -> Section:
         "effects apart: there a set that holds the truth is the answer, and targets of the first "
         "name are shown for comparison only."
     )
-    return Section("Each grade by itself", [Words(words), *map(target_table, score.tables[1:])])
+    return Section("Each grade by itself", [words, *map(target_table, score.tables[1:])])
 
 
 def _confusions(score: Score) -> Section:
@@ -177,7 +177,7 @@ def _probabilities(score: Score) -> Section:
     return Section(
         "Is the probability meant?",
         [
-            Words(words),
+            words,
             Picture(
                 trust_drawing(found, score.risk),
                 "Left: effects by the probability they were named with, and how many of them are "
@@ -199,7 +199,7 @@ def _sizes(score: Score) -> Section:
                 "Errors of the first parameter of each effect that was named and is there.",
                 "Errors of the sizes by effect",
             ),
-            Words("Intervals of shares take the parameters of a record for independent."),
+            "Intervals of shares take the parameters of a record for independent.",
         ],
     )
 
@@ -211,8 +211,8 @@ def _plain_figures(caption: str, figures: Sequence[Figure]) -> Table:
 
 def _transfer(score: Score) -> Section:
     drawn = [one for one in score.promises if one.each]
-    blocks: list[Words | Table | Picture] = [
-        Words(
+    blocks: list[Block] = [
+        (
             "A wrong cause can shrink the gap on records like those it was fitted to. A third "
             "record of the same machine under another excitation, which the diagnosis never saw, "
             "is simulated with the rig that it found. The calibrated rig is not written by a "
@@ -229,7 +229,7 @@ def _transfer(score: Score) -> Section:
             )
         )
     else:
-        blocks.append(Words("No third record was kept, or nothing was named."))
+        blocks.append("No third record was kept, or nothing was named.")
     blocks += [_plain_figures(f"{one.words.capitalize()}.", one.figures) for one in drawn]
     regret = score.regret
     blocks.append(
@@ -247,7 +247,7 @@ def _baselines(score: Score) -> Section:
     return Section(
         "Against simpler ways and against chance",
         [
-            Words(
+            (
                 ". ".join(
                     f"{one.name[0].upper()}{one.name[1:]}: {one.how}" for one in score.baselines
                 )
@@ -261,13 +261,13 @@ def _baselines(score: Score) -> Section:
 
 def _wrong(score: Score) -> Section:
     if not score.wrong:
-        return Section("What it gets wrong", [Words("Nothing in this check.")])
+        return Section("What it gets wrong", ["Nothing in this check."])
     return Section("What it gets wrong", [wrong_table(score.wrong)])
 
 
 def _how(score: Score) -> Section:
-    blocks: list[Words | Table | Picture] = [
-        Words(
+    blocks: list[Block] = [
+        (
             "Records come from a generator that shares no equation's form, no integrator and no "
             "code with the simulator of the diagnosis. Answers lie in a file of their own, whose "
             "SHA-256 is written before the run; the diagnosis reads rig and records only. Right is "
@@ -277,7 +277,7 @@ def _how(score: Score) -> Section:
     ]
     if score.seal is not None:
         state = "are those of the seal" if score.sealed else "are NOT those of the seal"
-        blocks.append(Words(f"The answers {state}, SHA-256 {score.seal.answers_sha256}."))
+        blocks.append(f"The answers {state}, SHA-256 {score.seal.answers_sha256}.")
         rows = [(name, str(value)) for name, value in score.seal.settings.plain().items()]
         rows.append(("ehsid_version", score.seal.ehsid_version))
         blocks.append(Table("How the records were made.", ("setting", "value"), rows))

@@ -21,7 +21,7 @@ from ehsid.harness.report.gap_words import (
     plain_name,
     unit_of,
 )
-from ehsid.harness.report.page import Page, Picture, Section, Table, Words
+from ehsid.harness.report.page import Block, Page, Picture, Section, Table
 from ehsid.harness.rigs.parameters import EFFECT_PREFIX
 from ehsid.harness.validation.fleet.ranking import Fleet, Machine
 
@@ -126,7 +126,7 @@ def _ranking(machines: Sequence[Machine]) -> Section:
     return Section(
         "Machines by their gap",
         [
-            Words(
+            (
                 "Gaps are errors of the simulation on held-out data, as a share of the motion "
                 "(nrmse over the outputs). Structural is what stays above the highest noise floor "
                 "after the values of the rig were fitted. Each machine has a page of its own, "
@@ -138,9 +138,9 @@ def _ranking(machines: Sequence[Machine]) -> Section:
 
 
 def _effects(fleet: Fleet) -> Section:
-    blocks: list[Words | Table | Picture] = []
+    blocks: list[Block] = []
     if not fleet.shared:
-        blocks.append(Words("No effect was named in any of them."))
+        blocks.append("No effect was named in any of them.")
         return Section("Which gaps are shared", blocks)
     drawn = fleet.ranked[:MOST_DRAWN]
     which = "All machines" if len(drawn) == len(fleet.ranked) else f"The {len(drawn)} largest gaps"

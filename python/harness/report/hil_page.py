@@ -11,7 +11,7 @@ from ehsid.harness.deploy.hil.answers import Identity
 from ehsid.harness.deploy.hil.comparison import Agreement, rmse
 from ehsid.harness.deploy.hil.run import RunResult
 from ehsid.harness.report.hil_figures import control_figure, estimates_figure
-from ehsid.harness.report.page import Page, Picture, Section, Table, Words
+from ehsid.harness.report.page import Block, Page, Picture, Section, Table
 
 # With a larger share of samples at the command limit, a servo no longer follows its reference.
 MUCH_LIMITED = 0.1
@@ -111,7 +111,7 @@ def line_table(runs: Runs) -> Table:
     )
 
 
-def _estimates(runs: Runs) -> list[Words | Table | Picture]:
+def _estimates(runs: Runs) -> list[Block]:
     return [
         Picture(
             estimates_figure(runs),
@@ -136,7 +136,7 @@ def hil_page(
     sections = [Section("Estimates on the target", blocks)]
     if changed:
         what = " and ".join(f"{n} times {x:g}" for n, x in changed[0][1].plan.change.items())
-        words = Words(f"The same, but the plant changes at half time (grey line): {what}.")
+        words = f"The same, but the plant changes at half time (grey line): {what}."
         sections.append(Section("A change of the plant", [words, *_estimates(changed)]))
     for name, run, _ in runs:
         if run.plan.configuration.controller.position_control:
@@ -153,7 +153,7 @@ def hil_page(
                     ],
                 )
             )
-    sections.append(Section("The line", [line_table(runs), Words(_told(identity, runs))]))
+    sections.append(Section("The line", [line_table(runs), _told(identity, runs)]))
     return Page(
         title="Hardware in the loop",
         lead=lead(identity, runs),

@@ -8,16 +8,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from ehsid.harness.identification.loop import LoopAnalysis, Mode, ProportionalLoop
-from ehsid.harness.report.page import Table, Words
+from ehsid.harness.report.page import Block, Table
 
 
 def loop_blocks(
     loop: LoopAnalysis, dt_s: float | None, input_band: tuple[float, float] | None = None
-) -> list[Words | Table]:
+) -> list[Block]:
     """Returns the limit of stability in words, and the loops and natural frequencies as tables."""
     unit = _unit(dt_s)
     return [
-        Words(
+        (
             f"{limit_words(loop, dt_s, input_band)} k is in units of the input over units of the "
             "output."
         ),

@@ -8,7 +8,8 @@ from made_diagnoses import made_diagnosis
 
 from ehsid.harness.gap.schema import HeldOutRun
 from ehsid.harness.report.gap_curves import curves_of
-from ehsid.harness.report.gap_plots import SIMULATED, draw_plots
+from ehsid.harness.report.gap_plots import SIMULATED, next_plots, run_blocks
+from ehsid.harness.report.page import Heading, Page, Plot, Section, render_page
 from ehsid.harness.report.thinning import kept_samples
 
 
@@ -77,19 +78,20 @@ def test_thinned_curves_keep_all_windows() -> None:
 
 def test_each_output_of_each_record_has_its_plots() -> None:
     run = made_diagnosis("effects").runs[0]
-    plots = draw_plots([run, replace(run, record="other")])
-    assert [drawn.name for drawn in plots.runs] == ["held_out", "other"]
-    assert [words for words, _, _ in plots.runs[0].outputs] == [
-        "position",
-        "pressure A",
-        "pressure B",
+    blocks = run_blocks([run, replace(run, record="other")])
+    assert [(block.title, block.unfolded) for block in blocks] == [
+        ("held_out", True),
+        ("other", False),
     ]
-    keys = {key for drawn in plots.runs for _, *pair in drawn.outputs for key in pair}
-    keys |= {drawn.command for drawn in plots.runs}
-    assert keys == set(plots.places)
-    assert plots.next_experiment == []
+    for block in blocks:
+        headings = [one.text.split(":")[0] for one in block.blocks if isinstance(one, Heading)]
+        assert headings == ["Position", "Pressure A", "Pressure B"]
+        # The command; for each output its signals and its errors.
+        assert sum(isinstance(one, Plot) for one in block.blocks) == 1 + 2 * 3
 
 
-def test_nothing_to_draw_needs_no_library() -> None:
-    plots = draw_plots([])
-    assert (plots.script, plots.library, plots.places) == ("", "", {})
+def test_a_page_without_plots_needs_no_library() -> None:
+    assert run_blocks([]) == []
+    assert "bokeh" not in render_page(Page("Title", ["lead"], []))
+    plots = next_plots(made_diagnosis("ambiguous").next_experiment.record)
+    assert "bokeh" in render_page(Page("Title", ["lead"], [Section("Next", plots)]))

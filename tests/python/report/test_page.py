@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from offline_pages import read
 
 import ehsid
-from ehsid.harness.report.page import Page, Picture, Section, Table, Words, render_page, write_page
+from ehsid.harness.report.page import Page, Picture, Section, Table, render_page, write_page
 
 
 def picture() -> Picture:
@@ -19,7 +19,7 @@ def picture() -> Picture:
 @pytest.fixture
 def page() -> Page:
     table = Table("2 < 3", ("order", "fit %"), [("2", "91.3"), ("3", "95.5")], marked=[1])
-    section = Section("Results & more", [Words("a < b"), table, picture()])
+    section = Section("Results & more", ["a < b", table, picture()])
     return Page("Title", ["The lead."], [section], sources=["A. Author, 2011"])
 
 

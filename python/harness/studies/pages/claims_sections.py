@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ehsid.harness.report.page import Picture, Section, Table, Words
+from ehsid.harness.report.page import Picture, Section, Table
 from ehsid.harness.studies.claims import Input
 from ehsid.harness.studies.experiment import RUNS_A_CELL, ClaimFindings
 from ehsid.harness.studies.pages.claims_figures import claims_figure, reset_figure, start_figure
@@ -48,8 +48,8 @@ def claims_sections(found: ClaimFindings) -> list[Section]:
             "Do the claims hold?",
             [
                 claims_table(found),
-                *(Words(f"{verdict.claim}: {verdict.where()}.") for verdict in found.verdicts),
-                Words(
+                *(f"{verdict.claim}: {verdict.where()}." for verdict in found.verdicts),
+                (
                     "Faster: time until the parameter error stays below 5 %. Calmer: spread of the "
                     "estimate over the last quarter. RMSE: of the innovation over the whole run, "
                     f"against the better of the other two (the paper reports {paper}). The "
@@ -61,7 +61,7 @@ def claims_sections(found: ClaimFindings) -> list[Section]:
         Section(
             "The start behind the paper's lambda = 1",
             [
-                Words(
+                (
                     "The paper's column for lambda = 1 has not converged: it is "
                     f"{100.0 * found.error_of_one:.0f} % away from model (16). lambda = 1 never "
                     "forgets its start, and a small P(0), that is a start at theta = 0 that is "

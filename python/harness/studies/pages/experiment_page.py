@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ehsid.harness.report.page import Page, Picture, Section, Table, Words
+from ehsid.harness.report.page import Block, Page, Picture, Section
 from ehsid.harness.studies.experiment import RecordFindings
 from ehsid.harness.studies.pages.comparison_figures import error_figure
 from ehsid.harness.studies.pages.recursive_sections import (
@@ -44,8 +44,8 @@ def experiment_page(
 
 def record_sections(found: RecordFindings, dt_s: float | None, name: str) -> list[Section]:
     """Returns the sections on the recursive estimates from a user's own record."""
-    blocks: list[Words | Table | Picture] = [
-        Words(
+    blocks: list[Block] = [
+        (
             f"All contenders on {name}, once; the reference is the offline model above, so that "
             "what they reach is agreement with it, not truth."
         )
@@ -57,7 +57,7 @@ def record_sections(found: RecordFindings, dt_s: float | None, name: str) -> lis
         times = tuple(round(share * length, 3) for share in (0.05, 0.2, 0.5, 1.0))
         summaries = {n: summarise(o, step, times) for n, o in run.outcomes.items()}
         blocks += [
-            Words(f"P(0) = {run.p0:.2g} I:"),
+            f"P(0) = {run.p0:.2g} I:",
             Picture(
                 error_figure(run.outcomes, step),
                 "Distance of the parameters from the offline model; below, the forgetting factor.",

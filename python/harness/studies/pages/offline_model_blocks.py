@@ -14,7 +14,7 @@ from ehsid.harness.identification import (
 )
 from ehsid.harness.report.bode import bode_figure
 from ehsid.harness.report.loop_blocks import place
-from ehsid.harness.report.page import Picture, Table, Words
+from ehsid.harness.report.page import Block, Picture, Table
 from ehsid.harness.studies.attempts import Attempt
 from ehsid.harness.studies.pages.offline_figures import (
     outputs_figure,
@@ -26,7 +26,7 @@ from ehsid.harness.studies.procedure import Procedure
 
 def validation_blocks(
     best: Attempt, result: IdentificationResult, procedure: Procedure
-) -> list[Words | Picture]:
+) -> list[Block]:
     """Returns the pictures of the outputs (the paper's Fig. 7) and the residual tests (Fig. 8)."""
     return [
         Picture(
@@ -47,7 +47,7 @@ def validation_blocks(
     ]
 
 
-def poles_zeros_blocks(found: PolesZeros) -> list[Words | Table | Picture]:
+def poles_zeros_blocks(found: PolesZeros) -> list[Block]:
     """Returns the table and the picture of the poles and zeros."""
     rows = [
         *_root_rows("pole", found.poles),
@@ -98,7 +98,7 @@ def _root_rows(name: str, roots: Roots) -> list[tuple[str, ...]]:
     return rows
 
 
-def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> list[Words | Picture]:
+def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> list[Block]:
     """Returns the Bode diagram of the model, compared with the rig's response if it is known."""
     assert procedure.response is not None
     beside = "" if truth is None else f" Dots: {truth.source}."
@@ -108,7 +108,7 @@ def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> li
         else " Red: gain and phase margin of a proportional controller with half the gain at the "
         "limit of stability."
     )
-    blocks: list[Words | Picture] = [
+    blocks: list[Block] = [
         Picture(
             bode_figure(
                 procedure.response,
@@ -125,7 +125,7 @@ def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> li
         )
     ]
     if truth is not None and procedure.input_band is not None:
-        blocks.append(Words(_agreement(procedure, truth, procedure.input_band)))
+        blocks.append(_agreement(procedure, truth, procedure.input_band))
     return blocks
 
 

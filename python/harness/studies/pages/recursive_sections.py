@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ehsid.harness.report.loop_blocks import loop_blocks
-from ehsid.harness.report.page import Picture, Section, Table, Words
+from ehsid.harness.report.page import Block, Picture, Section, Table
 from ehsid.harness.studies.evidence import Interval
 from ehsid.harness.studies.experiment import KnownPlantFindings, RigFindings
 from ehsid.harness.studies.pages.comparison_figures import change_figure, error_figure
@@ -128,8 +128,8 @@ def parameter_table(run: Recursive, summaries: Mapping[str, RunSummary]) -> Tabl
 
 def known_plant_sections(found: KnownPlantFindings, runs: int) -> list[Section]:
     """Returns the sections on part (a), the runs on model (16)."""
-    blocks: list[Words | Table | Picture] = [
-        Words(
+    blocks: list[Block] = [
+        (
             f"Third-order ARX at 50 ms for 100 s, {runs} runs (seeds 0 to {runs - 1}), float32, "
             "multisine of 0.05 to 5 Hz and rms 1.5. White equation error of deviation "
             f"{found.noise:.4f}: with it the offline model's simulation fits as the paper's. "
@@ -141,7 +141,7 @@ def known_plant_sections(found: KnownPlantFindings, runs: int) -> list[Section]:
         start = "a vague start" if run.p0 > 1.0 else "the start behind the paper's column"
         summaries = {name: summarise(o, DT_S) for name, o in run.outcomes.items()}
         blocks += [
-            Words(f"P(0) = {run.p0:.2g} I, {start}:"),
+            f"P(0) = {run.p0:.2g} I, {start}:",
             Picture(
                 error_figure(run.outcomes, DT_S),
                 "Figs. 9 and 10: error of the parameters, median and 5 to 95 % of the runs; below, "
@@ -154,7 +154,7 @@ def known_plant_sections(found: KnownPlantFindings, runs: int) -> list[Section]:
     change = Section(
         "A change of model (16), without and with the reset of Fig. 4",
         [
-            Words(
+            (
                 f"At 50 s all b grow by {100.0 * (B_AFTER - 1.0):.0f} %; equation error "
                 f"{QUIET_NOISE:g}; vague start."
             ),
@@ -175,8 +175,8 @@ def known_plant_sections(found: KnownPlantFindings, runs: int) -> list[Section]:
 
 def rig_sections(found: RigFindings, runs: int, name: str) -> list[Section]:
     """Returns the sections on part (b), the runs on the nonlinear rig."""
-    blocks: list[Words | Table | Picture] = [
-        Words(
+    blocks: list[Block] = [
+        (
             f"{runs} records of 100 s of {name}, each with a multisine and noise of its own. The "
             "reference is the offline model of the first part; errors are of the scaled "
             "parameters, signals divided by their standard deviations."
@@ -185,7 +185,7 @@ def rig_sections(found: RigFindings, runs: int, name: str) -> list[Section]:
     for run in found.runs:
         summaries = {contender: summarise(o, DT_S) for contender, o in run.outcomes.items()}
         blocks += [
-            Words(f"P(0) = {run.p0:.2g} I:"),
+            f"P(0) = {run.p0:.2g} I:",
             Picture(
                 error_figure(run.outcomes, DT_S),
                 "Error against the offline model, median and 5 to 95 % of the runs; below, the "
@@ -198,7 +198,7 @@ def rig_sections(found: RigFindings, runs: int, name: str) -> list[Section]:
     change = Section(
         "A change of the rig, without and with the reset",
         [
-            Words(f"From 50 s on {told}; the reference is then the offline model of that rig."),
+            f"From 50 s on {told}; the reference is then the offline model of that rig.",
             Picture(
                 change_figure(
                     found.changed.outcomes, DT_S, found.changed.at, _change_window(found.changed)
@@ -223,8 +223,8 @@ def reading_section(
     """Returns the section on K, omega_n and xi over time, and the rig values computed from them."""
     refused = {status for status in reading.status if status != "ok"}
     share = sum(status == "ok" for status in reading.status) / len(reading.status)
-    blocks: list[Words | Table | Picture] = [
-        Words(
+    blocks: list[Block] = [
+        (
             "Varying factor on the record of the offline part; theta is a servo (5) in "
             f"{100.0 * share:.0f} % of the readings"
             + (f"; else: {', '.join(sorted(refused))}." if refused else ".")
@@ -236,7 +236,7 @@ def reading_section(
         ),
     ]
     if rig is None:
-        blocks.append(Words("Of oil and load it says nothing: no reading, or no rig to compare."))
+        blocks.append("Of oil and load it says nothing: no reading, or no rig to compare.")
     else:
         blocks.append(
             Table(

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehsid.harness.report.page import Picture, Section, Table, Words
+from ehsid.harness.report.page import Picture, Section, Table
 from ehsid.harness.studies.convergence import Starts
 from ehsid.harness.studies.evidence import median_interval
 from ehsid.harness.studies.pages.recursive_sections import interval_text
@@ -48,7 +48,7 @@ def seeding_section(starts: Mapping[float, Starts], runs: int) -> Section:
     return Section(
         "Seeded from the offline model",
         [
-            Words(
+            (
                 f"Model (16), default policy, {runs} runs: from nothing, and from a model of 50 s "
                 "of another record and its covariance, as `ehsid export` writes it for "
                 "the firmware."
