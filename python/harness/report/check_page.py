@@ -125,7 +125,7 @@ def _figures(score: Score) -> Section:
             Picture(
                 targets_drawing(score.tables[0]),
                 f"{score.tables[0].title.capitalize()}: value and interval of 90 %; green: where "
-                "it should be. Blue: met, red: missed, grey: the interval reaches across.",
+                "it should be. Blue: met, orange: missed, grey: the interval reaches across.",
                 "Figures of the check with intervals beside their targets",
             ),
             HOW_TO_READ,

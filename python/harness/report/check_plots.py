@@ -13,6 +13,7 @@ from matplotlib.ticker import FuncFormatter
 
 from ehsid.harness.report.check_words import KINDS
 from ehsid.harness.report.gap_words import plain_name
+from ehsid.harness.report.plotting import BLUE, GREEN, GREY, VERMILION, styled
 from ehsid.harness.validation.scoring.calibration import Reliability
 from ehsid.harness.validation.scoring.calibration_risk import RiskPoint
 from ehsid.harness.validation.scoring.confusion import Confusion
@@ -22,24 +23,25 @@ from ehsid.harness.validation.scoring.reading import SENSORS
 from ehsid.harness.validation.scoring.table import FigureTable
 from ehsid.harness.validation.scoring.transfer_figures import Promises
 
-MET, MISSED, UNSURE = "#2f6f9f", "#c2452d", "#8a949e"
+MET, MISSED, UNSURE = BLUE, VERMILION, GREY
 
 
+@styled
 def targets_drawing(table: FigureTable) -> Drawing:
     """Draws shares with their intervals and targets, with one panel for each set of sensors."""
     rows = [
         [one for one in table.columns[measured] if one.target is not None and one.unit == "share"]
         for measured in SENSORS
     ]
-    drawing = Drawing(figsize=(9, 0.6 + 0.36 * len(rows[0])), layout="constrained")
+    drawing = Drawing(figsize=(9, 0.6 + 0.36 * len(rows[0])))
     panels = drawing.subplots(1, 2, sharey=True)
     for axes, measured, figures in zip(panels, SENSORS, rows, strict=True):
         for place, one in enumerate(figures):
             _target_row(axes, place, one)
-        axes.set_title(measured, fontsize="medium")
+        axes.set_title(measured)
         axes.set_xlim(-2.0, 102.0)
         axes.set_xlabel("%")
-        axes.grid(True, axis="x", alpha=0.3)
+        axes.grid(False, axis="y")
     panels[0].set_yticks(range(len(rows[0])), [one.words for one in rows[0]])
     panels[0].invert_yaxis()
     return drawing
@@ -49,7 +51,7 @@ def _target_row(axes: Axes, place: int, figure: Figure) -> None:
     target = figure.target
     assert target is not None
     left, right = 100.0 * max(target.least, 0.0), 100.0 * min(target.most, 1.0)
-    axes.barh(place, right - left, left=left, height=0.7, color="#d9ead9", linewidth=0)
+    axes.barh(place, right - left, left=left, height=0.7, color=GREEN, alpha=0.2, linewidth=0)
     if not figure.n:
         return
     colour = {"met": MET, "missed": MISSED}.get(figure.met, UNSURE)
@@ -59,6 +61,7 @@ def _target_row(axes: Axes, place: int, figure: Figure) -> None:
     axes.plot(value, place, "o", color=colour, markersize=6)
 
 
+@styled
 def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
     """Draws the counts of a confusion matrix; the shade of a cell is its share of the row."""
     counts = np.array(confusion.counts, dtype=np.float64).reshape(
@@ -66,8 +69,9 @@ def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
     )
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1.0)
     height = 1.9 + 0.3 * max(len(confusion.rows), 1)
-    drawing = Drawing(figsize=(9, height), layout="constrained")
+    drawing = Drawing(figsize=(9, height))
     axes = drawing.subplots()
+    axes.grid(False)
     axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
     for row, column in np.argwhere(counts > 0):
         dark = shares[row, column] > 0.5
@@ -86,16 +90,17 @@ def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
     axes.set_yticks(range(len(kinds)), kinds)
     axes.set_xticks(np.arange(len(names) + 1) - 0.5, minor=True)
     axes.set_yticks(np.arange(len(confusion.rows) + 1) - 0.5, minor=True)
-    axes.grid(True, which="minor", color="#e3e7eb", linewidth=0.6)
+    axes.grid(True, which="minor", color="#e3e7eb", alpha=1.0, linewidth=0.6)
     axes.tick_params(which="minor", length=0)
     axes.set_xlabel(said)
     axes.set_ylabel(true)
     return drawing
 
 
+@styled
 def trust_drawing(found: Reliability, risk: Sequence[RiskPoint]) -> Drawing:
     """Draws, left, the share of true effects over their probability; right, risk over coverage."""
-    drawing = Drawing(figsize=(9, 4), layout="constrained")
+    drawing = Drawing(figsize=(9, 4))
     left, right = drawing.subplots(1, 2)
     left.plot([0, 100], [0, 100], color="0.6", linewidth=1.0, linestyle="--")
     for one in found.bins:
@@ -119,11 +124,10 @@ def trust_drawing(found: Reliability, risk: Sequence[RiskPoint]) -> Drawing:
     right.set_ylim(bottom=0.0)
     right.set_xlabel("records with a name, the surest first, %")
     right.set_ylabel("names that are wrong, %")
-    for axes in (left, right):
-        axes.grid(True, alpha=0.3)
     return drawing
 
 
+@styled
 def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
     """Draws the relative errors of the primary parameters, with one row for each effect.
 
@@ -131,7 +135,7 @@ def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
     """
     primary = [one for one in errors if one.primary and math.isfinite(one.relative)]
     effects = sorted({one.of for one in primary})
-    drawing = Drawing(figsize=(9, 1.2 + 0.3 * max(len(effects), 1)), layout="constrained")
+    drawing = Drawing(figsize=(9, 1.2 + 0.3 * max(len(effects), 1)))
     axes = drawing.subplots()
     for inside, colour in ((True, MET), (False, MISSED)):
         some = [one for one in primary if one.inside == inside]
@@ -151,9 +155,8 @@ def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
     axes.invert_yaxis()
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.set_xlabel("error of the size, %")
-    axes.grid(True, axis="x", alpha=0.3)
+    axes.grid(False, axis="y")
     axes.legend(
-        fontsize="small",
         loc="upper center",
         bbox_to_anchor=(0.5, 1.0 + 0.5 / drawing.get_figheight()),
         ncols=2,
@@ -161,9 +164,10 @@ def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
     return drawing
 
 
+@styled
 def promises_drawing(each: Sequence[Promises]) -> Drawing:
     """Draws realised over predicted shrinkage with both intervals, one panel for each measure."""
-    drawing = Drawing(figsize=(9, 4.4), layout="constrained")
+    drawing = Drawing(figsize=(9, 4.4))
     panels = drawing.subplots(1, len(each), squeeze=False)[0]
     for axes, one in zip(panels, each, strict=True):
         axes.plot([-20, 105], [-20, 105], color="0.6", linewidth=1.0, linestyle="--")
@@ -180,10 +184,9 @@ def promises_drawing(each: Sequence[Promises]) -> Drawing:
             axes.hlines(y[:, 0], x[:, 1], x[:, 2], color=colour, alpha=0.35, linewidth=1.0)
             axes.vlines(x[:, 0], y[:, 1], y[:, 2], color=colour, alpha=0.35, linewidth=1.0)
             axes.plot(x[:, 0], y[:, 0], "o", color=colour, markersize=4, label=label)
-        axes.set_title(one.words, fontsize="medium")
+        axes.set_title(one.words)
         axes.set_xlabel("predicted on held-out data, %")
         axes.set_ylabel("realised on the third record, %")
-        axes.grid(True, alpha=0.3)
         if one.each:
-            axes.legend(fontsize="small")
+            axes.legend()
     return drawing

@@ -10,15 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ehsid.harness.report.gap_words import plain_name
+from ehsid.harness.report.plotting import BLUE, GREY, ORANGE, styled
 from ehsid.harness.validation.fleet.ranking import Machine
 
-NAMED, RIVAL, LEFT = "#2f6f9f", "#b4690e", "#9aa6b1"
+NAMED, RIVAL, LEFT = BLUE, ORANGE, GREY
 
 
+@styled
 def fleet_figure(machines: Sequence[Machine], effects: Sequence[str]) -> Figure:
     """Draws bars of the structural gaps beside a matrix of machines and effects."""
     height = 1.9 + 0.3 * len(machines)
-    figure = Figure(figsize=(9.0, height), layout="constrained")
+    figure = Figure(figsize=(9.0, height))
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 1.0 + 0.22 * len(effects)])
     rows = range(len(machines))
     left.barh(rows, [100.0 * one.structural for one in machines], color=NAMED, height=0.6)
@@ -27,7 +29,7 @@ def fleet_figure(machines: Sequence[Machine], effects: Sequence[str]) -> Figure:
     left.set_yticks(rows, [one.name for one in machines])
     left.set_ylim(len(machines) - 0.5, -0.5)
     left.set_xlabel("structural gap, % of the motion")
-    left.grid(True, axis="x", alpha=0.3)
+    left.grid(False, axis="y")
     _matrix(right, machines, effects)
     return figure
 
@@ -58,6 +60,5 @@ def _matrix(axes: Axes, machines: Sequence[Machine], effects: Sequence[str]) -> 
         label.set_horizontalalignment("left")
     axes.xaxis.tick_top()
     axes.set_xlim(-0.6, len(effects) - 0.4)
-    axes.grid(True, alpha=0.25)
     axes.set_axisbelow(True)
     axes.tick_params(left=False)

@@ -30,16 +30,9 @@ from ehsid.harness.records import Record
 from ehsid.harness.report.gap_curves import curves_of
 from ehsid.harness.report.gap_words import SIMULATIONS, channel, first_upper
 from ehsid.harness.report.page import Block, Folded, Heading, Plot
-from ehsid.harness.report.thinning import kept_samples
+from ehsid.harness.report.plotting import BLUE, GREEN, INK, VERMILION, kept_samples
 
-# Readers who cannot tell red from green can tell these colours apart (Okabe, Ito, 2008). The bars
-# of the page use the same colours.
-COLOURS = {
-    "measured": "#1c2126",
-    "nominal": "#d55e00",
-    "calibrated": "#0072b2",
-    "augmented": "#009e73",
-}
+COLOURS = {"measured": INK, "nominal": VERMILION, "calibrated": BLUE, "augmented": GREEN}
 DASHES: dict[str, LineDashType] = {
     "measured": "solid",
     "nominal": "dotted",

@@ -9,13 +9,14 @@ import numpy as np
 
 from ehsid.harness.identification.loop import LoopAnalysis, Mode, ProportionalLoop
 from ehsid.harness.report.page import Block, Table
+from ehsid.harness.report.plotting import frequency_unit
 
 
 def loop_blocks(
     loop: LoopAnalysis, dt_s: float | None, input_band: tuple[float, float] | None = None
 ) -> list[Block]:
     """Returns the limit of stability in words, and the loops and natural frequencies as tables."""
-    unit = _unit(dt_s)
+    unit = frequency_unit(dt_s)
     return [
         (
             f"{limit_words(loop, dt_s, input_band)} k is in units of the input over units of the "
@@ -61,7 +62,7 @@ def limit_words(
         return f"{control} the model is unstable with half of {limit} already."
     text = (
         f"{control} the model is stable up to {limit}, where it oscillates at "
-        f"{loop.phase_crossover_hz:.4g} {_unit(dt_s)}."
+        f"{loop.phase_crossover_hz:.4g} {frequency_unit(dt_s)}."
     )
     if input_band is not None and not input_band[0] <= loop.phase_crossover_hz <= input_band[1]:
         text += (
@@ -88,7 +89,3 @@ def _row(one: ProportionalLoop) -> Sequence[str]:
 
 def _least_damping(modes: Sequence[Mode]) -> str:
     return f"{min(mode.damping for mode in modes):.3f}" if modes else "no poles but delays"
-
-
-def _unit(dt_s: float | None) -> str:
-    return "cycles a sample" if dt_s is None else "Hz"

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from ehsid.harness.records import Record
+from ehsid.harness.report.plotting import stacked, styled
 
 # Columns that share a panel, with the factor from SI and the label of the panel.
 PANELS = (
@@ -18,24 +18,25 @@ PANELS = (
 )
 
 
+@styled
 def record_figure(record: Record) -> Figure:
     """Draws command, position, velocity, pressures and spool over time, as far as they exist."""
     panels = [
-        ([name for name in names if name in record.columns], scale, label)
+        (known, scale, label)
         for names, scale, label in PANELS
+        if (known := [name for name in names if name in record.columns])
     ]
-    panels = [panel for panel in panels if panel[0]]
-    figure = Figure(figsize=(9, 1.6 * len(panels) + 0.6), layout="constrained")
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    time = np.arange(len(record)) if record.time_s is None else record.time_s
+    figure, axes = stacked(
+        1.6 * len(panels) + 0.6,
+        [1.0] * len(panels),
+        xlabel="sample" if record.time_s is None else "time in s",
+    )
+    time = range(len(record)) if record.time_s is None else record.time_s
     for axis, (names, scale, label) in zip(axes, panels, strict=True):
         for name in names:
             axis.plot(time, scale * record.column(name), linewidth=1.0, label=name)
         axis.set_ylabel(label)
-        axis.margins(x=0.0)
-        axis.grid(True, alpha=0.3)
         if len(names) > 1:
-            axis.legend(fontsize="small", ncols=len(names), loc="upper right")
-    axes[-1].set_xlabel("sample" if record.time_s is None else "time in s")
+            axis.legend(ncols=len(names), loc="upper right")
     axes[0].set_title(record.name)
     return figure

@@ -10,7 +10,7 @@ from ehsid.harness.gap.schema import HeldOutRun
 from ehsid.harness.report.gap_curves import curves_of
 from ehsid.harness.report.gap_plots import SIMULATED, next_plots, run_blocks
 from ehsid.harness.report.page import Heading, Page, Plot, Section, render_page
-from ehsid.harness.report.thinning import kept_samples
+from ehsid.harness.report.plotting import kept_samples
 
 
 @given(st.integers(1, 3), st.integers(2, 4000), st.integers(10, 500), st.integers(0, 99))

@@ -9,14 +9,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ehsid.harness.report.page import Picture, Section, Table
+from ehsid.harness.report.plotting import styled
 from ehsid.harness.studies.convergence import Starts
 from ehsid.harness.studies.evidence import median_interval
 from ehsid.harness.studies.pages.recursive_sections import interval_text
 from ehsid.harness.studies.published import DT_S
 
 
+@styled
 def _figure(starts: Mapping[float, Starts]) -> Figure:
-    figure = Figure(figsize=(9, 3.6), layout="constrained")
+    figure = Figure(figsize=(9, 3.6))
     panels = figure.subplots(1, len(starts), sharey=True, squeeze=False)[0]
     for axes, (noise, start) in zip(panels, starts.items(), strict=True):
         for errors, label in ((start.vague, "from nothing"), (start.seeded, "from the model")):
@@ -24,12 +26,11 @@ def _figure(starts: Mapping[float, Starts]) -> Figure:
             low, median, high = 100.0 * np.quantile(errors, [0.05, 0.5, 0.95], axis=0)
             (line,) = axes.loglog(time + DT_S, median, label=label)
             axes.fill_between(time + DT_S, low, high, color=line.get_color(), alpha=0.15)
-        axes.set_title(f"noise {noise:.3g}", fontsize="small")
+        axes.set_title(f"noise {noise:.3g}")
         axes.set_ylim(1e-2, 200.0)
         axes.set_xlabel("time in s")
-        axes.grid(True, alpha=0.3)
     panels[0].set_ylabel("parameter error in %")
-    panels[0].legend(fontsize="small")
+    panels[0].legend()
     return figure
 
 
