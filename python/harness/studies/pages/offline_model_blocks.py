@@ -39,8 +39,8 @@ def validation_blocks(
         Picture(
             residual_figure(result),
             "One-step residual on the validation part (the paper's Fig. 8): "
-            f"{result.whiteness.verdict}; {result.independence.verdict}. Orange: outside the band of "
-            "a single lag, as one lag in a hundred is by chance.",
+            f"{result.whiteness.verdict}; {result.independence.verdict}. Orange: outside the band "
+            "of a single lag, as one lag in a hundred is by chance.",
             "Bars of the residual's autocorrelation and of its correlation with the input, lag by "
             "lag, with 99 % bands",
         ),
@@ -105,8 +105,8 @@ def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> li
     margins = (
         ""
         if procedure.loop is None or procedure.loop.half is None
-        else " Orange: gain and phase margin of a proportional controller with half the gain at the "
-        "limit of stability."
+        else " Orange: gain and phase margin of a proportional controller with half the gain at "
+        "the limit of stability."
     )
     blocks: list[Block] = [
         Picture(
