@@ -2,6 +2,7 @@
 #include "bindings.hpp"
 
 #include <ehsid/plant/parameters.hpp>
+#include <ehsid/plant/play.hpp>
 #include <ehsid/plant/simulate.hpp>
 
 #include <algorithm>
@@ -162,6 +163,23 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
   return py::make_tuple(outputs, sensitivities);
 }
 
+py::array_t<double> play(const py::object& u, double half_width, double start) {
+  const auto signal = real_array<double>("signal", u);
+  require_shape("signal", signal, 1, -1);
+  if (!is_finite(half_width) || half_width < 0.0) {
+    throw py::value_error("half_width must be finite and >= 0");
+  }
+  const double* const values = signal.data();
+  py::array_t<double> output(signal.size());
+  double* const out = output.mutable_data();
+  double held = start;
+  for (py::ssize_t k = 0; k < signal.size(); ++k) {
+    held = plant::play(held, values[k], half_width);
+    out[k] = held;
+  }
+  return output;
+}
+
 /// A plant that somebody else clocks: a controller, a target.
 class SteppedPlant {
  public:
@@ -280,6 +298,28 @@ ValueError
       .def("run", &SteppedPlant::run, py::arg("command"),
            "Reads and advances in turn: command of shape (N,), V, finite; outputs of shape (N, 6). "
            "Releases the GIL. ValueError for another command; no sample was taken.");
+  m.def("play", &play, py::arg("signal"), py::arg("half_width"), py::kw_only(),
+        py::arg("start") = 0.0,
+        R"(Play operator, w = min(max(w, u - half_width), u + half_width), sample by sample.
+
+Parameters
+----------
+signal : array_like, shape (N,)
+    The input u.
+half_width : float >= 0
+    Half the width of the loop, in the unit of the signal.
+start : float
+    w before the first sample.
+
+Returns
+-------
+shape (N,)
+
+Raises
+------
+ValueError
+    A wrong shape, or a half width outside its range.
+)");
   m.def("plant_substeps", &substeps_for, py::arg("plant"), py::arg("values"), py::arg("dt_s"),
         R"(Steps of integration a sample that suit a plant.
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
 
 from ehsid.harness.arrays import FloatArray
 
@@ -22,7 +23,7 @@ PURPLE, SKY, INK, GREY, PALE = "#cc79a7", "#56b4e9", "#1c2126", "#8a949e", "#d9d
 styled = mpl.rc_context(
     {
         "axes.grid": True,
-        "axes.prop_cycle": mpl.cycler(color=[BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY]),
+        "axes.prop_cycle": cycler(color=[BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY]),
         "axes.titlesize": "medium",
         "figure.constrained_layout.use": True,
         "grid.alpha": 0.3,

@@ -14,23 +14,13 @@ from functools import lru_cache
 import numpy as np
 from scipy.signal import cont2discrete, lfilter, ss2tf
 
+from ehsid._core import play
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.inverse_signals import (
     KEPT,
     Measured,
     Values,
 )
-
-
-def play(signal: FloatArray, half_width: float) -> FloatArray:
-    """Applies the play operator, w = min(max(w, u - half_width), u + half_width), from w = 0."""
-    if half_width == 0.0:
-        return signal
-    held, shown = 0.0, []
-    for value in signal.tolist():
-        held = min(max(held, value - half_width), value + half_width)
-        shown.append(held)
-    return np.array(shown)
 
 
 def second_order(held: FloatArray, bandwidth_hz: float, damping: float, dt_s: float) -> FloatArray:

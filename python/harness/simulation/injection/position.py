@@ -8,11 +8,9 @@ import math
 import numpy as np
 from scipy.signal import lfilter
 
+from ehsid._core import play
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.simulation.injection.notes import (
-    Note,
-    Step,
-)
+from ehsid.harness.simulation.injection.notes import Note, Step
 
 
 def behind_bias(position: FloatArray, offset_m: float) -> Step:
@@ -22,14 +20,7 @@ def behind_bias(position: FloatArray, offset_m: float) -> Step:
 
 def behind_play(position: FloatArray, half_width_m: float) -> Step:
     """Applies play with half width h: m_k = min(max(m_{k-1}, y_k - h), y_k + h), m_0 = y_0."""
-    shown = np.empty_like(position)
-    held = position[0]
-    for k, (low, high) in enumerate(
-        zip(position - half_width_m, position + half_width_m, strict=True)
-    ):
-        held = min(max(held, low), high)
-        shown[k] = held
-    return Step(shown, [])
+    return Step(play(position, half_width_m, start=position[0]), [])
 
 
 def behind_lag(position: FloatArray, time_constant_s: float, dt_s: float) -> Step:
