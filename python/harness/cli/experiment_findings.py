@@ -14,7 +14,7 @@ from ehsid.harness.encoding import to_plain
 from ehsid.harness.files import write_text
 from ehsid.harness.identification import ArxOrders, IoData, Preprocessing, fit_arx
 from ehsid.harness.records import read_record
-from ehsid.harness.report.page import Section, write_page, write_pictures
+from ehsid.harness.report.page import Page, Section, write_page, write_pictures
 from ehsid.harness.rigs import Rig
 from ehsid.harness.studies.convergence import Starts, compare_starts
 from ehsid.harness.studies.evidence import median_interval
@@ -25,7 +25,7 @@ from ehsid.harness.studies.experiment import (
     run_on_rig,
 )
 from ehsid.harness.studies.linearisation import small_signal_response
-from ehsid.harness.studies.pages.claims_sections import claims_sections
+from ehsid.harness.studies.pages.claims_sections import claims_sections, verdict_lead
 from ehsid.harness.studies.pages.experiment_files import (
     claim_rows,
     csv_text,
@@ -34,16 +34,15 @@ from ehsid.harness.studies.pages.experiment_files import (
     plain_runs,
     reset_rows,
 )
-from ehsid.harness.studies.pages.experiment_page import (
-    experiment_page,
-    record_sections,
-    verdict_lead,
-)
 from ehsid.harness.studies.pages.offline_sections import offline_sections
-from ehsid.harness.studies.pages.recursive_sections import known_plant_sections, rig_sections
+from ehsid.harness.studies.pages.recursive_sections import (
+    known_plant_sections,
+    record_sections,
+    rig_sections,
+)
 from ehsid.harness.studies.pages.seeding_section import seeding_section
 from ehsid.harness.studies.procedure import Procedure, run_procedure
-from ehsid.harness.studies.published import DT_S, ORDERS
+from ehsid.harness.studies.published import DT_S, ORDERS, SOURCE
 from ehsid.harness.studies.recursive import noise_for_fit
 from ehsid.harness.studies.rig_records import rig_record
 
@@ -131,8 +130,8 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
                 "runs": plain_runs(on_rig.runs, DT_S),
                 "change": dict(change),
                 "changed": plain_change(on_rig.changed),
-                "reading": to_plain(on_rig.rig_reading),
-                "sampled": to_plain(on_rig.sampled),
+                "reading": to_plain(on_rig.servo.rig),
+                "sampled": to_plain(on_rig.servo.sampled),
             },
             "claims": [to_plain(verdict) for verdict in claims.verdicts],
             "seeded": [
@@ -178,8 +177,8 @@ def on_record(
         sections += record_sections(found, data.dt_s, record.name)
         plain |= {
             "recursive": plain_runs(found.runs, data.dt_s or 1.0),
-            "reading": to_plain(found.rig_reading),
-            "sampled": to_plain(found.sampled),
+            "reading": None if found.servo is None else to_plain(found.servo.rig),
+            "sampled": None if found.servo is None else to_plain(found.servo.sampled),
         }
     title = f"The experiment on {record.name}"
     return Findings(title, lead, sections, plain, orders_table(procedure), problems)
@@ -194,7 +193,7 @@ def write_findings(folder: Path, findings: Findings, provenance: Mapping[str, An
         **findings.tables,
         "experiment.json": json.dumps(to_plain(plain), indent=2, allow_nan=False),
     }
-    page = experiment_page(findings.lead, findings.sections, findings.title)
+    page = Page(findings.title, findings.lead, findings.sections, sources=[SOURCE])
     write_page(folder / "experiment.html", page)
     write_pictures(folder / "figures", page)
     for name, text in texts.items():

@@ -39,7 +39,7 @@ from ehsid.harness.report.page import write_page
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import draw_noise, suggested_controller
 from ehsid.harness.simulation.outputs import OUTPUTS_OF
-from ehsid.harness.studies.pages.published_table import published_table
+from ehsid.harness.studies.pages.recursive_sections import published_table
 from ehsid.harness.studies.published import SOURCE
 from ehsid.harness.studies.target_plans import experiment_plans
 

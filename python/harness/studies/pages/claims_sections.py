@@ -3,12 +3,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ehsid.harness.report.page import Picture, Section, Table
 from ehsid.harness.studies.claims import Input
 from ehsid.harness.studies.experiment import RUNS_A_CELL, ClaimFindings
 from ehsid.harness.studies.pages.claims_figures import claims_figure, reset_figure, start_figure
 from ehsid.harness.studies.published import RECURSIVE
-from ehsid.harness.studies.verdicts import CLAIMS
+from ehsid.harness.studies.verdicts import CLAIMS, ClaimVerdict
+
+
+def verdict_lead(verdicts: Sequence[ClaimVerdict]) -> list[str]:
+    """Returns one sentence for each claim: its verdict, and the shares where it holds and fails."""
+    return [
+        f"{verdict.claim}: {verdict.verdict.value} "
+        f"({100.0 * verdict.holds:.0f} % of the conditions tried, the opposite in "
+        f"{100.0 * verdict.fails:.0f} %)."
+        for verdict in verdicts
+    ]
 
 
 def claims_table(found: ClaimFindings) -> Table:
