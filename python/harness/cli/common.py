@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import typer
+from rich.table import Table
 
 from ehsid.harness.files import replacing, write_text
 
@@ -54,3 +56,19 @@ def write_figure(path: Path, figure: Figure) -> None:
     """Writes a figure as PNG under a temporary name, then renames the file."""
     with replacing(path) as unfinished:
         figure.savefig(unfinished, dpi=120, format="png")
+
+
+def make_table(
+    headings: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    justify: Literal["left", "right"] = "right",
+    **settings: Any,
+) -> Table:
+    """Returns a table for the terminal: the first column to the left, the others as `justify`."""
+    table = Table(**settings)
+    for i, heading in enumerate(headings):
+        table.add_column(heading, justify=justify if i else "left")
+    for row in rows:
+        table.add_row(*row)
+    return table

@@ -13,7 +13,8 @@ from rich.console import Console
 from rich.table import Table
 
 import ehsid
-from ehsid.harness.cli.common import read_io, write_results
+from ehsid.harness.cli.common import make_table, read_io, write_results
+from ehsid.harness.cli.options import AsJson, InputColumn, Lambda0, OutputColumn, RecordFile, Reset
 
 if TYPE_CHECKING:
     from ehsid.harness.estimation import EstimationResult
@@ -48,32 +49,26 @@ def make_policy(name: ForgettingName, lambda0: float | None) -> ehsid.Forgetting
 
 
 def _table(result: EstimationResult) -> Table:
-    table = Table()
-    for heading in ("parameter", "value", "95 % interval"):
-        table.add_column(heading, justify="right")
-    for name, entry in result.to_dict()["parameters"].items():
-        low, high = entry["ci95"]
-        table.add_row(name, f"{entry['value']:.5g}", f"{low:.5g} .. {high:.5g}")
-    return table
+    rows = [
+        (name, f"{entry['value']:.5g}", f"{entry['ci95'][0]:.5g} .. {entry['ci95'][1]:.5g}")
+        for name, entry in result.to_dict()["parameters"].items()
+    ]
+    return make_table(("parameter", "value", "95 % interval"), rows)
 
 
 def estimate_command(
-    record: Annotated[Path, typer.Argument(help="CSV, CSV.gz, Parquet, MAT or NPZ")],
-    input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
-    output_name: Annotated[str, typer.Option("--output", help="output column")] = "position_m",
+    record: RecordFile,
+    input_name: InputColumn = "command_v",
+    output_name: OutputColumn = "position_m",
     na: Annotated[int, typer.Option(help="past outputs, 1 to 6")] = 3,
     nb: Annotated[int, typer.Option(help="past inputs, 1 to 6")] = 3,
     nk: Annotated[int, typer.Option(help="delay in samples, 0 to 20")] = 1,
     forgetting: Annotated[
         ForgettingName, typer.Option(help="forgetting policy; exponential is Eq. (15)")
     ] = ForgettingName.exponential,
-    lambda0: Annotated[
-        float | None, typer.Option(help="factor (constant) or rate (exponential)")
-    ] = None,
-    reset: Annotated[
-        bool, typer.Option("--reset/--no-reset", help="restart where the RMSE shows a change")
-    ] = True,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of tables")] = False,
+    lambda0: Lambda0 = None,
+    reset: Reset = True,
+    as_json: AsJson = False,
     out: Annotated[Path | None, typer.Option(help="folder for estimate.json and .png")] = None,
 ) -> None:
     """Estimate an ARX model recursively, with the code the firmware runs.

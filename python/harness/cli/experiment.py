@@ -13,6 +13,7 @@ from rich.console import Console
 
 import ehsid
 from ehsid.harness.cli.common import parse_range
+from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RigOrPublished
 from ehsid.harness.cli.progress import stages
 
 
@@ -28,12 +29,9 @@ def experiment_command(
     record: Annotated[
         Path | None, typer.Option(help="a record of your own, in place of the simulated rig")
     ] = None,
-    rig_file: Annotated[
-        Path | None,
-        typer.Option("--rig", help="rig file, TOML; default: the published rig"),
-    ] = None,
-    input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
-    output_name: Annotated[str, typer.Option("--output", help="output column")] = "position_m",
+    rig_file: RigOrPublished = None,
+    input_name: InputColumn = "command_v",
+    output_name: OutputColumn = "position_m",
     orders: Annotated[str, typer.Option(help="orders na = nb to try first")] = "2-5",
     delays: Annotated[str, typer.Option(help="delays nk to try first, in samples")] = "1-5",
     trend: Annotated[
@@ -48,7 +46,7 @@ def experiment_command(
     runs: Annotated[
         int, typer.Option(min=20, help="Monte Carlo runs of each comparison; not with --record")
     ] = 200,
-    as_json: Annotated[bool, typer.Option("--json", help="print the JSON file, too")] = False,
+    as_json: AsJson = False,
     out: Annotated[Path, typer.Option(help="folder of the report")] = Path("experiment"),
 ) -> None:
     """Redo the published experiment end to end, and say where its claims hold.

@@ -14,6 +14,7 @@ from rich.console import Console
 import ehsid
 from ehsid.harness.cli.common import read_io
 from ehsid.harness.cli.estimate import ForgettingName, make_policy
+from ehsid.harness.cli.options import InputColumn, Lambda0, OutputColumn, RecordFile, Reset
 
 if TYPE_CHECKING:
     from ehsid.harness.deploy.export import Export
@@ -63,9 +64,9 @@ def _forgets_the_start(policy: ehsid.Forgetting) -> bool:
 
 
 def export_command(
-    record: Annotated[Path, typer.Argument(help="CSV, CSV.gz, Parquet, MAT or NPZ")],
-    input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
-    output_name: Annotated[str, typer.Option("--output", help="output column")] = "position_m",
+    record: RecordFile,
+    input_name: InputColumn = "command_v",
+    output_name: OutputColumn = "position_m",
     na: Annotated[
         int | None, typer.Option(help="past outputs, 1 to 6; default 3", show_default=False)
     ] = None,
@@ -82,12 +83,8 @@ def export_command(
     forgetting: Annotated[
         ForgettingName, typer.Option(help="policy; f-ratio keeps what the start knows")
     ] = ForgettingName.f_ratio,
-    lambda0: Annotated[
-        float | None, typer.Option(help="factor (constant) or rate (exponential)")
-    ] = None,
-    reset: Annotated[
-        bool, typer.Option("--reset/--no-reset", help="restart where the RMSE shows a change")
-    ] = True,
+    lambda0: Lambda0 = None,
+    reset: Reset = True,
     inflation: Annotated[
         float | None,
         typer.Option(

@@ -12,14 +12,11 @@ from rich.console import Console
 
 import ehsid
 from ehsid.harness.cli.estimate import ForgettingName, make_policy
-from ehsid.harness.cli.hil_loop import HilLoop
-from ehsid.harness.cli.signals import SignalName
+from ehsid.harness.cli.options import AsJson, HilLoop, Lambda0, RigOrPublished, SignalName
 
 
 def hil_command(
-    rig_file: Annotated[
-        Path | None, typer.Option("--rig", help="rig file, TOML; default: the published rig")
-    ] = None,
+    rig_file: RigOrPublished = None,
     port: Annotated[
         str | None,
         typer.Option(help="line to the target: /dev/ttyACM0, socket://HOST:PORT, as pyserial"),
@@ -62,9 +59,7 @@ def hil_command(
     forgetting: Annotated[
         ForgettingName, typer.Option(help="forgetting policy, not for the experiment")
     ] = ForgettingName.f_ratio,
-    lambda0: Annotated[
-        float | None, typer.Option(help="factor (constant) or rate (exponential)")
-    ] = None,
+    lambda0: Lambda0 = None,
     na: Annotated[int, typer.Option(help="past outputs")] = 3,
     nb: Annotated[int, typer.Option(help="past commands")] = 3,
     nk: Annotated[int, typer.Option(help="delay in samples")] = 1,
@@ -84,7 +79,7 @@ def hil_command(
     real_time: Annotated[
         bool, typer.Option("--real-time", help="at the sampling time, not as fast as it goes")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="print the JSON file, too")] = False,
+    as_json: AsJson = False,
     out: Annotated[
         Path, typer.Option(help="folder of the records, the estimates and the report")
     ] = Path("hil"),
@@ -99,8 +94,8 @@ def hil_command(
 
     Example: ehsid hil --port /dev/ttyACM0 --rig rig.toml --loop position --real-time
     """
-    from ehsid.harness.cli.asked_signal import AskedSignal
-    from ehsid.harness.cli.hil_runs import REPORTS, Asked, run_all, show, target, write_reports
+    from ehsid.harness.cli.hil_runs import REPORTS, HilOptions, run_all, show, target, write_reports
+    from ehsid.harness.cli.signal_options import SignalOptions
     from ehsid.harness.deploy.hil.plan import WATCHDOG_MS
     from ehsid.harness.deploy.hil.session import Session
     from ehsid.harness.deploy.hil.transport import open_line
@@ -115,9 +110,9 @@ def hil_command(
     if out.exists() and not out.is_dir():
         raise ValueError(f"--out {out}: this is a file; give the name of a folder")
     rig = published_rig() if rig_file is None else read_rig(rig_file)
-    asked = Asked(
+    options = HilOptions(
         loop,
-        AskedSignal(excitation, duration, dt, amplitude, seed),
+        SignalOptions(excitation, duration, dt, amplitude, seed),
         bandwidth,
         make_policy(forgetting, lambda0),
         ArxOrders(na, nb, nk, offset=True),
@@ -125,7 +120,7 @@ def hil_command(
         parse_settings(effect or []),
         WATCHDOG_MS + (round(2000.0 * dt) if real_time else 0),
     )
-    plans = asked.plans(rig, rig if actual is None else read_rig(actual))
+    plans = options.plans(rig, rig if actual is None else read_rig(actual))
     console = Console(stderr=True)
     try:
         with target(port, qemu, machine) as address, open_line(address, baud) as line:
@@ -141,7 +136,7 @@ def hil_command(
         "ehsid_version": ehsid.__version__,
         "rig": "published" if rig_file is None else str(rig_file),
         "actual": None if actual is None else str(actual),
-        "effects": dict(asked.values),
+        "effects": dict(options.values),
         "line": port if qemu is None else f"{qemu} in QEMU, {machine}",
         "loop": loop.value,
         "seed": seed,

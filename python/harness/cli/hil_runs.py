@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 import ehsid
-from ehsid.harness.cli.asked_signal import AskedSignal, as_command, as_reference
-from ehsid.harness.cli.hil_loop import HilLoop
+from ehsid.harness.cli.common import make_table
 from ehsid.harness.cli.hil_progress import live
+from ehsid.harness.cli.options import HilLoop
+from ehsid.harness.cli.signal_options import SignalOptions, as_command, as_reference
 from ehsid.harness.deploy.hil.answers import Identity
 from ehsid.harness.deploy.hil.comparison import compare
 from ehsid.harness.deploy.hil.emulator import emulated
@@ -47,11 +47,11 @@ REPORTS = ("hil.html", "hil.json")
 
 
 @dataclass(frozen=True)
-class Asked:
+class HilOptions:
     """The options of `ehsid hil` that determine the plans."""
 
     loop: HilLoop
-    signal: AskedSignal
+    signal: SignalOptions
     bandwidth: float | None
     forgetting: ehsid.Forgetting
     orders: ArxOrders
@@ -68,9 +68,9 @@ class Asked:
             raise ValueError(
                 f'--actual: a plant "{actual.plant}", the rig is "{rig.plant}": expected the same'
             )
-        return {name: replace(plan, rig=actual) for name, plan in self._told(rig).items()}
+        return {name: replace(plan, rig=actual) for name, plan in self._plans(rig).items()}
 
-    def _told(self, rig: Rig) -> dict[str, Plan]:
+    def _plans(self, rig: Rig) -> dict[str, Plan]:
         controller = suggested_controller(rig, self.bandwidth)
         more: dict[str, Any] = {"values": self.values, "watchdog_ms": self.watchdog_ms}
         if self.loop is HilLoop.experiment:
@@ -158,11 +158,6 @@ def show(identity: Identity, runs: Runs, out: Path) -> None:
     console = Console()
     for sentence in lead(identity, runs):
         console.print(f"- {sentence}", highlight=False)
-    table = Table()
     rows = [run_row(*run) for run in runs]
-    for heading in rows[0]:
-        table.add_column(heading, justify="right")
-    for row in rows:
-        table.add_row(*row.values())
-    console.print(table)
+    console.print(make_table(list(rows[0]), [list(row.values()) for row in rows]))
     console.print(f"report: {out / REPORTS[0]}", soft_wrap=True)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from ehsid.harness.cli.options import AsJson
+
 if TYPE_CHECKING:
     from ehsid.harness.simulation.injection import Answer
 
@@ -50,9 +52,7 @@ def inject_command(
             help="size of the effect, SI; EFFECT.PARAMETER=NUMBER where two effects have it",
         ),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="print the answer instead of a summary")
-    ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Put an effect of known size into the log of a real machine, to see whether it is found.
 

@@ -11,8 +11,10 @@ from rich.markup import escape
 from rich.padding import Padding
 from rich.table import Table
 
-from ehsid.harness.gap.schema import Diagnosis
+from ehsid.harness.cli.common import make_table
+from ehsid.harness.gap.schema import Diagnosis, HowFar
 from ehsid.harness.report.gap_words import (
+    SIMULATIONS,
     VERDICTS,
     channel,
     effect_set,
@@ -62,64 +64,60 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> Non
 
 
 def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
-    far = diagnosis.how_far
-    if far is not None:
-        yield _gap(diagnosis)
+    if diagnosis.how_far is not None:
+        yield _gap(diagnosis.how_far)
     if diagnosis.where.subsystem:
-        table = _table("where", "share of the gap")
-        for name, share in sorted(diagnosis.where.subsystem.items(), key=lambda item: -item[1]):
-            table.add_row(name, percent(share))
-        yield table
+        shares = sorted(diagnosis.where.subsystem.items(), key=lambda item: -item[1])
+        rows = [(name, percent(share)) for name, share in shares]
+        yield make_table(("where", "share of the gap"), rows)
     if diagnosis.effects:
-        table = _table("effect", "probability", "size", "90 % interval")
-        for effect in diagnosis.effects:
-            told = plain_name(effect.id), percent(effect.probability)
-            for name, size in effect.parameters.items():
-                unit = unit_of(f"{EFFECT_PREFIX}{effect.id}.{name}")
-                table.add_row(*told, *interval(size, unit))
-                told = "", ""
-        yield table
+        sizes = [
+            (
+                *((plain_name(effect.id), percent(effect.probability)) if i == 0 else ("", "")),
+                *interval(size, unit_of(f"{EFFECT_PREFIX}{effect.id}.{name}")),
+            )
+            for effect in diagnosis.effects
+            for i, (name, size) in enumerate(effect.parameters.items())
+        ]
+        yield make_table(("effect", "probability", "size", "90 % interval"), sizes)
     if diagnosis.candidates:
-        table = _table("candidate", "removes", "behind the best, nats")
-        for candidate in diagnosis.candidates[:MOST_CANDIDATES]:
-            table.add_row(
-                effect_set(candidate.effects) + (" *" if candidate.in_confidence_set else ""),
+        candidates = [
+            (
+                effect_set(candidate.effects) + " *" * candidate.in_confidence_set,
                 percent(candidate.held_out_shrinkage),
                 f"{candidate.score:.1f}",
             )
-        if any(candidate.in_confidence_set for candidate in diagnosis.candidates):
-            table.caption = "* the data cannot tell it from the best"
-        yield table
-    moved = {name: value for name, value in diagnosis.calibration.items() if value.moved}
+            for candidate in diagnosis.candidates[:MOST_CANDIDATES]
+        ]
+        marked = any(candidate.in_confidence_set for candidate in diagnosis.candidates)
+        caption = "* the data cannot tell it from the best" if marked else None
+        headings = ("candidate", "removes", "behind the best, nats")
+        yield make_table(headings, candidates, caption=caption, caption_justify="left")
+    moved = [
+        (
+            value_name(name),
+            quantity(value.rig, unit_of(name)),
+            *interval(value.found, unit_of(name)),
+        )
+        for name, value in diagnosis.calibration.items()
+        if value.moved
+    ]
     if moved:
-        table = _table("value that moved", "rig file", "found", "90 % interval")
-        for name, value in moved.items():
-            unit = unit_of(name)
-            table.add_row(value_name(name), quantity(value.rig, unit), *interval(value.found, unit))
-        yield table
+        yield make_table(("value that moved", "rig file", "estimate", "90 % interval"), moved)
 
 
-def _gap(diagnosis: Diagnosis) -> Table:
-    far = diagnosis.how_far
-    assert far is not None
-    headings = ("as configured", "rig values fitted", "with effects", "floor")
-    table = _table("gap on held-out data", *headings)
-    floor = f"{percent(far.noise_floor[0])} to {percent(far.noise_floor[1])}"
-    means = (far.nominal, far.calibrated, far.augmented)
-    table.add_row("all outputs", *(percent(gap) for gap in means), floor)
-    for name, gaps in far.per_output.items():
-        table.add_row(f"  {channel(name)[0]}", *(percent(gap) for gap in gaps), "")
-    if far.of_explainable is not None:
-        table.caption = (
-            f"The effects remove {percent_interval(far.of_explainable)} of the gap above the noise "
+def _gap(gap: HowFar) -> Table:
+    floor = " to ".join(map(percent, gap.noise_floor))
+    means = (gap.nominal, gap.calibrated, gap.augmented)
+    rows = [("all outputs", *map(percent, means), floor)]
+    rows += [
+        (f"  {channel(name)[0]}", *map(percent, gaps), "") for name, gaps in gap.per_output.items()
+    ]
+    caption = None
+    if gap.of_explainable is not None:
+        caption = (
+            f"The effects remove {percent_interval(gap.of_explainable)} of the gap above the noise "
             "floor that remained after the fit."
         )
-    return table
-
-
-def _table(first: str, *headings: str) -> Table:
-    table = Table(caption_justify="left")
-    table.add_column(first)
-    for heading in headings:
-        table.add_column(heading, justify="right")
-    return table
+    headings = ("gap on held-out data", *SIMULATIONS.values(), "floor")
+    return make_table(headings, rows, caption=caption, caption_justify="left")
