@@ -43,12 +43,12 @@ def read_io(path: Path, input_name: str, output_name: str) -> IoData:
     return IoData.from_record(record, input_name, output_name)
 
 
-def write_results(folder: Path, stem: str, findings: dict[str, Any], figure: Figure) -> None:
+def write_results(folder: Path, stem: str, results: dict[str, Any], figure: Figure) -> None:
     """Writes STEM.json and STEM.png into a folder, each under a temporary name first."""
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"--out {folder}: this is a file; give the name of a folder")
     folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / f"{stem}.json", json.dumps(findings, indent=2, allow_nan=False) + "\n")
+    write_text(folder / f"{stem}.json", json.dumps(results, indent=2, allow_nan=False) + "\n")
     write_figure(folder / f"{stem}.png", figure)
 
 

@@ -59,12 +59,12 @@ def experiment_command(
 
     Example: ehsid experiment --record rec.csv --rig rig.toml --out results
     """
-    from ehsid.harness.cli.experiment_findings import (
+    from ehsid.harness.cli.experiment_report import (
         OFFLINE_SEED,
         Offline,
         on_record,
         redo,
-        write_findings,
+        write_report,
     )
     from ehsid.harness.identification import Preprocessing
     from ehsid.harness.rigs import read_rig
@@ -78,7 +78,7 @@ def experiment_command(
     )
     rig = None if rig_file is None else read_rig(rig_file)
     if record is not None:
-        findings = on_record(record, rig, offline, input_name, output_name)
+        report = on_record(record, rig, offline, input_name, output_name)
     else:
         rig = rig or published_rig()
         if rig.plant != "ehs":
@@ -87,7 +87,7 @@ def experiment_command(
                 "a record of it with --record"
             )
         with stages() as progress:
-            findings = redo(rig, offline, runs, progress)
+            report = redo(rig, offline, runs, progress)
     provenance = {
         "ehsid_version": ehsid.__version__,
         "record": None if record is None else str(record),
@@ -99,13 +99,13 @@ def experiment_command(
         "offline_seed": OFFLINE_SEED,
         "seconds": round(time.monotonic() - began, 1),
     }
-    write_findings(out, findings, provenance)
+    write_report(out, report, provenance)
     if as_json:
         typer.echo((out / "experiment.json").read_text(encoding="utf-8"))
     else:
         console = Console()
-        for sentence in findings.lead:
+        for sentence in report.lead:
             console.print(f"- {sentence}", highlight=False)
         console.print(f"report: {out / 'experiment.html'}", soft_wrap=True)
-    if findings.problems:
+    if report.problems:
         raise typer.Exit(2)

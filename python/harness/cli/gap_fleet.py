@@ -40,8 +40,10 @@ def read_machine(folder: Path) -> Job:
     fitted, held_out = record_files(folder)
     rig = read_rig(folder / RIG)
     named = [
-        replace(one, source=one.source.relative_to(folder.parent)) if one.source else one
-        for one in told_apart(read_for(rig, [*fitted, *held_out]))
+        replace(record, source=record.source.relative_to(folder.parent))
+        if record.source
+        else record
+        for record in told_apart(read_for(rig, [*fitted, *held_out]))
     ]
     count = len(fitted)
     return Job(folder.name, rig, f"{folder.name}/{RIG}", tuple(named[:count]), tuple(named[count:]))
@@ -99,7 +101,7 @@ def gap_fleet_command(
             outcomes = run_fleet(todo, out, excluded, read_machine, diagnose, write_diagnosis)
             for _ in shown(outcomes, len(todo), len(folders)):
                 pass
-    fleet = read_fleet(out, [one.name for one in folders])
+    fleet = read_fleet(out, [machine.name for machine in folders])
     page = write_fleet(fleet, out)
     if as_json:
         typer.echo((out / "fleet.json").read_text(encoding="utf-8"), nl=False)
@@ -110,13 +112,13 @@ def gap_fleet_command(
 
 
 def _print(fleet: Fleet, page: Path, console: Console) -> None:
-    from ehsid.harness.report.fleet_page import fleet_lead, found
+    from ehsid.harness.report.fleet_page import fleet_lead, verdict_text
     from ehsid.harness.report.gap_words import percent
 
     for sentence in fleet_lead(fleet):
         console.print(sentence, highlight=False, markup=False)
     rows = [
-        (escape(machine.name), percent(machine.structural), found(machine))
+        (escape(machine.name), percent(machine.structural), verdict_text(machine))
         for machine in fleet.ranked[:MOST_LINES]
     ]
     if rows:

@@ -44,7 +44,7 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> Non
         console.print(table)
     coming = diagnosis.next_experiment
     if coming is not None:
-        rivals = " from ".join(effect_set(tuple(one.split("+"))) for one in coming.separates)
+        rivals = " from ".join(effect_set(tuple(names.split("+"))) for names in coming.separates)
         console.print(
             f"\nNext experiment: {escape(coming.description)}; it separates {rivals} with a "
             f"predicted probability of {percent(coming.power)}: "
@@ -53,8 +53,8 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> Non
         )
     if diagnosis.cannot_judge:
         console.print("\nCould not be judged:", highlight=False)
-        for one in diagnosis.cannot_judge:
-            line = f"- {plain_name(one.id)}: {escape(one.why)}"
+        for effect in diagnosis.cannot_judge:
+            line = f"- {plain_name(effect.id)}: {escape(effect.why)}"
             console.print(Padding(line, (0, 0, 0, 2)), highlight=False)
     for remark in diagnosis.remarks:
         sign = "[bold red]serious[/bold red]" if remark.serious else "note"

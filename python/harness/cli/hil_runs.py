@@ -72,21 +72,21 @@ class HilOptions:
 
     def _plans(self, rig: Rig) -> dict[str, Plan]:
         controller = suggested_controller(rig, self.bandwidth)
-        more: dict[str, Any] = {"values": self.values, "watchdog_ms": self.watchdog_ms}
+        settings: dict[str, Any] = {"values": self.values, "watchdog_ms": self.watchdog_ms}
         if self.loop is HilLoop.experiment:
-            return experiment_plans(rig, controller, self.signal.seed, **more)
+            return experiment_plans(rig, controller, self.signal.seed, **settings)
         # As in `ehsid simulate --noise`, the noise has another random stream than the test signal.
         rng = np.random.default_rng([self.signal.seed, 1])
-        more |= {
+        settings |= {
             "dt_s": self.signal.dt,
             "noise": draw_noise(rig, self.signal.samples, rng),
             "orders": self.orders,
             "forgetting": self.forgetting,
         }
         if self.loop is HilLoop.open:
-            return {"": open_plan(rig, as_command(rig, self.signal), controller, **more)}
+            return {"": open_plan(rig, as_command(rig, self.signal), controller, **settings)}
         reference = as_reference(rig, self.signal, controller)
-        return {"": position_plan(rig, reference, controller, retune=self.retune, **more)}
+        return {"": position_plan(rig, reference, controller, retune=self.retune, **settings)}
 
 
 @contextmanager
@@ -111,8 +111,8 @@ def run_all(
     runs = []
     with live(console) as stage:
         for folder, plan in plans.items():
-            told = plan.configuration.estimator
-            with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], told.orders) as recording:
+            estimator = plan.configuration.estimator
+            with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], estimator.orders) as recording:
                 try:
                     run = run_plan(
                         plan,
@@ -127,7 +127,7 @@ def run_all(
                     raise HilError(
                         f"{error}; {out / folder} holds the {recording.samples} samples before"
                     ) from error
-            runs.append((folder or type(told.forgetting).__name__, run, compare(run)))
+            runs.append((folder or type(estimator.forgetting).__name__, run, compare(run)))
     return runs
 
 
@@ -141,14 +141,14 @@ def write_reports(out: Path, identity: Identity, runs: Runs, provenance: Mapping
     else:
         page = hil_page(identity, runs)
     write_page(out / REPORTS[0], page)
-    findings = {
+    results = {
         "schema_version": 1,
         "target": plain_identity(identity),
         "equal_to_host": all(agreement.equal for *_, agreement in runs),
         "runs": [plain_run(*run) for run in runs],
         "provenance": dict(provenance),
     }
-    text = json.dumps(to_plain(findings), indent=2, allow_nan=False) + "\n"
+    text = json.dumps(to_plain(results), indent=2, allow_nan=False) + "\n"
     write_text(out / REPORTS[1], text)
     return text
 

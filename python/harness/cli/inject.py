@@ -19,8 +19,8 @@ def _print(answer: Answer, out: Path, console: Console) -> None:
     from ehsid.harness.simulation.injection import answer_path
 
     for effect, sizes in answer.put_in.items():
-        told = ", ".join(f"{name} {value:g}" for name, value in sizes.items())
-        console.print(f"{effect}: {told}")
+        text = ", ".join(f"{name} {value:g}" for name, value in sizes.items())
+        console.print(f"{effect}: {text}")
     for remark in answer.not_exact:
         console.print(f"not exact: {remark}", highlight=False)
     for remark in answer.remarks:
@@ -70,13 +70,13 @@ def inject_command(
     from ehsid.harness.simulation.injection import InjectError, inject, write_injected
 
     rig = read_rig(rig_file)
-    asked = parse_sizes(effect or [], sizes or [], rig.plant)
+    sizes_by_effect = parse_sizes(effect or [], sizes or [], rig.plant)
     record = read_record(
         record_file, required=(*REQUIRED_COLUMNS, "position_m"), layout=rig.columns
     )
     if out.exists() and out.samefile(record_file):
         raise InjectError(f"--out {out}: this is the record itself; give another name")
-    injected = inject(record, rig, asked)
+    injected = inject(record, rig, sizes_by_effect)
     answer = write_injected(injected, out)
     if as_json:
         typer.echo(answer.read_text(encoding="utf-8"), nl=False)

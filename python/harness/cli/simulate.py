@@ -133,35 +133,35 @@ def simulate_command(
         signal = SignalOptions(excitation, duration, dt, amplitude, seed)
         samples = signal.samples
     with progress_of(f"simulating {rig.name}") as progress:
-        more: dict[str, Any] = {"values": values, "progress": progress}
+        settings: dict[str, Any] = {"values": values, "progress": progress}
         if noise:
             if not any(rig.sensors.values()):
                 raise ValueError(
                     f"--noise: {rig_file} tells none; add position_noise_m to its sensors"
                 )
             # The noise has another random stream than the test signal.
-            more["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
+            settings["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
         if signal is not None and loop is not LoopName.open:
             controller = _controller(rig, loop, bandwidth)
             reference = as_reference(rig, signal, controller, position0)
-            closed = simulate_closed_loop(rig, reference, controller, dt_s=dt, **more)
+            closed = simulate_closed_loop(rig, reference, controller, dt_s=dt, **settings)
             run, limited = closed.run, float(np.mean(closed.limited))
         else:
             if signal is not None:
                 volts = as_command(rig, signal, position0)
-                more["keep_inside"] = True
+                settings["keep_inside"] = True
             assert volts is not None
-            run = simulate(rig, volts, dt_s=dt, position0_m=position0, **more)
+            run = simulate(rig, volts, dt_s=dt, position0_m=position0, **settings)
     if out is not None:
         from ehsid.harness.report.record_figure import record_figure
 
         write_record(run.record, out)
         write_figure(out.with_suffix(".png"), record_figure(run.record))
     if as_json:
-        findings = {"samples": len(run.record), "dt_s": dt, "substeps": run.substeps}
+        result = {"samples": len(run.record), "dt_s": dt, "substeps": run.substeps}
         if limited is not None:
-            findings["share_at_limit"] = limited
-        typer.echo(json.dumps({**findings, "error": dict(run.error)}))
+            result["share_at_limit"] = limited
+        typer.echo(json.dumps({**result, "error": dict(run.error)}))
         return
     console = Console()
     console.print(f"{rig.name}: {len(run.record)} samples at {dt:g} s, {run.substeps} steps each")

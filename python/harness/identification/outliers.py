@@ -114,7 +114,7 @@ def replace_outliers(data: IoData, estimation: IoData) -> tuple[FloatArray, Outl
         )
         none = np.zeros(0, dtype=np.int64)
         return data.y.copy(), Outliers(none, data.y[none], threshold, n, text)
-    positions = np.array(sorted(rounds.found), dtype=np.int64)
+    positions = np.array(sorted(rounds.outliers), dtype=np.int64)
     rate = f"threshold {threshold:.1f} sigma, false alarm {100 * FALSE_ALARM:g} % a record"
     text = f"{positions.size or 'none'} of {n} samples replaced ({rate})"
     return rounds.y, Outliers(positions, data.y[positions], threshold, n, text)
@@ -125,7 +125,7 @@ class _Rounds:
     """Result of `_rounds`: the output, the found and the suspected samples, and the model."""
 
     y: FloatArray
-    found: set[int]
+    outliers: set[int]
     suspects: set[int]
     model: ArxModel
     threshold: float
@@ -135,7 +135,7 @@ class _Rounds:
 def _rounds(data: IoData, estimation: IoData, model: ArxModel) -> _Rounds:
     """Finds outliers, replaces them and estimates the model again, until nothing changes."""
     y = data.y.copy()
-    found: set[int] = set()
+    outliers: set[int] = set()
     suspects: set[int] = set()
     threshold, n = float("nan"), 0
     for _ in range(PASSES):
@@ -145,10 +145,10 @@ def _rounds(data: IoData, estimation: IoData, model: ArxModel) -> _Rounds:
         scale = float(scipy.stats.norm.ppf(0.75) / TAIL.ppf(0.75))
         threshold = scale * float(TAIL.isf(tail))
         peaks = _peaks(score, index, float(scipy.stats.norm.isf(tail)), model.orders.na)
-        standing_out = found | {int(index[row]) for row in peaks}
-        new = {int(index[row]) for row in peaks if score[row] > threshold} - found
-        found |= new
-        rows = np.flatnonzero(np.isin(index, sorted(found)))
+        standing_out = outliers | {int(index[row]) for row in peaks}
+        new = {int(index[row]) for row in peaks if score[row] > threshold} - outliers
+        outliers |= new
+        rows = np.flatnonzero(np.isin(index, sorted(outliers)))
         y[index[rows]] -= size[rows]
         same = not new and standing_out == suspects
         if same and np.all(np.abs(size[rows]) <= CLOSE * sigma):
@@ -156,7 +156,7 @@ def _rounds(data: IoData, estimation: IoData, model: ArxModel) -> _Rounds:
         # A suspected sample must not influence the model that judges it.
         suspects = standing_out
         model = _preliminary(_without(estimation, suspects), y) or model
-    return _Rounds(y, found, suspects, model, threshold, n)
+    return _Rounds(y, outliers, suspects, model, threshold, n)
 
 
 def _without(data: IoData, samples: set[int]) -> IoData:
@@ -216,7 +216,7 @@ def _spikes(
         pushes[run] = np.lib.stride_tricks.sliding_window_view(ends, h.size).max(axis=1)
         size[run] = sigma * matched / weight
     # White residuals give a standard deviation of one. Where the residuals are not white, the score
-    # is divided by the deviation found, so that they are not taken for spikes.
+    # is divided by their deviation, so that they are not taken for spikes.
     size_of = max(1.4826 * float(np.median(np.abs(spikes[trusted]))), 1.0)
     score = np.where(np.abs(spikes) >= DOUBT * pushes, np.abs(spikes) / size_of, 0.0)
     return score, size, ahead.index, sigma

@@ -86,7 +86,7 @@ def plain_score(score: Score) -> dict[str, Any]:
                     "sensors": case.answer.sensors,
                     "truth": list(case.answer.effects),
                     "verdict": case.said.verdict,
-                    "named": [one.id for one in case.said.named],
+                    "named": [effect.id for effect in case.said.named],
                     "sets": case.said.sets,
                     "outcome": case.judged.outcome,
                     "gap_over_floor": case.said.gap,
@@ -112,7 +112,9 @@ def check_page(score: Score) -> Page:
             _transfer(score),
             _baselines(score),
             _grades(score),
-            Section("Where it is good and where not", [split_table(one) for one in score.splits]),
+            Section(
+                "Where it is good and where not", [split_table(table) for table in score.splits]
+            ),
             _wrong(score),
         ]
     return Page(TITLE, lead(score), [*sections, _how(score)])
@@ -166,26 +168,26 @@ def _confusions(score: Score) -> Section:
 
 
 def _probabilities(score: Score) -> Section:
-    found = score.reliability
-    words = f"{plural(found.claims, 'effect')} named."
-    if found.claims:
+    reliability = score.reliability
+    words = f"{plural(reliability.claims, 'effect')} named."
+    if reliability.claims:
         words += (
-            f" Brier score {found.brier:.3f}; always telling the share that is true would score "
-            f"{found.brier_constant:.3f}. Expected calibration error "
-            f"{number(found.expected_error, 'share')}."
+            f" Brier score {reliability.brier:.3f}; always giving the share that is true would "
+            f"score {reliability.brier_constant:.3f}. Expected calibration error "
+            f"{number(reliability.expected_error, 'share')}."
         )
     return Section(
         "Is the probability meant?",
         [
             words,
             Picture(
-                trust_drawing(found, score.risk),
+                trust_drawing(reliability, score.risk),
                 "Left: effects by the probability they were named with, and how many of them are "
                 "there (bars: 90 %); on the dashed line it is meant. Right: if "
                 "only names above some probability are believed, how many are wrong.",
                 "Reliability of the probabilities; risk over coverage",
             ),
-            bins_table(found),
+            bins_table(reliability),
         ],
     )
 
@@ -205,12 +207,12 @@ def _sizes(score: Score) -> Section:
 
 
 def _plain_figures(caption: str, figures: Sequence[Figure]) -> Table:
-    rows = [(one.words, figure_text(one)) for one in figures]
+    rows = [(figure.words, figure_text(figure)) for figure in figures]
     return Table(caption, ("figure", "value"), rows)
 
 
 def _transfer(score: Score) -> Section:
-    drawn = [one for one in score.promises if one.each]
+    drawn = [promises for promises in score.promises if promises.each]
     blocks: list[Block] = [
         (
             "A wrong cause can shrink the gap on records like those it was fitted to. A third "
@@ -230,7 +232,9 @@ def _transfer(score: Score) -> Section:
         )
     else:
         blocks.append("No third record was kept, or nothing was named.")
-    blocks += [_plain_figures(f"{one.words.capitalize()}.", one.figures) for one in drawn]
+    blocks += [
+        _plain_figures(f"{promises.words.capitalize()}.", promises.figures) for promises in drawn
+    ]
     regret = score.regret
     blocks.append(
         _plain_figures(
@@ -249,7 +253,8 @@ def _baselines(score: Score) -> Section:
         [
             (
                 ". ".join(
-                    f"{one.name[0].upper()}{one.name[1:]}: {one.how}" for one in score.baselines
+                    f"{baseline.name[0].upper()}{baseline.name[1:]}: {baseline.how}"
+                    for baseline in score.baselines
                 )
                 + "."
             ),

@@ -30,19 +30,23 @@ MET, MISSED, UNSURE = BLUE, VERMILION, GREY
 def targets_drawing(table: FigureTable) -> Drawing:
     """Draws shares with their intervals and targets, with one panel for each set of sensors."""
     rows = [
-        [one for one in table.columns[measured] if one.target is not None and one.unit == "share"]
+        [
+            figure
+            for figure in table.columns[measured]
+            if figure.target is not None and figure.unit == "share"
+        ]
         for measured in SENSORS
     ]
     drawing = Drawing(figsize=(9, 0.6 + 0.36 * len(rows[0])))
     panels = drawing.subplots(1, 2, sharey=True)
     for axes, measured, figures in zip(panels, SENSORS, rows, strict=True):
-        for place, one in enumerate(figures):
-            _target_row(axes, place, one)
+        for place, figure in enumerate(figures):
+            _target_row(axes, place, figure)
         axes.set_title(measured)
         axes.set_xlim(-2.0, 102.0)
         axes.set_xlabel("%")
         axes.grid(False, axis="y")
-    panels[0].set_yticks(range(len(rows[0])), [one.words for one in rows[0]])
+    panels[0].set_yticks(range(len(rows[0])), [figure.words for figure in rows[0]])
     panels[0].invert_yaxis()
     return drawing
 
@@ -98,13 +102,13 @@ def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
 
 
 @styled
-def trust_drawing(found: Reliability, risk: Sequence[RiskPoint]) -> Drawing:
+def trust_drawing(reliability: Reliability, risk: Sequence[RiskPoint]) -> Drawing:
     """Draws, left, the share of true effects over their probability; right, risk over coverage."""
     drawing = Drawing(figsize=(9, 4))
     left, right = drawing.subplots(1, 2)
     left.plot([0, 100], [0, 100], color="0.6", linewidth=1.0, linestyle="--")
-    for one in found.bins:
-        at, share = 100.0 * one.probability, one.true
+    for group in reliability.bins:
+        at, share = 100.0 * group.probability, group.true
         left.plot([at, at], [100.0 * share.low, 100.0 * share.high], color=MET, linewidth=2.0)
         left.plot(at, 100.0 * share.value, "o", color=MET, markersize=5)
     left.set_xlabel("probability told, %")
@@ -133,16 +137,16 @@ def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
 
     A marker is open where the interval of 90 % does not contain the true value.
     """
-    primary = [one for one in errors if one.primary and math.isfinite(one.relative)]
-    effects = sorted({one.of for one in primary})
+    primary = [error for error in errors if error.primary and math.isfinite(error.relative)]
+    effects = sorted({error.of for error in primary})
     drawing = Drawing(figsize=(9, 1.2 + 0.3 * max(len(effects), 1)))
     axes = drawing.subplots()
     for inside, colour in ((True, MET), (False, MISSED)):
-        some = [one for one in primary if one.inside == inside]
+        some = [error for error in primary if error.inside == inside]
         axes.scatter(
             # A logarithmic axis cannot show an error of zero; it is drawn at 1e-3 %.
-            [max(100.0 * one.relative, 1e-3) for one in some],
-            [effects.index(one.of) for one in some],
+            [max(100.0 * error.relative, 1e-3) for error in some],
+            [effects.index(error.of) for error in some],
             s=28,
             alpha=0.7 if inside else 1.0,
             label="interval of 90 % holds the truth" if inside else "it does not",
@@ -169,10 +173,10 @@ def promises_drawing(each: Sequence[Promises]) -> Drawing:
     """Draws realised over predicted shrinkage with both intervals, one panel for each measure."""
     drawing = Drawing(figsize=(9, 4.4))
     panels = drawing.subplots(1, len(each), squeeze=False)[0]
-    for axes, one in zip(panels, each, strict=True):
+    for axes, promises in zip(panels, each, strict=True):
         axes.plot([-20, 105], [-20, 105], color="0.6", linewidth=1.0, linestyle="--")
         for right, colour, label in ((True, MET, "answered right"), (False, MISSED, "not right")):
-            some = [promise for promise in one.each if promise.right == right]
+            some = [promise for promise in promises.each if promise.right == right]
             predicted = np.array(
                 [[p.predicted.value, p.predicted.low, p.predicted.high] for p in some]
             )
@@ -184,9 +188,9 @@ def promises_drawing(each: Sequence[Promises]) -> Drawing:
             axes.hlines(y[:, 0], x[:, 1], x[:, 2], color=colour, alpha=0.35, linewidth=1.0)
             axes.vlines(x[:, 0], y[:, 1], y[:, 2], color=colour, alpha=0.35, linewidth=1.0)
             axes.plot(x[:, 0], y[:, 0], "o", color=colour, markersize=4, label=label)
-        axes.set_title(one.words)
+        axes.set_title(promises.words)
         axes.set_xlabel("predicted on held-out data, %")
         axes.set_ylabel("realised on the third record, %")
-        if one.each:
+        if promises.each:
             axes.legend()
     return drawing

@@ -41,19 +41,19 @@ def share_bar(label: str, share: Estimate | float, kind: str = "", note: str = "
     return Bar(label, shown, _inside(100.0 * value), kind, low, high, note)
 
 
-def gap_bars(far: HowFar, kinds: Sequence[str]) -> list[Bar]:
+def gap_bars(gap: HowFar, kinds: Sequence[str]) -> list[Bar]:
     """Returns bars of the gap of each kind of simulation and of the noise floor.
 
     The largest of these values fills the axis.
     """
-    steps = [(SIMULATIONS[kind], kind, float(getattr(far, kind))) for kind in kinds]
-    largest = max(*(value for _, _, value in steps), far.noise_floor[1], 1e-12)
+    steps = [(SIMULATIONS[kind], kind, float(getattr(gap, kind))) for kind in kinds]
+    largest = max(*(value for _, _, value in steps), gap.noise_floor[1], 1e-12)
     bars = [
         Bar(words, percent(value), _inside(100.0 * value / largest), kind)
         for words, kind, value in steps
     ]
-    low, high = (_inside(100.0 * end / largest) for end in far.noise_floor)
-    shown = f"{percent(far.noise_floor[0])} to {percent(far.noise_floor[1])}"
+    low, high = (_inside(100.0 * end / largest) for end in gap.noise_floor)
+    shown = f"{percent(gap.noise_floor[0])} to {percent(gap.noise_floor[1])}"
     return [*bars, Bar("noise floor", shown, high, "floor", low, high)]
 
 

@@ -226,10 +226,19 @@ def _where(diagnosis: Diagnosis) -> Section:
             "its largest term; without any simulation.",
             ("equation", "part", "left over", "sensor noise alone would leave"),
             [
-                (one.equation, one.subsystem, percent_interval(one.residual), percent(one.noise))
-                for one in where.equations
+                (
+                    equation.equation,
+                    equation.subsystem,
+                    percent_interval(equation.residual),
+                    percent(equation.noise),
+                )
+                for equation in where.equations
             ],
-            [i for i, one in enumerate(where.equations) if one.residual.low > 2.0 * one.noise],
+            [
+                i
+                for i, equation in enumerate(where.equations)
+                if equation.residual.low > 2.0 * equation.noise
+            ],
         )
         blocks.append(Folded("Equations, from the measured signals alone", [table]))
     return Section("Where the gap lies", [*blocks, *where.notes])
@@ -312,7 +321,7 @@ def _candidates(candidates: Sequence[Candidate], first: int, end: int | None) ->
         )
         for rank, candidate in enumerate(candidates[first:end], start=first + 1)
     ]
-    marked = [i for i, one in enumerate(candidates[first:end]) if one.in_confidence_set]
+    marked = [i for i, candidate in enumerate(candidates[first:end]) if candidate.in_confidence_set]
     columns = ("effects", "behind the best", "share of the remaining gap removed", "sizes")
     return Table("", columns, rows, marked)
 
@@ -372,7 +381,7 @@ def _values(diagnosis: Diagnosis) -> Section:
 def _limits(diagnosis: Diagnosis) -> Section:
     blocks: list[Block] = ["Every effect of the catalogue would have shown in these records."]
     if diagnosis.cannot_judge:
-        rows = [(plain_name(one.id), one.why) for one in diagnosis.cannot_judge]
+        rows = [(plain_name(effect.id), effect.why) for effect in diagnosis.cannot_judge]
         blocks = [
             "These effects may be there or not: the records do not show. Not judged does not mean "
             "absent.",
@@ -405,7 +414,7 @@ def _settings(diagnosis: Diagnosis, records: Sequence[RecordLine]) -> Section:
             Table(
                 "",
                 ("record", "role", "file", "SHA-256"),
-                [(one.name, one.role, one.file, one.sha256) for one in records],
+                [(record.name, record.role, record.file, record.sha256) for record in records],
             ),
             Folded("Settings", [Table("", ("setting", "value"), settings)]),
             Folded("Files beside this page", [Table("", ("file", "contents"), files)]),

@@ -81,7 +81,7 @@ def estimates_figure(runs: Sequence[tuple[str, RunResult, Agreement]]) -> Figure
 def control_figure(run: RunResult) -> Figure:
     """Draws reference and position, their difference, the command, and the gain of the target."""
     figure, (path, error, command, gain) = stacked(8.0, [2, 1, 1, 1.5], xlabel="time in s")
-    time, told = _time(run), run.plan.configuration.controller
+    time, controller = _time(run), run.plan.configuration.controller
     reference = run.plan.reference_m[: time.size]
     path.plot(time, 1e3 * reference, "k--", linewidth=1.0, label="reference")
     path.plot(time, 1e3 * run.position_m[: time.size], linewidth=1.2, label="position")
@@ -94,8 +94,9 @@ def control_figure(run: RunResult) -> Figure:
     used = np.array([result.gain_v_m for result in run.results])
     retuned = np.array([result.gain_estimated for result in run.results])
     gain.plot(time, used, linewidth=1.2, label="gain used")
-    gain.axhline(told.fixed_gain_v_m, color=GREY, linestyle="--", linewidth=1.0, label="fixed")
-    gain.axhspan(told.gain_min_v_m, told.gain_max_v_m, color=ORANGE, alpha=0.12, label="bounds")
+    fixed, bounds = controller.fixed_gain_v_m, (controller.gain_min_v_m, controller.gain_max_v_m)
+    gain.axhline(fixed, color=GREY, linestyle="--", linewidth=1.0, label="fixed")
+    gain.axhspan(*bounds, color=ORANGE, alpha=0.12, label="bounds")
     gain.fill_between(
         time,
         0.0,

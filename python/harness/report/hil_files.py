@@ -25,8 +25,8 @@ def plain_identity(identity: Identity) -> dict[str, Any]:
 
 def plain_run(name: str, run: RunResult, agreement: Agreement) -> dict[str, Any]:
     """Returns a run and its agreement with the host as plain values for the JSON file."""
-    last, told = run.results[-1], run.plan.configuration
-    names = told.estimator.orders.names
+    last, configuration = run.results[-1], run.plan.configuration
+    names = configuration.estimator.orders.names
     return {
         "name": name,
         "rig": run.plan.rig.name,
@@ -35,8 +35,8 @@ def plain_run(name: str, run: RunResult, agreement: Agreement) -> dict[str, Any]
         "seconds": round(run.seconds, 3),
         "change": dict(run.plan.change),
         "change_at_sample": run.plan.change_at,
-        "forgetting": repr(told.estimator.forgetting),
-        "orders": str(told.estimator.orders),
+        "forgetting": repr(configuration.estimator.forgetting),
+        "orders": str(configuration.estimator.orders),
         "parameters": {
             name: {"value": float(value), "standard_deviation": float(deviation)}
             for name, value, deviation in zip(
@@ -50,8 +50,8 @@ def plain_run(name: str, run: RunResult, agreement: Agreement) -> dict[str, Any]
         "resets": last.resets,
         "status": ehsid.Status(last.status).name,
         "controller": {
-            "position_control": told.controller.position_control,
-            "gain_fixed_v_m": told.controller.fixed_gain_v_m,
+            "position_control": configuration.controller.position_control,
+            "gain_fixed_v_m": configuration.controller.fixed_gain_v_m,
             "gain_v_m": last.gain_v_m,
             "velocity_gain_m_s_v": last.velocity_gain_m_s_v,
             "share_retuned": sum(result.gain_estimated for result in run.results)

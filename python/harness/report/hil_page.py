@@ -153,7 +153,7 @@ def hil_page(
                     ],
                 )
             )
-    sections.append(Section("The line", [line_table(runs), _told(identity, runs)]))
+    sections.append(Section("The line", [line_table(runs), _setup(identity, runs)]))
     return Page(
         title="Hardware in the loop",
         lead=lead(identity, runs),
@@ -162,12 +162,13 @@ def hil_page(
     )
 
 
-def _told(identity: Identity, runs: Runs) -> str:
+def _setup(identity: Identity, runs: Runs) -> str:
     plan = runs[0][1].plan
-    told = plan.configuration.controller
+    controller = plan.configuration.controller
     return (
         f"Target: board {identity.board}, firmware {_version(identity)}. Rig: {plan.rig.name}, "
-        f"sampled every {1e3 * plan.dt_s:g} ms. Controller: fixed gain {told.fixed_gain_v_m:.4g} "
-        f"V/m, bounds {told.gain_min_v_m:.4g} to {told.gain_max_v_m:.4g} V/m, limit "
-        f"{told.command_limit_v:.4g} V. Estimator: {plan.configuration.estimator.orders}."
+        f"sampled every {1e3 * plan.dt_s:g} ms. Controller: fixed gain "
+        f"{controller.fixed_gain_v_m:.4g} V/m, bounds {controller.gain_min_v_m:.4g} to "
+        f"{controller.gain_max_v_m:.4g} V/m, limit "
+        f"{controller.command_limit_v:.4g} V. Estimator: {plan.configuration.estimator.orders}."
     )

@@ -34,7 +34,7 @@ def loop_blocks(
                 f"gain crossover, {unit}",
                 "least damping ratio",
             ),
-            [_row(one) for one in loop.loops],
+            [_row(closed) for closed in loop.loops],
         ),
         Table(
             "Natural frequencies and damping ratios of the model's poles, as those of "
@@ -76,14 +76,14 @@ def place(z: complex) -> str:
     return f"{z.real:.5f}" + (f" ± {z.imag:.5f}j" if z.imag else "")
 
 
-def _row(one: ProportionalLoop) -> Sequence[str]:
+def _row(loop: ProportionalLoop) -> Sequence[str]:
     return (
-        f"{one.gain:.4g}",
-        "yes" if one.stable else "no",
-        "no limit" if np.isinf(one.gain_margin) else f"{20.0 * np.log10(one.gain_margin):.1f}",
-        "no crossover" if one.phase_margin_deg is None else f"{one.phase_margin_deg:.1f}",
-        "none" if one.gain_crossover_hz is None else f"{one.gain_crossover_hz:.4g}",
-        _least_damping(one.modes),
+        f"{loop.gain:.4g}",
+        "yes" if loop.stable else "no",
+        "no limit" if np.isinf(loop.gain_margin) else f"{20.0 * np.log10(loop.gain_margin):.1f}",
+        "no crossover" if loop.phase_margin_deg is None else f"{loop.phase_margin_deg:.1f}",
+        "none" if loop.gain_crossover_hz is None else f"{loop.gain_crossover_hz:.4g}",
+        _least_damping(loop.modes),
     )
 
 

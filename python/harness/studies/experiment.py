@@ -53,7 +53,7 @@ Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)
-class KnownPlantFindings:
+class KnownPlantResults:
     """Findings of part (a), with model (16) as the known plant.
 
     Attributes
@@ -75,7 +75,7 @@ class KnownPlantFindings:
 
 
 @dataclass(frozen=True, eq=False)
-class ClaimFindings:
+class ClaimResults:
     """Maps of the claims, and the verdicts derived from them.
 
     Attributes
@@ -120,7 +120,7 @@ class ServoReading:
 
 
 @dataclass(frozen=True, eq=False)
-class RigFindings:
+class RigResults:
     """Findings of part (b), on a rig with its offline model as the reference.
 
     Attributes
@@ -163,7 +163,7 @@ def start_of_one(judged: Sequence[Judged], noise: float, error: float) -> float:
     return float(10.0 ** np.interp(-error, -errors, np.log10(p0s)))
 
 
-def judge_claims(noise: float, progress: Progress) -> ClaimFindings:
+def judge_claims(noise: float, progress: Progress) -> ClaimResults:
     """Computes the maps on model (16) and the start that explains the paper's lambda = 1."""
     judged = map_claims(
         p0s=P0S,
@@ -180,14 +180,14 @@ def judge_claims(noise: float, progress: Progress) -> ClaimFindings:
         progress=partial(progress, "map of the reset"),
     )
     error = published_error_of_one()
-    return ClaimFindings(
+    return ClaimResults(
         judged, resets, verdicts(judged, resets), start_of_one(judged, noise, error), error
     )
 
 
 def run_on_known_plant(
-    runs: int, claims: ClaimFindings, noise: float, progress: Progress
-) -> KnownPlantFindings:
+    runs: int, claims: ClaimResults, noise: float, progress: Progress
+) -> KnownPlantResults:
     """Runs part (a) on model (16), with seeds 0 to runs - 1."""
     seeds = range(runs)
     known = [
@@ -196,7 +196,7 @@ def run_on_known_plant(
     ]
     changed = on_changed_plant(seeds, p0=VAGUE, progress=partial(progress, "changes of model (16)"))
     loop = analyse_loop(arx_system(ORDERS, MODEL_16, DT_S))
-    return KnownPlantFindings(noise, known, changed, loop)
+    return KnownPlantResults(noise, known, changed, loop)
 
 
 def run_on_rig(
@@ -206,7 +206,7 @@ def run_on_rig(
     change: Mapping[str, float],
     runs: int,
     progress: Progress,
-) -> RigFindings:
+) -> RigResults:
     """Runs part (b) on the rig, with seeds 0 to runs - 1.
 
     `record` and `model` are the record of the offline procedure and the model identified from it.
@@ -214,7 +214,7 @@ def run_on_rig(
     samples = record.column("command_v"), record.column("position_m")
     setting = setting_of(samples, model.orders)
     seeds = range(runs)
-    return RigFindings(
+    return RigResults(
         on_rig(
             rig,
             model,
@@ -232,7 +232,7 @@ def run_on_rig(
 
 
 @dataclass(frozen=True, eq=False)
-class RecordFindings:
+class RecordResults:
     """Findings on a user's own record, in a single run, since it cannot be drawn again.
 
     Attributes
@@ -240,7 +240,7 @@ class RecordFindings:
     runs
         one Recursive for each start; the reference is the offline model.
     servo
-        as in RigFindings; None if the structure of the model or an unknown sampling time does not
+        as in RigResults; None if the structure of the model or an unknown sampling time does not
         allow the reading.
     """
 
@@ -250,7 +250,7 @@ class RecordFindings:
 
 def run_on_record(
     samples: Samples, model: ArxModel, dt_s: float | None, rig: Rig | None
-) -> RecordFindings:
+) -> RecordResults:
     """Runs all contenders on one record of N samples and compares them with its offline model."""
     setting = setting_of(samples, model.orders)
     truth = np.tile(model.theta, (samples[0].size, 1))
@@ -266,5 +266,5 @@ def run_on_record(
     ]
     orders = model.orders
     if dt_s is None or (orders.na, orders.nb, orders.nk) != (3, 3, 1):
-        return RecordFindings(runs, None)
-    return RecordFindings(runs, ServoReading.of(samples, setting, dt_s, rig))
+        return RecordResults(runs, None)
+    return RecordResults(runs, ServoReading.of(samples, setting, dt_s, rig))

@@ -71,20 +71,20 @@ def residual_figure(result: IdentificationResult) -> Figure:
 
 
 @styled
-def poles_zeros_figure(found: PolesZeros) -> Figure:
+def poles_zeros_figure(model_roots: PolesZeros) -> Figure:
     """Draws poles and zeros with their regions of 95 %, in the whole plane and around z = 1."""
     figure = Figure(figsize=(9, 4.8))
     whole, near = figure.subplots(1, 2)
-    values = np.concatenate((found.poles.values, found.zeros.values, [1.0]))
+    values = np.concatenate((model_roots.poles.values, model_roots.zeros.values, [1.0]))
     widest = min(1.15 * max(1.0, float(np.max(np.abs(values)))), 2.0)
-    closest = found.poles.values[np.argmin(np.abs(found.poles.values - 1.0))]
-    reach = max(float(np.abs(closest - 1.0)), _spread(found.poles), 1e-6)
+    closest = model_roots.poles.values[np.argmin(np.abs(model_roots.poles.values - 1.0))]
+    reach = max(float(np.abs(closest - 1.0)), _spread(model_roots.poles), 1e-6)
     for axes, centre, half in ((whole, 0.0, widest), (near, 1.0, min(3.0 * reach, 0.5))):
         axes.grid(False)
         axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color="0.5", linewidth=0.8))
         axes.axhline(0.0, color="0.8", linewidth=0.6)
-        _roots(axes, found.poles, "x", BLUE, "poles")
-        _roots(axes, found.zeros, "o", VERMILION, "zeros")
+        _roots(axes, model_roots.poles, "x", BLUE, "poles")
+        _roots(axes, model_roots.zeros, "o", VERMILION, "zeros")
         axes.set_xlim(centre - half, centre + half)
         axes.set_ylim(-half, half)
         axes.set_aspect("equal")

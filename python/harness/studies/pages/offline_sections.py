@@ -145,9 +145,9 @@ def _attempt_words(procedure: Procedure) -> list[str]:
 
 
 def _sentence(attempt: Attempt) -> str:
-    told = " ".join(finding.text for finding in attempt.problems)
+    problems = " ".join(finding.text for finding in attempt.problems)
     compared = attempt.comparison
-    return f"{compared[:1].upper()}{compared[1:]}." + (f" {told}" if told else "")
+    return f"{compared[:1].upper()}{compared[1:]}." + (f" {problems}" if problems else "")
 
 
 def _preprocessing(done: Preprocessed, procedure: Procedure) -> list[Block]:
@@ -185,8 +185,8 @@ def _preprocessing(done: Preprocessed, procedure: Procedure) -> list[Block]:
     ]
     if done.outliers is not None and done.outliers.positions.size:
         at = done.outliers.positions[:20]
-        more = done.outliers.positions.size - at.size
-        names = ", ".join(str(int(k)) for k in at) + (f" and {more} more" if more else "")
+        rest = done.outliers.positions.size - at.size
+        names = ", ".join(str(int(k)) for k in at) + (f" and {rest} more" if rest else "")
         blocks.append(f"Samples replaced, counted from 0: {names}.")
     return [*blocks, done.consequence]
 
@@ -199,16 +199,16 @@ def _orders(
     theirs = {row.order: row for row in published or ()}
     rows = []
     for candidate in result.by_order:
-        figures = candidate.estimation
+        criteria = candidate.estimation
         row = [
             str(candidate.orders.na),
             str(candidate.orders.nk),
             f"{candidate.one_step_fit_percent:.3f}",
             f"{candidate.simulation_fit_percent:.2f}",
-            f"{figures.loss:.4g}",
-            f"{figures.fpe:.4g}",
-            f"{figures.aic:.3f}",
-            f"{figures.mdl:.4g}",
+            f"{criteria.loss:.4g}",
+            f"{criteria.fpe:.4g}",
+            f"{criteria.aic:.3f}",
+            f"{criteria.mdl:.4g}",
         ]
         if published is not None:
             paper = theirs.get(candidate.orders.na)

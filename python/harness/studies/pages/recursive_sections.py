@@ -11,9 +11,9 @@ from ehsid.harness.report.loop_blocks import loop_blocks
 from ehsid.harness.report.page import Block, Picture, Section, Table
 from ehsid.harness.studies.evidence import Interval
 from ehsid.harness.studies.experiment import (
-    KnownPlantFindings,
-    RecordFindings,
-    RigFindings,
+    KnownPlantResults,
+    RecordResults,
+    RigResults,
     ServoReading,
 )
 from ehsid.harness.studies.pages.comparison_figures import change_figure, error_figure
@@ -182,18 +182,18 @@ def published_table() -> Table:
     )
 
 
-def known_plant_sections(found: KnownPlantFindings, runs: int) -> list[Section]:
+def known_plant_sections(results: KnownPlantResults, runs: int) -> list[Section]:
     """Returns the sections on part (a), the runs on model (16)."""
     blocks: list[Block] = [
         (
             f"Third-order ARX at 50 ms for 100 s, {runs} runs (seeds 0 to {runs - 1}), float32, "
             "multisine of 0.05 to 5 Hz and rms 1.5. White equation error of deviation "
-            f"{found.noise:.4f}: with it the offline model's simulation fits as the paper's. "
+            f"{results.noise:.4f}: with it the offline model's simulation fits as the paper's. "
             "The three of the paper are Eqs. (12)-(14) and nothing else; the default policy runs "
             "with its guards. All start from theta = 0."
         )
     ]
-    for run in found.runs:
+    for run in results.runs:
         start = ", a vague start" if run.p0 > 1.0 else ", the start behind the paper's column"
         summaries = {name: summarise(o, DT_S) for name, o in run.outcomes.items()}
         caption = (
@@ -209,13 +209,13 @@ def known_plant_sections(found: KnownPlantFindings, runs: int) -> list[Section]:
         f"At 50 s all b grow by {100.0 * (B_AFTER - 1.0):.0f} %; equation error "
         f"{QUIET_NOISE:g}; vague start.",
         "Fig. 11: error",
-        found.changed,
+        results.changed,
     )
-    plant = Section("Model (16) as a plant", loop_blocks(found.loop, DT_S))
+    plant = Section("Model (16) as a plant", loop_blocks(results.loop, DT_S))
     return [plant, Section("Recursive, on model (16) as the known truth", blocks), change]
 
 
-def rig_sections(found: RigFindings, runs: int, name: str) -> list[Section]:
+def rig_sections(results: RigResults, runs: int, name: str) -> list[Section]:
     """Returns the sections on part (b), the runs on the nonlinear rig."""
     blocks: list[Block] = [
         (
@@ -228,30 +228,30 @@ def rig_sections(found: RigFindings, runs: int, name: str) -> list[Section]:
         "Error against the offline model, median and 5 to 95 % of the runs; below, the forgetting "
         "factor of the first run."
     )
-    for run in found.runs:
+    for run in results.runs:
         summaries = {contender: summarise(o, DT_S) for contender, o in run.outcomes.items()}
         blocks += _run_blocks(run, summaries, caption)
-    change = ", ".join(f"{key} = {value:g}" for key, value in found.change.items())
+    change = ", ".join(f"{key} = {value:g}" for key, value in results.change.items())
     return [
         Section("Recursive, on the nonlinear rig", blocks),
         _change_section(
             "A change of the rig, without and with the reset",
             f"From 50 s on {change}; the reference is then the offline model of that rig.",
             "Error",
-            found.changed,
+            results.changed,
         ),
-        reading_section(found.servo),
+        reading_section(results.servo),
     ]
 
 
-def record_sections(found: RecordFindings, dt_s: float | None, name: str) -> list[Section]:
+def record_sections(results: RecordResults, dt_s: float | None, name: str) -> list[Section]:
     """Returns the sections on the recursive estimates from a user's own record."""
     blocks: list[Block] = [
         f"All contenders on {name}, once; the reference is the offline model above, so that what "
         "they reach is agreement with it, not truth."
     ]
     step = dt_s or 1.0
-    for run in found.runs:
+    for run in results.runs:
         length = next(iter(run.outcomes.values())).error.shape[1] * step
         times = tuple(round(share * length, 3) for share in (0.05, 0.2, 0.5, 1.0))
         summaries = {n: summarise(o, step, times) for n, o in run.outcomes.items()}
@@ -264,7 +264,7 @@ def record_sections(found: RecordFindings, dt_s: float | None, name: str) -> lis
             table_caption=SPEED_CAPTION.replace(", median of the runs", ""),
         )
     sections = [Section("Recursive, on the record", blocks)]
-    return sections if found.servo is None else [*sections, reading_section(found.servo)]
+    return sections if results.servo is None else [*sections, reading_section(results.servo)]
 
 
 def reading_section(servo: ServoReading) -> Section:

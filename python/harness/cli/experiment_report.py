@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Computes and writes the findings of `ehsid experiment`."""
+"""Computes and writes the report of `ehsid experiment`."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
+class Report:
     """Contents of the report: title, sentences, sections, plain values, tables by file name.
 
     `problems` say why the record allows no sound model; empty where it does.
@@ -85,7 +85,7 @@ class Offline:
         )
 
 
-def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float], None]) -> Findings:
+def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float], None]) -> Report:
     """Redoes the whole published experiment on a simulated rig."""
     record = rig_record(rig, OFFLINE_SEED).record
     data = IoData.from_record(record, "command_v", "position_m")
@@ -101,7 +101,7 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
     for level in (noise, LOSS_NOISE):
         progress("starts from the offline model", 0.5 * len(starts))
         starts[level] = compare_starts(ehsid.FRatio(), range(runs), noise=level)
-    return Findings(
+    return Report(
         title="The published experiment, redone",
         lead=[
             *verdict_lead(claims.verdicts),
@@ -155,7 +155,7 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
 
 def on_record(
     path: Path, rig: Rig | None, offline: Offline, input_name: str, output_name: str
-) -> Findings:
+) -> Report:
     """Runs the offline and the recursive half of the experiment on one record.
 
     A record has no known truth and no other random draws, so the claims cannot be judged.
@@ -173,27 +173,27 @@ def on_record(
     lead = [*procedure.meaning, *problems]
     model = None if procedure.kept is None else procedure.best.model
     if model is not None:
-        found = run_on_record((data.u, data.y), model, data.dt_s, rig)
-        sections += record_sections(found, data.dt_s, record.name)
+        results = run_on_record((data.u, data.y), model, data.dt_s, rig)
+        sections += record_sections(results, data.dt_s, record.name)
         plain |= {
-            "recursive": plain_runs(found.runs, data.dt_s or 1.0),
-            "reading": None if found.servo is None else to_plain(found.servo.rig),
-            "sampled": None if found.servo is None else to_plain(found.servo.sampled),
+            "recursive": plain_runs(results.runs, data.dt_s or 1.0),
+            "reading": None if results.servo is None else to_plain(results.servo.rig),
+            "sampled": None if results.servo is None else to_plain(results.servo.sampled),
         }
     title = f"The experiment on {record.name}"
-    return Findings(title, lead, sections, plain, orders_table(procedure), problems)
+    return Report(title, lead, sections, plain, orders_table(procedure), problems)
 
 
-def write_findings(folder: Path, findings: Findings, provenance: Mapping[str, Any]) -> None:
+def write_report(folder: Path, report: Report, provenance: Mapping[str, Any]) -> None:
     """Writes report, JSON, CSV tables and pictures, each under a temporary name first."""
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"--out {folder}: this is a file; give the name of a folder")
-    plain = {**findings.plain, "problems": findings.problems, "provenance": dict(provenance)}
+    plain = {**report.plain, "problems": report.problems, "provenance": dict(provenance)}
     texts = {
-        **findings.tables,
+        **report.tables,
         "experiment.json": json.dumps(to_plain(plain), indent=2, allow_nan=False),
     }
-    page = Page(findings.title, findings.lead, findings.sections, sources=[SOURCE])
+    page = Page(report.title, report.lead, report.sections, sources=[SOURCE])
     write_page(folder / "experiment.html", page)
     write_pictures(folder / "figures", page)
     for name, text in texts.items():
