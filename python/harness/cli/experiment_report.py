@@ -87,7 +87,7 @@ class Offline:
 
 def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float], None]) -> Report:
     """Redoes the whole published experiment on a simulated rig."""
-    record = rig_record(rig, OFFLINE_SEED).record
+    record = rig_record(rig, OFFLINE_SEED)
     data = IoData.from_record(record, "command_v", "position_m")
     procedure = offline.run(data)
     amplitude = 0.5 * float(data.u.std())

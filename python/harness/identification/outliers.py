@@ -21,7 +21,7 @@ import scipy.stats
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.arx import ArxModel, fit_arx
-from ehsid.harness.identification.data import IoData
+from ehsid.harness.identification.data import ROUNDING, IoData
 from ehsid.harness.identification.errors import TooFewSamplesError, UnexcitedError
 from ehsid.harness.identification.orders import ArxOrders
 from ehsid.harness.identification.simulation import predict_one_step
@@ -45,8 +45,6 @@ ROWS_PER_PARAMETER = 10
 # Each pass finds outliers that larger neighbours hid before. Records with few outliers need two or
 # three passes.
 PASSES = 10
-# Residuals below this share of the output are rounding errors, as in `identify`.
-ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +192,7 @@ def _spikes(
     """
     ahead = predict_one_step(model, data)
     e = ahead.residual
-    trusted = np.isin(ahead.index, _numbers(estimation))
+    trusted = np.isin(ahead.index, estimation.index)
     centre = float(np.median(e[trusted]))
     # A sensor with a coarse resolution gives many residuals of zero. The scale is therefore never
     # below the standard deviation of the sensor's rounding.
@@ -239,8 +237,3 @@ def _peaks(
             near = slice(max(row - reach, 0), row + reach + 1)
             hidden[near] |= np.abs(index[near] - index[row]) <= reach
     return chosen
-
-
-def _numbers(data: IoData) -> npt.NDArray[np.int64]:
-    """Returns the sample numbers inside the segments."""
-    return np.concatenate([np.arange(s.start, s.stop) for s in data.segments])

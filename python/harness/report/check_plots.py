@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter
 
 from ehsid.harness.report.check_words import KINDS
 from ehsid.harness.report.gap_words import plain_name
-from ehsid.harness.report.plotting import BLUE, GREEN, GREY, VERMILION, styled
+from ehsid.harness.report.plotting import BLUE, GREEN, GREY, VERMILION, draw_numbers, styled
 from ehsid.harness.validation.scoring.calibration import Reliability
 from ehsid.harness.validation.scoring.calibration_risk import RiskPoint
 from ehsid.harness.validation.scoring.confusion import Confusion
@@ -75,19 +75,7 @@ def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
     height = 1.9 + 0.3 * max(len(confusion.rows), 1)
     drawing = Drawing(figsize=(9, height))
     axes = drawing.subplots()
-    axes.grid(False)
-    axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
-    for row, column in np.argwhere(counts > 0):
-        dark = shares[row, column] > 0.5
-        axes.text(
-            column,
-            row,
-            f"{counts[row, column]:.0f}",
-            ha="center",
-            va="center",
-            color="white" if dark else "black",
-            fontsize="small",
-        )
+    draw_numbers(axes, shares, [[f"{n:.0f}" if n else "" for n in row] for row in counts])
     names = [plain_name(name) for name in confusion.columns]
     kinds = [KINDS.get(name, plain_name(name)) for name in confusion.rows]
     axes.set_xticks(range(len(names)), names, rotation=45, ha="right", rotation_mode="anchor")

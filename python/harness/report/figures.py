@@ -16,6 +16,7 @@ from ehsid.harness.report.plotting import (
     GREY,
     SKY,
     VERMILION,
+    draw_band,
     stacked,
     styled,
     time_axis,
@@ -31,16 +32,9 @@ def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
     # other samples.
     settled = result.theta_path[result.theta_path.shape[0] // 10 :]
     for i, name in enumerate(result.orders.names):
-        (line,) = upper.plot(x, result.theta_path[:, i], label=name, linewidth=1.2)
-        half = 1.96 * result.deviation_path[:, i]
-        upper.fill_between(
-            x,
-            result.theta_path[:, i] - half,
-            result.theta_path[:, i] + half,
-            color=line.get_color(),
-            alpha=0.2,
-            linewidth=0,
-        )
+        middle_curve, half = result.theta_path[:, i], 1.96 * result.deviation_path[:, i]
+        curves = (middle_curve - half, middle_curve, middle_curve + half)
+        draw_band(upper, x, curves, label=name, linewidth=1.2)
     low, high = (float(value) for value in np.quantile(settled, [0.02, 0.98]))
     margin = 0.3 * (high - low) + 1e-12
     upper.set_ylim(low - margin, high + margin)

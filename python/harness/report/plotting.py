@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -61,6 +62,35 @@ def time_axis(dt_s: float | None, size: int) -> tuple[FloatArray, str]:
 def frequency_unit(dt_s: float | None) -> str:
     """Returns the unit of frequencies; without a sampling time these are per sample."""
     return "cycles a sample" if dt_s is None else "Hz"
+
+
+def draw_band(
+    axes: Axes, x: npt.ArrayLike, curves: npt.ArrayLike, alpha: float = 0.2, **line: Any
+) -> str:
+    """Draws a curve with a shaded band from its lower to its upper limit; returns the colour.
+
+    `x` has the shape (n,), `curves` (3, n): lower limit, middle and upper limit.
+    """
+    low, middle, high = np.asarray(curves)
+    (drawn,) = axes.plot(np.asarray(x), middle, **line)
+    axes.fill_between(np.asarray(x), low, high, color=drawn.get_color(), alpha=alpha, linewidth=0)
+    return str(drawn.get_color())
+
+
+def draw_numbers(axes: Axes, values: FloatArray, texts: Sequence[Sequence[str]]) -> None:
+    """Draws a matrix with values of 0 to 1 as shades of blue, with a text in each cell."""
+    axes.grid(False)
+    axes.imshow(values, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
+    for (row, column), value in np.ndenumerate(values):
+        axes.text(
+            column,
+            row,
+            texts[row][column],
+            ha="center",
+            va="center",
+            color="white" if value > 0.5 else "black",
+            fontsize="small",
+        )
 
 
 def kept_samples(

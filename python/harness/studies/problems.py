@@ -68,7 +68,7 @@ def record_problems(data: IoData, split: float) -> tuple[Finding, ...]:
             (part.u, part.input_name, Problem.CONSTANT_INPUT, "excite the plant in both parts"),
             (part.y, part.output_name, Problem.CONSTANT_OUTPUT, "check sensor, supply and wiring"),
         ):
-            values = np.concatenate([signal[s] for s in part.segments])
+            values = signal[part.index]
             if np.ptp(values) == 0.0:
                 text = f"'{name}' is {values[0]:g} throughout the {what} part: {mend}."
                 problems.append(Finding(problem, text))

@@ -159,7 +159,7 @@ def on_changed_rig(
 
     After the change, the reference is the offline model of the changed rig, of the same structure.
     """
-    changed = rig_record(rig.with_values(change), seeds[0]).record
+    changed = rig_record(rig.with_values(change), seeds[0])
     after = fit_arx(IoData.from_record(changed, "command_v", "position_m"), reference.orders)
     truth = np.repeat(np.stack([reference.theta, after.theta]), CHANGE, axis=0)
     return _changed(partial(_changed_rig_record, rig, change), truth, setting, seeds, progress)
@@ -170,12 +170,12 @@ def _known_record(plant: KnownPlant, noise: float, seed: int) -> Samples:
 
 
 def _rig_record(rig: Rig, seed: int) -> Samples:
-    record = rig_record(rig, seed).record
+    record = rig_record(rig, seed)
     return record.column("command_v"), record.column("position_m")
 
 
 def _changed_rig_record(rig: Rig, change: Mapping[str, float], seed: int) -> Samples:
-    record = changed_record(rig, change, seed).record
+    record = changed_record(rig, change, seed)
     return record.column("command_v"), record.column("position_m")
 
 

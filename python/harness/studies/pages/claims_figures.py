@@ -11,7 +11,16 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ehsid.harness.report.plotting import INK, PALE, SKY, VERMILION, stacked, styled
+from ehsid.harness.report.plotting import (
+    INK,
+    PALE,
+    SKY,
+    VERMILION,
+    draw_band,
+    draw_numbers,
+    stacked,
+    styled,
+)
 from ehsid.harness.studies.claims import Input, Judged, ResetJudged
 from ehsid.harness.studies.evidence import Comparison, Finding
 
@@ -93,29 +102,16 @@ def start_figure(judged: Sequence[Judged], published: float) -> Figure:
     """
     figure, (axes,) = stacked(4.0, [1], xlabel="P0", width=8.0)
     noises = sorted({cell.condition.noise for cell in judged})
-    for number, noise in enumerate(noises):
+    for noise in noises:
         curve = {
             cell.condition.p0: cell.error_of_one
             for cell in judged
             if cell.condition.noise == noise and cell.condition.input is Input.multisine
         }
         p0s = sorted(curve)
-        axes.plot(
-            p0s,
-            [100.0 * curve[p0].median for p0 in p0s],
-            marker="o",
-            markersize=3,
-            color=f"C{number}",
-            label=f"noise {noise:g}",
-        )
-        axes.fill_between(
-            p0s,
-            [100.0 * curve[p0].low for p0 in p0s],
-            [100.0 * curve[p0].high for p0 in p0s],
-            color=f"C{number}",
-            alpha=0.15,
-            linewidth=0,
-        )
+        error = np.array([[curve[p0].low, curve[p0].median, curve[p0].high] for p0 in p0s])
+        style = {"marker": "o", "markersize": 3, "label": f"noise {noise:g}"}
+        draw_band(axes, np.array(p0s), 100.0 * error.T, 0.15, **style)
     axes.axhline(100.0 * published, color=INK, linestyle="--", label="the paper's column")
     axes.set_xscale("log")
     axes.set_ylabel("error of lambda = 1 after 100 s in %")
@@ -137,20 +133,7 @@ def reset_figure(resets: Sequence[ResetJudged]) -> Figure:
     left, right = figure.subplots(1, 2, sharey=True)
     _draw(left, [[cells[noise, factor].sooner for factor in factors] for noise in noises])
     fired = np.array([[cells[noise, factor].fired for factor in factors] for noise in noises])
-    right.grid(False)
-    right.imshow(100.0 * fired, origin="lower", aspect="auto", cmap="Blues", vmin=0, vmax=100)
-    for i in range(len(noises)):
-        for j in range(len(factors)):
-            dark = fired[i, j] > 0.6
-            right.text(
-                j,
-                i,
-                f"{100.0 * fired[i, j]:.0f}",
-                ha="center",
-                va="center",
-                fontsize=7,
-                color="white" if dark else "black",
-            )
+    draw_numbers(right, fired, [[f"{100.0 * share:.0f}" for share in row] for row in fired])
     for axes, title in (
         (left, "samples with reset over without"),
         (right, "reset fired, % of the runs"),

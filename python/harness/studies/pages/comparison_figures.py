@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehsid.harness.report.plotting import GREY, stacked, styled
+from ehsid.harness.report.plotting import GREY, draw_band, stacked, styled
 from ehsid.harness.studies import Outcome
 
 
@@ -28,11 +28,11 @@ def error_figure(outcomes: Mapping[str, Outcome], dt_s: float) -> Figure:
     lowest = np.inf
     for (name, outcome), width in zip(outcomes.items(), widths, strict=True):
         time = np.arange(outcome.error.shape[1]) * dt_s
-        low, median, high = 100.0 * np.quantile(outcome.error, [0.05, 0.5, 0.95], axis=0)
-        (line,) = upper.semilogy(time, median, label=name, linewidth=width)
-        upper.fill_between(time, low, high, color=line.get_color(), alpha=0.12, linewidth=0)
-        lower.plot(time, outcome.forgetting_factor, color=line.get_color(), linewidth=width)
-        lowest = min(lowest, float(low.min()))
+        curves = 100.0 * np.quantile(outcome.error, [0.05, 0.5, 0.95], axis=0)
+        colour = draw_band(upper, time, curves, 0.12, label=name, linewidth=width)
+        lower.plot(time, outcome.forgetting_factor, color=colour, linewidth=width)
+        lowest = min(lowest, float(curves[0].min()))
+    upper.set_yscale("log")
     # In the first dozen equations the error is many times the parameters. It is not shown.
     upper.set_ylim(0.8 * lowest, 200.0)
     upper.set_ylabel("parameter error in %")

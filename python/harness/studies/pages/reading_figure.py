@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehsid.harness.report.plotting import stacked, styled
+from ehsid.harness.report.plotting import draw_band, stacked, styled
 from ehsid.harness.studies.reading import SIGMAS, Reading
 
 NAMES = ("K in m/(s V)", "omega_n in rad/s", "xi")
@@ -19,10 +19,8 @@ def reading_figure(reading: Reading) -> Figure:
     known = np.isfinite(reading.value).all(axis=1) & np.isfinite(reading.deviation).all(axis=1)
     for i, (axes, name) in enumerate(zip(panels, NAMES, strict=True)):
         value, deviation = reading.value[:, i], reading.deviation[:, i]
-        axes.plot(reading.time_s, value, linewidth=1.2)
-        axes.fill_between(
-            reading.time_s, value - SIGMAS * deviation, value + SIGMAS * deviation, alpha=0.25
-        )
+        half = SIGMAS * deviation
+        draw_band(axes, reading.time_s, (value - half, value, value + half), linewidth=1.2)
         if known.any():
             # The first readings vary by orders of magnitude. The axis limits follow the later ones.
             late = value[known][known.sum() // 5 :]

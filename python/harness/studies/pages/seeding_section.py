@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ehsid.harness.report.page import Picture, Section, Table
-from ehsid.harness.report.plotting import styled
+from ehsid.harness.report.plotting import draw_band, styled
 from ehsid.harness.studies.convergence import Starts
 from ehsid.harness.studies.evidence import median_interval
 from ehsid.harness.studies.pages.recursive_sections import interval_text
@@ -23,9 +23,9 @@ def _figure(starts: Mapping[float, Starts]) -> Figure:
     for axes, (noise, start) in zip(panels, starts.items(), strict=True):
         for errors, label in ((start.vague, "from nothing"), (start.seeded, "from the model")):
             time = np.arange(errors.shape[1]) * DT_S
-            low, median, high = 100.0 * np.quantile(errors, [0.05, 0.5, 0.95], axis=0)
-            (line,) = axes.loglog(time + DT_S, median, label=label)
-            axes.fill_between(time + DT_S, low, high, color=line.get_color(), alpha=0.15)
+            curves = 100.0 * np.quantile(errors, [0.05, 0.5, 0.95], axis=0)
+            draw_band(axes, time + DT_S, curves, 0.15, label=label)
+        axes.set(xscale="log", yscale="log")
         axes.set_title(f"noise {noise:.3g}")
         axes.set_ylim(1e-2, 200.0)
         axes.set_xlabel("time in s")
