@@ -11,7 +11,7 @@ import ehsid
 from ehsid.harness.estimation import EstimationResult, estimate
 from ehsid.harness.identification import ArxOrders, IdentificationResult, IoData, fit_arx, identify
 from ehsid.harness.records import read_record
-from ehsid.harness.report.figures import estimation_figure, identification_figure
+from ehsid.harness.report.model_figures import estimation_figure, identification_figure
 from ehsid.harness.report.page import Picture, Section, Table
 
 RECORD = Path(__file__).parent / "data" / "hydraulic_crane.csv"

@@ -82,7 +82,7 @@ def estimate_command(
     orders = ArxOrders(na, nb, nk, offset=False)
     result = estimate(data, orders, forgetting=make_policy(forgetting, lambda0), reset=reset)
     if out is not None:
-        from ehsid.harness.report.figures import estimation_figure
+        from ehsid.harness.report.model_figures import estimation_figure
 
         write_results(out, "estimate", result.to_dict(), estimation_figure(result, data.dt_s))
     if as_json:

@@ -22,11 +22,7 @@ from ehsid.harness.deploy.hil.answers import Identity
 from ehsid.harness.deploy.hil.comparison import compare
 from ehsid.harness.deploy.hil.emulator import emulated
 from ehsid.harness.deploy.hil.errors import HilError
-from ehsid.harness.deploy.hil.plan import (
-    Plan,
-    open_plan,
-    position_plan,
-)
+from ehsid.harness.deploy.hil.plan import Plan, open_plan, position_plan
 from ehsid.harness.deploy.hil.recording import Recording
 from ehsid.harness.deploy.hil.run import run_plan
 from ehsid.harness.deploy.hil.session import Session

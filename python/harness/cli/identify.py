@@ -85,7 +85,7 @@ def identify_command(
         *result.advice,
     ]
     if out is not None:
-        from ehsid.harness.report.figures import identification_figure
+        from ehsid.harness.report.model_figures import identification_figure
 
         write_results(out, "identify", result.to_dict(), identification_figure(result))
         lines.append(_write_bode(out / "identify_bode.png", result, data))

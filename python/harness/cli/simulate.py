@@ -111,12 +111,7 @@ def simulate_command(
     from ehsid.harness.cli.signal_options import SignalOptions, as_command, as_reference
     from ehsid.harness.records import write_record
     from ehsid.harness.rigs import read_rig
-    from ehsid.harness.simulation import (
-        draw_noise,
-        parse_settings,
-        simulate,
-        simulate_closed_loop,
-    )
+    from ehsid.harness.simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
 
     if (command is None) == (excitation is None):
         raise ValueError("give either --command REC or --excitation NAME")

@@ -5,13 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ehsid.harness.report.check_words import (
-    KINDS,
-    MARKS,
-    figure_text,
-    number,
-    target_text,
-)
+from ehsid.harness.report.check_words import KINDS, MARKS, figure_text, number, target_text
 from ehsid.harness.report.gap_words import plain_name
 from ehsid.harness.report.page import Table
 from ehsid.harness.validation.scoring.baselines import Baseline

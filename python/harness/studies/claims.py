@@ -25,13 +25,7 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.excitation import multisine, prbs, random_steps
 from ehsid.harness.identification import ArxOrders
 from ehsid.harness.parallel import Progress, run_tasks
-from ehsid.harness.studies.comparison import (
-    PLAIN,
-    Contender,
-    Setting,
-    known_records,
-    run_contender,
-)
+from ehsid.harness.studies.comparison import PLAIN, Contender, Setting, known_records, run_contender
 from ehsid.harness.studies.evidence import (
     Comparison,
     Finding,

@@ -14,14 +14,7 @@ from ehsid.harness.identification.loop import LoopAnalysis, analyse_loop
 from ehsid.harness.identification.systems import arx_system
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.studies.claims import (
-    ORDERS,
-    Input,
-    Judged,
-    ResetJudged,
-    map_claims,
-    map_resets,
-)
+from ehsid.harness.studies.claims import ORDERS, Input, Judged, ResetJudged, map_claims, map_resets
 from ehsid.harness.studies.comparison import Samples, Setting, run_contender
 from ehsid.harness.studies.published import DT_S, MODEL_16, RECURSIVE
 from ehsid.harness.studies.reading import Reading, RigReading, read_over_time, read_rig_values

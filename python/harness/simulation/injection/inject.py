@@ -34,10 +34,7 @@ from ehsid.harness.simulation.injection.effects import (
     check,
 )
 from ehsid.harness.simulation.injection.lag import before_lag
-from ehsid.harness.simulation.injection.notes import (
-    Note,
-    Step,
-)
+from ehsid.harness.simulation.injection.notes import Note, Step
 
 # Effects behind the spool. A measured spool position must be changed by their pre-images, too.
 BEHIND_SPOOL = ("gain", "valve_dead_band", "valve_null_bias")

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 
 from ehsid.harness.identification import IdentificationResult, PolesZeros, Roots
-from ehsid.harness.report.figures import draw_correlation
+from ehsid.harness.report.model_figures import draw_correlation
 from ehsid.harness.report.plotting import BLUE, GREY, SKY, VERMILION, stacked, styled, time_axis
 from ehsid.harness.studies.attempts import Attempt
 

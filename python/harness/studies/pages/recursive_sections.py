@@ -21,11 +21,7 @@ from ehsid.harness.studies.pages.reading_figure import reading_figure
 from ehsid.harness.studies.published import DT_S, MODEL_16, RECURSIVE
 from ehsid.harness.studies.recursive import B_AFTER, QUIET_NOISE, Changed, Recursive
 from ehsid.harness.studies.sampled_servo import SampledServo
-from ehsid.harness.studies.summary import (
-    RunSummary,
-    summarise,
-    summarise_change,
-)
+from ehsid.harness.studies.summary import RunSummary, summarise, summarise_change
 
 THETA_NAMES = ("a1", "a2", "a3", "b1", "b2", "b3")
 
