@@ -60,5 +60,4 @@ def _matrix(axes: Axes, machines: Sequence[Machine], effects: Sequence[str]) -> 
         label.set_horizontalalignment("left")
     axes.xaxis.tick_top()
     axes.set_xlim(-0.6, len(effects) - 0.4)
-    axes.set_axisbelow(True)
     axes.tick_params(left=False)

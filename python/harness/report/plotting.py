@@ -23,6 +23,7 @@ PURPLE, SKY, INK, GREY, PALE = "#cc79a7", "#56b4e9", "#1c2126", "#8a949e", "#d9d
 # Decorates a function that makes a figure.
 styled = mpl.rc_context(
     {
+        "axes.axisbelow": True,
         "axes.grid": True,
         "axes.prop_cycle": cycler(color=[BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY]),
         "axes.titlesize": "medium",
