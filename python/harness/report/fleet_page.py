@@ -217,7 +217,7 @@ def _left_out(fleet: Fleet) -> list[Section]:
             for effect, why in machine.cannot_judge.items()
         ]
         table = Table(
-            "Effects that the records cannot show: there or not, nobody can tell.",
+            "Effects that the records cannot show, whether the machine has them or not.",
             ["machine", "effect", "why"],
             rows,
         )

@@ -162,7 +162,7 @@ def run_procedure(
     problems = record_problems(data, split)
     if problems:
         return Procedure(data, split, (), None, problems, "The record allows no attempt.", ())
-    attempts = [attempt(data, start, split, "first attempt", "as asked for")]
+    attempts = [attempt(data, start, split, "first attempt", "as requested")]
     if attempts[0].result is None:
         why = "The record allows no model."
         return Procedure(data, split, tuple(attempts), None, attempts[0].problems, why, ())

@@ -167,7 +167,7 @@ def _preprocessing(done: Preprocessed, procedure: Procedure) -> list[Block]:
     per = "sample" if dt_s is None else "s"
     outliers = "not looked for" if done.outliers is None else done.outliers.text
     blocks: list[Block] = [
-        f"Asked for in the attempt that was kept: {done.settings}.",
+        f"Pre-processing of the attempt that was kept: {done.settings}.",
         Table(
             "Both signals in the estimation part, and what was done to all of the record.",
             (

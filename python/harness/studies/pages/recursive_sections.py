@@ -281,13 +281,15 @@ def reading_section(servo: ServoReading) -> Section:
         ),
     ]
     if rig is None:
-        blocks.append("Of oil and load it says nothing: no reading, or no rig to compare.")
+        blocks.append(
+            "The estimates give no values of oil and load: there is no reading, or no rig."
+        )
     else:
         blocks.append(
             Table(
                 "What the last reading says of the rig, with the 95 % interval that the estimate's "
-                "covariance gives; what else the rig tells counts as known.",
-                ("", "found", "low", "high"),
+                "covariance gives. All other values of the rig file count as known.",
+                ("", "estimate", "low", "high"),
                 [
                     (name, *(f"{scale * value:.4g}" for value in triple))
                     for name, triple, scale in (
