@@ -65,7 +65,7 @@ def _elements(data: bytes, order: str) -> list[Element]:
 
     Compressed elements are the exception: no padding follows them.
     """
-    found: list[Element] = []
+    elements: list[Element] = []
     position = 0
     while position < len(data):
         if len(data) - position < 8:
@@ -80,11 +80,11 @@ def _elements(data: bytes, order: str) -> list[Element]:
             raise DamagedError(f"unknown data type {code}")
         if start + size > len(data):
             raise DamagedError("an element is longer than what holds it")
-        found.append((code, data[start : start + size]))
+        elements.append((code, data[start : start + size]))
         position = start + size
         if code != COMPRESSED:
             position += -position % 8
-    return found
+    return elements
 
 
 def _check_matrix(content: bytes, order: str, depth: int) -> None:

@@ -94,7 +94,7 @@ def simulate_closed_loop(
             f"stroke of 0 to {stroke:g} m: take a smaller one, or another start"
         )
     start = prepare(rig, dt_s=dt_s, position0_m=float(reference[0]), values=values)
-    step = start.told.get(QUANTISATION, 0.0)
+    step = start.values.get(QUANTISATION, 0.0)
     position_noise = np.zeros(reference.size) if noise is None else noise[:, POSITION]
     speed = np.append(np.diff(reference), 0.0) / dt_s
     report = progress or (lambda _share: None)

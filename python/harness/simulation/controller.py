@@ -59,10 +59,10 @@ class PositionController:
         """
         error = reference_m - position_m
         grown = integral_m_s + error * dt_s
-        asked = self.gain_v_m * (error + integral_m_s / self.integral_time_s)
-        asked += self.feed_forward_v_s_m * speed_m_s
-        command = min(max(asked, -self.limit_v), self.limit_v)
-        into_limit = (asked - command) * error > 0.0
+        unlimited = self.gain_v_m * (error + integral_m_s / self.integral_time_s)
+        unlimited += self.feed_forward_v_s_m * speed_m_s
+        command = min(max(unlimited, -self.limit_v), self.limit_v)
+        into_limit = (unlimited - command) * error > 0.0
         return command, integral_m_s if into_limit else grown
 
 

@@ -16,11 +16,7 @@ from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.checks import check_together, check_values
-from ehsid.harness.simulation.outputs import (
-    QUANTISATION,
-    as_measured,
-    columns_of,
-)
+from ehsid.harness.simulation.outputs import QUANTISATION, as_measured, columns_of
 
 Progress = Callable[[float], None]
 
@@ -66,7 +62,7 @@ class Start:
 
     Attributes
     ----------
-    told
+    values
         values of the rig and the values that replace them, by full name.
     plant_values
         values of all plant parameters, shape (P,), in the order of `ehsid.plant_parameters()`.
@@ -76,7 +72,7 @@ class Start:
 
     rig: Rig
     dt_s: float
-    told: Mapping[str, float]
+    values: Mapping[str, float]
     plant_values: FloatArray
     substeps: int
 
@@ -99,11 +95,11 @@ def prepare(
     substeps: int | None = None,
 ) -> Start:
     """Checks a rig and its start; the arguments and errors are those of `simulate`."""
-    told = dict(values or {})
+    given = dict(values or {})
     if position0_m is not None:
-        told[ParameterKey.of_initial("position_m")] = position0_m
-    together = {**rig.values, **told}
-    problems = check_values(told) + check_together(together)
+        given[ParameterKey.of_initial("position_m")] = position0_m
+    together = {**rig.values, **given}
+    problems = check_values(given) + check_together(together)
     if problems:
         raise SimulationError("; ".join(problems))
     stroke = together.get("cylinder.stroke_m")
@@ -112,7 +108,7 @@ def prepare(
         raise SimulationError(
             f"the start at {start_m:g} m is outside the stroke, 0 to {stroke:g} m"
         )
-    plant_values = rig.plant_values(told)
+    plant_values = rig.plant_values(given)
     if substeps is None:
         substeps = FINER * ehsid.plant_substeps(rig.plant, plant_values, dt_s)
         if substeps > MOST_SUBSTEPS // 2:
@@ -184,10 +180,10 @@ def simulate(
     bad = np.flatnonzero(~np.isfinite(np.column_stack(list(clean.values()))).all(axis=1))
     if bad.size:
         raise SimulationError(f"{rig.name}: the run is not finite from sample {bad[0] + 1} on")
-    stroke = start.told.get("cylinder.stroke_m")
+    stroke = start.values.get("cylinder.stroke_m")
     if keep_inside and stroke is not None:
         _check_inside(clean["position_m"], stroke, dt_s)
-    shown = as_measured(coarse, np.zeros(()) if noise is None else noise, start.told)
+    shown = as_measured(coarse, np.zeros(()) if noise is None else noise, start.values)
     record = make_record(
         {
             "time_s": np.arange(command.size) * dt_s,
