@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from ehsid.harness.catalogue.parameters import is_rig_value
+from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap import Diagnosis, diagnose
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.records import Record, read_record
@@ -101,8 +101,16 @@ def moved_values(found: Diagnosis, untouched: Diagnosis, answer: Answer) -> list
 
     Elsewhere: beyond both half intervals of 90 %, added as independent ones, and by 1 %.
     """
-    before = {name: one.found for name, one in untouched.calibration.items() if is_rig_value(name)}
-    after = {name: one.found for name, one in found.calibration.items() if is_rig_value(name)}
+    before = {
+        name: one.found
+        for name, one in untouched.calibration.items()
+        if ParameterKey(name).is_rig_value
+    }
+    after = {
+        name: one.found
+        for name, one in found.calibration.items()
+        if ParameterKey(name).is_rig_value
+    }
     own, now = effects_of(untouched), effects_of(found)
     before |= {f"{e}.{p}": size for (e, p), size in own.items() if e not in answer.effects}
     after |= {f"{e}.{p}": size for (e, p), size in now.items()}
