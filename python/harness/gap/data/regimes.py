@@ -128,5 +128,5 @@ def _fast_power(command: FloatArray, dt_s: float) -> float:
     power = np.abs(np.fft.rfft(np.diff(command))) ** 2
     if power.sum() <= 0.0:
         return 0.0
-    place = int(np.searchsorted(np.cumsum(power), 0.99 * power.sum()))
-    return place / ((command.size - 1) * dt_s)
+    index = int(np.searchsorted(np.cumsum(power), 0.99 * power.sum()))
+    return index / ((command.size - 1) * dt_s)

@@ -18,7 +18,7 @@ from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import effects, plant_parameters
 from ehsid.harness.gap.data.floor import NoiseFloor
 from ehsid.harness.gap.design.menu import MENU, Candidate, candidate
-from ehsid.harness.gap.model.separation import Rival, Separation, separations
+from ehsid.harness.gap.model.separation import CandidateModel, Separation, separations
 from ehsid.harness.gap.schema import NextExperiment
 from ehsid.harness.gap.thresholds import (
     DESIGN_FINALISTS,
@@ -43,7 +43,7 @@ MORE_SENSORS = (CHAMBER_PRESSURES, (SUPPLY_PRESSURE,))
 
 def _least(
     rig: Rig,
-    rivals: Sequence[Rival],
+    rivals: Sequence[CandidateModel],
     one: Candidate,
     *,
     floors: Mapping[str, float],
@@ -56,7 +56,7 @@ def _least(
 
 def next_experiment(
     rig: Rig,
-    rivals: Sequence[Rival],
+    rivals: Sequence[CandidateModel],
     outputs: Sequence[str],
     floors: Mapping[str, NoiseFloor],
     *,
@@ -127,7 +127,10 @@ def next_experiment(
 
 
 def _most_powerful(
-    rig: Rig, rivals: Sequence[Rival], made: Sequence[Candidate], floors: Mapping[str, float]
+    rig: Rig,
+    rivals: Sequence[CandidateModel],
+    made: Sequence[Candidate],
+    floors: Mapping[str, float],
 ) -> tuple[float, Candidate]:
     """Returns the largest power and its candidate.
 

@@ -93,7 +93,7 @@ def attribute_equations(
         told |= asked[0].values
         found = equations(records, rig, told)
     for equation in found:
-        if not equation.is_loud:
+        if not equation.exceeds_tolerance:
             continue
         share = share_of(equation)
         times = float(np.sqrt(np.mean(equation.residual**2)))

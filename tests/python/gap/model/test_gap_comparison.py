@@ -32,9 +32,11 @@ def record(seconds: float, dt_s: float) -> Record:
         (5e-2, 8.0),
     ],
 )
-def test_blocks_share_out_the_windows(dt_s: float, seconds: float) -> None:
+def test_each_window_is_in_exactly_one_part(dt_s: float, seconds: float) -> None:
     subject = record(seconds, dt_s)
-    whole, fitted, held_out = (compare(subject, blocks=part) for part in ("all", "fit", "held out"))
+    whole, fitted, held_out = (
+        compare(subject, blocks=blocks) for blocks in ("all", "fit", "held out")
+    )
     # Every sample behind the start is in one of them, under the number that it has.
     assert not np.any(fitted.used & held_out.used)
     np.testing.assert_array_equal(np.maximum(fitted.window, held_out.window), whole.window)
@@ -47,24 +49,24 @@ def test_blocks_share_out_the_windows(dt_s: float, seconds: float) -> None:
     np.testing.assert_array_equal(np.unique(held_out.window[held_out.used]), expected)
 
 
-def test_parts_are_simulated_alike() -> None:
+def test_all_parts_are_simulated_in_the_same_way() -> None:
     """A block that is not compared still runs, put right as in the other part: nothing leaks in."""
     subject = record(10.0, 1e-3)
-    parts = [compare(subject, blocks=part) for part in ("all", "fit", "held out")]
-    for one in parts[1:]:
-        np.testing.assert_array_equal(one.aligned, parts[0].aligned)
-        assert one.outputs.keys() == parts[0].outputs.keys()
-    assert sum(one.seconds for one in parts[1:]) == pytest.approx(parts[0].seconds)
+    parts = [compare(subject, blocks=blocks) for blocks in ("all", "fit", "held out")]
+    for compared in parts[1:]:
+        np.testing.assert_array_equal(compared.aligned, parts[0].aligned)
+        assert compared.outputs.keys() == parts[0].outputs.keys()
+    assert sum(compared.seconds for compared in parts[1:]) == pytest.approx(parts[0].seconds)
 
 
-def test_too_short_a_record_holds_nothing_out() -> None:
+def test_a_record_of_one_block_has_no_held_out_part() -> None:
     # Up to the end of the first block.
     subject = record(SKIP_S + BLOCK_S, 1e-3)
     assert compare(subject, blocks="fit").used.sum() == 2000
     assert compare(subject, blocks="held out").used.sum() == 0
 
 
-def test_the_position_a_window_starts_from_is_smoothed() -> None:
+def test_the_position_at_the_start_of_a_window_is_smoothed() -> None:
     """A cubic through 11 samples: a third of the noise of one; a smooth motion stays."""
     plain = record(20.0, 1e-3)
     rng = np.random.default_rng(0)
@@ -80,8 +82,8 @@ def test_the_position_a_window_starts_from_is_smoothed() -> None:
         ),
         window_s=0.02,
     )
-    begins = np.flatnonzero(np.diff(noisy.window, prepend=-1) > 0)
-    error = noisy.aligned[begins, 0] - plain.column("position_m")[begins]
+    window_starts = np.flatnonzero(np.diff(noisy.window, prepend=-1) > 0)
+    error = noisy.aligned[window_starts, 0] - plain.column("position_m")[window_starts]
     # Middle of the hat matrix of a cubic over k = -5..5: variance of the smoothed middle sample.
     basis = np.vander(np.arange(-5, 6), 4).astype(float)
     share = np.sqrt((basis @ np.linalg.pinv(basis))[5, 5])

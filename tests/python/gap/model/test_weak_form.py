@@ -55,9 +55,9 @@ def test_noise_of_a_slope_is_that_of_its_weights() -> None:
     # All weights of psi', by shifting an impulse through one test function.
     weights = [float(weak.slope(np.roll(impulse, k - 50))[0]) for k in range(weak.length + 1)]
     noise = np.random.default_rng(0).standard_normal(200_000)
-    found = np.std(weak.slope(noise))
-    assert found == pytest.approx(np.sqrt(np.sum(np.square(weights))), rel=0.02)
-    assert found < 0.2 / DT_S
+    slopes = np.std(weak.slope(noise))
+    assert slopes == pytest.approx(np.sqrt(np.sum(np.square(weights))), rel=0.02)
+    assert slopes < 0.2 / DT_S
 
 
 @given(scale=st.floats(1e-6, 1e6), seed=st.integers(0, 100))
@@ -65,16 +65,16 @@ def test_regression_is_that_of_lstsq_whatever_the_units(scale: float, seed: int)
     rng = np.random.default_rng(seed)
     columns, rows = rng.standard_normal((50, 3)), rng.standard_normal(50)
     expected = np.linalg.lstsq(columns, -rows, rcond=None)[0]
-    found = regress(rows, columns * scale, np.zeros(3), np.zeros(3))
-    np.testing.assert_allclose(found * scale, expected, rtol=1e-8, atol=1e-10)
+    estimate = regress(rows, columns * scale, np.zeros(3), np.zeros(3))
+    np.testing.assert_allclose(estimate * scale, expected, rtol=1e-8, atol=1e-10)
 
 
 def test_a_strong_prior_holds() -> None:
     rng = np.random.default_rng(0)
     columns, rows = rng.standard_normal((50, 2)), rng.standard_normal(50)
     centre = np.array([3.0, -1.0])
-    found = regress(rows, columns, centre, np.full(2, 1e12))
-    np.testing.assert_allclose(found, centre, rtol=1e-6)
+    estimate = regress(rows, columns, centre, np.full(2, 1e12))
+    np.testing.assert_allclose(estimate, centre, rtol=1e-6)
     # As rows of their own in ordinary least squares.
     weight = np.array([4.0, 9.0])
     stacked = np.vstack([columns, np.diag(np.sqrt(weight))])
