@@ -105,7 +105,7 @@ def small_signal_response(
     command = np.fft.rfft(excitation.samples)
     start = prepare(rig, dt_s=dt_s, position0_m=position0_m)
     plant = start.plant(quantised=False)
-    stroke = start.told.get("cylinder.stroke_m", np.inf)
+    stroke = start.values.get("cylinder.stroke_m", np.inf)
 
     constant = 0.0
     last, before = float(plant.read()[0]), np.zeros(lines.size, dtype=np.complex128)

@@ -110,7 +110,7 @@ def changed_record(rig: Rig, change: Mapping[str, float], seed: int) -> RigRecor
         aligned=aligned,
     )
     noise = draw_noise(rig, SAMPLES - half, np.random.default_rng([seed, 1]))
-    after = columns_of(rig.plant, as_measured(outputs[0, LEAD:], noise, start.told))
+    after = columns_of(rig.plant, as_measured(outputs[0, LEAD:], noise, start.values))
     columns = {
         name: np.concatenate([values[:half], after.get(name, values)[-(SAMPLES - half) :]])
         for name, values in first.items()

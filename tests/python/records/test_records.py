@@ -143,8 +143,8 @@ def test_gaps_split_the_record(lengths: list[int], gap: float) -> None:
     edges = np.cumsum([0, *lengths])
     assert [(s.start, s.stop) for s in record.segments] == [(a, b) for a, b in pairwise(edges)]
     assert [g.row for g in record.gaps] == [int(edge) + 1 for edge in edges[1:-1]]
-    for found in record.gaps:
-        assert found.duration_s == pytest.approx(gap * dt_s, rel=1e-6)
+    for gap_rows in record.gaps:
+        assert gap_rows.duration_s == pytest.approx(gap * dt_s, rel=1e-6)
     assert record.dt_s == pytest.approx(dt_s, rel=1e-9)
 
 

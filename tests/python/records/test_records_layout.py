@@ -37,14 +37,16 @@ def write(path: Path, columns: dict[str, list[float]]) -> Path:
 
 
 def test_names_and_units_of_every_column(tmp_path: Path) -> None:
-    path = write(tmp_path / "r.csv", {told[0].name: [1.0, 3.0] for told in LAYOUT.values()})
+    path = write(
+        tmp_path / "r.csv", {column_map[0].name: [1.0, 3.0] for column_map in LAYOUT.values()}
+    )
     record = read_record(path, layout=COLUMN_MAPS)
     assert record.time_s is not None
-    for target, (_, one, three) in LAYOUT.items():
-        found = record.time_s if target == "time_s" else record.column(target)
-        expected = [one, 3.0 * one if three is None else three]
+    for target, (_, first, second) in LAYOUT.items():
+        column = record.time_s if target == "time_s" else record.column(target)
+        expected = [first, 3.0 * first if second is None else second]
         # A few roundings of the conversion; degF subtracts numbers of the size of 300.
-        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(column, expected, rtol=1e-12, atol=1e-12)
     assert record.dt_s == pytest.approx(2e-3, rel=1e-12)
 
 
@@ -75,7 +77,7 @@ GOOD = {"time_s": [0.0, 0.1], "command_v": [0.0, 0.0], "Stroke": [1.0, 2.0]}
 
 
 @pytest.mark.parametrize(
-    ("layout", "column", "says"),
+    ("layout", "column", "message"),
     [
         ({"position_m": ColumnMap("stroke_")}, "stroke_", "rename 'Stroke' to 'stroke_'"),
         ({"position_m": ColumnMap("Stroke", "kg")}, "Stroke", "'kg' is not a unit of 'position_m'"),
@@ -87,13 +89,13 @@ GOOD = {"time_s": [0.0, 0.1], "command_v": [0.0, 0.0], "Stroke": [1.0, 2.0]}
     ],
 )
 def test_message_of_a_wrong_layout(
-    tmp_path: Path, layout: dict[str, ColumnMap], column: str, says: str
+    tmp_path: Path, layout: dict[str, ColumnMap], column: str, message: str
 ) -> None:
     path = write(tmp_path / "r.csv", GOOD)
     with pytest.raises(RecordError) as caught:
         read_record(path, layout=layout)
     assert caught.value.column == column
-    assert says in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_record_of_the_schema_needs_no_layout(tmp_path: Path) -> None:
@@ -103,7 +105,7 @@ def test_a_record_of_the_schema_needs_no_layout(tmp_path: Path) -> None:
     assert record.column("position_m").tolist() == [0.1, 0.2]
 
 
-def test_bad_cells_are_told_by_the_name_in_the_file(tmp_path: Path) -> None:
+def test_bad_cells_are_reported_with_the_name_in_the_file(tmp_path: Path) -> None:
     path = write(tmp_path / "r.csv", GOOD | {"Stroke": [1.0, float("inf")]})
     with pytest.raises(RecordError, match="row 3, column 'Stroke': row 3 is infinite"):
         read_record(path, layout={"position_m": ColumnMap("Stroke", "mm")})
@@ -136,5 +138,5 @@ def test_no_unit_of_length(unit: object) -> None:
 
 def test_without_a_layout_nothing_changes(tmp_path: Path) -> None:
     path = write(tmp_path / "r.csv", {"time_s": [0.0, 0.1], "command_v": [0.3, 0.4]})
-    made = make_record({"time_s": [0.0, 0.1], "command_v": [0.3, 0.4]})
-    assert read_record(path).column("command_v").tolist() == made.column("command_v").tolist()
+    written = make_record({"time_s": [0.0, 0.1], "command_v": [0.3, 0.4]})
+    assert read_record(path).column("command_v").tolist() == written.column("command_v").tolist()

@@ -50,10 +50,10 @@ def test_p_loop_is_that_of_the_linear_model() -> None:
     reference = np.repeat([0.0, 0.01, -0.02, 0.005], 500)
     _, expected, _ = dlsim(loop, reference)
     controller = PositionController(gain)
-    found = simulate_closed_loop(rig, reference, controller, dt_s=DT_S).run
-    y = found.record.column("position_m")
-    assert np.max(np.abs(y - expected[:, 0])) < 2.0 * found.error["position_m"] * np.ptp(y)
-    assert found.error["position_m"] < 1e-3
+    run = simulate_closed_loop(rig, reference, controller, dt_s=DT_S).run
+    y = run.record.column("position_m")
+    assert np.max(np.abs(y - expected[:, 0])) < 2.0 * run.error["position_m"] * np.ptp(y)
+    assert run.error["position_m"] < 1e-3
 
 
 def test_the_record_drives_the_rig_to_the_same_motion(rig: Rig) -> None:
@@ -68,21 +68,25 @@ def test_the_record_drives_the_rig_to_the_same_motion(rig: Rig) -> None:
     assert np.ptp(again.record.column("position_m")) > 0.1 * size
 
 
-def test_integral_removes_what_a_bias_leaves() -> None:
+def test_the_integral_removes_the_error_of_a_bias() -> None:
     rig = read_rig(RIGS / "bench.toml")
     bias = 0.02
     values = {"effects.valve_null_bias.offset": bias}
     reference = np.full(6000, 0.15)
-    left = {}
-    p = suggested_controller(rig)
-    for name, controller in (("p", p), ("pi", with_integral(p))):
+    errors = {}
+    p_controller = suggested_controller(rig)
+    for name, controller in (("p", p_controller), ("pi", with_integral(p_controller))):
         closed = simulate_closed_loop(rig, reference, controller, dt_s=DT_S, values=values)
-        left[name] = closed.run.record.column("position_m")[-1] - 0.15
+        errors[name] = closed.run.record.column("position_m")[-1] - 0.15
     # P holds where its command takes back the bias, but for what closed edges let through.
-    rest = simulate_closed_loop(rig, reference, p, dt_s=DT_S).run.record.column("position_m")[-1]
-    assert left["p"] - (rest - 0.15) == pytest.approx(bias * 10.0 / p.gain_v_m, rel=1e-3)
+    error = simulate_closed_loop(rig, reference, p_controller, dt_s=DT_S).run.record.column(
+        "position_m"
+    )[-1]
+    assert errors["p"] - (error - 0.15) == pytest.approx(
+        bias * 10.0 / p_controller.gain_v_m, rel=1e-3
+    )
     # A double pole at w / 2 = 6.3 1/s: after 6 s, exp(-37).
-    assert abs(left["pi"]) < 1e-9
+    assert abs(errors["pi"]) < 1e-9
 
 
 def test_command_stays_within_its_limit_and_the_integral_does_not_wind_up() -> None:
@@ -111,11 +115,11 @@ def test_clamping_never_integrates_into_the_limit(
     controller = PositionController(20.0, 0.5, 3.0, limit)
     command, after = controller.step(integral, error, 0.0, speed, 0.01)
     assert abs(command) <= limit
-    asked = 20.0 * (error + integral / 0.5) + 3.0 * speed
-    if abs(asked) <= limit:
-        assert command == pytest.approx(asked)
+    unlimited = 20.0 * (error + integral / 0.5) + 3.0 * speed
+    if abs(unlimited) <= limit:
+        assert command == pytest.approx(unlimited)
         assert after == pytest.approx(integral + 0.01 * error)
-    elif asked * error > 0.0:
+    elif unlimited * error > 0.0:
         assert after == integral
     else:
         assert after == pytest.approx(integral + 0.01 * error)
@@ -136,7 +140,7 @@ def test_velocity_gain_is_that_of_small_commands(rig: Rig) -> None:
     assert slope == pytest.approx(velocity_gain(rig), rel=0.005)
 
 
-def test_controller_sees_what_is_recorded() -> None:
+def test_the_controller_reads_the_recorded_position() -> None:
     rig = read_rig(RIGS / "bench.toml")
     rig = Rig("noisy", "ehs", rig.values, sensors={"position_noise_m": 2e-5})
     step = 1e-5
@@ -149,11 +153,11 @@ def test_controller_sees_what_is_recorded() -> None:
         values={"effects.sensor_quantisation.step_m": step},
         noise=noise,
     )
-    shown = closed.run.record.column("position_m")
-    np.testing.assert_allclose(shown / step, np.round(shown / step), atol=1e-9)
+    recorded = closed.run.record.column("position_m")
+    np.testing.assert_allclose(recorded / step, np.round(recorded / step), atol=1e-9)
     gain = suggested_controller(rig).gain_v_m
     np.testing.assert_allclose(
-        closed.run.record.column("command_v"), gain * (0.15 - shown), atol=1e-9
+        closed.run.record.column("command_v"), gain * (0.15 - recorded), atol=1e-9
     )
 
 
@@ -180,7 +184,7 @@ def test_noise_has_the_deviation_of_the_sensors() -> None:
         ([0.1, 0.31], "beyond the stroke of 0 to 0.3 m"),
     ],
 )
-def test_references_that_cannot_be_followed(reference: list[float], words: str) -> None:
+def test_references_outside_the_stroke_are_refused(reference: list[float], words: str) -> None:
     rig = read_rig(RIGS / "bench.toml")
     with pytest.raises(SimulationError, match=words):
         simulate_closed_loop(rig, reference, suggested_controller(rig), dt_s=DT_S)
@@ -196,6 +200,6 @@ def test_references_that_cannot_be_followed(reference: list[float], words: str) 
         {"feed_forward_v_s_m": math.nan},
     ],
 )
-def test_controllers_that_are_none(change: dict[str, float]) -> None:
+def test_invalid_controllers_are_refused(change: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(change))):
         PositionController(**{"gain_v_m": 1.0, **change})

@@ -113,7 +113,7 @@ def run_plan(
     _begin(session, plan, 0)
     try:
         for k in range(plan.samples):
-            shown = as_measured(plant.read(), plan.noise[k], start.told)
+            shown = as_measured(plant.read(), plan.noise[k], start.values)
             if k == plan.change_at:
                 plant = _changed(plan, plant)
             if not np.isfinite(shown[POSITION]):

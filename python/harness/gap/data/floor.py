@@ -69,7 +69,7 @@ def noise_floor(signal: npt.ArrayLike) -> NoiseFloor:
 
 
 def shows_motion(signal: npt.ArrayLike) -> bool:
-    """Tells whether the differences in `noise_floor` show motion; the floor is then an upper bound.
+    """Whether the differences in `noise_floor` show motion; the floor is then an upper bound.
 
     White noise gives the same estimate from differences of any order. From order k to k + 2, the
     estimate from a motion of w rad/s changes by the factor
@@ -160,7 +160,7 @@ def sensor_step(samples: FloatArray) -> float:
     if real.size == 0:
         return 0.0
     # On a grid, neighbouring levels are a few whole steps apart. Without a grid, the nearest two of
-    # many levels are far closer to each other than the others are.
+    # many levels are much closer to each other than the others are.
     level_distances = real / float(real.min())
     short_distances = level_distances[level_distances < NEAR_LEVELS]
     on_grid = np.abs(short_distances - np.round(short_distances)) < 0.1

@@ -18,7 +18,7 @@ from ehsid.harness.gap.thresholds import FLOORS_DIFFER, WINDOW_S
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
-# The remarks are read in this order: a constant channel, for example, says nothing about signs.
+# The remarks are read in this order: a constant channel, for example, does not show any signs.
 _CHECKS: tuple[Callable[[Record, Rig], list[Remark]], ...] = (
     check_sampling,
     check_constant,

@@ -121,7 +121,7 @@ def check_saturated(record: Record, rig: Rig) -> list[Remark]:
 
 
 def check_spikes(record: Record, rig: Rig) -> list[Remark]:
-    """Finds single samples that are far from both neighbours, which no motion causes.
+    """Finds single samples that differ from both neighbours by more than any motion causes.
 
     The distances to the median of five samples (F. Hampel, J. Amer. Statist. Assoc. 69(346), 1974)
     and to the cubic through the neighbours are compared with the usual distance in the channel and

@@ -24,7 +24,7 @@ from ehsid.harness.records import Record
 # Length of the pieces of command (words) that are searched for. A word of this length with several
 # different values does not repeat by chance.
 WORD = 24
-# Number of places from which words are taken: a stretch of a twentieth of the record is found.
+# Number of positions at which words begin. A repeat of a twentieth of the record is detected.
 ANCHORS = 40
 
 
@@ -54,7 +54,7 @@ def find_repeat(command: FloatArray, least: int) -> Repeat | None:
     tried_lags: set[int] = set()
     for anchor in np.linspace(0, max(0, n - 2 * WORD), ANCHORS).astype(int).tolist():
         word = command[anchor : anchor + WORD]
-        # A word with few different values is found everywhere.
+        # A word with few different values occurs everywhere.
         if np.unique(word).size < WORD // 4:
             continue
         rest = command[anchor + 1 :]
@@ -101,7 +101,7 @@ def repeat_errors(record: Record, name: str) -> list[FloatArray]:
     Returns
     -------
     Windows of equal length, in the unit of the column; an empty list if the command does not repeat
-    or the rod drifts too far.
+    or the rod drifts too much.
     """
     assert record.dt_s is not None
     length = max(10, round(WINDOW_S / record.dt_s))

@@ -247,7 +247,8 @@ def _regressor(
 ) -> _Regressor:
     """Slopes of the residuals with respect to a parameter, by a central difference.
 
-    It extends over half a standard deviation of the prior, because rounded curves bend within one.
+    The difference extends over half a standard deviation of the prior, because curves such as
+    rounded edges are not linear over a whole one.
     The equations are linear in a value, or in its reciprocal, rather than in its logarithm. For a
     logarithm a change of two standard deviations has the size exp(2 sigma) - 1; half of it counts
     as one standard deviation.

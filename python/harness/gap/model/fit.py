@@ -21,11 +21,11 @@ DAMPING_DECREASE, DAMPING_INCREASE = 1.0 / 6.0, 8.0
 # damping makes a step short.
 TRIES = 10
 TRIES_STALE = 2
-# A smaller decrease in cost counts as none. Costs are log-likelihoods, in which a difference of
-# the order of one is a standard error.
+# A smaller decrease in cost counts as no decrease. Costs are log-likelihoods, in which a difference
+# of 1 is about a standard error.
 GAIN = 1e-2
-# Steps from one evaluation of exact sensitivities to the next, and the smallest share of the
-# predicted decrease with which a fit continues without them.
+# Number of steps from an evaluation of exact sensitivities to the next, and the smallest ratio of
+# actual to predicted decrease with which a fit continues without an evaluation.
 SENSITIVITY_STEPS = 4
 AGREEMENT = 0.25
 
@@ -59,7 +59,8 @@ def fit(
 
     Exact sensitivities cost ten simulations. They are computed at the start, after FRESH steps, or
     if the cost does not decrease as predicted. In between they are updated from the errors at each
-    new point. `first` replaces those of the first parameters at the start.
+    new point; `age` counts these updates. `first` replaces the sensitivities of the first
+    parameters at the start.
     """
     x = np.clip(np.asarray(start, dtype=np.float64), problem.low, problem.high)
     damping = DAMPING

@@ -87,7 +87,8 @@ def edge_flows(
 
         q = K a dp / (dp^2 + dp_l^2)^((1 - e) / 2),  a = (s + sqrt(s^2 + r^2)) / 2
 
-    An edge opens beyond its overlap. Its flow is laminar at small pressure drops.
+    An edge opens where the spool has moved by more than its overlap. Its flow is laminar at small
+    pressure drops.
     Merritt, Hydraulic Control Systems, Wiley 1967, ch. 3 and 5.
     """
     exponent = values["nuisance.flow_exponent"]

@@ -78,7 +78,7 @@ def separations(
     *,
     iterations: int = ITERATIONS,
 ) -> list[Separation]:
-    """Computes how far a record of the best candidate separates each other candidate from it.
+    """Computes the log-likelihood by which a record separates each candidate from the best one.
 
     All candidates are fitted to the record. With the mean square ms_w of the errors in window w,
     the mean square ms over all windows, and the noise floor f:
@@ -86,9 +86,10 @@ def separations(
         nats = sum_w sum_outputs (n_w / 2) (ms_w(other) - ms_w(best)) / v,
         v = (ms(other) + ms(best)) / 2 + 2 f^2,
 
-    This is the difference of the cost (n / 2) ln(ms + f^2), on records with noise of standard
-    deviation f, to first order about the mean of both ms. Its variance is the sum of the variance
-    over windows and the variance by noise, n_w |ms_w(other) - ms_w(best)| f^2 / v^2.
+    The record is a simulation of the best candidate. The sum is the difference of the cost
+    (n / 2) ln(ms + f^2), on records with noise of standard deviation f, to first order about the
+    mean of both ms. Its variance is the sum of the variance over windows and the variance by noise,
+    n_w |ms_w(other) - ms_w(best)| f^2 / v^2.
 
     A candidate that contains the best one can always reproduce its outputs. The question is then
     whether the best one can reproduce those of the larger candidate. The record is therefore

@@ -15,7 +15,7 @@ from ehsid.harness.exchange import FOLDER
 from ehsid.harness.files import result_folder, write_text
 from ehsid.harness.parallel import Progress, run_tasks
 from ehsid.harness.validation.blind.seal import ANSWERS, CASES, SEAL, TRANSFER, Seal, write_seal
-from ehsid.harness.validation.blind.settings import SEEDS, Settings
+from ehsid.harness.validation.blind.settings import SEEDS_PER_CHECK, Settings
 
 # Name of the result in its folder.
 RESULT = "gap-check-cases"
@@ -38,27 +38,29 @@ def make_check(out: Path, settings: Settings, progress: Progress | None = None) 
     with result_folder(out, RESULT, names) as folder:
         if any(path.name != FOLDER for path in out.iterdir()):
             raise ValueError(f"--out {out}: has files, but no {SEAL} of a check; name a new folder")
-        answers = run_tasks(makings(folder, settings), progress)
+        answers = run_tasks(making_tasks(folder, settings), progress)
         if len(dict(answers)) < settings.count:
             raise ValueError(f"--seed {settings.seed}: two cases drew one name; take another seed")
         write_text(folder / ANSWERS, json.dumps(dict(sorted(answers)), indent=1) + "\n")
         return write_seal(folder, settings)
 
 
-def makings(folder: Path, settings: Settings) -> Sequence[Making]:
+def making_tasks(folder: Path, settings: Settings) -> Sequence[Making]:
     """Returns a task for each case; a task writes the case and returns its name and answer."""
     # The package `reality` needs an optional dependency, so it is imported only here.
-    from ehsid.harness.validation.reality.batch import write_one
+    from ehsid.harness.validation.reality.batch import write_drawn_case
     from ehsid.harness.validation.reality.case import Sensors
     from ehsid.harness.validation.reality.effects import CATALOGUE
     from ehsid.harness.validation.reality.structure import Grade
 
-    ids = [str(one) for one in np.random.default_rng(settings.seed).permutation(list(CATALOGUE))]
+    ids = [
+        str(effect) for effect in np.random.default_rng(settings.seed).permutation(list(CATALOGUE))
+    ]
     return [
         functools.partial(
-            write_one,
+            write_drawn_case,
             folder / CASES,
-            SEEDS * settings.seed + i,
+            SEEDS_PER_CHECK * settings.seed + i,
             cast(Grade, settings.grades[i % len(settings.grades)]),
             # The effects take turns, so each is left out about as often as any other.
             kind="one" if settings.exclude_truth else None,

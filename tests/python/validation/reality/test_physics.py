@@ -57,8 +57,8 @@ def test_steady_speed_follows_from_orifices_and_forces(u: float, load: float) ->
 
 def closed(t: Truth) -> Truth:
     """Valve shut for good, no friction."""
-    laps = {f"overlap_{name}": 0.5 for name in ("pa", "at", "pb", "bt")}
-    return t._replace(viscous_n_s_m=0.0, **laps)
+    overlaps = {f"overlap_{name}": 0.5 for name in ("pa", "at", "pb", "bt")}
+    return t._replace(viscous_n_s_m=0.0, **overlaps)
 
 
 def test_oil_spring_rings_at_its_natural_frequency() -> None:
@@ -79,7 +79,7 @@ def test_oil_spring_rings_at_its_natural_frequency() -> None:
     assert 2.0 * math.pi / period == pytest.approx(math.sqrt(stiffness / t.mass_kg), rel=1e-3)
 
 
-def test_energy_of_the_closed_machine_is_kept() -> None:
+def test_energy_of_the_closed_machine_is_constant() -> None:
     t = closed(servo())
     start = start_state(t, 0.5 * t.stroke_m)
     start[equations.V] = 0.05
@@ -89,23 +89,23 @@ def test_energy_of_the_closed_machine_is_kept() -> None:
     def work(y: float) -> float:
         """Of the oil and the atmosphere on the piston on its way to y; c + ln V is kept."""
 
-        def force(at: float) -> float:
+        def force(position: float) -> float:
             total = 0.0
-            for c, dead, area, way, begin in (
-                (mass_a, t.dead_volume_a_m3, t.area_a_m2, at, out[0, 0]),
+            for c, dead, area, length, initial_length in (
+                (mass_a, t.dead_volume_a_m3, t.area_a_m2, position, out[0, 0]),
                 (
                     start[equations.C_B],
                     t.dead_volume_b_m3,
                     t.area_b_m2,
-                    t.stroke_m - at,
+                    t.stroke_m - position,
                     t.stroke_m - out[0, 0],
                 ),
             ):
-                now = c - math.log((dead + area * way) / (dead + area * begin))
+                compression = c - math.log((dead + area * length) / (dead + area * initial_length))
                 p = equations.pressure(
-                    now, t.bulk_slope, t.bulk_modulus_0_pa, t.gas_fraction, t.balance_pa
+                    compression, t.bulk_slope, t.bulk_modulus_0_pa, t.gas_fraction, t.balance_pa
                 )
-                sign = 1.0 if way == at else -1.0
+                sign = 1.0 if length == position else -1.0
                 total += sign * area * (p - ATMOSPHERE_PA)
             return total
 
@@ -113,9 +113,9 @@ def test_energy_of_the_closed_machine_is_kept() -> None:
 
     kinetic = 0.5 * t.mass_kg * out[:, equations.OUT_V] ** 2
     samples = range(0, 300, 23)
-    kept = np.array([kinetic[k] - work(out[k, equations.OUT_Y]) for k in samples])
+    energies = np.array([kinetic[k] - work(out[k, equations.OUT_Y]) for k in samples])
     # The run reads positions in steps of 1e-12 m, forces are below 1e5 N: 1e-7 J of rounding.
-    np.testing.assert_allclose(kept, kinetic[0], rtol=1e-4)
+    np.testing.assert_allclose(energies, kinetic[0], rtol=1e-4)
 
 
 def axis(coulomb: float, static: float) -> Truth:
@@ -124,11 +124,11 @@ def axis(coulomb: float, static: float) -> Truth:
 
 
 @pytest.mark.parametrize("share", [0.5, 0.9])
-def test_below_break_away_the_bristles_bend_as_far_as_they_must(share: float) -> None:
+def test_below_break_away_the_bristles_carry_the_force(share: float) -> None:
     t = axis(10.0, 15.0)
     ramp = 0.5 - 0.5 * np.cos(np.pi * np.minimum(np.arange(4000) / 3000.0, 1.0))
-    slowly = share * 0.15 * ramp
-    out = own_run(t, np.zeros(equations.STATES), slowly)
+    commands = share * 0.15 * ramp
+    out = own_run(t, np.zeros(equations.STATES), commands)
     # At rest F = s0 z; on the way dz/dy = 1 - s0 z / F_s, hence y = -(F_s / s0) ln(1 - F / F_s).
     # Inertia, a hundredth of the force at most, adds to the bend near break-away.
     assert out[-1, equations.OUT_Y] == pytest.approx(-1e-5 * math.log(1.0 - share), rel=1e-2)
@@ -136,15 +136,15 @@ def test_below_break_away_the_bristles_bend_as_far_as_they_must(share: float) ->
 
 
 @pytest.mark.parametrize("force", [20.0, 60.0])
-def test_above_it_the_steady_speed_is_on_the_stribeck_curve(force: float) -> None:
+def test_above_break_away_the_steady_speed_is_on_the_stribeck_curve(force: float) -> None:
     t = axis(10.0, 15.0)
     out = own_run(t, np.zeros(equations.STATES), np.full(6000, force / 100.0))
 
-    def left(v: float) -> float:
+    def net_force(v: float) -> float:
         return force - 10.0 - 5.0 * math.exp(-((v / 0.02) ** 2)) - 40.0 * v
 
     # m / b = 0.5 s: after 6 s the rest is exp(-12).
-    assert out[-1, equations.OUT_V] == pytest.approx(brentq(left, 0.1, 5.0), rel=1e-4)
+    assert out[-1, equations.OUT_V] == pytest.approx(brentq(net_force, 0.1, 5.0), rel=1e-4)
 
 
 def test_friction_and_drive_balance_the_kinetic_energy() -> None:
@@ -154,12 +154,12 @@ def test_friction_and_drive_balance_the_kinetic_energy() -> None:
     out = own_run(t, np.zeros(equations.STATES), commands)
     v, y = out[:, equations.OUT_V], out[:, equations.OUT_Y]
     drive = np.concatenate(([0.0], np.cumsum(100.0 * commands * np.diff(y))))
-    taken = drive - 0.5 * t.mass_kg * v**2
-    assert taken.min() > -1e-9
-    slid = float(np.sum(np.abs(np.diff(y))))
+    dissipated = drive - 0.5 * t.mass_kg * v**2
+    assert dissipated.min() > -1e-9
+    distance = float(np.sum(np.abs(np.diff(y))))
     viscous = 40.0 * float(np.sum(v**2)) * DT_S
     # Between Coulomb and static friction on all of the way slid, but for presliding.
-    assert 9.9 * slid < taken[-1] - viscous < 15.0 * slid
+    assert 9.9 * distance < dissipated[-1] - viscous < 15.0 * distance
 
 
 def test_supply_droops_by_its_resistance() -> None:
@@ -167,8 +167,8 @@ def test_supply_droops_by_its_resistance() -> None:
     t = servo(source_resistance_pa_s_m3=resistance, accumulator_m3_pa=5e-3 / resistance)
     start = start_state(t, 0.3 * t.stroke_m)
     out = own_run(t, start, np.full(300, 0.3))
-    lost = t.source_pa - out[-1, equations.OUT_P_S]
-    assert lost == pytest.approx(resistance * t.area_a_m2 * out[-1, equations.OUT_V], rel=2e-2)
+    droop = t.source_pa - out[-1, equations.OUT_P_S]
+    assert droop == pytest.approx(resistance * t.area_a_m2 * out[-1, equations.OUT_V], rel=2e-2)
 
 
 def test_slew_limits_the_spool() -> None:
@@ -180,13 +180,13 @@ def test_slew_limits_the_spool() -> None:
 
 
 def test_delay_shifts_the_spool_by_itself() -> None:
-    late = 0.0037
+    delay_s = 0.0037
     t = servo()
-    rest = start_state(t, 0.5 * t.stroke_m)
+    start = start_state(t, 0.5 * t.stroke_m)
     commands = np.concatenate((np.zeros(10), np.full(40, 0.3)))
-    fine = own_run(t, rest, commands)[:, equations.OUT_X]
-    delayed = own_run(t._replace(delay_s=late), rest, commands)[:, equations.OUT_X]
-    shifted = own_run(t._replace(delay_s=0.003), rest, commands)[:, equations.OUT_X]
-    np.testing.assert_allclose(shifted[3:], fine[:-3], atol=1e-9)
+    undelayed = own_run(t, start, commands)[:, equations.OUT_X]
+    delayed = own_run(t._replace(delay_s=delay_s), start, commands)[:, equations.OUT_X]
+    shifted = own_run(t._replace(delay_s=0.003), start, commands)[:, equations.OUT_X]
+    np.testing.assert_allclose(shifted[3:], undelayed[:-3], atol=1e-9)
     # Area between two steps is their distance in time.
-    assert DT_S * float(np.sum(fine - delayed)) == pytest.approx(0.3 * late, rel=1e-2)
+    assert DT_S * float(np.sum(undelayed - delayed)) == pytest.approx(0.3 * delay_s, rel=1e-2)
