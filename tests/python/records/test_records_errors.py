@@ -22,7 +22,7 @@ GOOD = "time_s,command_v,position_m\n" + "".join(f"{k / 10},{k},0.{k}\n" for k i
 
 
 class Case(NamedTuple):
-    """A file that must be refused, and what the message must say."""
+    """A file that must be refused, and the parts of the expected message."""
 
     label: str
     file: str
@@ -251,7 +251,7 @@ def test_a_directory_and_a_missing_file(tmp_path: Path) -> None:
 
 
 def test_surplus_cells_are_found_even_when_few_columns_are_read(tmp_path: Path) -> None:
-    # "0,5" with a decimal comma would otherwise shift the columns without a word.
+    # "0,5" with a decimal comma would otherwise shift the columns without a message.
     path = tmp_path / "bad.csv"
     path.write_text("u,y\n0,5,1,5\n0,6,1,6\n")
     with pytest.raises(RecordError, match="row 2: the row has 4 cells"):
@@ -296,7 +296,7 @@ def test_writing_is_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.Monk
 def test_a_damaged_file_raises_no_other_error(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
-    """Bytes of a sound file replaced, removed or added: a record comes out, or a RecordError."""
+    """A file with replaced, removed or added bytes gives a record or a RecordError."""
     ending = data.draw(st.sampled_from(["csv", "csv.gz", "parquet", "mat", "npz"]))
     path = tmp_path_factory.getbasetemp() / f"fuzz.{ending}"
     write_record(make_record({"time_s": np.arange(8.0), "command_v": np.arange(8.0)}), path)

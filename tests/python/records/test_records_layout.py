@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from ehsid.harness.records import CHANNELS, ColumnMap, RecordError, make_record, read_record
 from ehsid.harness.records.layout import is_convertible
 
-# Name in the file, unit, SI value of 1 and of 3 units; figures from the definitions of the units
+# Name in the file, unit, SI value of 1 and of 3 units; values from the definitions of the units
 # (BIPM, SI brochure, 9th ed.; psi from 1 lb = 0.45359237 kg, g = 9.80665 m/s^2, 1 in = 25.4 mm).
 LAYOUT = {
     "time_s": (ColumnMap("t", "ms"), 1e-3, 3e-3),
@@ -26,7 +26,7 @@ LAYOUT = {
     "force_n": (ColumnMap("F", "kN"), 1e3, 3e3),
     "temperature_c": (ColumnMap("T", "degF"), (1.0 - 32.0) / 1.8, (3.0 - 32.0) / 1.8),
 }
-COLUMN_MAPS = {target: told[0] for target, told in LAYOUT.items()}
+COLUMN_MAPS = {target: entry[0] for target, entry in LAYOUT.items()}
 
 
 def write(path: Path, columns: dict[str, list[float]]) -> Path:
@@ -45,7 +45,7 @@ def test_names_and_units_of_every_column(tmp_path: Path) -> None:
     for target, (_, first, second) in LAYOUT.items():
         column = record.time_s if target == "time_s" else record.column(target)
         expected = [first, 3.0 * first if second is None else second]
-        # A few roundings of the conversion; degF subtracts numbers of the size of 300.
+        # The conversion rounds a few times; degF subtracts numbers of about 300.
         np.testing.assert_allclose(column, expected, rtol=1e-12, atol=1e-12)
     assert record.dt_s == pytest.approx(2e-3, rel=1e-12)
 
@@ -59,7 +59,7 @@ def test_what_is_not_mapped_keeps_its_name_and_values(tmp_path: Path) -> None:
     record = read_record(path, layout=layout)
     assert list(record.columns) == ["command_v", "position_m", "extra"]
     assert record.column("command_v").tolist() == [0.1, 0.2]
-    assert record.column("position_m").tolist() == [1.0, 2.0]  # no unit told: the schema's
+    assert record.column("position_m").tolist() == [1.0, 2.0]  # without a unit, that of the schema
     some = read_record(path, columns=("position_m",), layout=layout)
     assert list(some.columns) == ["position_m"]
 

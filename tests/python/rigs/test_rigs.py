@@ -38,7 +38,7 @@ def test_axis_needs_no_hydraulics() -> None:
     assert rig.values["axis.force_per_volt"] == 35.15
 
 
-# Values that stand alone: those of a pair, such as rod and bore, may contradict each other.
+# Values without relations to others; values of a pair, such as rod and bore, can contradict.
 ALONE = [name for name in PARAMETERS if name.startswith(("load.", "fluid.", "nuisance."))]
 numbers = st.sampled_from(ALONE).flatmap(
     lambda name: st.tuples(

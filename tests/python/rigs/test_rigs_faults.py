@@ -42,7 +42,7 @@ def leaves(table: dict[str, Any], parents: Keys = ()) -> list[Keys]:
 
 
 def changed(document: dict[str, Any], keys: Keys) -> tuple[dict[str, Any], dict[str, Any]]:
-    """A copy of the document, and the table in it that holds the last key."""
+    """A copy of the document, and the table in it that has the last key."""
     whole = copy.deepcopy(document)
     table = whole
     for key in keys[:-1]:
@@ -55,7 +55,7 @@ def refused(document: dict[str, Any]) -> RigError:
         parse_rig(tomli_w.dumps(document), source="my.toml")
     message = str(caught.value)
     assert message.startswith("my.toml: ")
-    # One problem a line, below the name of the file where there are several.
+    # Each problem has its own line; several problems stand below the name of the file.
     any_number = len(caught.value.problems) > 1
     assert len(message.splitlines()) == len(caught.value.problems) + any_number
     return caught.value
@@ -69,7 +69,7 @@ NEEDED = [(d, k) for d, k in MACHINE if k[0] not in ("effects", "nuisance")] + [
 
 def test_the_sound_documents_are_read() -> None:
     full, axis = parse_rig(tomli_w.dumps(FULL)), parse_rig(tomli_w.dumps(AXIS))
-    # A parameter that is zero at its typical size (a force in the middle) leaves its effect on.
+    # An effect is on even if one of its parameters is zero at its typical size.
     assert set(full.effects()) == set(EFFECTS)
     assert axis.plant == "axis"
     assert full.columns["position_m"].unit == "mm"
@@ -98,9 +98,9 @@ def test_a_misspelt_key_is_named_with_the_right_one(
     table[wrong] = table.pop(right)
     problems = refused(whole).problems
     assert any(wrong in problem and "not known" in problem for problem in problems) or (
-        right == "name" and keys[0] == "columns"  # the entry as a whole is shown instead
+        right == "name" and keys[0] == "columns"  # the message shows the whole entry instead
     )
-    if len(right) > 4:  # of very short names little is left to recognise
+    if len(right) > 4:  # a misspelt short name is not similar enough
         similar_key = right.replace("_a_", "_b_") if "_a_" in right else right.replace("_b_", "_a_")
         assert any(right in problem or similar_key in problem for problem in problems)
 
@@ -237,7 +237,7 @@ def test_a_rig_with_everything_survives_writing(tmp_path: Path) -> None:
 @settings(max_examples=300)
 @given(data=st.data())
 def test_a_damaged_file_raises_no_other_error(data: st.DataObject) -> None:
-    """Characters replaced, removed or added: a rig comes out that writes again, or a RigError."""
+    """A file with replaced, removed or added characters gives a valid rig or a RigError."""
     text = tomli_w.dumps(FULL)
     start = data.draw(st.integers(0, len(text) - 1))
     stop = data.draw(st.integers(start, min(start + 20, len(text))))

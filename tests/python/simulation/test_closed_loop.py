@@ -30,7 +30,7 @@ def rig(request: pytest.FixtureRequest) -> Rig:
 
 
 def test_p_loop_is_that_of_the_linear_model() -> None:
-    """The linear rig and a sampled P controller, by matrices."""
+    """The loop of the linear rig and a sampled P controller, computed with matrices."""
     rig = read_rig(RIGS / "linear.toml")
     p = {name.removeprefix("linear."): value for name, value in rig.values.items()}
     stiffness = 4.0 * p["bulk_modulus_pa"] / p["volume_m3"]
@@ -58,7 +58,7 @@ def test_p_loop_is_that_of_the_linear_model() -> None:
 
 def test_the_record_drives_the_rig_to_the_same_motion(rig: Rig) -> None:
     start = 0.5 * rig.values.get("cylinder.stroke_m", 0.0)
-    size = 0.2 if rig.plant == "axis" else 0.005  # the axis has friction to break
+    size = 0.2 if rig.plant == "axis" else 0.005  # the axis has dry friction
     reference = start + size * np.sin(2.0 * np.pi * 0.5 * np.arange(3000) * DT_S)
     closed = simulate_closed_loop(rig, reference, suggested_controller(rig), dt_s=DT_S)
     command = closed.run.record.column("command_v")
@@ -78,14 +78,14 @@ def test_the_integral_removes_the_error_of_a_bias() -> None:
     for name, controller in (("p", p_controller), ("pi", with_integral(p_controller))):
         closed = simulate_closed_loop(rig, reference, controller, dt_s=DT_S, values=values)
         errors[name] = closed.run.record.column("position_m")[-1] - 0.15
-    # P holds where its command takes back the bias, but for what closed edges let through.
+    # A P controller stops where its command equals the bias, except for flow through closed edges.
     error = simulate_closed_loop(rig, reference, p_controller, dt_s=DT_S).run.record.column(
         "position_m"
     )[-1]
     assert errors["p"] - (error - 0.15) == pytest.approx(
         bias * 10.0 / p_controller.gain_v_m, rel=1e-3
     )
-    # A double pole at w / 2 = 6.3 1/s: after 6 s, exp(-37).
+    # A double pole at w / 2 = 6.3 1/s leaves exp(-37) after 6 s.
     assert abs(errors["pi"]) < 1e-9
 
 
@@ -98,8 +98,8 @@ def test_command_stays_within_its_limit_and_the_integral_does_not_wind_up() -> N
     assert np.abs(command).max() == 10.0
     np.testing.assert_array_equal(closed.limited, np.abs(command) == 10.0)
     assert closed.limited.mean() > 0.1
-    # A step of PI overshoots by exp(-2) = 13.5 % of what was left when the limit ended, that is
-    # limit / gain = 25 mm; wound up, it would be most of the 200 mm.
+    # A PI loop overshoots by exp(-2) = 13.5 % of the error at which the command left its limit,
+    # limit / gain = 25 mm. With windup, it would overshoot by most of the 200 mm.
     assert closed.run.record.column("position_m").max() - 0.25 < 0.15 * 10.0 / controller.gain_v_m
 
 
@@ -126,17 +126,17 @@ def test_clamping_never_integrates_into_the_limit(
 
 
 def test_velocity_gain_is_that_of_small_commands(rig: Rig) -> None:
-    """Slope over the command, which dry friction does not change, mean of both directions."""
+    """The gain is the slope of speed over command, which does not depend on dry friction."""
 
     def speed(command_v: float) -> float:
         run = simulate(rig, np.full(samples, command_v), dt_s=DT_S)
         return float(run.record.column("velocity_m_s")[-1])
 
-    # The axis takes mass over friction = 0.46 s; thirteen of them leave 2e-6.
+    # The time constant of the axis is mass / friction = 0.46 s; after thirteen of them 2e-6 remain.
     samples = 6000 if rig.plant == "axis" else 2000
     slope = (speed(2.0) - speed(1.0) - speed(-2.0) + speed(-1.0)) / 2.0
-    # Viscous friction of the bench, left out of the gain: 900 N s/m at 0.06 m/s against
-    # p_s A = 37 kN, 0.15 %; rounded edges and laminar flow as much again.
+    # The gain neglects the viscous friction of the bench: 900 N s/m at 0.06 m/s are 0.15 % of
+    # p_s A = 37 kN. Rounded edges and laminar flow have about the same influence.
     assert slope == pytest.approx(velocity_gain(rig), rel=0.005)
 
 
@@ -170,7 +170,7 @@ def test_noise_has_the_deviation_of_the_sensors() -> None:
     noisy = simulate(rig, command, dt_s=DT_S, noise=noise).record
     clean = simulate(rig, command, dt_s=DT_S).record
     for name, sigma in (("position_m", 3e-5), ("pressure_a_pa", 2e4)):
-        # Standard error of a deviation: 1 / sqrt(2 n) = 0.5 %; five of them.
+        # The standard error of a deviation is 1 / sqrt(2 n) = 0.5 %; the tolerance is five of them.
         difference = noisy.column(name) - clean.column(name)
         assert np.std(difference) == pytest.approx(sigma, rel=0.025)
     np.testing.assert_array_equal(noisy.column("spool"), clean.column("spool"))

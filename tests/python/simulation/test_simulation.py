@@ -43,8 +43,8 @@ def test_reported_error_is_that_of_the_integration() -> None:
         for name in ("position_m", "velocity_m_s", "pressure_a_pa"):
             values = run.record.column(name)
             true = np.max(np.abs(values - exact.column(name))) / np.ptp(values)
-            # Second order: the difference to half the step is three quarters of the error; the next
-            # order shifts that by the relative size of a step, some tenths.
+            # The method is of second order: the difference to half the step is three quarters of
+            # the error. The next order changes this by the relative size of a step, some tenths.
             assert 0.5 * true < run.error[name] < true
 
 

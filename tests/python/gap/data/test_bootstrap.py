@@ -27,8 +27,9 @@ def test_counts_are_those_of_draws_with_replacement() -> None:
     counts = drawn_counts(20, np.random.default_rng(2))
     draws = drawn_windows(20, np.random.default_rng(3))
     assert (counts.sum(axis=1) == 20).all()
-    # A window is taken k times in binomial draws of 20 with p = 1/20: variance 0.95. The variance
-    # of 500 x 20 counts is known to sqrt((kurtosis - 1) / 10^4), about 2 %; three times that.
+    # The count of a window is binomial with 20 draws and p = 1/20: its variance is 0.95. The
+    # standard error of the variance of 500 x 20 counts is sqrt((kurtosis - 1) / 10^4), about 2 %;
+    # the tolerance is three of them.
     expected_counts = np.array([np.bincount(draw, minlength=20) for draw in draws])
     for each in (counts, expected_counts):
         assert each.var() == pytest.approx(0.95, rel=0.06)

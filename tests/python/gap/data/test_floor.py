@@ -11,16 +11,16 @@ from ehsid.harness.gap import noise_floor
 def test_the_floor_of_white_noise_on_motion_is_its_deviation(seed: int, sigma: float) -> None:
     rng = np.random.default_rng(seed)
     time = np.arange(8000) * 1e-3
-    # Slow motion, and an oil spring of 70 Hz of five hundred times the noise: third differences
-    # would leave ten times the noise of it, seventh a thirtieth.
+    # Slow motion, and an oil spring of 70 Hz with five hundred times the noise. Third differences
+    # would leave ten times the noise, seventh differences leave a thirtieth.
     motion = 2.0e3 * sigma * np.sin(2.0 * np.pi * 0.5 * time) + 500.0 * sigma * np.sin(440.0 * time)
     floor = noise_floor(motion + sigma * rng.standard_normal(time.size))
-    # Medians of 400 strongly correlated differences scatter by some 8 %, the median of twenty
-    # blocks by 2.5 %; four of them.
+    # Medians of 400 strongly correlated differences scatter by about 8 %, the median of twenty
+    # blocks by 2.5 %; the tolerance is four of these.
     assert floor.value == pytest.approx(sigma, rel=0.1)
     assert floor.low <= floor.value <= floor.high
-    # Second and nineteenth of twenty: 1.65 of those scatters apart on either side, some 1.3;
-    # five times their own scatter more.
+    # The second and the nineteenth of twenty blocks are about 1.65 standard deviations from the
+    # median, a ratio of about 1.3; the tolerance adds five times the scatter of the quantiles.
     assert floor.high < 1.8 * floor.low
 
 
@@ -28,7 +28,7 @@ def test_the_floor_of_a_quantised_signal_follows_from_its_step() -> None:
     time = np.arange(4000) * 1e-3
     step = 1e-4
     quantised = step * np.round(1e-2 * np.sin(2.0 * np.pi * 0.3 * time) / step)
-    # A sensor that stands still between steps has no noise in most differences.
+    # A quantised signal that mostly stays constant has no noise in most differences.
     assert noise_floor(quantised).value == pytest.approx(step / np.sqrt(12.0), rel=0.05)
 
 

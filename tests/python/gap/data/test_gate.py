@@ -183,7 +183,7 @@ def test_each_fault_is_named(change: Callable[[Columns], None], words: str, seri
     result = remarks(change)
     matching = [remark for remark in result if words in remark[0]]
     assert [remark[1] for remark in matching] == [serious], result
-    # The serious ones come first, and a fault that is not serious brings none that is.
+    # Serious remarks come first. A fault that is not serious has no serious remark.
     assert [remark[1] for remark in result] == sorted(
         (remark[1] for remark in result), reverse=True
     )
@@ -219,7 +219,7 @@ def test_a_gap_has_a_remark_and_the_longest_part_is_checked() -> None:
     assert len(part.segments) == 1
     first = stretch(record, record.segments[0])
     assert np.array_equal(first.column("position_m"), CLEAN["position_m"][:1500])
-    # Parts that are all too short are no record.
+    # If all parts are too short, there is a serious remark.
     is_present = np.concatenate([np.arange(k, k + 900) for k in range(0, N - 900, 1000)])
     short = make_record({name: column[is_present] for name, column in CLEAN.items()}, name="one")
     assert any(remark.serious and "too short" in remark.what for remark in gate([short], RIG))
@@ -230,7 +230,7 @@ def test_records_that_differ_in_noise_or_sampling_are_named() -> None:
     noisier["pressure_a_pa"] += 1e5 * np.random.default_rng(0).standard_normal(N)
     (result,) = gate([make_record(CLEAN, name="one"), make_record(noisier, name="two")], RIG)
     assert result.record == ""
-    # Two digits of medians that scatter by 2.5 %.
+    # The message has two digits; the medians scatter by 2.5 %.
     numbers = re.match(
         r"the noise of pressure_a_pa is (\S+) in 'two' and (\S+) in 'one'", result.what
     )
@@ -260,8 +260,8 @@ def test_spikes_are_marked_and_motion_is_not(
     seed: int, size: float, sign: float, index: int, frequency: float
 ) -> None:
     rng = np.random.default_rng(seed)
-    # Motion of a thousand times the noise at up to 40 Hz: within the five samples of the median it
-    # bends by less than the spike is high.
+    # The motion has up to a thousand times the noise at up to 40 Hz. Within the five samples of the
+    # median its curvature is smaller than the spike.
     amplitude = min(1000.0, 20.0 / (2.0 * np.pi * frequency * 2.0 * DT_S) ** 2)
     signal = amplitude * np.sin(2.0 * np.pi * frequency * np.arange(4000) * DT_S)
     signal += rng.standard_normal(4000)
@@ -273,7 +273,7 @@ def test_spikes_are_marked_and_motion_is_not(
 
 @pytest.mark.parametrize("unit", [1e-300, 1.0, 1e150, 1e300])
 def test_a_correlation_does_not_depend_on_the_unit(unit: float) -> None:
-    # Both sum 400 products, each with an error of a few 1e-16 of the sum of their sizes.
+    # Both functions sum 400 products, with an error of a few 1e-16 of the sum of their sizes.
     rng = np.random.default_rng(3)
     speed = rng.standard_normal(400)
     noisy = speed + rng.standard_normal(400)
@@ -308,9 +308,9 @@ def test_the_gate_never_raises(
     record = make_record(columns, name="one")
     for remark in gate([record, record], rig):
         assert remark.record in ("", "one")
-        # A sentence: what was found, and what to do.
+        # A remark states the fault and a remedy.
         assert len(remark.what) > 40
-    # Too short, or without what is needed, is never passed over.
+    # A record that is too short or lacks a column always has a serious remark.
     if (
         n * dt_s < 2.3
         or "time_s" not in columns
@@ -321,7 +321,8 @@ def test_the_gate_never_raises(
 
 def test_the_oil_spring_is_that_of_the_linear_servo() -> None:
     linear = read_rig(RIGS / "linear.toml")
-    # Equal chambers at mid-stroke: (1) of the servo model, beta (A^2/V + A^2/V) / m with V = V_t/2.
+    # Equal chambers at mid-stroke, Eq. (1) of the servo model:
+    # w^2 = beta (A^2/V + A^2/V) / m with V = V_t/2.
     v = linear.values
     half = 0.5 * v["linear.volume_m3"]
     area = v["linear.area_m2"]

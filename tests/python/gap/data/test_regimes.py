@@ -25,12 +25,12 @@ DT_S = 1e-3
 def test_reversals_of_a_triangle_are_counted_through_noise(
     turns: int, amplitude: float, offset: float, noise: float
 ) -> None:
-    # A quarter period from zero, then half a period for each turn.
+    # A quarter period from zero, then half a period for each reversal.
     n = 100 * (2 * turns + 1)
     signal = triangle(n, 1.0, amplitude=amplitude, period_s=400.0)
     rng = np.random.default_rng(turns)
     noisy = offset + signal + noise * amplitude * rng.uniform(-1.0, 1.0, n)
-    # Turns by 5 % of the range; noise moves by 1 % of it at most.
+    # Reversals are by 5 % of the range; the noise is at most 1 % of it.
     assert reversals(noisy, 0.05) == turns
 
 
@@ -50,8 +50,8 @@ def test_a_slow_triangle_is_slow_near_null_and_has_no_fast_power() -> None:
     assert regimes.travel is not None
     assert regimes.travel < 0.1
     assert regimes.at_ends == 0.0
-    # The harmonics of a triangle's slope, a square wave of 0.5 Hz, fall with 1 / f^2 in power: 99 %
-    # lie below 40 of them.
+    # The slope of the triangle is a square wave of 0.5 Hz. The power of its harmonics falls with
+    # 1 / f^2: 99 % of it is below the 40th harmonic.
     assert regimes.fast_power_hz < 25.0
     assert regimes.load_signs in (1, 2)
 
@@ -80,7 +80,7 @@ def test_an_axis_has_neither_stroke_nor_pressures() -> None:
     assert regimes.travel is None
     assert regimes.load_signs is None
     assert regimes.lowest_pressure_pa is None
-    # No limit is told: by the record's own largest command.
+    # The drive has no limit: the largest command of the record replaces it.
     assert regimes.largest_command == 1.0
 
 
@@ -103,7 +103,7 @@ def test_pressures_show_the_sign_of_the_load() -> None:
         )
         regimes = visited(record, rig)
         assert regimes.load_signs == signs
-        # One sample in a thousand of both chambers is beyond.
+        # A thousandth of the samples of both chambers exceeds each value.
         signs_both = np.sort(np.concatenate([p_a, p_b]))
         assert regimes.lowest_pressure_pa == pytest.approx(signs_both[4], rel=1e-3)
         assert regimes.highest_pressure_pa == pytest.approx(signs_both[-5], rel=1e-3)

@@ -70,8 +70,9 @@ def test_repeats_show_coloured_noise_in_motion() -> None:
     noise = coloured(16000, sigma, 30.0, 2)
     record = record_of(np.tile(period, 4), run.column("position_m") + noise)
     floor = floor_of(record, "position_m")
-    # The differences see the top of the spectrum only; repeats see all but what is slower than a
-    # window. Some 2 x 30 Hz x 12 s / 2 independent samples: 2.6 %; four of them.
+    # The differences contain only the highest frequencies; repeats contain all frequencies above
+    # that of a window. There are about 2 x 30 Hz x 12 s / 2 independent samples, which gives a
+    # standard error of 2.6 %; the tolerance is four of these.
     assert noise_floor(record.column("position_m")).value < 0.6 * sigma
     assert floor.value == pytest.approx(sigma, rel=0.12)
     assert floor.low < sigma < floor.high
@@ -102,7 +103,7 @@ def test_rest_shows_coloured_noise(step: float) -> None:
     assert len(windows) >= 20
     assert all(np.ptp(command[window]) == 0.0 for window in windows)
     assert len(rest_errors(record, "position_m")) == len(windows)
-    # A straight line over half a second takes what is slower than 2 Hz or so: a first-order
+    # The straight line over half a second removes frequencies below about 2 Hz. A first-order
     # spectrum of 30 Hz has 4 % of its power there.
     expected = np.hypot(sigma, step / np.sqrt(12.0))
     assert floor_of(record, "position_m").value == pytest.approx(expected, rel=0.1)
@@ -131,9 +132,10 @@ def test_motion_at_coarse_sampling_is_not_taken_for_noise(dt_s: float, is_motion
     if is_motion:
         assert noise_floor(in_motion).value > 10.0 * sigma
     record = record_of(command, position, dt_s)
-    # Rest has 18 windows of at least ten samples less two: 6 %; at 0.1 ms far less.
+    # At rest there are 18 windows of at least ten samples less two: a standard error of 6 %, and
+    # much less at 0.1 ms.
     assert floor_of(record, "position_m").value == pytest.approx(sigma, rel=0.2)
-    # Without rest the floor is what the differences say, as a bound: anything below it.
+    # Without rest, the estimate from differences is an upper bound of the floor.
     floor = floor_of(record_of(command[moving], in_motion, dt_s), "position_m")
     assert floor.value == pytest.approx(noise_floor(in_motion).value)
     assert (floor.low < 0.1 * floor.value) == is_motion
@@ -148,7 +150,7 @@ def test_the_step_of_a_sensor_does_not_depend_on_the_range(
     signal = step * range_m * np.cumsum(rng.standard_normal(4000)) / 60.0
     quantised = step * np.round(signal / step)
     assert sensor_step(quantised) == pytest.approx(step, rel=1e-6)
-    # As a text file has it.
+    # A text file rounds the values.
     assert sensor_step(np.array([float(f"{value:.9g}") for value in quantised])) == pytest.approx(
         step, rel=1e-2
     )

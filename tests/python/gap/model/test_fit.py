@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The optimiser alone, on costs whose minimum scipy knows."""
+"""The optimiser on costs whose minimum scipy computes, too."""
 
 from collections.abc import Mapping
 from typing import cast
@@ -15,12 +15,12 @@ from ehsid.harness.gap.model.problem import Linear, Step
 
 
 class Quadratic:
-    """|A x - b|^2 / 2 in a box, with the calls that a fit makes; slopes may be bent."""
+    """The cost |A (x + cubic x^3) - b|^2 / 2 inside bounds, with the interface of `Problem`."""
 
     def __init__(self, a: np.ndarray, b: np.ndarray, half: float, cubic: float = 0.0) -> None:
         self.a, self.b, self.cubic = a, b, cubic
         self.low, self.high = np.full(a.shape[1], -half), np.full(a.shape[1], half)
-        self.exact = 0  # how often sensitivities were asked for
+        self.exact = 0  # number of evaluations of sensitivities
 
     def errors(self, x: np.ndarray) -> dict[str, np.ndarray]:
         return {"y": self.a @ (x + self.cubic * x**3) - self.b}
@@ -46,13 +46,14 @@ class Quadratic:
 @given(seed=st.integers(0, 500), half=st.floats(0.05, 5.0))
 def test_minimum_in_a_box_is_that_of_scipy(seed: int, half: float) -> None:
     rng = np.random.default_rng(seed)
-    # Correlated columns: a step that ignores which parameters are held at a bound goes astray.
+    # The columns are correlated, so that a step must take into account which parameters are held at
+    # a bound.
     a = rng.standard_normal((12, 4)) @ (np.eye(4) + 2.0 * rng.standard_normal((4, 4)))
     subject = Quadratic(a, 3.0 * rng.standard_normal(12), half)
     result = fit(cast(Problem, subject), rng.uniform(-half, half, 4), iterations=200)
     expected = lsq_linear(a, subject.b, (-half, half), tol=1e-14)
     assert np.all(np.abs(result.x) <= half)
-    # A fit ends where a step gains less than 1e-2; damping leaves a few such steps.
+    # A fit ends where a step reduces the cost by less than 1e-2; damping leaves a few such steps.
     assert result.cost < expected.cost + 0.05 * (1.0 + expected.cost)
 
 
@@ -73,10 +74,10 @@ def test_the_limit_of_iterations_holds() -> None:
 
 
 @given(seed=st.integers(0, 500))
-@example(seed=298)  # six tries do not shorten its steps enough
+@example(seed=298)  # six tries do not shorten the steps enough
 def test_the_minimum_of_a_nonlinear_cost_is_that_of_scipy(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    # x + x^3 / 2 is monotone and the columns are independent: there is one minimum.
+    # x + x^3 / 2 is monotone and the columns are independent: there is a single minimum.
     a = np.linalg.qr(rng.standard_normal((12, 4)))[0] * np.array([1.0, 3.0, 10.0, 30.0])
     subject = Quadratic(a, 3.0 * rng.standard_normal(12), 2.0, cubic=0.5)
     start = rng.uniform(-2.0, 2.0, 4)
@@ -89,7 +90,7 @@ def test_the_minimum_of_a_nonlinear_cost_is_that_of_scipy(seed: int) -> None:
         xtol=1e-12,
         ftol=1e-12,
     )
-    # It ends where an exact step gains less than 1e-2.
+    # The fit ends where a step with exact sensitivities reduces the cost by less than 1e-2.
     assert result.cost < expected.cost + 0.05 * (1.0 + expected.cost)
 
 
@@ -128,7 +129,7 @@ def test_the_secant_condition_holds_in_any_units(seed: int) -> None:
     scale, units = rng.uniform(0.1, 10.0, 3), np.array([1.0, 1e-6, 1e4])
     plain = Linear({"y": before}, {"y": slopes.copy()}).updated(step, {"y": after}, scale)
     np.testing.assert_allclose(plain.slopes["y"] @ step, after - before, atol=1e-9)
-    # x in other units: slopes by 1 / unit, weights by 1 / unit^2.
+    # With x in other units, slopes change by 1 / unit and weights by 1 / unit^2.
     rescaled = Linear({"y": before}, {"y": slopes / units})
     rescaled = rescaled.updated(step * units, {"y": after}, scale / units**2)
     np.testing.assert_allclose(

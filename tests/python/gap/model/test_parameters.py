@@ -63,7 +63,7 @@ def test_a_lag_in_the_rig_file_replaces_the_hidden_spool() -> None:
     names = {parameter.name for parameter in calibration_parameters(with_lag)}
     assert "effects.valve_lag.bandwidth_hz" in names
     assert names.isdisjoint({"nuisance.spool_bandwidth_hz", "nuisance.spool_damping"})
-    # Its speed has a limit all the same.
+    # The spool speed of the valve has a limit nevertheless.
     assert "nuisance.spool_slew_1_s" in names
     names = {parameter.name for parameter in calibration_parameters(without_lag)}
     assert "effects.valve_lag.bandwidth_hz" not in names
@@ -89,11 +89,11 @@ def test_without_pressures_some_nuisances_are_left_out(rig: Rig) -> None:
 
 
 def test_every_nuisance_has_a_prior() -> None:
-    """Every nuisance of the plant is given room, and none that is not of the plant."""
+    """The priors are those of the nuisances of the plant, without exception or addition."""
     names = {name for name in plant_parameters() if name.startswith("nuisance.")}
     assert set(NUISANCE_SIGMA) == names
     assert set(LOGARITHMIC_NUISANCES) | set(SEEN_BY_PRESSURES) <= names
-    # A size that is positive is known by a factor, what may be of either sign by an amount.
+    # The uncertainty of a positive value is a factor; that of a value of either sign an amount.
     for name in LOGARITHMIC_NUISANCES:
         assert plant_parameters()[name].minimum > 0.0
 
@@ -131,7 +131,7 @@ def test_forces_have_either_sign() -> None:
 
 @pytest.mark.parametrize("effect", [info.id for info in ehsid.effects()])
 def test_ends_of_a_logarithm_are_inside_the_range_of_the_plant(effect: str) -> None:
-    """A fit that stops at a bound gives a rig that can be written and run."""
+    """The values at the bounds of a fit can be written to a rig file and simulated."""
     rig = read_rig(RIGS / "bench.toml")
     ranges = {info.name: info for info in ehsid.plant_parameters()}
     start = {parameter.name: parameter.typical for parameter in effects()[effect].parameters}

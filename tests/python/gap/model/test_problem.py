@@ -36,7 +36,7 @@ RIG = Rig(
         "spool_noise": 1e-3,
     },
 )
-# A rig that differs from what is told by about one deviation each.
+# Values that differ from those of the rig by about one standard deviation each.
 TRUE = {
     "fluid.bulk_modulus_pa": 0.9e9,
     "load.viscous_friction_n_s_m": 1200.0,
@@ -69,7 +69,7 @@ def problem(record: Compared, extra: tuple = (), substeps: int = 4) -> Problem:
 
 def test_outputs_that_are_noise_do_not_count() -> None:
     record = compared_record({})
-    # Supply pressure is constant, spool and pressures move.
+    # The supply pressure is constant; spool and chamber pressures vary.
     assert problem(record).outputs == ("position_m", "pressure_a_pa", "pressure_b_pa", "spool")
 
 
@@ -81,14 +81,14 @@ def test_gradient_is_that_of_the_cost() -> None:
     assert step.cost == pytest.approx(subject.cost(x), rel=1e-12)
     scale = np.array([min(p.sigma, 1.0) for p in subject.parameters])
     by_differences = approx_fprime(x, subject.cost, 1e-5 * scale)
-    # One-sided differences of 1e-5 sigma: rounding of a cost of 1e4 by 1e-12 over 1e-5, and the
-    # curvature, up to 1e4 a sigma^2, times half the step.
+    # One-sided differences over 1e-5 sigma have the rounding error of a cost of 1e4, 1e-12 of it,
+    # divided by 1e-5, and the curvature, up to 1e4 per sigma^2, times half the step.
     np.testing.assert_allclose(step.gradient * scale, by_differences * scale, rtol=5e-3, atol=1.0)
 
 
 @pytest.fixture(scope="module")
 def two_record_problem() -> Problem:
-    """Two records of different length, the second with a window that is shorter."""
+    """Problem with two records of different length; the last window of the second is shorter."""
     records = [compared_record(TRUE, 1, 3.3), compared_record({}, 2, 2.5)]
     floors = {"position_m": 5e-6, "pressure_a_pa": 1e4, "spool": 1e-3}
     parameters = calibration_parameters(RIG)
@@ -99,12 +99,12 @@ def test_squares_of_the_windows_add_up_to_the_errors(two_record_problem: Problem
     subject = two_record_problem
     errors = subject.errors(subject.centre())
     squares, counts = subject.window_squares(errors)
-    # 3 s are 6 windows of half a second, 2.2 s are 4 and one of 0.2 s.
+    # 3 s are 6 windows of 0.5 s; 2.2 s are 4 windows and another of 0.2 s.
     np.testing.assert_array_equal(counts, [500.0] * 10 + [200.0])
     assert squares.shape == (11, 3)
     for column, name in enumerate(subject.outputs):
         assert squares[:, column].sum() == pytest.approx(np.sum(errors[name] ** 2), rel=1e-12)
-        # The first window of the second record, by hand.
+        # The first window of the second record is summed directly.
         by_hand = np.sum(errors[name][3000:3500] ** 2)
         assert squares[6, column] == pytest.approx(by_hand, rel=1e-12)
 
@@ -115,13 +115,13 @@ def test_gradients_of_the_windows_add_up_to_that_of_the_cost(two_record_problem:
     x[:5] += 0.01
     step, by_window = subject.window_gradients(x)
     assert by_window.shape == (11, x.size)
-    # What the windows do not have is the prior: of x - centre over sigma^2.
+    # The gradient of the prior, (x - centre) / sigma^2, is not in the windows.
     prior = subject.information() * (x - subject.centre())
     scale = np.max(np.abs(step.gradient))
     np.testing.assert_allclose(by_window.sum(axis=0) + prior, step.gradient, atol=1e-9 * scale)
     expected_step = subject.step(x)
     np.testing.assert_array_equal(step.gradient, expected_step.gradient)
-    # One window by finite differences of its own squares, weighted as in the cost:
+    # The gradient by window from differences of its squares, weighted as in the cost:
     #   n / (2 N (mse + floor^2)) d(sum of squares) / dx
     errors = subject.errors(x)
     independent = 20.0 * sum(record.seconds for record in subject.records)
@@ -135,7 +135,7 @@ def test_gradients_of_the_windows_add_up_to_that_of_the_cost(two_record_problem:
         e = errors[name]
         weight = 0.5 * independent / (e.size * (np.mean(e**2) + subject.floors[name] ** 2))
         expected += weight * slopes[:, column]
-    # Central differences over 1e-4 of ln: their error is some 1e-6 of the largest.
+    # Central differences over 1e-4 of ln have an error of about 1e-6 of the largest.
     worst = np.max(np.abs(expected))
     assert worst > 1.0
     np.testing.assert_allclose(by_window[:, index], expected, atol=1e-4 * worst)
@@ -159,7 +159,7 @@ def test_calibration_estimates_the_rig_of_a_record() -> None:
         if true_value is not None:
             deviation = parameter.value(values[parameter.name]) / true_value - 1.0
             assert abs(deviation) < 0.02, parameter.name
-    # What is left is the noise: white, of the deviation that went in.
+    # The remaining errors are the simulated white noise.
     errors = subject.errors(result.x)
     assert np.std(errors["position_m"]) == pytest.approx(5e-6, rel=0.1)
     assert np.std(errors["pressure_a_pa"]) == pytest.approx(1e4, rel=0.1)
@@ -172,7 +172,7 @@ def test_the_size_of_an_effect_is_estimated_and_reduces_the_cost() -> None:
     effect = effect_parameters("coulomb_friction", {"force_n": 150.0})
     with_effect = problem(record, tuple(parameter for parameter, _ in effect))
     result = fit(with_effect, np.concatenate([calibrated.x, [x for _, x in effect]]))
-    # Hundreds of nats; one is a standard error.
+    # The difference is hundreds of nats; a standard error is about one.
     assert calibrated.cost - result.cost > 100.0
     assert with_effect.parameters[-1].value(result.x[-1]) == pytest.approx(400.0, rel=0.05)
 
@@ -186,7 +186,7 @@ def test_bounds_hold() -> None:
 
 
 def test_gap_is_that_of_the_contract() -> None:
-    """Recomputed sample by sample from the words of the contract."""
+    """The gap is computed sample by sample from its definition in the contract."""
     record = compared_record(TRUE, seconds=2.0)
     run = simulate_windows(RIG, record.record)
     simulated = {name: run.outputs[name][0] for name in record.outputs}

@@ -23,7 +23,7 @@ CASE = case_of()
 
 
 def test_covariance_is_that_of_simulated_noise() -> None:
-    """Against many runs of the same disturbance by scipy."""
+    """The expected covariance is that of many runs of the disturbance with scipy."""
     state, entries = linear_servo(VALUES, "ehs", 0.2)
     (input_vector,) = entries["mechanics"]
     corner_hz = 5.0
@@ -38,11 +38,11 @@ def test_covariance_is_that_of_simulated_noise() -> None:
     runs = []
     for _ in range(400):
         _, y, _ = dlsim(system, rng.standard_normal(600 + 80))
-        # In its steady state before the position is put right.
+        # The system is in its steady state before the position is reset.
         runs.append(y[603::4, 0] - y[599, 0])
     noise = np.cov(np.array(runs)[:, :20].T)
     noise *= 20 / np.trace(noise)
-    # 400 draws know a variance to 7 %; three of these.
+    # The standard error of a variance from 400 draws is 7 %; the tolerance is three of them.
     np.testing.assert_allclose(noise, expected, atol=0.21 * expected.max())
 
 
@@ -51,7 +51,7 @@ def test_the_linear_servo_has_the_poles_of_a_cylinder() -> None:
     poles = np.linalg.eigvals(state)
     assert np.sum(np.abs(poles) < 1e-6) == 1
     assert np.all(poles.real < 1e-9)
-    # Oil spring of both chambers at mid-stroke: w^2 = beta (A_a^2 / V_a + A_b^2 / V_b) / m.
+    # The oil spring of both chambers at mid-stroke has w^2 = beta (A_a^2 / V_a + A_b^2 / V_b) / m.
     v = RIG.values
     a = np.pi / 4 * v["cylinder.bore_m"] ** 2
     b = a - np.pi / 4 * v["cylinder.rod_m"] ** 2
@@ -62,12 +62,12 @@ def test_the_linear_servo_has_the_poles_of_a_cylinder() -> None:
     )
     oil = poles[np.abs(poles.imag) > 1.0]
     pole = np.min(np.abs(np.abs(oil) - np.sqrt(spring / v["load.mass_kg"])))
-    # Damping of a tenth moves it by less than a hundredth.
+    # A damping ratio of 0.1 changes the frequency by less than 1 %.
     assert pole < 0.02 * np.sqrt(spring / v["load.mass_kg"])
 
 
 def drawn_error(subsystem: str, seed: int, times: float = 50.0) -> np.ndarray:
-    """Errors as noise in a subsystem makes them, so many times the floor, window by window."""
+    """Errors by noise in a subsystem, `times` the noise floor, drawn window by window."""
     problem = CASE.problem()
     (record,) = problem.records
     numbers = record.window[record.used]
@@ -97,7 +97,7 @@ def test_the_noisy_subsystem_is_among_the_best(subsystem: str) -> None:
     assert noise.deficit[subsystem] < 0.05
     assert noise.subsystem[subsystem] > 0.3
     assert sum(noise.subsystem.values()) == pytest.approx(1.0)
-    # White noise has nothing of a motion; what moves the rod by force or by flow is less far apart.
+    # White noise differs most; disturbances by force and by flow are more similar.
     others = {"valve", "hydraulics", "mechanics"} if subsystem == "sensor" else {"sensor"}
     assert sum(noise.subsystem[name] for name in others) < 0.1
 
@@ -106,7 +106,7 @@ def test_the_sensor_noise_is_estimated() -> None:
     noise = noise_needed(CASE.problem(), {}, drawn_error("sensor", 2, times=20.0))
     assert noise is not None
     expected = 20.0 * CASE.problem().floors["position_m"]
-    # Intensities a factor of 1.4 apart.
+    # The intensities on the grid differ by a factor of 1.4.
     assert noise.deviation["sensor"] == pytest.approx(expected, rel=0.25)
 
 

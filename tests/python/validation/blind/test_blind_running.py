@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A check is made and sealed once, runs case by case, and a kill loses only what was under way."""
+"""A check is made and sealed once and runs case by case; a kill loses only unfinished cases."""
 
 import json
 import os
@@ -30,7 +30,7 @@ from ehsid.harness.validation.reality.effects import CATALOGUE
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A check nobody may change."""
+    """A check that all tests share; they must not change it."""
     out = tmp_path_factory.mktemp("made") / "check"
     with workers(1):
         tiny_check(out)
@@ -39,7 +39,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def check(made: Path, tmp_path: Path) -> Path:
-    """A copy of it."""
+    """A copy of the shared check, which a test may change."""
     return Path(shutil.copytree(made, tmp_path / "check"))
 
 
@@ -48,7 +48,7 @@ def answers_of(out: Path) -> dict[str, dict[str, object]]:
 
 
 def results(out: Path) -> dict[str, dict[str, object]]:
-    """Settings of each diagnosis: what the stand-in saw."""
+    """Settings of each diagnosis, as the stand-in for the diagnosis wrote them."""
     return {
         path.parent.name: json.loads(path.read_text(encoding="utf-8"))["provenance"]["settings"]
         for path in sorted((out / "results").glob("*/diagnosis.json"))
@@ -122,7 +122,7 @@ def test_an_intact_check_passes(made: Path) -> None:
     check_file(made / "seal.json")
     seal = verify(made)
     assert seal.settings == TINY
-    # Three files a case, and its transfer record.
+    # Each case has three files and a transfer record.
     assert len(seal.files) == 4 * TINY.count
 
 
@@ -237,7 +237,7 @@ def test_the_true_effect_is_left_out(tmp_path: Path) -> None:
     for name, answer in answers.items():
         assert answer["kind"] == "one"
         assert settings_by_case[name]["exclude"] == list(answer["effects"])  # type: ignore[call-overload]
-    # In turn: no effect comes twice before all came once.
+    # Each effect is used once before any is used again.
     effects = {next(iter(answer["effects"])) for answer in answers.values()}  # type: ignore[call-overload]
     assert len(effects) == 6
     assert effects <= set(CATALOGUE)
@@ -274,7 +274,7 @@ with workers(2):
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals to a process")
 def test_a_kill_loses_only_unfinished_cases(check: Path) -> None:
-    """Four cases of a second, two at a time: killed when the first is told; the rest runs here."""
+    """Of four cases, two at a time, the run is killed after the first; the test runs the others."""
     names = unfinished_cases(check)
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     run = subprocess.Popen(
@@ -288,7 +288,7 @@ def test_a_kill_loses_only_unfinished_cases(check: Path) -> None:
     first = run.stdout.readline().strip()
     run.send_signal(signal.SIGKILL)
     run.wait(timeout=10)
-    os.killpg(run.pid, signal.SIGKILL)  # its workers, which nothing else ends soon
+    os.killpg(run.pid, signal.SIGKILL)  # its workers, which would otherwise continue
     run.stdout.close()
     assert first in names
     results_before = results(check)

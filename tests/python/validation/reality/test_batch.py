@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is withheld of a case beside its answer, and how long its records are."""
+"""The transfer record, which is withheld like the answer, and the length of the records."""
 
 import json
 from pathlib import Path
@@ -34,15 +34,15 @@ def test_the_transfer_record_has_another_excitation(seed: int, grade: Any) -> No
 
 
 def test_the_transfer_record_is_never_small() -> None:
-    """A wrong cause may shrink the gap at small amplitudes: there it must not be asked."""
+    """At small amplitudes a wrong effect can reduce the gap, too."""
     ratios = []
     for seed in range(6):
         case = make_case(seed, "confusable", "none", seconds=4.0)
         rated = case.answer["told"]["valve.rated_command_v"]
         small = max(case.answer["largest_command"])
-        # Small records ask for 15 % of rated at most; the loop adds some.
+        # Small records have 15 % of the rated command at most; the loop adds to it.
         assert small < 0.3
-        if case.answer["transfer_excitation"] != "triangle":  # slow of itself: 30 % of the size
+        if case.answer["transfer_excitation"] != "triangle":  # a triangle is slow: 30 % of the size
             ratios.append(float(np.abs(case.transfer["command_v"]).max()) / rated / small)
     assert len(ratios) >= 3
     assert min(ratios) > 1.5
@@ -76,7 +76,7 @@ def test_the_transfer_record_is_written_to_its_own_folder(tmp_path: Path) -> Non
     case = make_case(3, "plain", "one", sensors="pressures", seconds=1.0)
     assert case.answer == answer
     record = read_record(transfer / f"{name}.csv")
-    # Half of the last digit written.
+    # The tolerance is half of the last digit in the file.
     np.testing.assert_allclose(
         record.column("position_m"), case.transfer["position_m"], atol=0.51e-7, rtol=0.0
     )
@@ -87,7 +87,8 @@ def test_lengths_are_drawn_independently(tmp_path: Path) -> None:
     lengths = [draw_seconds(seed) for seed in range(500)]
     assert 8.0 <= min(lengths) < 8.5
     assert 19.5 < max(lengths) <= 20.0
-    # Uniform: the mean of 500 has a deviation of 12 / sqrt(12 * 500) = 0.155 s; four of them.
+    # The mean of 500 uniform draws has a standard error of 12 / sqrt(12 * 500) = 0.155 s; the
+    # tolerance is four of them.
     assert np.mean(lengths) == pytest.approx(14.0, abs=0.62)
     write_cases(tmp_path / "cases", tmp_path / "answers.json", [11, 12], seconds=None)
     answers = json.loads((tmp_path / "answers.json").read_text(encoding="utf-8"))

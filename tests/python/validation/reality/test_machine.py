@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The blind machine's solution against scipy's, term by term and whole."""
+"""The solution of the blind machine is that of scipy, for single terms and whole runs."""
 
 import math
 
@@ -55,7 +55,7 @@ def test_air_softens_the_oil_as_the_catalogue_says(fraction: float, p: float) ->
     beta = t.bulk_modulus_0_pa + t.bulk_slope * p
     r = (101325.0 / p) ** (1.0 / 1.3)
     expected = beta * (1.0 + fraction * r) / (1.0 + fraction * r * beta / (1.3 * p))
-    # Murnaghan's oil is not thinned by the gas beside it: the difference is the factor 1 + alpha r.
+    # The gas does not take volume from the oil in Murnaghan's law: the factor 1 + alpha r.
     assert bulk == pytest.approx(expected, rel=1.01 * fraction * r + 1e-6)
 
 
@@ -82,13 +82,13 @@ def test_orifice_is_odd_increasing_and_meets_the_power_law(
 def test_edge_is_between_sharp_and_a_quarter_of_its_width_more(s: float, width: float) -> None:
     sharp = max(s, 0.0)
     assert sharp <= equations.edge(s, width) <= sharp + 0.25 * width * (1.0 + 1e-12)
-    # What opens on one side closes on the other.
+    # An edge opens by as much as the opposite edge closes.
     both = equations.edge(s, width) - equations.edge(-s, width)
     assert both == pytest.approx(s, abs=1e-15)
 
 
 def spool_commands(t: Truth, times: FloatArray, commands: FloatArray) -> FloatArray:
-    """Command at each interval's start after delay and play or stiction, written apart."""
+    """Command after delay and play or stiction at the start of each interval."""
     spool_command = 0.0
     out = []
     for time in times:
@@ -103,7 +103,7 @@ def spool_commands(t: Truth, times: FloatArray, commands: FloatArray) -> FloatAr
 
 
 def scipy_run(t: Truth, start: FloatArray, commands: FloatArray) -> FloatArray:
-    """The states at the samples, by LSODA; the sensor's play by dense output."""
+    """States at the samples by LSODA; the play of the sensor from the steps of the solver."""
     grid = DT_S * np.arange(commands.size + 1)
     switches = np.unique(np.round(np.concatenate((grid, grid + t.delay_s % DT_S)), 12))
     switches = switches[switches <= grid[-1] + 1e-12]
@@ -157,8 +157,8 @@ def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
     elif t.sensor_play_m > 0.0:
         read = reference[:, -1]
     travel, pressure_range = np.ptp(position), np.ptp(pressures)
-    # In a step the fastest swing turns by a sixth of a radian: (1/6)^5 / 120 = 1e-6 of its size a
-    # step, a hundred steps before it has died. Kinks of friction and slew are no worse.
+    # In a step the fastest oscillation turns by 1/6 rad, with an error of (1/6)^5 / 120 = 1e-6 of
+    # its amplitude. It decays within a hundred steps. Friction and slew rate have no larger errors.
     tolerance = 1e-4
     np.testing.assert_allclose(outputs[:, equations.OUT_Y], read, atol=tolerance * travel)
     for column, p in ((equations.OUT_P_A, pressures[:, 0]), (equations.OUT_P_B, pressures[:, 1])):
@@ -167,7 +167,7 @@ def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
 
 def test_solution_is_of_fourth_order() -> None:
     t = make_case(5, "plain", "none", seconds=0.01).truth
-    # Nothing with a kink: no slew, edges so round that the spool stays within.
+    # All equations are smooth: no slew limit, and the edges are rounded over the whole travel.
     t = t._replace(spool_slew_1_s=1e9, round_width=2.0, hum_share=0.0, transition_pa=1e8)
     start = start_state(t, 0.5 * t.stroke_m)
     commands = 0.3 * np.sin(2.0 * np.pi * 9.0 * DT_S * np.arange(60))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Blind cases: drawn apart from the effect, told within what the rig states, and sealed."""
+"""Blind cases: rig and records do not depend on the effect except through the machine."""
 
 import ast
 import json
@@ -31,18 +31,18 @@ from ehsid.harness.validation.reality.structure import GRADES
 pytestmark = pytest.mark.usefixtures("one_process")
 
 SHORT: dict[str, Any] = {"seconds": 1.0}
-# Where only the answer and the rig are looked at.
+# For tests of the answer and the rig only.
 VERY_SHORT: dict[str, Any] = {"seconds": 0.05}
 
 
 def test_the_parallel_runs_import_no_other_module_of_ehsid() -> None:
-    """They are all that this room imports of the rest: see test_walls."""
+    """The package `reality` imports them, but no other module that computes: see test_walls."""
     parallel = imported((HARNESS / "parallel.py").read_text(encoding="utf-8"))
     assert not [name for name in parallel if name.startswith("ehsid")]
 
 
 def test_compiled_functions_are_in_a_single_file() -> None:
-    """Numba's cache would not see a change in another one."""
+    """The cache of numba does not detect changes in other files."""
     users = [
         path.name
         for path in sorted((HARNESS / "validation" / "reality").glob("*.py"))
@@ -83,7 +83,7 @@ def test_the_same_arguments_make_the_same_case() -> None:
 
 
 def arguments_of_runs(**options: Any) -> tuple[str, str, list[Any]]:
-    """Name, rig text, and what `run` is given beside the machine and its start."""
+    """Name, text of the rig, and arguments of `run` other than the machine and its start."""
     run_arguments: list[Any] = []
     run = equations.run
 
@@ -149,7 +149,7 @@ def test_any_case_stays_inside_the_machine(seed: int, grade: Any, kind: Any) -> 
         assert 0.0 < record["position_m"].min() <= record["position_m"].max() < stroke
         assert np.abs(record["command_v"]).max() <= rig.values["valve.rated_command_v"]
         for side in ("a", "b"):
-            # Never below zero but for noise of 1.6e-3 of the supply, 6 sigma.
+            # A pressure is above zero, except for noise of 1.6e-3 of the supply pressure: 6 sigma.
             least = -0.01 * rig.values["supply.pressure_pa"]
             assert record[f"pressure_{side}_pa"].min() > least
 
@@ -176,7 +176,8 @@ def test_given_sizes_are_used() -> None:
     assert case.truth.null_bias == 0.0123
 
 
-# One of each subsystem every day, with one seed; in the whole all of them, with a second seed.
+# The everyday tests have one effect of each subsystem and one seed; the slow ones all effects and
+# two seeds.
 EVERY_DAY = (
     "valve_dead_band",
     "internal_leakage",
@@ -192,7 +193,7 @@ EVERY_DAY = (
     + [pytest.param(effect, 2, marks=pytest.mark.slow) for effect in (*CATALOGUE, *OUTSIDE)],
 )
 def test_each_effect_stands_out_of_the_noise(effect: str, seeds: int) -> None:
-    """On the same commands, without the effect, a window of half a second looks different."""
+    """The record differs by more than noise from a run without the effect on the same command."""
     options: dict[str, Any] = {"seconds": 3.0, "sensors": "pressures"}
     kind = "one" if effect in CATALOGUE else "open"
     excitation = ("prbs", "steps")
@@ -237,7 +238,7 @@ def test_files_are_read_and_hold_no_answer(tmp_path: Path) -> None:
     np.testing.assert_allclose(record.time_s, case.train["time_s"], atol=1e-6)
     for name in list(case.train)[1:]:
         column = case.train[name]
-        # Half of the last digit written.
+        # The tolerance is half of the last digit in the file.
         digit = {"command_v": 1e-5, "position_m": 1e-7, "spool": 1e-5}.get(name, 1.0)
         np.testing.assert_allclose(record.column(name), column, atol=0.51 * digit, rtol=0.0)
     text = "".join(path.read_text(encoding="utf-8") for path in (tmp_path / case.name).iterdir())
@@ -265,7 +266,7 @@ def test_a_batch_writes_answers_to_a_separate_file(tmp_path: Path) -> None:
 
 def test_mix_has_all_kinds_half_of_them_with_one_effect() -> None:
     kinds = [draw_kind(seed) for seed in range(2000)]
-    # Binomial: 0.5 and 2000 draws have a deviation of 0.011; four of them.
+    # The standard error of a share of 0.5 of 2000 draws is 0.011; the tolerance is four of them.
     assert kinds.count("one") / 2000 == pytest.approx(0.5, abs=0.045)
     assert set(kinds) == set(KINDS)
 
@@ -306,7 +307,7 @@ def test_sampling_period_is_free() -> None:
 
 @pytest.mark.slow
 def test_a_stiff_machine_gets_smaller_steps() -> None:
-    """With the steps of the others this one went to infinity."""
+    """With the usual integration steps this machine diverged."""
     case = make_case(
         200162, "plain", "two", ["coulomb_friction", "sensor_lag"], "pressures", seconds=4.0
     )
