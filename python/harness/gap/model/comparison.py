@@ -28,7 +28,8 @@ Blocks = Literal["all", "fit", "held out"]
 # Outputs that are compared if the record has them.
 OUTPUTS = tuple(channel.name for channel in CHANNELS.values() if channel.compared)
 
-# An output counts as noise if its variation within the windows is at most VARIES times its floor.
+# An output counts as noise if its variation within the windows is at most LEAST_VARIATION times its
+# noise floor.
 LEAST_VARIATION = 3.0
 
 
@@ -170,7 +171,7 @@ def gap_figure(
 
 
 def varying_outputs(compared: Compared, floors: Mapping[str, float]) -> tuple[str, ...]:
-    """Names of the outputs whose variation within the windows exceeds VARIES noise floors."""
+    """Names of the outputs whose variation within the windows exceeds LEAST_VARIATION noise floors."""
     return tuple(
         name
         for name, measured in compared.outputs.items()

@@ -57,10 +57,10 @@ def fit(
 ) -> Fit:
     """Minimises the cost of a problem from a start, which is first moved inside the bounds.
 
-    Exact sensitivities cost ten simulations. They are computed at the start, after FRESH steps, or
-    if the cost does not decrease as predicted. In between they are updated from the errors at each
-    new point; `age` counts these updates. `first` replaces the sensitivities of the first
-    parameters at the start.
+    Exact sensitivities cost ten simulations. They are computed at the start, after
+    SENSITIVITY_STEPS steps, or if the cost does not decrease as predicted. In between they are
+    updated from the errors at each new point; `age` counts these updates. `first` replaces the
+    sensitivities of the first parameters at the start.
     """
     x = np.clip(np.asarray(start, dtype=np.float64), problem.low, problem.high)
     damping = DAMPING
@@ -84,7 +84,7 @@ def fit(
         if decrease < GAIN or decrease < AGREEMENT * predicted or age + 1 == SENSITIVITY_STEPS:
             linear, age = problem.linear(x), 0
         else:
-            linear, age = (linear.updated(step, point.errors, np.diag(model.hessian)), age + 1)
+            linear, age = linear.updated(step, point.errors, np.diag(model.hessian)), age + 1
         model = problem.form(x, linear)
     return Fit(x, model.cost, iterations, False)
 
