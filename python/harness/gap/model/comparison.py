@@ -171,7 +171,7 @@ def gap_figure(
 
 
 def varying_outputs(compared: Compared, floors: Mapping[str, float]) -> tuple[str, ...]:
-    """Names of the outputs whose variation within the windows exceeds LEAST_VARIATION noise floors."""
+    """Names of the outputs that vary within windows by more than LEAST_VARIATION noise floors."""
     return tuple(
         name
         for name, measured in compared.outputs.items()
