@@ -15,7 +15,7 @@ from ehsid.harness.exchange import FOLDER
 from ehsid.harness.files import result_folder, write_text
 from ehsid.harness.parallel import Progress, run_tasks
 from ehsid.harness.validation.blind.seal import ANSWERS, CASES, SEAL, TRANSFER, Seal, write_seal
-from ehsid.harness.validation.blind.settings import SEEDS_PER_CHECK, Settings
+from ehsid.harness.validation.blind.settings import SEEDS, Settings
 
 # Name of the result in its folder.
 RESULT = "gap-check-cases"
@@ -60,7 +60,7 @@ def making_tasks(folder: Path, settings: Settings) -> Sequence[Making]:
         functools.partial(
             write_drawn_case,
             folder / CASES,
-            SEEDS_PER_CHECK * settings.seed + i,
+            SEEDS * settings.seed + i,
             cast(Grade, settings.grades[i % len(settings.grades)]),
             # The effects take turns, so each is left out about as often as any other.
             kind="one" if settings.exclude_truth else None,

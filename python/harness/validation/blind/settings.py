@@ -11,7 +11,7 @@ SENSORS = ("position", "pressures", "pressures+supply", "pressures+supply+spool"
 GRADES = ("plain", "hard", "confusable")
 
 # Number of case seeds that belong to one check; no case seed belongs to two checks.
-SEEDS_PER_CHECK = 100_000
+SEEDS = 100_000
 LEAST_SECONDS, MOST_SECONDS = 2.0, 120.0
 
 
@@ -24,7 +24,7 @@ class Settings:
     seed
         1 or more; checks with different seeds have no case in common.
     count
-        number of cases, 1 to `SEEDS_PER_CHECK`.
+        number of cases, 1 to `SEEDS`.
     grades
         taken by the cases in turn, so each grade has an equal share. The score reports each grade
         separately; equal shares make the widest confidence interval as narrow as possible.
@@ -51,8 +51,8 @@ class Settings:
     def _problem(self) -> str | None:
         if self.seed < 1:
             return f"--seed {self.seed}: expected 1 or more"
-        if not 1 <= self.count <= SEEDS_PER_CHECK:
-            return f"--count {self.count}: expected 1 to {SEEDS_PER_CHECK}"
+        if not 1 <= self.count <= SEEDS:
+            return f"--count {self.count}: expected 1 to {SEEDS}"
         for grade in self.grades:
             if grade not in GRADES:
                 return f"--grade '{grade}': expected one of {', '.join(GRADES)}"

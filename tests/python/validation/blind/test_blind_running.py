@@ -21,7 +21,7 @@ from ehsid.harness.parallel import workers
 from ehsid.harness.validation.blind.making import make_check
 from ehsid.harness.validation.blind.running import read_case, run_check, unfinished_cases
 from ehsid.harness.validation.blind.seal import read_seal, verify
-from ehsid.harness.validation.blind.settings import GRADES, SEEDS_PER_CHECK, SENSORS, Settings
+from ehsid.harness.validation.blind.settings import GRADES, SEEDS, SENSORS, Settings
 from ehsid.harness.validation.jobs import ERROR, Outcome, keep
 from ehsid.harness.validation.reality import structure
 from ehsid.harness.validation.reality.case import COLUMNS
@@ -65,7 +65,7 @@ def test_settings_have_the_grades_and_sensors_of_the_generator() -> None:
     [
         ({"seed": 0}, "--seed 0"),
         ({"count": 0}, "--count 0"),
-        ({"count": SEEDS_PER_CHECK + 1}, "--count 100001"),
+        ({"count": SEEDS + 1}, "--count 100001"),
         ({"grades": ("soft",)}, "--grade 'soft': expected one of plain, hard, confusable"),
         ({"grades": ("plain", "plain")}, "once"),
         ({"grades": ()}, "--grade"),
