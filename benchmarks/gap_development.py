@@ -23,7 +23,7 @@ from typing import Any
 from joblib.externals.loky import get_reusable_executor
 
 from ehsid.harness.gap import Diagnosis, diagnose
-from ehsid.harness.gap.inference.choice import one_family
+from ehsid.harness.gap.inference.effect_selection import effect_families
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
 
@@ -72,8 +72,8 @@ def is_right(found: Diagnosis, answer: dict[str, Any]) -> bool:
     """Strict: a set that holds the truth among others is not the truth."""
     if answer["kind"] in VERDICTS:
         return found.verdict == VERDICTS[answer["kind"]]
-    named = one_family([effect.id for effect in found.effects])
-    return found.verdict == "effects" and named == one_family(list(answer["effects"]))
+    named = effect_families([effect.id for effect in found.effects])
+    return found.verdict == "effects" and named == effect_families(list(answer["effects"]))
 
 
 def errors(found: Diagnosis, answer: dict[str, Any]) -> list[float]:

@@ -18,10 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.gap.inference.intervals import scatter_of
-from ehsid.harness.gap.inference.rivals import calibrate, polish
-from ehsid.harness.gap.inference.search import NOT_FITTED
+from ehsid.harness.gap.inference.candidates import calibrate, refine
+from ehsid.harness.gap.inference.intervals import candidate_deviations
 from ehsid.harness.gap.model.case import make_case
+from ehsid.harness.gap.model.machine import effect_starts
 from ehsid.harness.gap.model.parameters import effect_parameters
 from ehsid.harness.parallel import run_tasks
 from ehsid.harness.records import read_record
@@ -38,18 +38,21 @@ def rows(folder: Path, name: str, answer: dict[str, Any]) -> list[tuple[str, ...
         read_record(folder / "cases" / name / f"{part}.csv") for part in ("train", "validate")
     )
     case = make_case(rig, [train], [validate])
-    told = {one: sizes for one, sizes in answer["effects"].items() if one not in NOT_FITTED}
-    sizes = [x for one in told for _, x in effect_parameters(one, told[one], rig.plant)]
-    found = polish(case, tuple(told), np.concatenate([calibrate(case).x, sizes]))
-    scatter, _ = scatter_of(case, found)
-    parameters = case.parameters(found.effects)
+    # The record shows an effect without start values, such as quantisation, without a fit.
+    fitted = {
+        effect: sizes for effect, sizes in answer["effects"].items() if effect_starts(effect, rig)
+    }
+    sizes = [x for id_, own in fitted.items() for _, x in effect_parameters(id_, own, rig.plant)]
+    candidate = refine(case, tuple(fitted), np.concatenate([calibrate(case).x, sizes]))
+    scatter, _ = candidate_deviations(case, candidate)
+    parameters = case.parameters(candidate.effects)
     lines = []
-    for effect, parts in told.items():
+    for effect, parts in fitted.items():
         first = next(iter(parts))
         place = [one.name for one in parameters].index(f"effects.{effect}.{first}")
         deviation = float(scatter[place])
         # A logarithm's deviation is relative: nothing is one such size away.
-        size = 1.0 if parameters[place].logarithmic else abs(float(found.x[place]))
+        size = 1.0 if parameters[place].logarithmic else abs(float(candidate.x[place]))
         away = size / deviation if deviation > 0.0 else float("nan")
         reading = "at a bound: not seen" if deviation == 0.0 else "stands out"
         if away < SURE:

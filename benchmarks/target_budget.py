@@ -2,8 +2,8 @@
 """What an update costs on a Cortex-M: nice python benchmarks/target_budget.py
 
 Builds every form of benchmarks/target/forms.cpp, runs each on the emulator and writes
-docs/budgets.md: Cortex-M4F for 2 to 10 parameters, Cortex-M7 for 6. Needs arm-none-eabi-g++,
-qemu-system-arm and Eigen; takes some minutes. `--json` prints the figures, too.
+docs/budgets.md: Cortex-M4F for 2 to 10 parameters, Cortex-M7 for 6. Needs the installed package,
+arm-none-eabi-g++, qemu-system-arm and Eigen; takes some minutes. `--json` prints the figures, too.
 
 Instructions: QEMU with -icount shift=5 gives each instruction 32 ns, SysTick counts 40 ns, so a
 tick is 1.25 instructions. A form of 1000 known instructions checks this before anything is written.

@@ -13,7 +13,7 @@ from real_record import Part
 import ehsid
 from ehsid.harness.excitation import multisine
 from ehsid.harness.identification import ArxOrders
-from ehsid.harness.report.page import Picture, Section, Table, Words
+from ehsid.harness.report.page import Picture, Section, Table
 from ehsid.harness.studies import Contender, KnownPlant, Outcome, compare
 from ehsid.harness.studies.pages.comparison_figures import change_figure, error_figure
 from ehsid.harness.studies.published import DT_S, DURATION_S, MODEL_16, RECURSIVE
@@ -155,7 +155,7 @@ def known_model_sections(seeds: int) -> Part:
     comparison = Section(
         "The published model (16) as the known truth",
         [
-            Words(
+            (
                 f"Third-order ARX at {1000 * DT_S:.0f} ms for {DURATION_S:.0f} s, {seeds} runs "
                 f"(seeds 0 to {seeds - 1}), float32. Input: multisine "
                 f"{BAND_HZ[0]} to {BAND_HZ[1]:g} Hz, rms {INPUT_RMS}. Equation error: white, "
@@ -172,7 +172,7 @@ def known_model_sections(seeds: int) -> Part:
             ),
             speed_table(outcomes),
             parameter_table(outcomes),
-            Words(
+            (
                 "The paper reports lambda = 1 as slowest. From a vague start it is not: after 5 s "
                 f"the median error of lambda = 1 is {100 * at_5_s['1']:.1f} %, that of the varying "
                 f"factor {100 * at_5_s[varying]:.1f} %; at the end they are at "
@@ -185,7 +185,7 @@ def known_model_sections(seeds: int) -> Part:
     change = Section(
         "A change of the plant, with and without the reset of Fig. 4",
         [
-            Words(
+            (
                 f"At {CHANGE * DT_S:.0f} s all b grow by half. Equation error {QUIET_NOISE} rms; "
                 "at the published noise such a change only doubles the error of the prediction, "
                 "less than the factor of 3 that the reset asks for by default, and it does not "

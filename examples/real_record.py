@@ -11,8 +11,8 @@ import ehsid
 from ehsid.harness.estimation import EstimationResult, estimate
 from ehsid.harness.identification import ArxOrders, IdentificationResult, IoData, fit_arx, identify
 from ehsid.harness.records import read_record
-from ehsid.harness.report.figures import estimation_figure, identification_figure
-from ehsid.harness.report.page import Picture, Section, Table, Words
+from ehsid.harness.report.model_figures import estimation_figure, identification_figure
+from ehsid.harness.report.page import Picture, Section, Table
 
 RECORD = Path(__file__).parent / "data" / "hydraulic_crane.csv"
 
@@ -111,13 +111,13 @@ def real_record_section() -> Part:
     section = Section(
         "A real record: the hydraulic crane",
         [
-            Words(
+            (
                 "Valve opening to oil pressure, 1,024 measured samples, scaled; the sampling time "
                 "is not given. The first half estimates, the second judges."
             ),
             order_table(offline),
-            Words(offline.reason),
-            Words(offline.delay_reason),
+            offline.reason,
+            offline.delay_reason,
             Picture(
                 identification_figure(offline),
                 "Second half: measured and simulated pressure, and both residual tests. "
@@ -126,8 +126,8 @@ def real_record_section() -> Part:
                 "bars of the residual's autocorrelation and of its correlation with the input, "
                 "with 99 % bands",
             ),
-            *(Words(sentence) for sentence in offline.advice),
-            Words(
+            *(sentence for sentence in offline.advice),
+            (
                 "The same record sample by sample, through the code that a controller links. The "
                 "actuator is nonlinear and moves in bursts: to a linear model each burst looks "
                 "like another plant. A policy that reacts fast, and the reset, follow the "

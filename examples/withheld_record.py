@@ -11,13 +11,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from real_record import Part
 
-from ehsid.harness.catalogue.parameters import EFFECT_PREFIX
+from ehsid.harness.catalogue.channels import shown_channel
+from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap import diagnose
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.records import read_record
 from ehsid.harness.report.diagnosis_files import write_diagnosis
 from ehsid.harness.report.gap_words import (
-    channel,
     effect_set,
     first_upper,
     interval,
@@ -28,7 +28,7 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.report.page import Picture, Section, Table, Words
+from ehsid.harness.report.page import Picture, Section, Table
 from ehsid.harness.rigs import read_rig
 
 FOLDER = Path(__file__).parent / "data" / "withheld"
@@ -71,7 +71,8 @@ def how_far_table(diagnosis: Diagnosis) -> Table:
     far = diagnosis.how_far
     assert far is not None
     rows = [
-        (channel(name)[0], *(percent(gap) for gap in gaps)) for name, gaps in far.per_output.items()
+        (shown_channel(name)[0], *(percent(gap) for gap in gaps))
+        for name, gaps in far.per_output.items()
     ]
     means = (far.nominal, far.calibrated, far.augmented)
     rows.append(("all outputs", *(percent(gap) for gap in means)))
@@ -103,7 +104,7 @@ def error_figure(diagnosis: Diagnosis) -> Figure:
         ("with the effect", "C0", run.augmented),
     )
     for panel, (name, measured) in zip(panels, run.measured.items(), strict=True):
-        words, factor, unit = channel(name)
+        words, factor, unit = shown_channel(name)
         for label, colour, simulated in kinds:
             error = factor * (measured - simulated[name])
             error[ends] = np.nan
@@ -122,7 +123,7 @@ def answer_table(diagnosis: Diagnosis) -> Table:
     rows: list[Sequence[str]] = []
     for effect, sizes in answer["effects"].items():
         for key, size in sizes.items():
-            unit = unit_of(f"{EFFECT_PREFIX}{effect}.{key}")
+            unit = unit_of(ParameterKey.of_effect(effect, key))
             estimate = found[effect].parameters[key] if effect in found else None
             told = ("not found", "") if estimate is None else interval(estimate, unit)
             rows.append(
@@ -161,16 +162,16 @@ def withheld_record_sections(folder: Path, progress: Callable[[float], None]) ->
     question = Section(
         "Why do simulation and machine disagree? An effect that is withheld",
         [
-            Words(
+            (
                 "Two records of a servo, 20 s at 1 kHz each, and a rig file with what its owner "
                 "knows. The machine has an effect that the file does not name. One record is "
                 "fitted, the other one is only judged by."
             ),
-            Words(first_upper(diagnosis.sentence)),
+            first_upper(diagnosis.sentence),
             where_table(diagnosis),
             which_table(diagnosis),
             how_far_table(diagnosis),
-            Words(
+            (
                 "Where the error grows when values are fitted, the fit bent them to make up for "
                 "the effect on one record, and that does not carry over to the other."
             ),
@@ -180,15 +181,13 @@ def withheld_record_sections(folder: Path, progress: Callable[[float], None]) ->
                 "from the measured state.",
                 "Errors over time for each output; with the effect they are much smaller.",
             ),
-            Words(
-                f"The whole report, with plots that zoom: {REPORT}/report.html beside this page."
-            ),
+            (f"The whole report, with plots that zoom: {REPORT}/report.html beside this page."),
         ],
     )
     answer = Section(
         "The answer",
         [
-            Words(
+            (
                 "Read only now. The records come from a generator that shares no code with the "
                 "simulator of the diagnosis."
             ),

@@ -46,9 +46,10 @@ def c_members() -> str:
 def stub_classes() -> str:
     """Returns the classes of the policies as the stub of the compiled module has them."""
     union = " | ".join(CLASSES)
-    if len(union) > 75:
-        union = "(\n    " + "\n    | ".join(CLASSES) + "\n)"
     text = f"\nForgetting: TypeAlias = {union}\n"
+    if len(text) > 102:  # as the formatter breaks lines of more than 100 characters
+        lines = union if len(union) <= 96 else "\n    | ".join(CLASSES)
+        text = f"\nForgetting: TypeAlias = (\n    {lines}\n)\n"
     for info in POLICIES:
         text += f"\nclass {info.policy.__name__}:\n    info: ClassVar[PolicyInfo]\n"
         text += "    def __init__(\n        self,\n"

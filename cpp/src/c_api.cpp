@@ -9,10 +9,11 @@ using ehsid::Status;
 static_assert(EHSID_MAX_ORDER == ehsid::kMaxOrder, "c_api.h and any_arx.hpp disagree");
 static_assert(EHSID_MAX_DELAY == ehsid::kMaxDelay, "c_api.h and any_arx.hpp disagree");
 static_assert(EHSID_MAX_PARAMETERS == 2 * ehsid::kMaxOrder + 1, "one more for the constant term");
-#define EHSID_COUNT(policy) +1
-static_assert(EHSID_EACH_POLICY(EHSID_COUNT) == ehsid::kPolicies,
+#define EHSID_NUMBER(policy) k_##policy,
+enum Listed { EHSID_EACH_POLICY(EHSID_NUMBER) kListed };
+static_assert(kListed == ehsid::kPolicies,
               "c_api.h does not list every policy of forgetting.hpp: run script/policies.py");
-#undef EHSID_COUNT
+#undef EHSID_NUMBER
 static_assert(EHSID_MAX_UPPER == ehsid::UdFactors<float, EHSID_MAX_PARAMETERS>::kUpper,
               "c_api.h and ud.hpp disagree");
 

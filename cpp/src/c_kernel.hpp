@@ -206,9 +206,10 @@ struct Instance : ehsid_estimator {
 template <class Policy, int kN>
 constexpr ehsid_kernel kernel() {
   using Made = Instance<Policy, kN>;
-  static_assert(sizeof(Made) <= EHSID_STORAGE_BYTES(kN), "c_api.h gives too little storage");
+  static_assert(sizeof(Made) <= EHSID_STORAGE_BYTES(std::size_t{kN}),
+                "c_api.h gives too little storage");
   static_assert(alignof(Made) <= alignof(std::uint64_t), "c_api.h aligns storage too little");
-  static_assert(sizeof(typename Made::Snapshot) <= EHSID_SNAPSHOT_BYTES(kN),
+  static_assert(sizeof(typename Made::Snapshot) <= EHSID_SNAPSHOT_BYTES(std::size_t{kN}),
                 "c_api.h gives too few bytes for a snapshot");
   static_assert(UdFactors<float, kN>::kUpper <= EHSID_MAX_UPPER, "c_api.h gives U too little");
   static_assert(std::is_trivially_destructible<Made>::value,
@@ -234,13 +235,14 @@ constexpr ehsid_kernel kernel() {
 
 /// Defines ehsid_kernel_NAME_n. `const` and not constexpr, which MSVC would keep inside its file; the assertions hold that
 /// it needs no constructor.
-#define EHSID_DEFINE_KERNEL(NAME, n)                                                            \
-  static_assert(ehsid::place_of_policy(#NAME) < ehsid::kPolicies, "no policy has this id");     \
-  static_assert(ehsid::c::kernel<ehsid::PolicyAt<ehsid::place_of_policy(#NAME), float, n>, n>() \
-                        .parameters == n,                                                       \
-                "known to the compiler");                                                       \
-  extern "C" const ehsid_kernel ehsid_kernel_##NAME##_##n =                                     \
-      ehsid::c::kernel<ehsid::PolicyAt<ehsid::place_of_policy(#NAME), float, n>, n>();
+#define EHSID_DEFINE_KERNEL(NAME, n)                                                        \
+  static_assert(ehsid::place_of_policy(#NAME) < ehsid::kPolicies, "no policy has this id"); \
+  static_assert(                                                                            \
+      ehsid::c::kernel<ehsid::PolicyAt<ehsid::place_of_policy(#NAME), float, (n)>, (n)>()   \
+              .parameters == (n),                                                           \
+      "known to the compiler");                                                             \
+  extern "C" const ehsid_kernel ehsid_kernel_##NAME##_##n =                                 \
+      ehsid::c::kernel<ehsid::PolicyAt<ehsid::place_of_policy(#NAME), float, (n)>, (n)>();
 /// Defines ehsid_kernel_NAME_2 .. _13.
 #define EHSID_DEFINE_KERNELS(NAME) \
   EHSID_DEFINE_KERNEL(NAME, 2)     \

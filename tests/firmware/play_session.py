@@ -13,11 +13,15 @@ from __future__ import annotations
 import binascii
 import math
 import random
+import re
 import struct
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
+C_HEADER = Path(__file__).parents[2] / "cpp" / "include" / "ehsid" / "c_api.h"
+POLICIES = len(re.findall(r"^  DO\(", C_HEADER.read_text(encoding="utf-8"), flags=re.MULTILINE))
 TIMEOUT_S = 60.0
 SAMPLES = 120
 STEP_CYCLES = slice(3 + 40, 3 + 44)
@@ -83,7 +87,7 @@ def session() -> Requests:
     chance = random.Random(1)
     requests = Requests()
     requests.ask(0x04, bytes(20))  # not in this state
-    for policy in range(6):
+    for policy in range(POLICIES):
         for flags in (POSITION_CONTROL | FOLLOW | RESET, OFFSET | SEED | FOLLOW | POSITION_CONTROL):
             requests.ask(0x01, struct.pack("<H", 1))
             requests.ask(0x02, configuration(9, flags))  # no such policy

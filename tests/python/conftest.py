@@ -31,10 +31,8 @@ def blank_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def no_plots(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pages of diagnoses without their zoomable plots, for the same reason."""
-    from ehsid.harness.report.gap_plots import Plots
-
-    nothing = Plots([], [], "", {}, "")
-    monkeypatch.setattr("ehsid.harness.report.gap_page.draw_plots", lambda *_: nothing)
+    for name in ("run_blocks", "next_plots"):
+        monkeypatch.setattr(f"ehsid.harness.report.gap_page.{name}", lambda *_: [])
 
 
 @pytest.fixture(scope="module")

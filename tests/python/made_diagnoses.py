@@ -10,8 +10,8 @@ import numpy as np
 from gap_rig import RIG
 
 from ehsid.harness.gap.data.floor import noise_floor
-from ehsid.harness.gap.inference.figures import in_sigmas
-from ehsid.harness.gap.inference.how_far import how_far, window_sums
+from ehsid.harness.gap.inference.gap_reduction import gap_reduction, window_sums
+from ehsid.harness.gap.inference.results import in_sigmas
 from ehsid.harness.gap.model.comparison import compare
 from ehsid.harness.gap.model.parameters import calibration_parameters
 from ehsid.harness.gap.schema import (
@@ -79,7 +79,7 @@ def held_out_run(record: Record, rig: Rig) -> tuple[HeldOutRun, HowFar]:
     runs = [{name: shown.outputs[name][i] for name in OUTPUTS} for i in range(3)]
     sums = [window_sums([compared], [run], OUTPUTS) for run in runs]
     floors = {name: noise_floor(record.column(name)) for name in OUTPUTS}
-    far = how_far(*sums, floors, np.random.default_rng(0))
+    far = gap_reduction(*sums, floors, np.random.default_rng(0))
     assert record.time_s is not None
     run = HeldOutRun(
         record.name,

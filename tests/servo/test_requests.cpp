@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What is carried out in which state, what is refused, and that a refusal changes nothing.
 #include <gtest/gtest.h>
+#include <ehsid/forgetting.hpp>
 
 #include <cmath>
 #include <random>
@@ -20,9 +21,9 @@ TEST(Requests, SaysWhoItIs) {
   const Heard identity = host.hello();
   EXPECT_EQ(identity.kind, 0x81);
   ASSERT_EQ(identity.body.size(), 20U);
-  EXPECT_EQ(at<std::uint16_t>(identity.body, 0), 1);     // protocol
-  EXPECT_EQ(identity.body[5], 0x3F);                     // policies 0 to 5
-  EXPECT_EQ(at<std::uint16_t>(identity.body, 6), 0xC0);  // n = 6 and 7
+  EXPECT_EQ(at<std::uint16_t>(identity.body, 0), 1);           // protocol
+  EXPECT_EQ(identity.body[5], (1U << ehsid::kPolicies) - 1U);  // a bit for each policy
+  EXPECT_EQ(at<std::uint16_t>(identity.body, 6), 0xC0);        // n = 6 and 7
   EXPECT_EQ(Packet(identity.body.begin() + 8, identity.body.end()),
             (Packet{'t', 'e', 's', 't', 0, 0, 0, 0, 0, 0, 0, 0}));
 }

@@ -79,16 +79,16 @@ constexpr bool takes_size(std::size_t wanted) {
 
 /// The place of the policy with this id in the list; kPolicies where there is none.
 constexpr std::size_t place_of_policy(const char* id) {
-  std::size_t found = kPolicies;
+  std::size_t result = kPolicies;
   for_each_policy([&](auto place) {
     const char* name = PolicyAt<place, float, 1>::kInfo.id;
     std::size_t i = 0;
     while (name[i] != '\0' && name[i] == id[i]) {
       ++i;
     }
-    found = name[i] == id[i] ? place.value : found;
+    result = name[i] == id[i] ? place.value : result;
   });
-  return found;
+  return result;
 }
 
 namespace detail {

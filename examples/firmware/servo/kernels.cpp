@@ -15,7 +15,8 @@ const ehsid_kernel* const kKernels[][kSizes] = {EHSID_EACH_POLICY(SERVO_KERNELS)
 }  // namespace
 
 const ehsid_kernel* find_kernel(std::uint32_t policy, std::uint32_t parameters) {
-  const bool held = policy < kPolicyCount && parameters >= kFirst && parameters < kFirst + kSizes;
+  const bool held = policy < sizeof kKernels / sizeof kKernels[0] && parameters >= kFirst &&
+                    parameters < kFirst + kSizes;
   return held ? kKernels[policy][parameters - kFirst] : nullptr;
 }
 

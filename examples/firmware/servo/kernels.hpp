@@ -8,9 +8,9 @@
 
 namespace servo {
 
-#define SERVO_COUNT(policy) +1U
-constexpr std::uint32_t kPolicyCount = 0U EHSID_EACH_POLICY(SERVO_COUNT);
-#undef SERVO_COUNT
+#define SERVO_NUMBER(policy) k_##policy,
+enum PolicyNumber : std::uint32_t { EHSID_EACH_POLICY(SERVO_NUMBER) kPolicyCount };
+#undef SERVO_NUMBER
 static_assert(kPolicyCount <= 8, "the identity has a bit for each of eight policies");
 
 /// Bit i: policy i of the protocol.

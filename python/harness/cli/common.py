@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import typer
+from rich.table import Table
 
 from ehsid.harness.files import write_text
 
@@ -41,12 +43,28 @@ def read_io(path: Path, input_name: str, output_name: str) -> IoData:
     return IoData.from_record(record, input_name, output_name)
 
 
-def write_results(folder: Path, stem: str, findings: dict[str, Any], figure: Figure) -> None:
+def write_results(folder: Path, stem: str, results: dict[str, Any], figure: Figure) -> None:
     """Writes STEM.json and STEM.png into a folder."""
-    write_text(folder / f"{stem}.json", json.dumps(findings, indent=2, allow_nan=False) + "\n")
+    write_text(folder / f"{stem}.json", json.dumps(results, indent=2, allow_nan=False) + "\n")
     write_figure(folder / f"{stem}.png", figure)
 
 
 def write_figure(path: Path, figure: Figure) -> None:
     """Writes a figure as PNG."""
     figure.savefig(path, dpi=120, format="png")
+
+
+def make_table(
+    headings: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    justify: Literal["left", "right"] = "right",
+    **settings: Any,
+) -> Table:
+    """Returns a table for the terminal: the first column to the left, the others as `justify`."""
+    table = Table(**settings)
+    for i, heading in enumerate(headings):
+        table.add_column(heading, justify=justify if i else "left")
+    for row in rows:
+        table.add_row(*row)
+    return table

@@ -4,43 +4,30 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 import ehsid
+from ehsid.harness.cli.common import make_table
+from ehsid.harness.cli.options import AsJson
+
+# Attributes of an effect and of a parameter in the JSON output, in its order.
+EFFECT_KEYS = (
+    *("id", "subsystem", "equation", "source", "excitation", "sensors"),
+    *("least_size", "needs", "contains", "log_place"),
+)
+PARAMETER_KEYS = ("name", "unit", "minimum", "maximum", "typical", "meaning")
 
 
 def _plain(effect: ehsid.EffectInfo) -> dict[str, Any]:
-    return {
-        "id": effect.id,
-        "subsystem": effect.subsystem,
-        "equation": effect.equation,
-        "source": effect.source,
-        "excitation": effect.excitation,
-        "sensors": effect.sensors,
-        "least_size": effect.least_size,
-        "needs": list(effect.needs),
-        "contains": effect.contains,
-        "log_place": effect.log_place,
-        "parameters": [
-            {
-                "name": parameter.name,
-                "unit": parameter.unit,
-                "minimum": parameter.minimum,
-                "maximum": parameter.maximum,
-                "typical": parameter.typical,
-                "meaning": parameter.meaning,
-            }
-            for parameter in effect.parameters
-        ],
-    }
+    parameters = [{key: getattr(p, key) for key in PARAMETER_KEYS} for p in effect.parameters]
+    return {key: getattr(effect, key) for key in EFFECT_KEYS} | {"parameters": parameters}
 
 
 def effects_command(
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of a table")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the effects the simulator knows: where they act, their parameters, what shows them.
 
@@ -49,18 +36,20 @@ def effects_command(
     if as_json:
         typer.echo(json.dumps([_plain(effect) for effect in ehsid.effects()]))
         return
-    table = Table(show_lines=True)
-    for heading in ("effect", "parameters: range, typical", "shown by"):
-        table.add_column(heading)
-    for effect in ehsid.effects():
-        parameters = "\n".join(
-            f"{p.name}: {p.minimum:g} .. {p.maximum:g} {'' if p.unit == '1' else p.unit}, "
-            f"{p.typical:g}"
-            for p in effect.parameters
-        )
-        table.add_row(
+    rows = [
+        (
             f"{effect.id}\n({effect.subsystem})",
-            parameters,
+            _ranges(effect),
             f"{effect.excitation}\n({effect.sensors})",
         )
-    Console().print(table)
+        for effect in ehsid.effects()
+    ]
+    headings = ("effect", "parameters: range, typical", "shown by")
+    Console().print(make_table(headings, rows, justify="left", show_lines=True))
+
+
+def _ranges(effect: ehsid.EffectInfo) -> str:
+    return "\n".join(
+        f"{p.name}: {p.minimum:g} .. {p.maximum:g} {'' if p.unit == '1' else p.unit}, {p.typical:g}"
+        for p in effect.parameters
+    )

@@ -12,7 +12,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from ehsid.harness.cli.common import read_io, write_results
+from ehsid.harness.cli.common import make_table, read_io, write_results
+from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RecordFile, Reset
 from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 from ehsid.harness.files import result_folder
 
@@ -21,19 +22,17 @@ if TYPE_CHECKING:
 
 
 def _table(result: EstimationResult) -> Table:
-    table = Table()
-    for heading in ("parameter", "value", "95 % interval"):
-        table.add_column(heading, justify="right")
-    for name, entry in result.to_dict()["parameters"].items():
-        low, high = entry["ci95"]
-        table.add_row(name, f"{entry['value']:.5g}", f"{low:.5g} .. {high:.5g}")
-    return table
+    rows = [
+        (name, f"{entry['value']:.5g}", f"{entry['ci95'][0]:.5g} .. {entry['ci95'][1]:.5g}")
+        for name, entry in result.to_dict()["parameters"].items()
+    ]
+    return make_table(("parameter", "value", "95 % interval"), rows)
 
 
 def estimate_command(
-    record: Annotated[Path, typer.Argument(help="CSV, CSV.gz, Parquet, MAT or NPZ")],
-    input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
-    output_name: Annotated[str, typer.Option("--output", help="output column")] = "position_m",
+    record: RecordFile,
+    input_name: InputColumn = "command_v",
+    output_name: OutputColumn = "position_m",
     na: Annotated[int, typer.Option(help="past outputs, 1 to 6")] = 3,
     nb: Annotated[int, typer.Option(help="past inputs, 1 to 6")] = 3,
     nk: Annotated[int, typer.Option(help="delay in samples, 0 to 20")] = 1,
@@ -42,10 +41,8 @@ def estimate_command(
     ] = "exponential",
     lambda0: Lambda0 = None,
     setting: PolicySettings = None,
-    reset: Annotated[
-        bool, typer.Option("--reset/--no-reset", help="restart where the RMSE shows a change")
-    ] = True,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of tables")] = False,
+    reset: Reset = True,
+    as_json: AsJson = False,
     out: Annotated[Path | None, typer.Option(help="folder for estimate.json and .png")] = None,
 ) -> None:
     """Estimate an ARX model recursively, with the code the firmware runs.
@@ -64,7 +61,7 @@ def estimate_command(
         policy = make_policy(forgetting, lambda0, setting)
         result = estimate(data, orders, forgetting=policy, reset=reset)
         if folder is not None:
-            from ehsid.harness.report.figures import estimation_figure
+            from ehsid.harness.report.model_figures import estimation_figure
 
             figure = estimation_figure(result, data.dt_s)
             write_results(folder, "estimate", result.to_dict(), figure)

@@ -13,6 +13,7 @@ from rich.console import Console
 
 import ehsid
 from ehsid.harness.cli.common import parse_range
+from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RigOrPublished
 from ehsid.harness.cli.progress import stages
 from ehsid.harness.files import result_folder
 
@@ -29,12 +30,9 @@ def experiment_command(
     record: Annotated[
         Path | None, typer.Option(help="a record of your own, in place of the simulated rig")
     ] = None,
-    rig_file: Annotated[
-        Path | None,
-        typer.Option("--rig", help="rig file, TOML; default: the published rig"),
-    ] = None,
-    input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
-    output_name: Annotated[str, typer.Option("--output", help="output column")] = "position_m",
+    rig_file: RigOrPublished = None,
+    input_name: InputColumn = "command_v",
+    output_name: OutputColumn = "position_m",
     orders: Annotated[str, typer.Option(help="orders na = nb to try first")] = "2-5",
     delays: Annotated[str, typer.Option(help="delays nk to try first, in samples")] = "1-5",
     trend: Annotated[
@@ -49,7 +47,7 @@ def experiment_command(
     runs: Annotated[
         int, typer.Option(min=20, help="Monte Carlo runs of each comparison; not with --record")
     ] = 200,
-    as_json: Annotated[bool, typer.Option("--json", help="print the JSON file, too")] = False,
+    as_json: AsJson = False,
     out: Annotated[Path, typer.Option(help="folder of the report")] = Path("experiment"),
 ) -> None:
     """Redo the published experiment end to end, and say where its claims hold.
@@ -62,13 +60,13 @@ def experiment_command(
 
     Example: ehsid experiment --record rec.csv --rig rig.toml --out results
     """
-    from ehsid.harness.cli.experiment_findings import (
+    from ehsid.harness.cli.experiment_report import (
         FILES,
         OFFLINE_SEED,
         Offline,
         on_record,
         redo,
-        write_findings,
+        write_report,
     )
     from ehsid.harness.identification import Preprocessing
     from ehsid.harness.rigs import read_rig
@@ -84,7 +82,7 @@ def experiment_command(
     with result_folder(out, "experiment", FILES, inputs) as folder:
         rig = None if rig_file is None else read_rig(rig_file)
         if record is not None:
-            findings = on_record(record, rig, offline, input_name, output_name)
+            report = on_record(record, rig, offline, input_name, output_name)
         else:
             rig = rig or published_rig()
             if rig.plant != "ehs":
@@ -93,7 +91,7 @@ def experiment_command(
                     "a record of it with --record"
                 )
             with stages() as progress:
-                findings = redo(rig, offline, runs, progress)
+                report = redo(rig, offline, runs, progress)
         provenance = {
             "ehsid_version": ehsid.__version__,
             "record": None if record is None else str(record),
@@ -105,13 +103,13 @@ def experiment_command(
             "offline_seed": OFFLINE_SEED,
             "seconds": round(time.monotonic() - began, 1),
         }
-        write_findings(folder, findings, provenance)
+        write_report(folder, report, provenance)
     if as_json:
         typer.echo((out / "experiment.json").read_text(encoding="utf-8"))
     else:
         console = Console()
-        for sentence in findings.lead:
+        for sentence in report.lead:
             console.print(f"- {sentence}", highlight=False)
         console.print(f"report: {out / 'experiment.html'}", soft_wrap=True)
-    if findings.problems:
+    if report.problems:
         raise typer.Exit(2)

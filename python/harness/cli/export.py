@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 
 from ehsid.harness.cli.common import read_io
+from ehsid.harness.cli.options import InputColumn, OutputColumn, RecordFile, Reset
 from ehsid.harness.cli.policy_option import (
     POLICIES,
     Lambda0,
@@ -57,9 +58,9 @@ def _provenance(path: Path, data: IoData, export: Export) -> list[str]:
 
 
 def export_command(
-    record: Annotated[Path, typer.Argument(help="CSV, CSV.gz, Parquet, MAT or NPZ")],
-    input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
-    output_name: Annotated[str, typer.Option("--output", help="output column")] = "position_m",
+    record: RecordFile,
+    input_name: InputColumn = "command_v",
+    output_name: OutputColumn = "position_m",
     na: Annotated[
         int | None, typer.Option(help="past outputs, 1 to 6; default 3", show_default=False)
     ] = None,
@@ -78,9 +79,7 @@ def export_command(
     ] = "f-ratio",
     lambda0: Lambda0 = None,
     setting: PolicySettings = None,
-    reset: Annotated[
-        bool, typer.Option("--reset/--no-reset", help="restart where the RMSE shows a change")
-    ] = True,
+    reset: Reset = True,
     inflation: Annotated[
         float | None,
         typer.Option(

@@ -13,6 +13,7 @@ from rich.console import Console
 
 from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
 from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.cli.options import AsJson, ExcludedEffects, RigFile, Workers
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import result_folder
 from ehsid.harness.parallel import workers as using
@@ -80,7 +81,7 @@ def gap_command(
         list[Path],
         typer.Argument(metavar="RECORD...", help="CSV, CSV.gz, Parquet, MAT or NPZ; to be fitted"),
     ],
-    rig_file: Annotated[Path, typer.Option("--rig", help="rig file, TOML")],
+    rig_file: RigFile,
     out: Annotated[Path, typer.Option(help="folder of the results")],
     validate: Annotated[
         list[Path] | None,
@@ -89,16 +90,9 @@ def gap_command(
             help="records to judge by, never fitted; without: blocks of the records are held out",
         ),
     ] = None,
-    exclude_effect: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ID...", help="effects of the catalogue to leave out"),
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="processes; default: one for each core")
-    ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="print diagnosis.json instead of the summary")
-    ] = False,
+    exclude_effect: ExcludedEffects = None,
+    workers: Workers = None,
+    as_json: AsJson = False,
 ) -> None:
     """Diagnose the gap between a machine and its simulation: where, which effect, how far.
 
@@ -107,9 +101,9 @@ def gap_command(
 
     Example: ehsid gap run1.csv run2.csv --rig rig.toml --validate run3.csv --out diagnosis
     """
+    from ehsid.harness.cli.gap_summary import print_diagnosis
     from ehsid.harness.gap import diagnose
     from ehsid.harness.report.diagnosis_files import FILES, write_diagnosis
-    from ehsid.harness.report.gap_terminal import print_diagnosis
 
     excluded = tuple(dict.fromkeys(exclude_effect or ()))
     check_excluded(excluded)

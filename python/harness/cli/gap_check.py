@@ -13,6 +13,7 @@ from rich.console import Console
 
 import ehsid
 from ehsid.harness.cli.common import refuse
+from ehsid.harness.cli.options import AsJson, Dask, Workers
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import is_incomplete, result_folder
 from ehsid.harness.parallel import on_cluster
@@ -111,15 +112,9 @@ def gap_check_command(
             help="only cases with one effect, diagnosed without that effect: none must be blamed",
         ),
     ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="processes; default: one for each core")
-    ] = None,
-    dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler: tcp://HOST:PORT")
-    ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="print score.json instead of the summary")
-    ] = False,
+    workers: Workers = None,
+    dask: Dask = None,
+    as_json: AsJson = False,
 ) -> None:
     """Check the diagnosis on machines whose effect is withheld: make, seal, run, score.
 

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
-from ehsid.harness.cli.common import refuse
+from ehsid.harness.cli.common import make_table, refuse
 from ehsid.harness.cli.gap import check_excluded, read_for, told_apart
 from ehsid.harness.cli.gap_check import on
+from ehsid.harness.cli.options import AsJson, Dask, ExcludedEffects, Workers
 from ehsid.harness.files import check_result_folder, result_folder
 from ehsid.harness.rigs import read_rig
 
@@ -66,7 +66,7 @@ def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
     from ehsid.harness.validation.fleet.running import INPUTS
     from ehsid.harness.validation.jobs import ERROR, RESULT
 
-    for place in (out, *(out / one.name for one in machines)):
+    for place in (out, *(out / machine.name for machine in machines)):
         if place.resolve().is_relative_to(folder.resolve()):
             raise ValueError(f"--out {place}: lies in {folder}; name a folder outside of it")
     for machine in machines:
@@ -80,19 +80,10 @@ def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
 def gap_fleet_command(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="one sub-folder a machine")],
     out: Annotated[Path, typer.Option(help="folder of the results; the same again: goes on")],
-    exclude_effect: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ID...", help="effects of the catalogue to leave out"),
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="processes; default: one for each core")
-    ] = None,
-    dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler: tcp://HOST:PORT")
-    ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="print fleet.json instead of the summary")
-    ] = False,
+    exclude_effect: ExcludedEffects = None,
+    workers: Workers = None,
+    dask: Dask = None,
+    as_json: AsJson = False,
 ) -> None:
     """Diagnose a folder of machines: whose gap is largest, and which of them share one.
 
@@ -142,16 +133,18 @@ def gap_fleet_command(
 
 
 def _print(fleet: Fleet, page: Path, console: Console) -> None:
-    from ehsid.harness.report.fleet_page import fleet_lead, found
+    from ehsid.harness.report.fleet_page import fleet_lead, verdict_text
     from ehsid.harness.report.gap_words import percent
 
     for sentence in fleet_lead(fleet):
         console.print(sentence, highlight=False, markup=False)
-    table = Table("machine", "structural gap", "found")
-    for machine in fleet.ranked[:MOST_LINES]:
-        table.add_row(escape(machine.name), percent(machine.structural), found(machine))
-    if fleet.ranked:
-        console.print(table)
+    rows = [
+        (escape(machine.name), percent(machine.structural), verdict_text(machine))
+        for machine in fleet.ranked[:MOST_LINES]
+    ]
+    if rows:
+        headings = ("machine", "structural gap", "verdict")
+        console.print(make_table(headings, rows, justify="left"))
     if len(fleet.ranked) > MOST_LINES:
         console.print(f"and {len(fleet.ranked) - MOST_LINES} more", highlight=False)
     console.print(f"\nreport: {page}", soft_wrap=True, highlight=False)

@@ -13,16 +13,13 @@ import typer
 from rich.console import Console
 
 import ehsid
-from ehsid.harness.cli.hil_loop import HilLoop
+from ehsid.harness.cli.options import AsJson, HilLoop, RigOrPublished, SignalName
 from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
-from ehsid.harness.cli.signals import SignalName
 from ehsid.harness.files import free_folder, result_folder
 
 
 def hil_command(
-    rig_file: Annotated[
-        Path | None, typer.Option("--rig", help="rig file, TOML; default: the published rig")
-    ] = None,
+    rig_file: RigOrPublished = None,
     port: Annotated[
         str | None,
         typer.Option(help="line to the target: /dev/ttyACM0, socket://HOST:PORT, as pyserial"),
@@ -86,7 +83,7 @@ def hil_command(
     real_time: Annotated[
         bool, typer.Option("--real-time", help="at the sampling time, not as fast as it goes")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="print the JSON file, too")] = False,
+    as_json: AsJson = False,
     out: Annotated[
         Path, typer.Option(help="folder of the records, the estimates and the report")
     ] = Path("hil"),
@@ -102,7 +99,6 @@ def hil_command(
 
     Example: ehsid hil --port /dev/ttyACM0 --rig rig.toml --loop position --real-time
     """
-    from ehsid.harness.cli.asked_signal import AskedSignal
     from ehsid.harness.cli.hil_runs import (
         UNFINISHED,
         HilOptions,
@@ -113,6 +109,7 @@ def hil_command(
         target,
         write_reports,
     )
+    from ehsid.harness.cli.signal_options import SignalOptions
     from ehsid.harness.deploy.hil.plan import WATCHDOG_MS
     from ehsid.harness.deploy.hil.result_file import Provenance
     from ehsid.harness.deploy.hil.session import Session
@@ -129,7 +126,7 @@ def hil_command(
     rig = published_rig() if rig_file is None else read_rig(rig_file)
     options = HilOptions(
         loop,
-        AskedSignal(excitation, duration, dt, amplitude, seed),
+        SignalOptions(excitation, duration, dt, amplitude, seed),
         bandwidth,
         make_policy(forgetting, lambda0, setting),
         ArxOrders(na, nb, nk, offset=True),

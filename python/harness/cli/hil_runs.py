@@ -12,21 +12,17 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 import ehsid
-from ehsid.harness.cli.asked_signal import AskedSignal, as_command, as_reference
-from ehsid.harness.cli.hil_loop import HilLoop
+from ehsid.harness.cli.common import make_table
 from ehsid.harness.cli.hil_progress import live
+from ehsid.harness.cli.options import HilLoop
+from ehsid.harness.cli.signal_options import SignalOptions, as_command, as_reference
 from ehsid.harness.deploy.hil.answers import Identity
 from ehsid.harness.deploy.hil.comparison import compare
 from ehsid.harness.deploy.hil.emulator import emulated
 from ehsid.harness.deploy.hil.errors import HilError
-from ehsid.harness.deploy.hil.plan import (
-    Plan,
-    open_plan,
-    position_plan,
-)
+from ehsid.harness.deploy.hil.plan import Plan, open_plan, position_plan
 from ehsid.harness.deploy.hil.recording import ESTIMATES, RECORD, Recording
 from ehsid.harness.deploy.hil.result_file import HilFile, Provenance, Run, Runs, hil_file
 from ehsid.harness.deploy.hil.run import run_plan
@@ -39,7 +35,7 @@ from ehsid.harness.report.page import write_page
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import draw_noise, suggested_controller
 from ehsid.harness.simulation.outputs import OUTPUTS_OF
-from ehsid.harness.studies.pages.published_table import published_table
+from ehsid.harness.studies.pages.recursive_sections import published_table
 from ehsid.harness.studies.published import SOURCE
 from ehsid.harness.studies.target_plans import experiment_plans
 
@@ -53,7 +49,7 @@ class HilOptions:
     """The options of `ehsid hil` that determine the plans."""
 
     loop: HilLoop
-    signal: AskedSignal
+    signal: SignalOptions
     bandwidth: float | None
     forgetting: ehsid.Forgetting
     orders: ArxOrders
@@ -74,21 +70,21 @@ class HilOptions:
 
     def _plans(self, rig: Rig) -> dict[str, Plan]:
         controller = suggested_controller(rig, self.bandwidth)
-        options: dict[str, Any] = {"values": self.values, "watchdog_ms": self.watchdog_ms}
+        settings: dict[str, Any] = {"values": self.values, "watchdog_ms": self.watchdog_ms}
         if self.loop is HilLoop.experiment:
-            return experiment_plans(rig, controller, self.signal.seed, **options)
+            return experiment_plans(rig, controller, self.signal.seed, **settings)
         # As in `ehsid simulate --noise`, the noise has another random stream than the test signal.
         rng = np.random.default_rng([self.signal.seed, 1])
-        options |= {
+        settings |= {
             "dt_s": self.signal.dt,
             "noise": draw_noise(rig, self.signal.samples, rng),
             "orders": self.orders,
             "forgetting": self.forgetting,
         }
         if self.loop is HilLoop.open:
-            return {"": open_plan(rig, as_command(rig, self.signal), controller, **options)}
+            return {"": open_plan(rig, as_command(rig, self.signal), controller, **settings)}
         reference = as_reference(rig, self.signal, controller)
-        return {"": position_plan(rig, reference, controller, retune=self.retune, **options)}
+        return {"": position_plan(rig, reference, controller, retune=self.retune, **settings)}
 
 
 @contextmanager
@@ -164,13 +160,8 @@ def show(identity: Identity, runs: Runs, file: HilFile, out: Path) -> None:
     console = Console()
     for sentence in lead(identity, runs):
         console.print(f"- {sentence}", highlight=False)
-    table = Table()
     rows = [_row(run) for run in file.runs]
-    for heading in rows[0]:
-        table.add_column(heading, justify="right")
-    for row in rows:
-        table.add_row(*row.values())
-    console.print(table)
+    console.print(make_table(list(rows[0]), [list(row.values()) for row in rows]))
     console.print(f"report: {out / REPORTS[0]}", soft_wrap=True)
 
 

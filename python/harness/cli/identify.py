@@ -12,7 +12,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from ehsid.harness.cli.common import parse_range, read_io, write_figure, write_results
+from ehsid.harness.cli.common import make_table, parse_range, read_io, write_figure, write_results
+from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RecordFile
 from ehsid.harness.files import result_folder
 
 if TYPE_CHECKING:
@@ -23,22 +24,9 @@ FILES = ("identify.json", "identify.png", "identify_bode.png")
 
 
 def _table(result: IdentificationResult) -> Table:
-    table = Table(title="fit on the validation half; the chosen order is marked")
-    for heading in (
-        "order",
-        "nk",
-        "one-step %",
-        "simulated %",
-        "FPE",
-        "loss",
-        "AIC",
-        "MDL",
-    ):
-        table.add_column(heading, justify="right")
-    for candidate in result.by_order:
-        mark = " *" if candidate.orders == result.chosen.orders else ""
-        table.add_row(
-            f"{candidate.orders.na}{mark}",
+    rows = [
+        (
+            f"{candidate.orders.na}{' *' * (candidate.orders == result.chosen.orders)}",
             str(candidate.orders.nk),
             f"{candidate.one_step_fit_percent:.2f}",
             f"{candidate.simulation_fit_percent:.2f}",
@@ -47,7 +35,11 @@ def _table(result: IdentificationResult) -> Table:
             f"{candidate.validation.aic:.4g}",
             f"{candidate.validation.mdl:.4g}",
         )
-    return table
+        for candidate in result.by_order
+    ]
+    headings = ("order", "nk", "one-step %", "simulated %", "FPE", "loss", "AIC", "MDL")
+    title = "fit on the validation half; the chosen order is marked"
+    return make_table(headings, rows, title=title)
 
 
 def _write_bode(path: Path, result: IdentificationResult, data: IoData) -> str:
@@ -70,12 +62,12 @@ def _write_bode(path: Path, result: IdentificationResult, data: IoData) -> str:
 
 
 def identify_command(
-    record: Annotated[Path, typer.Argument(help="CSV, CSV.gz, Parquet, MAT or NPZ")],
-    input_name: Annotated[str, typer.Option("--input", help="input column")] = "command_v",
-    output_name: Annotated[str, typer.Option("--output", help="output column")] = "position_m",
+    record: RecordFile,
+    input_name: InputColumn = "command_v",
+    output_name: OutputColumn = "position_m",
     orders: Annotated[str, typer.Option(help="orders na = nb to try, e.g. 2-5")] = "2-5",
     delays: Annotated[str, typer.Option(help="delays nk to try, in samples")] = "1-5",
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of tables")] = False,
+    as_json: AsJson = False,
     out: Annotated[
         Path | None, typer.Option(help="folder for identify.json, .png and _bode.png")
     ] = None,
@@ -101,7 +93,7 @@ def identify_command(
             *result.advice,
         ]
         if folder is not None:
-            from ehsid.harness.report.figures import identification_figure
+            from ehsid.harness.report.model_figures import identification_figure
 
             write_results(folder, "identify", result.to_dict(), identification_figure(result))
             lines.append(_write_bode(folder / FILES[2], result, data))

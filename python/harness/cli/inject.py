@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from ehsid.harness.cli.options import AsJson
 from ehsid.harness.files import result_files
 
 if TYPE_CHECKING:
@@ -19,8 +20,8 @@ def _print(answer: Answer, out: Path, console: Console) -> None:
     from ehsid.harness.simulation.injection import answer_path
 
     for effect, sizes in answer.put_in.items():
-        told = ", ".join(f"{name} {value:g}" for name, value in sizes.items())
-        console.print(f"{effect}: {told}")
+        text = ", ".join(f"{name} {value:g}" for name, value in sizes.items())
+        console.print(f"{effect}: {text}")
     for remark in answer.not_exact:
         console.print(f"not exact: {remark}", highlight=False)
     for remark in answer.remarks:
@@ -52,9 +53,7 @@ def inject_command(
             help="size of the effect, SI; EFFECT.PARAMETER=NUMBER where two effects have it",
         ),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="print the answer instead of a summary")
-    ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Put an effect of known size into the log of a real machine, to see whether it is found.
 
@@ -76,11 +75,11 @@ def inject_command(
     beside = [answer_path(out).name]
     with result_files(out, "inject", beside, inputs=[record_file, rig_file]) as folder:
         rig = read_rig(rig_file)
-        asked = parse_sizes(effect or [], sizes or [], rig.plant)
+        sizes_by_effect = parse_sizes(effect or [], sizes or [], rig.plant)
         record = read_record(
             record_file, required=(*REQUIRED_COLUMNS, POSITION), layout=rig.columns
         )
-        injected = inject(record, rig, asked)
+        injected = inject(record, rig, sizes_by_effect)
         write_injected(injected, folder / out.name)
     if as_json:
         typer.echo(answer_path(out).read_text(encoding="utf-8"), nl=False)

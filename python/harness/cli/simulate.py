@@ -13,9 +13,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from ehsid.harness.cli.common import write_figure
+from ehsid.harness.cli.common import make_table, write_figure
+from ehsid.harness.cli.options import AsJson, SignalName
 from ehsid.harness.cli.progress import progress_of
-from ehsid.harness.cli.signals import SignalName
 from ehsid.harness.files import result_files
 
 if TYPE_CHECKING:
@@ -54,13 +54,12 @@ def _controller(rig: Rig, loop: LoopName, bandwidth: float | None) -> PositionCo
 
 
 def _table(run: SimulationRun) -> Table:
-    table = Table()
-    for heading in ("output", "lowest", "highest", "error of integration, % of range"):
-        table.add_column(heading, justify="right")
-    for name, error in run.error.items():
-        values = run.record.column(name)
-        table.add_row(name, f"{values.min():.5g}", f"{values.max():.5g}", f"{100.0 * error:.2g}")
-    return table
+    rows = [
+        (name, f"{values.min():.5g}", f"{values.max():.5g}", f"{100.0 * error:.2g}")
+        for name, error in run.error.items()
+        for values in [run.record.column(name)]
+    ]
+    return make_table(("output", "lowest", "highest", "error of integration, % of range"), rows)
 
 
 def simulate_command(
@@ -97,7 +96,7 @@ def simulate_command(
         list[str] | None, typer.Option(help="EFFECT.PARAMETER=NUMBER, again for more")
     ] = None,
     position0: Annotated[float | None, typer.Option(help="start, m; default mid-stroke")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of a table")] = False,
+    as_json: AsJson = False,
     out: Annotated[
         Path | None, typer.Option(help="record to write (csv, parquet, mat, npz), beside it a .png")
     ] = None,
@@ -111,16 +110,11 @@ def simulate_command(
     """
     import numpy as np
 
-    from ehsid.harness.cli.asked_signal import AskedSignal, as_command, as_reference
+    from ehsid.harness.cli.signal_options import SignalOptions, as_command, as_reference
     from ehsid.harness.records.formats import format_of
     from ehsid.harness.records.writing import record_bytes
     from ehsid.harness.rigs import read_rig
-    from ehsid.harness.simulation import (
-        draw_noise,
-        parse_settings,
-        simulate,
-        simulate_closed_loop,
-    )
+    from ehsid.harness.simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
 
     if (command is None) == (excitation is None):
         raise ValueError("give either --command REC or --excitation NAME")
@@ -135,44 +129,44 @@ def simulate_command(
     with placing as folder:
         values = parse_settings(effect or [])
         rig = read_rig(rig_file)
-        volts, asked, limited = None, None, None
+        volts, signal, limited = None, None, None
         if command is not None:
             volts, dt = _logged_command(command, rig.columns)
             samples = volts.size
         else:
             assert excitation is not None
-            asked = AskedSignal(excitation, duration, dt, amplitude, seed)
-            samples = asked.samples
+            signal = SignalOptions(excitation, duration, dt, amplitude, seed)
+            samples = signal.samples
         with progress_of(f"simulating {rig.name}") as progress:
-            more: dict[str, Any] = {"values": values, "progress": progress}
+            settings: dict[str, Any] = {"values": values, "progress": progress}
             if noise:
                 if not any(rig.sensors.values()):
                     raise ValueError(
                         f"--noise: {rig_file} tells none; add position_noise_m to its sensors"
                     )
                 # The noise has another random stream than the test signal.
-                more["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
-            if asked is not None and loop is not LoopName.open:
+                settings["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
+            if signal is not None and loop is not LoopName.open:
                 controller = _controller(rig, loop, bandwidth)
-                reference = as_reference(rig, asked, controller, position0)
-                closed = simulate_closed_loop(rig, reference, controller, dt_s=dt, **more)
+                reference = as_reference(rig, signal, controller, position0)
+                closed = simulate_closed_loop(rig, reference, controller, dt_s=dt, **settings)
                 run, limited = closed.run, float(np.mean(closed.limited))
             else:
-                if asked is not None:
-                    volts = as_command(rig, asked, position0)
-                    more["keep_inside"] = True
+                if signal is not None:
+                    volts = as_command(rig, signal, position0)
+                    settings["keep_inside"] = True
                 assert volts is not None
-                run = simulate(rig, volts, dt_s=dt, position0_m=position0, **more)
+                run = simulate(rig, volts, dt_s=dt, position0_m=position0, **settings)
         if out is not None and folder is not None:
             from ehsid.harness.report.record_figure import record_figure
 
             (folder / out.name).write_bytes(record_bytes(run.record, out.name))
             write_figure(folder / picture, record_figure(run.record))
     if as_json:
-        findings = {"samples": len(run.record), "dt_s": dt, "substeps": run.substeps}
+        result = {"samples": len(run.record), "dt_s": dt, "substeps": run.substeps}
         if limited is not None:
-            findings["share_at_limit"] = limited
-        typer.echo(json.dumps({**findings, "error": dict(run.error)}))
+            result["share_at_limit"] = limited
+        typer.echo(json.dumps({**result, "error": dict(run.error)}))
         return
     console = Console()
     console.print(f"{rig.name}: {len(run.record)} samples at {dt:g} s, {run.substeps} steps each")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The diagnosis: where the gap lies, which effects cause it, and how far they shrink it."""
+"""The diagnosis: where the gap lies, which effects cause it, and how much of it they remove."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.data.gate import gate, longest_stretch
 from ehsid.harness.gap.data.regimes import Regimes, visited
 from ehsid.harness.gap.design.next_experiment import next_experiment
-from ehsid.harness.gap.inference import figures
-from ehsid.harness.gap.inference.choice import Choice, choose
-from ehsid.harness.gap.inference.judgeable import beyond_reach, cannot_judge
+from ehsid.harness.gap.inference import results
+from ehsid.harness.gap.inference.candidates import calibrate_nuisances, decision_case
+from ehsid.harness.gap.inference.effect_selection import Selection, select_effects
+from ehsid.harness.gap.inference.identifiability import extrapolated_effects, unidentifiable_effects
+from ehsid.harness.gap.inference.localisation import localise
 from ehsid.harness.gap.inference.quantised import QUANTISATION, position_step
-from ehsid.harness.gap.inference.rivals import decisive, values_as_told
-from ehsid.harness.gap.inference.search import Found, candidates, search
-from ehsid.harness.gap.inference.verdict import Ruling, rule
-from ehsid.harness.gap.inference.where import localise
+from ehsid.harness.gap.inference.search import SearchResult, candidate_effects, search
+from ehsid.harness.gap.inference.verdict import Decision, decide
 from ehsid.harness.gap.model.case import Case, make_case
 from ehsid.harness.gap.schema import (
     CalibratedValue,
@@ -37,16 +37,16 @@ from ehsid.harness.gap.schema import (
 from ehsid.harness.gap.thresholds import (
     BLOCK_S,
     BOOTSTRAP_SEED,
+    LARGEST_PROBABILITY,
     LEFT_AGAIN,
     LEFT_NRMSE,
     SKIP_S,
-    SURE,
 )
 from ehsid.harness.parallel import Progress
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
-TOGETHER = (
+FITTED_TOGETHER = (
     "The records that are held out excite what the others do not: fitted apart from them nothing "
     "explains the gap. All were fitted together, and every third block of each was held out."
 )
@@ -60,7 +60,7 @@ def diagnose(
     exclude: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Diagnoses where the gap of rig and records lies, what causes it, and how far it shrinks.
+    """Diagnoses where the gap of rig and records lies, what causes it, and how much it shrinks.
 
     Parameters
     ----------
@@ -70,8 +70,8 @@ def diagnose(
     rig
         configuration of the simulator.
     validate
-        held-out records, by which candidates are judged. They are fitted only where the others
-        leave much of the gap; then, as without them, blocks of all records are held out.
+        held-out records, on which candidates are compared. They are fitted only where the others
+        leave a large part of the gap; then, as without them, blocks of all records are held out.
     exclude
         ids of effects that are not searched for.
     progress
@@ -79,7 +79,7 @@ def diagnose(
 
     Returns
     -------
-    The findings, whatever the quality of the data: data that cannot carry a diagnosis give the
+    The diagnosis, whatever the quality of the data: data that cannot carry a diagnosis give the
     verdict "insufficient_data" with the reason.
 
     Raises
@@ -102,49 +102,57 @@ def diagnose(
             reasons = [f"{error}."]
     if case is None:
         return _insufficient(rig, records, validate, remarks, reasons, exclude, began)
-    asked = candidates(rig, exclude)
+    effect_ids = candidate_effects(rig, exclude)
     regimes = [visited(record, rig) for record in case.records]
-    judged = _judge(case, regimes, exclude, _part(progress, 0.0, 0.6 if validate else 0.9))
-    if validate and _much_is_left(judged):
+    evaluation = _evaluate(
+        case, regimes, exclude, _sub_progress(progress, 0.0, 0.6 if validate else 0.9)
+    )
+    if validate and _leaves_large_gap(evaluation):
         # The other records cannot show an effect that only the held-out records excite.
         # Therefore all records are fitted together.
-        together = make_case(rig, [*fitted, *held_out])
-        again = _judge(together, regimes, exclude, _part(progress, 0.6, 0.9))
-        if again.ruling.verdict != "outside_catalogue" and not _much_is_left(again):
-            judged = again
-            remarks = (*remarks, Remark("", TOGETHER))
-    case, found, choice, ruling = judged.case, judged.found, judged.choice, judged.ruling
-    best, values = choice.best, judged.values
-    causes = figures.found_effects(case, found, choice, values, judged.far)
-    seen = _seen(judged.step, causes)
-    effects = (*causes, *seen)
-    augmented = {name: one.value for name, one in values.items()}
-    if judged.step is not None:
-        augmented[ParameterKey.of_effect(QUANTISATION, "step_m")] = judged.step.value
-    structural = ruling.verdict in ("effects", "ambiguous", "outside_catalogue")
+        joint_case = make_case(rig, [*fitted, *held_out])
+        joint = _evaluate(joint_case, regimes, exclude, _sub_progress(progress, 0.6, 0.9))
+        if joint.decision.verdict != "outside_catalogue" and not _leaves_large_gap(joint):
+            evaluation = joint
+            remarks = (*remarks, Remark("", FITTED_TOGETHER))
+    case, search_result = evaluation.case, evaluation.search_result
+    selection, decision = evaluation.selection, evaluation.decision
+    best, values = selection.best, evaluation.values
+    fitted_effects = results.selected_effects(
+        case, search_result, selection, values, evaluation.reduction
+    )
+    quantisation = _quantisation_effect(evaluation.step, fitted_effects)
+    effects = (*fitted_effects, *quantisation)
+    augmented = {name: estimate.value for name, estimate in values.items()}
+    if evaluation.step is not None:
+        augmented[ParameterKey.of_effect(QUANTISATION, "step_m")] = evaluation.step.value
+    structural = decision.verdict in ("effects", "ambiguous", "outside_catalogue")
     where = Where()
-    if ruling.verdict == "effects" and not causes:
+    if decision.verdict == "effects" and not fitted_effects:
         where = Where(subsystem={"sensor": 1.0})
     elif structural:
-        shares = {one.id: one.share_of_shrinkage for one in causes}
-        where = localise(decisive(case), found.calibrated, best, shares=shares or None)
-    experiment = _next(case, choice, progress)
+        shares = {effect.id: effect.share_of_shrinkage for effect in fitted_effects}
+        where = localise(decision_case(case), search_result.calibrated, best, shares=shares or None)
+    experiment = _design_experiment(case, selection, progress)
     if progress is not None:
         progress(1.0)
     return Diagnosis(
-        verdict=ruling.verdict,
-        sentence=ruling.sentence,
-        reasons=ruling.reasons,
+        verdict=decision.verdict,
+        sentence=decision.sentence,
+        reasons=decision.reasons,
         where=where,
         effects=effects,
-        ambiguity_set=_sets(choice, seen),
-        candidates=figures.listed(case, found, choice),
-        cannot_judge=(*cannot_judge(regimes, asked, rig.plant), *judged.beyond),
+        ambiguity_set=_ambiguity_set(selection, quantisation),
+        candidates=results.ranked_candidates(case, search_result, selection),
+        cannot_judge=(
+            *unidentifiable_effects(regimes, effect_ids, rig.plant),
+            *evaluation.extrapolated,
+        ),
         next_experiment=experiment,
-        how_far=judged.far,
-        calibration=judged.calibration,
+        how_far=evaluation.reduction,
+        calibration=evaluation.calibration,
         remarks=tuple(remarks),
-        runs=judged.runs,
+        runs=evaluation.runs,
         rig=rig,
         augmented_rig=rig.with_values(augmented),
         outputs=case.outputs,
@@ -155,72 +163,100 @@ def diagnose(
     )
 
 
-def _seen(step: Estimate | None, causes: Sequence[FoundEffect]) -> tuple[FoundEffect, ...]:
+def _quantisation_effect(
+    step: Estimate | None, fitted_effects: Sequence[FoundEffect]
+) -> tuple[FoundEffect, ...]:
     """Returns the effect that the record itself shows (quantisation); it shrinks no gap."""
     if step is None:
         return ()
-    share = 0.0 if causes else 1.0
-    return (FoundEffect(QUANTISATION, SURE, {"step_m": step}, share),)
+    share = 0.0 if fitted_effects else 1.0
+    return (FoundEffect(QUANTISATION, LARGEST_PROBABILITY, {"step_m": step}, share),)
 
 
-def _sets(choice: Choice, seen: Sequence[FoundEffect]) -> tuple[tuple[str, ...], ...]:
-    always = tuple(one.id for one in seen)
-    sets = (choice.best, *choice.equals)
-    return tuple((*one.effects, *always) for one in sets if one.effects or always)
-
-
-@dataclass(frozen=True, eq=False)
-class _Judged:
-    """All results for one division of the data into fitted and held-out parts."""
-
-    case: Case
-    found: Found
-    choice: Choice
-    runs: tuple[HeldOutRun, ...]
-    far: HowFar
-    values: Mapping[str, Estimate]
-    calibration: Mapping[str, CalibratedValue]
-    beyond: Sequence[CannotJudge]
-    step: Estimate | None
-    ruling: Ruling
-
-
-def _much_is_left(judged: _Judged) -> bool:
-    far = judged.far
-    left = far.augmented - far.noise_floor[1]
-    share = left / max(far.calibrated - far.noise_floor[1], 1e-300)
-    return judged.ruling.verdict == "outside_catalogue" or (
-        far.augmented > LEFT_NRMSE and share > LEFT_AGAIN
+def _ambiguity_set(
+    selection: Selection, quantisation: Sequence[FoundEffect]
+) -> tuple[tuple[str, ...], ...]:
+    quantisation_ids = tuple(candidate.id for candidate in quantisation)
+    sets = (selection.best, *selection.equivalent)
+    return tuple(
+        (*candidate.effects, *quantisation_ids)
+        for candidate in sets
+        if candidate.effects or quantisation_ids
     )
 
 
-def _judge(
+@dataclass(frozen=True, eq=False)
+class _Evaluation:
+    """All results for one division of the data into fitted and held-out parts."""
+
+    case: Case
+    search_result: SearchResult
+    selection: Selection
+    runs: tuple[HeldOutRun, ...]
+    reduction: HowFar
+    values: Mapping[str, Estimate]
+    calibration: Mapping[str, CalibratedValue]
+    extrapolated: Sequence[CannotJudge]
+    step: Estimate | None
+    decision: Decision
+
+
+def _leaves_large_gap(evaluation: _Evaluation) -> bool:
+    reduction = evaluation.reduction
+    left = reduction.augmented - reduction.noise_floor[1]
+    share = left / max(reduction.calibrated - reduction.noise_floor[1], 1e-300)
+    return evaluation.decision.verdict == "outside_catalogue" or (
+        reduction.augmented > LEFT_NRMSE and share > LEFT_AGAIN
+    )
+
+
+def _evaluate(
     case: Case, regimes: Sequence[Regimes], exclude: Sequence[str], progress: Progress | None
-) -> _Judged:
-    found = search(case, exclude, progress)
-    choice = choose(case, found)
-    best = choice.best
-    runs, far = figures.held_out_figures(case, found.nominal, found.calibrated, best)
-    values, moved = figures.estimates(case, best)
-    calibration = figures.calibration_of(case, values, moved)
-    beyond = beyond_reach(best.values, regimes, best.effects)
+) -> _Evaluation:
+    search_result = search(case, exclude, progress)
+    selection = select_effects(case, search_result)
+    best = selection.best
+    runs, reduction = results.held_out_results(
+        case, search_result.nominal, search_result.calibrated, best
+    )
+    values, moved = results.estimates(case, best)
+    calibration = results.calibration_of(case, values, moved)
+    extrapolated = extrapolated_effects(best.values, regimes, best.effects)
     step = position_step(case, exclude)
-    untouched = None if best.effects else values_as_told(case, found.calibrated)
-    ruling = rule(case, found, choice, far, calibration, beyond, untouched, step)
-    return _Judged(case, found, choice, runs, far, values, calibration, beyond, step, ruling)
+    nuisance_fit = None if best.effects else calibrate_nuisances(case, search_result.calibrated)
+    decision = decide(
+        case, search_result, selection, reduction, calibration, extrapolated, nuisance_fit, step
+    )
+    return _Evaluation(
+        case,
+        search_result,
+        selection,
+        runs,
+        reduction,
+        values,
+        calibration,
+        extrapolated,
+        step,
+        decision,
+    )
 
 
-def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
+def _sub_progress(progress: Progress | None, begin: float, end: float) -> Progress | None:
     if progress is None:
         return None
     return lambda share: progress(begin + share * (end - begin))
 
 
-def _next(case: Case, choice: Choice, progress: Progress | None) -> NextExperiment | None:
-    """Designs an experiment for sets that the data cannot tell apart; None if there are none."""
-    if not choice.equals:
+def _design_experiment(
+    case: Case, selection: Selection, progress: Progress | None
+) -> NextExperiment | None:
+    """Designs an experiment for sets that the data cannot separate; None if there are none."""
+    if not selection.equivalent:
         return None
-    rivals = [(one.effects, one.values) for one in (choice.best, *choice.equals[:2])]
+    candidates = [
+        (candidate.effects, candidate.values)
+        for candidate in (selection.best, *selection.equivalent[:2])
+    ]
     span = None
     limit = None
     if "cylinder.stroke_m" not in case.rig.values:
@@ -228,7 +264,7 @@ def _next(case: Case, choice: Choice, progress: Progress | None) -> NextExperime
         span = float(min(p.min() for p in positions)), float(max(p.max() for p in positions))
         limit = max(float(np.abs(record.column("command_v")).max()) for record in case.records)
     return next_experiment(
-        case.rig, rivals, case.outputs, case.floors, command_limit_v=limit, span_m=span
+        case.rig, candidates, case.outputs, case.floors, command_limit_v=limit, span_m=span
     )
 
 
@@ -247,7 +283,7 @@ def _settings(case: Case, exclude: Sequence[str]) -> dict[str, object]:
         "outputs": list(case.outputs),
         "outputs_left_out": list(case.left_out),
         "effects_excluded": list(exclude),
-        "substeps": decisive(case).substeps,
+        "substeps": decision_case(case).substeps,
         "held_out": f"every third block of {BLOCK_S:g} s" if case.blocks else "records",
         "seed": BOOTSTRAP_SEED,
     }

@@ -240,7 +240,7 @@ def diagnosis_file(
         where=_where(diagnosis.where),
         which=_which(diagnosis),
         how_far=_how_far(diagnosis.how_far),
-        calibration={name: _calibrated(one) for name, one in diagnosis.calibration.items()},
+        calibration={name: _calibrated(value) for name, value in diagnosis.calibration.items()},
         provenance=Provenance(
             ehsid_version=ehsid.__version__,
             records=[
@@ -263,7 +263,9 @@ def diagnosis_file(
         ),
         sentence=diagnosis.sentence,
         reasons=list(diagnosis.reasons),
-        remarks=[Remark(one.record, one.what, one.serious) for one in diagnosis.remarks],
+        remarks=[
+            Remark(remark.record, remark.what, remark.serious) for remark in diagnosis.remarks
+        ],
     )
 
 
@@ -302,91 +304,93 @@ def _where(where: findings.Where) -> Where:
     return Where(
         subsystem={name: float(share) for name, share in where.subsystem.items()},
         regimes=[
-            Regime(one.condition, share.value, _number(one.share_of_time), share.ci90)
-            for one in where.regimes
-            for share in (Value.of(one.share_of_gap),)
+            Regime(entry.condition, share.value, _number(entry.share_of_time), share.ci90)
+            for entry in where.regimes
+            for share in (Value.of(entry.share_of_gap),)
         ],
         frequency=[
-            Band((float(one.band_hz[0]), float(one.band_hz[1])), share.value, share.ci90)
-            for one in where.frequency
-            for share in (Value.of(one.share_of_gap),)
+            Band((float(entry.band_hz[0]), float(entry.band_hz[1])), share.value, share.ci90)
+            for entry in where.frequency
+            for share in (Value.of(entry.share_of_gap),)
         ],
         time=[
             Span(
-                (float(one.span_s[0]), float(one.span_s[1])),
-                _number(one.share_of_gap),
-                one.record,
+                (float(entry.span_s[0]), float(entry.span_s[1])),
+                _number(entry.share_of_gap),
+                entry.record,
             )
-            for one in where.time
+            for entry in where.time
         ],
         equations=[
-            Residual(one.equation, one.subsystem, Value.of(one.residual), _number(one.noise))
-            for one in where.equations
+            Residual(
+                entry.equation, entry.subsystem, Value.of(entry.residual), _number(entry.noise)
+            )
+            for entry in where.equations
         ],
         notes=list(where.notes),
     )
 
 
 def _which(diagnosis: findings.Diagnosis) -> Which:
-    coming = diagnosis.next_experiment
+    experiment = diagnosis.next_experiment
     return Which(
         effects=[
             Effect(
-                one.id,
-                _number(one.probability),
-                {name: Value.of(size) for name, size in one.parameters.items()},
-                _number(one.share_of_shrinkage),
+                effect.id,
+                _number(effect.probability),
+                {name: Value.of(size) for name, size in effect.parameters.items()},
+                _number(effect.share_of_shrinkage),
             )
-            for one in diagnosis.effects
+            for effect in diagnosis.effects
         ],
         ambiguity_set=[list(effects) for effects in diagnosis.ambiguity_set],
-        candidates=[_candidate(one) for one in diagnosis.candidates],
-        cannot_judge=[CannotJudge(one.id, one.why) for one in diagnosis.cannot_judge],
+        candidates=[_candidate(candidate) for candidate in diagnosis.candidates],
+        cannot_judge=[CannotJudge(effect.id, effect.why) for effect in diagnosis.cannot_judge],
         next_experiment=None
-        if coming is None
+        if experiment is None
         else NextExperiment(
-            list(coming.separates),
+            list(experiment.separates),
             NEXT_EXPERIMENT,
-            coming.description,
-            _number(coming.power),
-            list(coming.sensors),
+            experiment.description,
+            _number(experiment.power),
+            list(experiment.sensors),
         ),
     )
 
 
-def _candidate(one: findings.Candidate) -> Candidate:
+def _candidate(candidate: findings.Candidate) -> Candidate:
     return Candidate(
-        list(one.effects),
-        _number(one.score),
-        _number(one.held_out_shrinkage),
-        {name: _number(value) for name, value in one.parameters.items()},
-        bool(one.in_confidence_set),
-        _number(one.fitted_cost),
-        _number(one.held_out_cost),
-        int(one.free),
+        list(candidate.effects),
+        _number(candidate.score),
+        _number(candidate.held_out_shrinkage),
+        {name: _number(value) for name, value in candidate.parameters.items()},
+        bool(candidate.in_confidence_set),
+        _number(candidate.fitted_cost),
+        _number(candidate.held_out_cost),
+        int(candidate.free),
     )
 
 
-def _how_far(far: findings.HowFar | None) -> HowFar:
+def _how_far(reduction: findings.HowFar | None) -> HowFar:
     """Returns the figures in one form; all numbers are null where nothing could be compared."""
-    if far is None:
+    if reduction is None:
         nothing = Value.of(None)
         return HowFar(None, None, None, (None, None), nothing, nothing, {}, None)
-    low, high = far.noise_floor
+    low, high = reduction.noise_floor
     return HowFar(
-        _number(far.nominal),
-        _number(far.calibrated),
-        _number(far.augmented),
+        _number(reduction.nominal),
+        _number(reduction.calibrated),
+        _number(reduction.augmented),
         (_number(low), _number(high)),
-        Value.of(far.of_explainable),
-        Value.of(far.from_nominal),
-        {name: Gaps(*map(_number, gaps)) for name, gaps in far.per_output.items()},
+        Value.of(reduction.of_explainable),
+        Value.of(reduction.from_nominal),
+        {name: Gaps(*map(_number, gaps)) for name, gaps in reduction.per_output.items()},
         None
-        if far.carries_over is None
-        else (_number(far.carries_over[0]), _number(far.carries_over[1])),
+        if reduction.carries_over is None
+        else (_number(reduction.carries_over[0]), _number(reduction.carries_over[1])),
     )
 
 
-def _calibrated(one: findings.CalibratedValue) -> Calibrated:
-    value = Value.of(one.found)
-    return Calibrated(_number(one.rig), value.value, value.ci90, bool(one.moved))
+def _calibrated(calibrated: findings.CalibratedValue) -> Calibrated:
+    value = Value.of(calibrated.found)
+    return Calibrated(_number(calibrated.rig), value.value, value.ci90, bool(calibrated.moved))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Findings of a diagnosis as typed data; names follow the contract of the diagnosis file."""
+"""Results of a diagnosis as typed data; names follow the contract of the diagnosis file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Remark:
     record
         name of the record, or "" where the remark concerns all of them.
     what
-        one plain sentence: what was found and what it means.
+        one plain sentence: what was observed and what it means.
     serious
         true where the diagnosis cannot rest on this record.
     """
@@ -113,7 +113,7 @@ class Where:
     equations
         residuals of the equations with measured signals; empty without pressures.
     notes
-        sentences: where this contradicts the effects that were found, or what it rests on.
+        sentences: where this contradicts the selected effects, or what it rests on.
     """
 
     subsystem: Mapping[str, float] = field(default_factory=dict)
@@ -162,7 +162,7 @@ class Candidate:
     parameters
         fitted parameters of the effects, by "id.parameter".
     in_confidence_set
-        true where the data cannot tell the set from the best.
+        true where the data cannot separate the set from the best.
     fitted_cost, held_out_cost
         cost in nats: on the fitted records with the priors, and on the held-out records without
         them; known up to a constant of the record, less is better.
@@ -190,18 +190,18 @@ class CannotJudge:
 
 @dataclass(frozen=True, eq=False)
 class NextExperiment:
-    """A command whose record tells rival explanations apart.
+    """A command whose record separates candidates that the records so far do not.
 
     Attributes
     ----------
     separates
-        rivals: the id of an effect, or the ids of a set joined with "+".
+        candidates: the id of an effect, or the ids of a set joined with "+".
     record
-        time_s and command_v, ready to be sent; position_m as the best rival predicts it.
+        time_s and command_v, ready to be sent; position_m as the best candidate predicts it.
     description
         one line for the operator.
     power
-        predicted probability that the diagnosis tells the rivals apart with this record.
+        predicted probability that the diagnosis separates the candidates with this record.
     sensors
         columns that must be measured.
     """
@@ -220,7 +220,7 @@ class HowFar:
     Attributes
     ----------
     nominal, calibrated, augmented
-        gap of the simulator as configured, with its values fitted, and with the found effects.
+        gap of the simulator as configured, with its values fitted, and with the selected effects.
     noise_floor
         lower and upper end of the noise floor, as nrmse.
     of_explainable
@@ -258,7 +258,7 @@ class CalibratedValue:
     moved
         true where the move matters in size and in significance.
     in_sigmas
-        `found` less the centre of the prior that the fit used, in standard deviations of this
+        `found` minus the centre of the prior that the fit used, in standard deviations of this
         prior; None where the prior has no bounded deviation.
     """
 
@@ -298,7 +298,7 @@ class HeldOutRun:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """All findings of one diagnosis.
+    """All results of a diagnosis.
 
     Attributes
     ----------
@@ -317,7 +317,7 @@ class Diagnosis:
     rig
         the rig as configured.
     augmented_rig
-        the rig with the found values and effects.
+        the rig with the estimated values and effects.
     outputs, outputs_left_out
         outputs that were compared, and those that were not.
     records

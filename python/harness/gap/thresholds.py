@@ -75,15 +75,15 @@ NUISANCE_ENDS = {
     "nuisance.spool_bandwidth_hz": (130.0, 1000.0),
     "nuisance.spool_damping": (0.5, 1.1),
 }
-# Without measured pressures these nuisances cannot be told from a load force, which also makes the
-# speeds of the two directions unequal. They then keep their typical values.
+# Without measured pressures these nuisances cannot be separated from a load force, which also makes
+# the speeds of the two directions unequal. They then keep their typical values.
 SEEN_BY_PRESSURES = (
     "nuisance.edge_gain_direction",
     "nuisance.edge_gain_sides",
     "nuisance.edge_gain_tank",
 )
 # Prior centres where no pressure is measured. It is often not known whether the supply pressure in
-# the rig file is absolute or above the atmosphere; 0.5 is equally far from both.
+# the rig file is absolute or above the atmosphere; 0.5 is in the middle of both.
 UNSEEN_CENTRE = {"nuisance.atmosphere": 0.5}
 LOGARITHMIC_NUISANCES = (
     "nuisance.spool_bandwidth_hz",
@@ -115,17 +115,17 @@ ITERATIONS_SCREEN = 3
 ITERATIONS_FINE = 4
 
 # The best few candidates of a screening get a long fit; the best of these are extended.
-KEPT = 5
+MOST_REFINED = 5
 # A screening fit of three iterations shows half of the gain of a long fit, seldom less than a
 # third. A candidate with a tenth of the gain of the first one does not overtake it.
-IN_THE_RUNNING = 0.1
+LEAST_SCREENED_GAIN = 0.1
 BEAM = 2
 MOST_EFFECTS = 3
 # If the errors of a set of effects are this close to the noise floor (ln of the ratio), nothing is
 # left to look for.
 AT_FLOOR = 0.05
-# A set of effects is extended only where it gains this much on held-out data. The verdict requires
-# more.
+# A set of effects is extended only where its gain on held-out data is at least this. The verdict
+# requires more.
 FORWARD_NATS = 5.0
 FORWARD_RELATIVE = 0.05
 
@@ -141,7 +141,7 @@ NEAR_NULL = 0.05
 # Motion is slow below this share of the largest speed. There viscous forces do not hide friction.
 SLOW_SHARE = 0.05
 
-# What a record must visit before the diagnosis can judge an effect from it.
+# Regimes that a record must visit before it can show or exclude an effect.
 # Flow saturation and supply droop bend the flow curve by the square of the command. At 30 % of the
 # rated command, a limit at full opening takes 3 % of the flow.
 LARGE_COMMAND = 0.3
@@ -275,12 +275,12 @@ ZERO_ERROR = 0.0025
 # over a smaller range, air looks like another bulk modulus.
 PRESSURES_VARY = 2.0
 
-# --- Suspects of the equations -----------------------------------------------------------------
+# --- Ranking of effects by the equations -------------------------------------------------------
 # A gain must be this many standard deviations of its scatter over windows, because some 30 trials
 # are made.
-SUSPECT_DEVIATIONS = 3.0
+GAIN_DEVIATIONS = 3.0
 # The weights of the equations follow from their residuals. They settle after a few iterations.
-SUSPECT_TURNS = 3
+WEIGHT_ITERATIONS = 3
 
 # --- The next experiment -----------------------------------------------------------------------
 # Duration of an experiment, s: long enough for fifteen windows, and short enough to run several of
@@ -309,8 +309,8 @@ DESIGN_FINALISTS = 6
 # A difference of ten in log-likelihood gives odds of 20,000 to 1 if the windows are as independent
 # as assumed, and still 150 to 1 if only half of them are.
 SEPARATED_NATS = 10.0
-# The best rival must explain its own record: its errors of integration must stay below a hundredth
-# of the motion, or below the noise.
+# The best candidate must explain its own record: its errors of integration must stay below a
+# hundredth of the motion, or below the noise.
 DESIGN_ERROR = 0.01
 # With a power of nineteen in twenty, no sensor needs to be bought.
 DESIGN_POWER = 0.95
@@ -351,13 +351,13 @@ FREE_GAS_TIMES = 10.0
 # An equation disagrees with the record if its residual is this many times what noise and these
 # tolerances allow, over its whole confidence interval.
 EQUATION_LOUD = 1.5
-# A suspect is accepted if it reduces what is left beside the tolerance by a tenth.
-SUSPECT_GAIN = 0.1
-# Suspects with this share of the best gain are taken as equal, because the tried sizes meet the
+# An effect is included if it reduces what is left beside the tolerance by a tenth.
+LEAST_RANKED_GAIN = 0.1
+# Effects with this share of the largest gain are taken as equal, because the tried sizes meet the
 # true size only within some per cent.
-SUSPECT_NEAR = 0.95
+EQUAL_GAIN_SHARE = 0.95
 # Largest number of effects that are put into the equations one after another.
-MOST_SUSPECTS = 3
+MOST_RANKED_EFFECTS = 3
 # Error of the simulated speed, share of the speed. In a limit cycle the phase error is then this
 # many radians, and a linearisation about the calibration says nothing. A drift of the position does
 # not count, however large it is.
@@ -393,7 +393,7 @@ DECIDED_RELATIVE = 0.05
 DECIDED_SHARE = 0.1
 # ln of a hundred: no simulator comes closer to a machine than a hundredth of its gap, however good
 # the sensor.
-NEAREST = 4.6
+MOST_ABOVE_FLOOR = 4.6
 # It must also remove this share of the errors of the calibrated rig itself, so that errors close to
 # the floor are not given a name.
 DECIDED_OF_ALL = 0.05
@@ -421,13 +421,13 @@ LEFT_NRMSE_SWINGING = 0.15
 # the rig file was right. It was 0.24 and more where some values were 2 to 3 deviations off.
 VALUES_SHARE = 0.1
 # A value has moved if it did so by this many standard deviations of the rig file, and of the fit.
-MOVED_TOLD = 1.0
+MOVED_PRIOR = 1.0
 MOVED_FIT = 2.0
 # Probability of an effect. Where the residual is structured, the likelihood of held-out windows is
 # too certain by about the factor TEMPERATURE. In three of a hundred cases the cause is one that
 # nobody thought of.
 TEMPERATURE = 10.0
-SURE = 0.97
+LARGEST_PROBABILITY = 0.97
 # What a set leaves unexplained may have a cause that would replace the set. The probability is
 # reduced by this factor times the share of the gap that is left.
 DOUBT = 0.7
@@ -443,7 +443,7 @@ MODEL_ERROR_POSITION = 0.025
 # records it was a twentieth to a ninth without the effect, and three quarters and more with it.
 STEP_OF_FLOOR = 0.5
 # More than twice the sensor noise in the rig file is no longer that noise.
-STEP_OF_TOLD = 2.0
+STEP_OF_RIG_NOISE = 2.0
 # Smallest step, share of the stroke: a resolution of fourteen bits over the stroke is usual.
 LEAST_STEP = 6e-5
 # Files hold the levels with four digits and more.

@@ -115,7 +115,9 @@ def fit_arx(
     UnexcitedError
         the data do not determine all parameters.
     """
-    u_mean, y_mean = (_mean(data, data.u), _mean(data, data.y)) if remove_means else (0.0, 0.0)
+    u_mean, y_mean = (
+        (float(np.mean(signal[data.index])) if remove_means else 0.0) for signal in (data.u, data.y)
+    )
     rows = regression(
         replace(data, u=_less(data.u, u_mean), y=_less(data.y, y_mean)), orders, skip=skip
     )
@@ -126,10 +128,6 @@ def fit_arx(
     return ArxModel(
         orders, theta, noise_variance * inverse, noise_variance, squares / n, n, u_mean, y_mean
     )
-
-
-def _mean(data: IoData, signal: FloatArray) -> float:
-    return float(np.mean(np.concatenate([signal[segment] for segment in data.segments])))
 
 
 def _less(signal: FloatArray, mean: float) -> FloatArray:

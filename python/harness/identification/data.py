@@ -12,6 +12,11 @@ import numpy.typing as npt
 from ehsid.harness.identification.errors import IdentificationError
 from ehsid.harness.records import Record
 
+# A signal that changes by less than this share of its size is constant except for rounding errors,
+# and residuals below this share of the output are rounding errors: a regression row is the sum of
+# about ten products, each rounded to 1.1e-16, and theta itself is accurate to about 1e-13 at best.
+ROUNDING = 1e-12
+
 
 @dataclass(frozen=True, eq=False)
 class IoData:
@@ -83,6 +88,11 @@ class IoData:
     def n_samples(self) -> int:
         """Number of samples inside the segments."""
         return sum(segment.stop - segment.start for segment in self.segments)
+
+    @property
+    def index(self) -> npt.NDArray[np.int64]:
+        """Numbers of the samples inside the segments, shape (n_samples,)."""
+        return np.concatenate([np.arange(s.start, s.stop) for s in self.segments])
 
     def split(self, fraction: float) -> tuple[IoData, IoData]:
         """Returns the first `fraction` of the samples, 0 < fraction < 1, and the rest.

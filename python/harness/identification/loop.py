@@ -151,13 +151,13 @@ def _limit(
     """Returns the smallest gain at a phase crossover, and its angular frequency in rad/s."""
     frd = control.FrequencyResponseData(response, omega)
     gains, _, _, crossovers, _, _ = control.stability_margins(frd, returnall=True)
-    found = list(zip(gains.tolist(), crossovers.tolist(), strict=True))
+    limits = list(zip(gains.tolist(), crossovers.tolist(), strict=True))
     # At half the sampling rate the response is real. If it is negative, the phase is -180 degrees.
     # python-control leaves this frequency out.
     last = sign * float(np.real(system(-1.0)))
     if last < 0.0:
-        found.append((-1.0 / last, float(omega[-1]) / HIGHEST))
-    return min(found, default=(None, None))
+        limits.append((-1.0 / last, float(omega[-1]) / HIGHEST))
+    return min(limits, default=(None, None))
 
 
 def _modes(system: control.TransferFunction) -> tuple[Mode, ...]:

@@ -21,7 +21,7 @@ import scipy.stats
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.arx import ArxModel, fit_arx
-from ehsid.harness.identification.data import IoData
+from ehsid.harness.identification.data import ROUNDING, IoData
 from ehsid.harness.identification.errors import TooFewSamplesError, UnexcitedError
 from ehsid.harness.identification.orders import ArxOrders
 from ehsid.harness.identification.simulation import predict_one_step
@@ -45,8 +45,6 @@ ROWS_PER_PARAMETER = 10
 # Each pass finds outliers that larger neighbours hid before. Records with few outliers need two or
 # three passes.
 PASSES = 10
-# Residuals below this share of the output are rounding errors, as in `identify`.
-ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +112,7 @@ def replace_outliers(data: IoData, estimation: IoData) -> tuple[FloatArray, Outl
         )
         none = np.zeros(0, dtype=np.int64)
         return data.y.copy(), Outliers(none, data.y[none], threshold, n, text)
-    positions = np.array(sorted(rounds.found), dtype=np.int64)
+    positions = np.array(sorted(rounds.outliers), dtype=np.int64)
     rate = f"threshold {threshold:.1f} sigma, false alarm {100 * FALSE_ALARM:g} % a record"
     text = f"{positions.size or 'none'} of {n} samples replaced ({rate})"
     return rounds.y, Outliers(positions, data.y[positions], threshold, n, text)
@@ -125,7 +123,7 @@ class _Rounds:
     """Result of `_rounds`: the output, the found and the suspected samples, and the model."""
 
     y: FloatArray
-    found: set[int]
+    outliers: set[int]
     suspects: set[int]
     model: ArxModel
     threshold: float
@@ -135,7 +133,7 @@ class _Rounds:
 def _rounds(data: IoData, estimation: IoData, model: ArxModel) -> _Rounds:
     """Finds outliers, replaces them and estimates the model again, until nothing changes."""
     y = data.y.copy()
-    found: set[int] = set()
+    outliers: set[int] = set()
     suspects: set[int] = set()
     threshold, n = float("nan"), 0
     for _ in range(PASSES):
@@ -145,10 +143,10 @@ def _rounds(data: IoData, estimation: IoData, model: ArxModel) -> _Rounds:
         scale = float(scipy.stats.norm.ppf(0.75) / TAIL.ppf(0.75))
         threshold = scale * float(TAIL.isf(tail))
         peaks = _peaks(score, index, float(scipy.stats.norm.isf(tail)), model.orders.na)
-        standing_out = found | {int(index[row]) for row in peaks}
-        new = {int(index[row]) for row in peaks if score[row] > threshold} - found
-        found |= new
-        rows = np.flatnonzero(np.isin(index, sorted(found)))
+        standing_out = outliers | {int(index[row]) for row in peaks}
+        new = {int(index[row]) for row in peaks if score[row] > threshold} - outliers
+        outliers |= new
+        rows = np.flatnonzero(np.isin(index, sorted(outliers)))
         y[index[rows]] -= size[rows]
         same = not new and standing_out == suspects
         if same and np.all(np.abs(size[rows]) <= CLOSE * sigma):
@@ -156,7 +154,7 @@ def _rounds(data: IoData, estimation: IoData, model: ArxModel) -> _Rounds:
         # A suspected sample must not influence the model that judges it.
         suspects = standing_out
         model = _preliminary(_without(estimation, suspects), y) or model
-    return _Rounds(y, found, suspects, model, threshold, n)
+    return _Rounds(y, outliers, suspects, model, threshold, n)
 
 
 def _without(data: IoData, samples: set[int]) -> IoData:
@@ -194,7 +192,7 @@ def _spikes(
     """
     ahead = predict_one_step(model, data)
     e = ahead.residual
-    trusted = np.isin(ahead.index, _numbers(estimation))
+    trusted = np.isin(ahead.index, estimation.index)
     centre = float(np.median(e[trusted]))
     # A sensor with a coarse resolution gives many residuals of zero. The scale is therefore never
     # below the standard deviation of the sensor's rounding.
@@ -216,7 +214,7 @@ def _spikes(
         pushes[run] = np.lib.stride_tricks.sliding_window_view(ends, h.size).max(axis=1)
         size[run] = sigma * matched / weight
     # White residuals give a standard deviation of one. Where the residuals are not white, the score
-    # is divided by the deviation found, so that they are not taken for spikes.
+    # is divided by their deviation, so that they are not taken for spikes.
     size_of = max(1.4826 * float(np.median(np.abs(spikes[trusted]))), 1.0)
     score = np.where(np.abs(spikes) >= DOUBT * pushes, np.abs(spikes) / size_of, 0.0)
     return score, size, ahead.index, sigma
@@ -239,8 +237,3 @@ def _peaks(
             near = slice(max(row - reach, 0), row + reach + 1)
             hidden[near] |= np.abs(index[near] - index[row]) <= reach
     return chosen
-
-
-def _numbers(data: IoData) -> npt.NDArray[np.int64]:
-    """Returns the sample numbers inside the segments."""
-    return np.concatenate([np.arange(s.start, s.stop) for s in data.segments])

@@ -12,15 +12,12 @@ import numpy.typing as npt
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.encoding import to_plain
 from ehsid.harness.identification.arx import ArxModel
-from ehsid.harness.identification.data import IoData
+from ehsid.harness.identification.data import ROUNDING, IoData
 from ehsid.harness.identification.errors import IdentificationError
 from ehsid.harness.identification.outliers import Outliers, replace_outliers
 from ehsid.harness.identification.simulation import Prediction
 
 Trend = Literal["none", "mean", "linear"]
-
-# A signal that changes by less than this share of its size is constant except for rounding errors.
-ROUNDING = 1e-12
 
 CONSEQUENCE = {
     "none": (
@@ -216,7 +213,7 @@ def preprocess(
     if not estimation.segments:
         raise IdentificationError("the estimation part has no samples")
     y, outliers = replace_outliers(data, estimation) if settings.outliers else (data.y, None)
-    k = np.concatenate([np.arange(s.start, s.stop) for s in estimation.segments])
+    k = estimation.index
     reports = [
         _report(name, signal, k, settings)
         for name, signal in ((data.input_name, data.u), (data.output_name, y))

@@ -147,8 +147,8 @@ def nearest_cancellation(model: ArxModel) -> Cancellation | None:
     na, nb = model.orders.na, model.orders.nb
     if nb < 2:
         return None
-    found = poles_zeros(model)
-    starts = np.concatenate((found.poles.values, found.zeros.values))
+    own = poles_zeros(model)
+    starts = np.concatenate((own.poles.values, own.zeros.values))
     cov = model.covariance[: na + nb, : na + nb]
     theta = model.theta[: na + nb]
 

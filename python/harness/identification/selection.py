@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 
 from ehsid.harness.encoding import to_plain
-from ehsid.harness.identification.advice import advise
 from ehsid.harness.identification.candidates import Candidate, Rejected, judge
-from ehsid.harness.identification.choice import (
-    choose_delay,
-    choose_order,
-    delay_reason,
-    order_reason,
-)
-from ehsid.harness.identification.data import IoData
+from ehsid.harness.identification.data import ROUNDING, IoData
 from ehsid.harness.identification.errors import (
     IdentificationError,
     TooFewSamplesError,
     UnexcitedError,
+)
+from ehsid.harness.identification.order_rules import (
+    advise,
+    choose_delay,
+    choose_order,
+    delay_reason,
+    order_reason,
 )
 from ehsid.harness.identification.orders import ArxOrders
 from ehsid.harness.identification.residuals import (
@@ -39,10 +39,6 @@ DEFAULT_ORDERS = range(2, 6)
 DEFAULT_DELAYS = range(1, 6)
 MIN_IMPROVEMENT = 0.05
 MIN_ROWS = 20  # a fit over fewer equations has no significance
-
-# Residuals below this share of the output are rounding errors: a regression row is the sum of about
-# ten products, each rounded to 1.1e-16, and theta itself is accurate to about 1e-13 at best.
-ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)

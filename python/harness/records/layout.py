@@ -105,11 +105,9 @@ def layout_of(file_names: Sequence[str], layout: Layout) -> Layout:
     schema names that it maps. So a rig that maps the columns of its logger can also read records
     of its simulator. Columns with schema names have the units of the schema.
     """
-    mapped_names = {column.name for column in layout.values()}
+    mapped = {column.name for column in layout.values()}
     return (
-        {}
-        if mapped_names.isdisjoint(file_names) and not layout.keys().isdisjoint(file_names)
-        else layout
+        {} if mapped.isdisjoint(file_names) and not layout.keys().isdisjoint(file_names) else layout
     )
 
 

@@ -14,8 +14,7 @@ import numpy.typing as npt
 import scipy.io
 import scipy.sparse
 
-from ehsid.harness.records.damage import damaged
-from ehsid.harness.records.errors import RecordError
+from ehsid.harness.records.errors import RecordError, damaged
 from ehsid.harness.records.mat_elements import check_elements
 
 

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.records.damage import damaged, first_line
-from ehsid.harness.records.errors import RecordError
+from ehsid.harness.records.errors import RecordError, damaged, first_line
 
 
 class NpzTable:

@@ -11,8 +11,7 @@ from typing import Any
 import numpy.typing as npt
 import polars as pl
 
-from ehsid.harness.records.damage import damaged
-from ehsid.harness.records.errors import RecordError
+from ehsid.harness.records.errors import RecordError, damaged
 
 
 class ParquetTable:

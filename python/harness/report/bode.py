@@ -9,8 +9,10 @@ from matplotlib.figure import Figure
 
 from ehsid.harness.identification import EstimatedResponse, FrequencyResponse
 from ehsid.harness.identification.loop import LoopAnalysis
+from ehsid.harness.report.plotting import VERMILION, frequency_unit, stacked, styled
 
 
+@styled
 def bode_figure(
     response: EstimatedResponse,
     truth: FrequencyResponse | None,
@@ -23,8 +25,7 @@ def bode_figure(
     Frequencies outside `input_band` are shaded grey. With `loop`, the figure shows gain margin and
     phase margin of the loop with half the limit gain.
     """
-    figure = Figure(figsize=(9, 6), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True)
+    figure, (upper, lower) = stacked(6.0, [1, 1], xlabel=f"frequency in {frequency_unit(dt_s)}")
     f = response.frequency_hz
     for axes, centre, band in (
         (upper, response.magnitude_db, response.magnitude_band_db()),
@@ -33,8 +34,7 @@ def bode_figure(
         beyond: str | None = "outside the input's band"
         axes.fill_between(f, band[:, 0], band[:, 1], alpha=0.3, linewidth=0, label="95 % band")
         axes.semilogx(f, centre, label="model", linewidth=1.5)
-        axes.grid(True, which="both", alpha=0.25)
-        axes.margins(x=0.0)
+        axes.grid(which="minor", alpha=0.15)
         if input_band is not None:
             for start, stop in ((f[0], input_band[0]), (input_band[1], f[-1])):
                 if start < stop:
@@ -60,8 +60,7 @@ def bode_figure(
         _margins(upper, lower, response, loop)
     upper.set_ylabel("magnitude in dB")
     lower.set_ylabel("phase in degrees")
-    lower.set_xlabel("frequency in cycles a sample" if dt_s is None else "frequency in Hz")
-    upper.legend(fontsize="small")
+    upper.legend()
     return figure
 
 
@@ -73,32 +72,37 @@ def _margins(upper: Axes, lower: Axes, response: EstimatedResponse, loop: LoopAn
     half, turnover = loop.half, loop.phase_crossover_hz
     if half is None or turnover is None or loop.limit_gain is None:
         return
-    red = "tab:red"
     f = np.log(response.frequency_hz)
+    arrow = {"arrowstyle": "<->", "color": VERMILION}
     level, lowest = (-20.0 * np.log10(np.abs(k)) for k in (half.gain, loop.limit_gain))
-    upper.axhline(level, color=red, linestyle="--", linewidth=1.0, label="1/k")
+    upper.axhline(level, color=VERMILION, linestyle="--", linewidth=1.0, label="1/k")
     upper.annotate(
-        "", (turnover, lowest), (turnover, level), arrowprops={"arrowstyle": "<->", "color": red}
+        "",
+        (turnover, lowest),
+        (turnover, level),
+        arrowprops=arrow,
     )
     for axes in (upper, lower):
-        axes.axvline(turnover, color=red, linestyle=":", linewidth=1.0)
+        axes.axvline(turnover, color=VERMILION, linestyle=":", linewidth=1.0)
         if half.gain_crossover_hz is not None:
-            axes.axvline(half.gain_crossover_hz, color=red, linestyle=":", linewidth=1.0)
+            axes.axvline(half.gain_crossover_hz, color=VERMILION, linestyle=":", linewidth=1.0)
     # With a negative k, -180 degrees of k G are 0 degrees of G. Multiples of 360 degrees are the
     # same phase; the line is drawn at the one nearest to the curve.
     border = -180.0 if half.gain > 0.0 else 0.0
     at = float(np.interp(np.log(turnover), f, response.phase_deg))
     border += 360.0 * round((at - border) / 360.0)
-    lower.axhline(border, color=red, linestyle="--", linewidth=1.0, label="phase of k G: -180")
+    lower.axhline(
+        border, color=VERMILION, linestyle="--", linewidth=1.0, label="phase of k G: -180"
+    )
     words = f"gain margin {20.0 * np.log10(half.gain_margin):.1f} dB"
     if half.gain_crossover_hz is not None and half.phase_margin_deg is not None:
         lower.annotate(
             "",
             (half.gain_crossover_hz, border),
             (half.gain_crossover_hz, border + half.phase_margin_deg),
-            arrowprops={"arrowstyle": "<->", "color": red},
+            arrowprops=arrow,
         )
         words += f", phase margin {half.phase_margin_deg:.1f} degrees"
-    upper.set_title(f"proportional control with k = {half.gain:.4g}: {words}", fontsize="medium")
-    upper.legend(fontsize="small")
-    lower.legend(fontsize="small")
+    upper.set_title(f"proportional control with k = {half.gain:.4g}: {words}")
+    upper.legend()
+    lower.legend()

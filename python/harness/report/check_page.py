@@ -27,7 +27,7 @@ from ehsid.harness.report.check_tables import (
     wrong_table,
 )
 from ehsid.harness.report.check_words import HOW_TO_READ, figure_text, lead, number, plural
-from ehsid.harness.report.page import Page, Picture, Section, Table, Words, write_pictures
+from ehsid.harness.report.page import Block, Page, Picture, Section, Table, write_pictures
 from ehsid.harness.report.page_markdown import markdown
 from ehsid.harness.validation.scoring.figures import Figure
 from ehsid.harness.validation.scoring.score import Score, score_file
@@ -58,7 +58,9 @@ def check_page(score: Score) -> Page:
             _transfer(score),
             _baselines(score),
             _grades(score),
-            Section("Where it is good and where not", [split_table(one) for one in score.splits]),
+            Section(
+                "Where it is good and where not", [split_table(table) for table in score.splits]
+            ),
             _wrong(score),
         ]
     return Page(TITLE, lead(score), [*sections, _how(score)])
@@ -71,10 +73,10 @@ def _figures(score: Score) -> Section:
             Picture(
                 targets_drawing(score.tables[0]),
                 f"{score.tables[0].title.capitalize()}: value and interval of 90 %; green: where "
-                "it should be. Blue: met, red: missed, grey: the interval reaches across.",
+                "it should be. Blue: met, orange: missed, grey: the interval reaches across.",
                 "Figures of the check with intervals beside their targets",
             ),
-            Words(HOW_TO_READ),
+            HOW_TO_READ,
             target_table(score.tables[0]),
             trust_table(score),
             outcome_table(score),
@@ -88,7 +90,7 @@ def _grades(score: Score) -> Section:
         "effects apart: there a set that holds the truth is the answer, and targets of the first "
         "name are shown for comparison only."
     )
-    return Section("Each grade by itself", [Words(words), *map(target_table, score.tables[1:])])
+    return Section("Each grade by itself", [words, *map(target_table, score.tables[1:])])
 
 
 def _confusions(score: Score) -> Section:
@@ -112,26 +114,26 @@ def _confusions(score: Score) -> Section:
 
 
 def _probabilities(score: Score) -> Section:
-    found = score.reliability
-    words = f"{plural(found.claims, 'effect')} named."
-    if found.claims:
+    reliability = score.reliability
+    words = f"{plural(reliability.claims, 'effect')} named."
+    if reliability.claims:
         words += (
-            f" Brier score {found.brier:.3f}; always telling the share that is true would score "
-            f"{found.brier_constant:.3f}. Expected calibration error "
-            f"{number(found.expected_error, 'share')}."
+            f" Brier score {reliability.brier:.3f}; always giving the share that is true would "
+            f"score {reliability.brier_constant:.3f}. Expected calibration error "
+            f"{number(reliability.expected_error, 'share')}."
         )
     return Section(
         "Is the probability meant?",
         [
-            Words(words),
+            words,
             Picture(
-                trust_drawing(found, score.risk),
+                trust_drawing(reliability, score.risk),
                 "Left: effects by the probability they were named with, and how many of them are "
                 "there (bars: 90 %); on the dashed line it is meant. Right: if "
                 "only names above some probability are believed, how many are wrong.",
                 "Reliability of the probabilities; risk over coverage",
             ),
-            bins_table(found),
+            bins_table(reliability),
         ],
     )
 
@@ -145,20 +147,20 @@ def _sizes(score: Score) -> Section:
                 "Errors of the first parameter of each effect that was named and is there.",
                 "Errors of the sizes by effect",
             ),
-            Words("Intervals of shares take the parameters of a record for independent."),
+            "Intervals of shares take the parameters of a record for independent.",
         ],
     )
 
 
 def _plain_figures(caption: str, figures: Sequence[Figure]) -> Table:
-    rows = [(one.words, figure_text(one)) for one in figures]
+    rows = [(figure.words, figure_text(figure)) for figure in figures]
     return Table(caption, ("figure", "value"), rows)
 
 
 def _transfer(score: Score) -> Section:
-    drawn = [one for one in score.promises if one.each]
-    blocks: list[Words | Table | Picture] = [
-        Words(
+    drawn = [promises for promises in score.promises if promises.each]
+    blocks: list[Block] = [
+        (
             "A wrong cause can shrink the gap on records like those it was fitted to. A third "
             "record of the same machine under another excitation, which the diagnosis never saw, "
             "is simulated with the rig that it found. The calibrated rig is not written by a "
@@ -175,8 +177,10 @@ def _transfer(score: Score) -> Section:
             )
         )
     else:
-        blocks.append(Words("No third record was kept, or nothing was named."))
-    blocks += [_plain_figures(f"{one.words.capitalize()}.", one.figures) for one in drawn]
+        blocks.append("No third record was kept, or nothing was named.")
+    blocks += [
+        _plain_figures(f"{promises.words.capitalize()}.", promises.figures) for promises in drawn
+    ]
     regret = score.regret
     blocks.append(
         _plain_figures(
@@ -193,9 +197,10 @@ def _baselines(score: Score) -> Section:
     return Section(
         "Against simpler ways and against chance",
         [
-            Words(
+            (
                 ". ".join(
-                    f"{one.name[0].upper()}{one.name[1:]}: {one.how}" for one in score.baselines
+                    f"{baseline.name[0].upper()}{baseline.name[1:]}: {baseline.how}"
+                    for baseline in score.baselines
                 )
                 + "."
             ),
@@ -207,13 +212,13 @@ def _baselines(score: Score) -> Section:
 
 def _wrong(score: Score) -> Section:
     if not score.wrong:
-        return Section("What it gets wrong", [Words("Nothing in this check.")])
+        return Section("What it gets wrong", ["Nothing in this check."])
     return Section("What it gets wrong", [wrong_table(score.wrong)])
 
 
 def _how(score: Score) -> Section:
-    blocks: list[Words | Table | Picture] = [
-        Words(
+    blocks: list[Block] = [
+        (
             "Records come from a generator that shares no equation's form, no integrator and no "
             "code with the simulator of the diagnosis. Answers lie in a file of their own, whose "
             "SHA-256 is written before the run; the diagnosis reads rig and records only. Right is "
@@ -223,7 +228,7 @@ def _how(score: Score) -> Section:
     ]
     if score.seal is not None:
         state = "are those of the seal" if score.sealed else "are NOT those of the seal"
-        blocks.append(Words(f"The answers {state}, SHA-256 {score.seal.answers_sha256}."))
+        blocks.append(f"The answers {state}, SHA-256 {score.seal.answers_sha256}.")
         rows = [(name, str(value)) for name, value in score.seal.settings.plain().items()]
         rows.append(("ehsid_version", score.seal.ehsid_version))
         blocks.append(Table("How the records were made.", ("setting", "value"), rows))

@@ -13,31 +13,37 @@ from matplotlib.ticker import FuncFormatter
 
 from ehsid.harness.report.check_words import KINDS
 from ehsid.harness.report.gap_words import plain_name
+from ehsid.harness.report.plotting import BLUE, GREEN, GREY, VERMILION, draw_numbers, styled
 from ehsid.harness.validation.scoring.calibration import Reliability, RiskPoint, SizeError
 from ehsid.harness.validation.scoring.figures import Figure
 from ehsid.harness.validation.scoring.reading import SENSORS
 from ehsid.harness.validation.scoring.tables import Confusion, FigureTable
 from ehsid.harness.validation.scoring.transfer import Promises
 
-MET, MISSED, UNSURE = "#2f6f9f", "#c2452d", "#8a949e"
+MET, MISSED, UNSURE = BLUE, VERMILION, GREY
 
 
+@styled
 def targets_drawing(table: FigureTable) -> Drawing:
     """Draws shares with their intervals and targets, with one panel for each set of sensors."""
     rows = [
-        [one for one in table.columns[measured] if one.target is not None and one.unit == "share"]
+        [
+            figure
+            for figure in table.columns[measured]
+            if figure.target is not None and figure.unit == "share"
+        ]
         for measured in SENSORS
     ]
-    drawing = Drawing(figsize=(9, 0.6 + 0.36 * len(rows[0])), layout="constrained")
+    drawing = Drawing(figsize=(9, 0.6 + 0.36 * len(rows[0])))
     panels = drawing.subplots(1, 2, sharey=True)
     for axes, measured, figures in zip(panels, SENSORS, rows, strict=True):
-        for place, one in enumerate(figures):
-            _target_row(axes, place, one)
-        axes.set_title(measured, fontsize="medium")
+        for place, figure in enumerate(figures):
+            _target_row(axes, place, figure)
+        axes.set_title(measured)
         axes.set_xlim(-2.0, 102.0)
         axes.set_xlabel("%")
-        axes.grid(True, axis="x", alpha=0.3)
-    panels[0].set_yticks(range(len(rows[0])), [one.words for one in rows[0]])
+        axes.grid(False, axis="y")
+    panels[0].set_yticks(range(len(rows[0])), [figure.words for figure in rows[0]])
     panels[0].invert_yaxis()
     return drawing
 
@@ -46,7 +52,7 @@ def _target_row(axes: Axes, place: int, figure: Figure) -> None:
     target = figure.target
     assert target is not None
     left, right = 100.0 * max(target.least, 0.0), 100.0 * min(target.most, 1.0)
-    axes.barh(place, right - left, left=left, height=0.7, color="#d9ead9", linewidth=0)
+    axes.barh(place, right - left, left=left, height=0.7, color=GREEN, alpha=0.2, linewidth=0)
     if not figure.n:
         return
     colour = {"met": MET, "missed": MISSED}.get(figure.met, UNSURE)
@@ -56,6 +62,7 @@ def _target_row(axes: Axes, place: int, figure: Figure) -> None:
     axes.plot(value, place, "o", color=colour, markersize=6)
 
 
+@styled
 def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
     """Draws the counts of a confusion matrix; the shade of a cell is its share of the row."""
     counts = np.array(confusion.counts, dtype=np.float64).reshape(
@@ -63,40 +70,30 @@ def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
     )
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1.0)
     height = 1.9 + 0.3 * max(len(confusion.rows), 1)
-    drawing = Drawing(figsize=(9, height), layout="constrained")
+    drawing = Drawing(figsize=(9, height))
     axes = drawing.subplots()
-    axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
-    for row, column in np.argwhere(counts > 0):
-        dark = shares[row, column] > 0.5
-        axes.text(
-            column,
-            row,
-            f"{counts[row, column]:.0f}",
-            ha="center",
-            va="center",
-            color="white" if dark else "black",
-            fontsize="small",
-        )
+    draw_numbers(axes, shares, [[f"{n:.0f}" if n else "" for n in row] for row in counts])
     names = [plain_name(name) for name in confusion.columns]
     kinds = [KINDS.get(name, plain_name(name)) for name in confusion.rows]
     axes.set_xticks(range(len(names)), names, rotation=45, ha="right", rotation_mode="anchor")
     axes.set_yticks(range(len(kinds)), kinds)
     axes.set_xticks(np.arange(len(names) + 1) - 0.5, minor=True)
     axes.set_yticks(np.arange(len(confusion.rows) + 1) - 0.5, minor=True)
-    axes.grid(True, which="minor", color="#e3e7eb", linewidth=0.6)
+    axes.grid(True, which="minor", color="#e3e7eb", alpha=1.0, linewidth=0.6)
     axes.tick_params(which="minor", length=0)
     axes.set_xlabel(said)
     axes.set_ylabel(true)
     return drawing
 
 
-def trust_drawing(found: Reliability, risk: Sequence[RiskPoint]) -> Drawing:
+@styled
+def trust_drawing(reliability: Reliability, risk: Sequence[RiskPoint]) -> Drawing:
     """Draws, left, the share of true effects over their probability; right, risk over coverage."""
-    drawing = Drawing(figsize=(9, 4), layout="constrained")
+    drawing = Drawing(figsize=(9, 4))
     left, right = drawing.subplots(1, 2)
     left.plot([0, 100], [0, 100], color="0.6", linewidth=1.0, linestyle="--")
-    for one in found.bins:
-        at, share = 100.0 * one.probability, one.true
+    for group in reliability.bins:
+        at, share = 100.0 * group.probability, group.true
         left.plot([at, at], [100.0 * share.low, 100.0 * share.high], color=MET, linewidth=2.0)
         left.plot(at, 100.0 * share.value, "o", color=MET, markersize=5)
     left.set_xlabel("probability told, %")
@@ -116,26 +113,25 @@ def trust_drawing(found: Reliability, risk: Sequence[RiskPoint]) -> Drawing:
     right.set_ylim(bottom=0.0)
     right.set_xlabel("records with a name, the surest first, %")
     right.set_ylabel("names that are wrong, %")
-    for axes in (left, right):
-        axes.grid(True, alpha=0.3)
     return drawing
 
 
+@styled
 def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
     """Draws the relative errors of the primary parameters, with one row for each effect.
 
     A marker is open where the interval of 90 % does not contain the true value.
     """
-    primary = [one for one in errors if one.primary and math.isfinite(one.relative)]
-    effects = sorted({one.of for one in primary})
-    drawing = Drawing(figsize=(9, 1.2 + 0.3 * max(len(effects), 1)), layout="constrained")
+    primary = [error for error in errors if error.primary and math.isfinite(error.relative)]
+    effects = sorted({error.of for error in primary})
+    drawing = Drawing(figsize=(9, 1.2 + 0.3 * max(len(effects), 1)))
     axes = drawing.subplots()
     for inside, colour in ((True, MET), (False, MISSED)):
-        some = [one for one in primary if one.inside == inside]
+        some = [error for error in primary if error.inside == inside]
         axes.scatter(
             # A logarithmic axis cannot show an error of zero; it is drawn at 1e-3 %.
-            [max(100.0 * one.relative, 1e-3) for one in some],
-            [effects.index(one.of) for one in some],
+            [max(100.0 * error.relative, 1e-3) for error in some],
+            [effects.index(error.of) for error in some],
             s=28,
             alpha=0.7 if inside else 1.0,
             label="interval of 90 % holds the truth" if inside else "it does not",
@@ -148,9 +144,8 @@ def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
     axes.invert_yaxis()
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.set_xlabel("error of the size, %")
-    axes.grid(True, axis="x", alpha=0.3)
+    axes.grid(False, axis="y")
     axes.legend(
-        fontsize="small",
         loc="upper center",
         bbox_to_anchor=(0.5, 1.0 + 0.5 / drawing.get_figheight()),
         ncols=2,
@@ -158,14 +153,15 @@ def sizes_drawing(errors: Sequence[SizeError]) -> Drawing:
     return drawing
 
 
+@styled
 def promises_drawing(each: Sequence[Promises]) -> Drawing:
     """Draws realised over predicted shrinkage with both intervals, one panel for each measure."""
-    drawing = Drawing(figsize=(9, 4.4), layout="constrained")
+    drawing = Drawing(figsize=(9, 4.4))
     panels = drawing.subplots(1, len(each), squeeze=False)[0]
-    for axes, one in zip(panels, each, strict=True):
+    for axes, promises in zip(panels, each, strict=True):
         axes.plot([-20, 105], [-20, 105], color="0.6", linewidth=1.0, linestyle="--")
         for right, colour, label in ((True, MET, "answered right"), (False, MISSED, "not right")):
-            some = [promise for promise in one.each if promise.right == right]
+            some = [promise for promise in promises.each if promise.right == right]
             predicted = np.array(
                 [[p.predicted.value, p.predicted.low, p.predicted.high] for p in some]
             )
@@ -177,10 +173,9 @@ def promises_drawing(each: Sequence[Promises]) -> Drawing:
             axes.hlines(y[:, 0], x[:, 1], x[:, 2], color=colour, alpha=0.35, linewidth=1.0)
             axes.vlines(x[:, 0], y[:, 1], y[:, 2], color=colour, alpha=0.35, linewidth=1.0)
             axes.plot(x[:, 0], y[:, 0], "o", color=colour, markersize=4, label=label)
-        axes.set_title(one.words, fontsize="medium")
+        axes.set_title(promises.words)
         axes.set_xlabel("predicted on held-out data, %")
         axes.set_ylabel("realised on the third record, %")
-        axes.grid(True, alpha=0.3)
-        if one.each:
-            axes.legend(fontsize="small")
+        if promises.each:
+            axes.legend()
     return drawing

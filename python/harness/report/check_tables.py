@@ -5,13 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ehsid.harness.report.check_words import (
-    KINDS,
-    MARKS,
-    figure_text,
-    number,
-    target_text,
-)
+from ehsid.harness.report.check_words import KINDS, MARKS, figure_text, number, target_text
 from ehsid.harness.report.gap_words import plain_name
 from ehsid.harness.report.page import Table
 from ehsid.harness.validation.scoring.baselines import Baseline, Control
@@ -28,10 +22,10 @@ def target_table(table: FigureTable) -> Table:
     missed: list[int] = []
     for pair in zip(*(table.columns[measured] for measured in SENSORS), strict=True):
         cells = [pair[0].words]
-        for one in pair:
-            target = target_text(one.target, one.unit)
-            cells += [figure_text(one), ": ".join(filter(None, (target, MARKS[one.met])))]
-        if any(one.met == "missed" for one in pair):
+        for figure in pair:
+            target = target_text(figure.target, figure.unit)
+            cells += [figure_text(figure), ": ".join(filter(None, (target, MARKS[figure.met])))]
+        if any(figure.met == "missed" for figure in pair):
             missed.append(len(rows))
         rows.append(cells)
     return Table(
@@ -47,7 +41,7 @@ def trust_table(score: Score) -> Table:
     return Table(
         "What a verdict is worth: how often it and all it names are right.",
         ("verdict", "right"),
-        [(one.words.replace("_", " "), figure_text(one)) for one in score.trust],
+        [(figure.words.replace("_", " "), figure_text(figure)) for figure in score.trust],
     )
 
 
@@ -64,14 +58,14 @@ def outcome_table(score: Score) -> Table:
     return Table("Records by outcome.", ("outcome", *grades), rows)
 
 
-def bins_table(found: Reliability) -> Table:
+def bins_table(reliability: Reliability) -> Table:
     """Returns the table of the named effects, grouped by the probability given to them."""
     return Table(
         "Effects by the probability they were named with.",
         ("probability", "mean", "are there"),
         [
-            (one.true.words, number(one.probability, "share"), figure_text(one.true))
-            for one in found.bins
+            (group.true.words, number(group.probability, "share"), figure_text(group.true))
+            for group in reliability.bins
         ],
     )
 
@@ -82,21 +76,21 @@ def split_table(table: SplitTable) -> Table:
         (
             KINDS.get(group, plain_name(group)),
             measured,
-            *(figure_text(one, short=True) for one in figures),
+            *(figure_text(figure, short=True) for figure in figures),
         )
         for group, measured, figures in table.rows
     ]
-    words = [one.words for one in table.rows[0][2]] if table.rows else []
+    words = [figure.words for figure in table.rows[0][2]] if table.rows else []
     return Table(f"By {table.title}.", ("", "sensors", *words), rows)
 
 
 def baseline_table(each: Sequence[Baseline]) -> Table:
     """Returns the table that compares the diagnosis with simpler ways to diagnose."""
-    words = [one.words for one in each[0].figures] if each else []
+    words = [figure.words for figure in each[0].figures] if each else []
     rows = []
-    for one in each:
-        found = {figure.words: figure_text(figure, short=True) for figure in one.figures}
-        rows.append((one.name, *(found.get(name, "-") for name in words)))
+    for baseline in each:
+        texts = {figure.words: figure_text(figure, short=True) for figure in baseline.figures}
+        rows.append((baseline.name, *(texts.get(name, "-") for name in words)))
     return Table(
         "Simpler ways, judged alike. Effect first: gap at least 3 x floor.",
         ("way", *words),
@@ -112,15 +106,15 @@ def control_table(each: Sequence[Control]) -> Table:
         ("figure", "this check", "chance", "mean of the deals", "90 % of the deals", "p", "deals"),
         [
             (
-                one.words,
-                number(one.real, "share"),
-                number(one.chance, "share"),
-                number(one.mean, "share"),
-                f"{number(one.low, 'share')} to {number(one.high, 'share')}",
-                f"{one.p_value:.2g}",
-                str(one.deals),
+                control.words,
+                number(control.real, "share"),
+                number(control.chance, "share"),
+                number(control.mean, "share"),
+                f"{number(control.low, 'share')} to {number(control.high, 'share')}",
+                f"{control.p_value:.2g}",
+                str(control.deals),
             )
-            for one in each
+            for control in each
         ],
     )
 
@@ -133,13 +127,13 @@ def wrong_table(each: Sequence[WrongCase]) -> Table:
         ("record", "grade, sensors", "outcome", "truth", "said", "why it may be"),
         [
             (
-                one.name,
-                f"{one.grade}, {one.sensors}",
-                one.outcome,
-                one.truth.replace("_", " "),
-                one.said.replace("_", " "),
-                "; ".join(one.reasons) or "not known",
+                case.name,
+                f"{case.grade}, {case.sensors}",
+                case.outcome,
+                case.truth.replace("_", " "),
+                case.said.replace("_", " "),
+                "; ".join(case.reasons) or "not known",
             )
-            for one in each
+            for case in each
         ],
     )

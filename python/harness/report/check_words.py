@@ -65,9 +65,9 @@ def target_text(target: Range | None, unit: str) -> str:
     return f"{ends[0].removesuffix(' %')}\N{EN DASH}{ends[1]}"
 
 
-def plural(n: int, one: str) -> str:
+def plural(n: int, noun: str) -> str:
     """Returns the number and the noun, with an s unless the number is 1."""
-    return f"{n} {one}{'' if n == 1 else 's'}"
+    return f"{n} {noun}{'' if n == 1 else 's'}"
 
 
 def lead(score: Score) -> list[str]:
@@ -75,52 +75,54 @@ def lead(score: Score) -> list[str]:
     if not score.cases:
         return ["Nothing has been diagnosed yet: there is nothing to score."]
     right = sum(case.judgement.right for case in score.cases)
-    said = [
+    sentences = [
         f"Of {plural(len(score.cases), 'record')} whose cause was withheld, {right} "
         f"({100.0 * right / len(score.cases):.0f} %) were answered exactly right: verdict, and "
         "effects or a set that holds them."
     ]
     without = sum(case.left_out for case in score.cases)
     if without:
-        said.append(
+        sentences.append(
             f"In {without} of them the diagnosis had to do without the true effect: there a set, "
             "or that the cause is outside of the catalogue, is right."
         )
     worth = {figure.words: figure for figure in score.trust}
     if "effects" in worth:
-        said.append(
+        sentences.append(
             "Where the verdict was effects, that was the whole truth in "
             f"{figure_text(worth['effects'])} (interval of 90 %; number of records)."
         )
     table = score.tables[0]
     for measured in SENSORS:
-        figures = [one for one in table.columns[measured] if one.target is not None and one.n]
-        missed = [one.words for one in figures if one.met.startswith("missed")]
+        figures = [
+            figure for figure in table.columns[measured] if figure.target is not None and figure.n
+        ]
+        missed = [figure.words for figure in figures if figure.met.startswith("missed")]
         if figures:
             tail = f" Missed: {'; '.join(missed)}." if missed else ""
-            said.append(
+            sentences.append(
                 f"{measured.capitalize()}, {table.title}: {len(figures) - len(missed)} of "
                 f"{len(figures)} targets are met.{tail}"
             )
-    for one in score.controls[:1]:
-        said.append(
+    for control in score.controls[:1]:
+        sentences.append(
             f"Negative control: with the answers dealt out anew the same diagnoses are right in "
-            f"{number(one.mean, 'share')} (90 % of the deals: {number(one.low, 'share')} to "
-            f"{number(one.high, 'share')}) instead of {number(one.real, 'share')}; p = "
-            f"{one.p_value:.2g}."
+            f"{number(control.mean, 'share')} (90 % of the deals: {number(control.low, 'share')} "
+            f"to {number(control.high, 'share')}) instead of {number(control.real, 'share')}; p = "
+            f"{control.p_value:.2g}."
         )
-    return said + _doubts(score)
+    return sentences + _doubts(score)
 
 
 def _doubts(score: Score) -> list[str]:
-    said = []
+    sentences = []
     if score.unfinished:
-        said.append(
+        sentences.append(
             f"{plural(len(score.unfinished), 'record')} not yet diagnosed: they do not count."
         )
     if score.sealed is False:
-        said.append(
+        sentences.append(
             "THE SEAL IS BROKEN: the answers are not those that were sealed before the run. These "
             "figures prove nothing."
         )
-    return said
+    return sentences

@@ -10,24 +10,26 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ehsid.harness.report.gap_words import plain_name
+from ehsid.harness.report.plotting import BLUE, GREY, ORANGE, styled
 from ehsid.harness.validation.fleet.ranking import Machine
 
-NAMED, RIVAL, LEFT = "#2f6f9f", "#b4690e", "#9aa6b1"
+NAMED, RIVAL, LEFT = BLUE, ORANGE, GREY
 
 
+@styled
 def fleet_figure(machines: Sequence[Machine], effects: Sequence[str]) -> Figure:
     """Draws bars of the structural gaps beside a matrix of machines and effects."""
     height = 1.9 + 0.3 * len(machines)
-    figure = Figure(figsize=(9.0, height), layout="constrained")
+    figure = Figure(figsize=(9.0, height))
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 1.0 + 0.22 * len(effects)])
     rows = range(len(machines))
-    left.barh(rows, [100.0 * one.structural for one in machines], color=NAMED, height=0.6)
-    rests = [100.0 * min(one.structural, _rest(one)) for one in machines]
+    left.barh(rows, [100.0 * machine.structural for machine in machines], color=NAMED, height=0.6)
+    rests = [100.0 * min(machine.structural, _rest(machine)) for machine in machines]
     left.barh(rows, rests, color=LEFT, height=0.6)
-    left.set_yticks(rows, [one.name for one in machines])
+    left.set_yticks(rows, [machine.name for machine in machines])
     left.set_ylim(len(machines) - 0.5, -0.5)
     left.set_xlabel("structural gap, % of the motion")
-    left.grid(True, axis="x", alpha=0.3)
+    left.grid(False, axis="y")
     _matrix(right, machines, effects)
     return figure
 
@@ -43,21 +45,19 @@ def _rest(machine: Machine) -> float:
 
 def _matrix(axes: Axes, machines: Sequence[Machine], effects: Sequence[str]) -> None:
     place = {effect: column for column, effect in enumerate(effects)}
-    largest = max((one.structural for one in machines), default=0.0) or 1.0
-    for row, one in enumerate(machines):
-        for effect in one.effects:
+    largest = max((machine.structural for machine in machines), default=0.0) or 1.0
+    for row, machine in enumerate(machines):
+        for effect in machine.effects:
             # The area grows with the effect's part of the gap; the smallest disc stays visible.
-            size = 25.0 + 200.0 * effect.share_of_gap * one.structural / largest
+            size = 25.0 + 200.0 * effect.share_of_gap * machine.structural / largest
             axes.scatter(place[effect.id], row, s=size, color=NAMED, linewidths=0)
-        rivals = [place[effect] for effect in one.rivals]
+        rivals = [place[effect] for effect in machine.rivals]
         axes.scatter(rivals, [row] * len(rivals), s=60, facecolors="none", edgecolors=RIVAL)
-        unseen = [place[effect] for effect in one.cannot_judge if effect in place]
+        unseen = [place[effect] for effect in machine.cannot_judge if effect in place]
         axes.scatter(unseen, [row] * len(unseen), s=18, marker="x", color=LEFT, linewidths=1.0)
-    axes.set_xticks(range(len(effects)), [plain_name(one) for one in effects], rotation=40)
+    axes.set_xticks(range(len(effects)), [plain_name(effect) for effect in effects], rotation=40)
     for label in axes.get_xticklabels():
         label.set_horizontalalignment("left")
     axes.xaxis.tick_top()
     axes.set_xlim(-0.6, len(effects) - 0.4)
-    axes.grid(True, alpha=0.25)
-    axes.set_axisbelow(True)
     axes.tick_params(left=False)

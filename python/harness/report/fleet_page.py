@@ -19,7 +19,7 @@ from ehsid.harness.report.gap_words import (
     plain_name,
     unit_of,
 )
-from ehsid.harness.report.page import Page, Picture, Section, Table, Words
+from ehsid.harness.report.page import Block, Page, Picture, Section, Table
 from ehsid.harness.validation.fleet.ranking import Fleet, Machine
 
 FILES = ("fleet.html", "fleet.json")
@@ -27,13 +27,13 @@ FILES = ("fleet.html", "fleet.json")
 MOST_DRAWN = 60
 
 
-def found(machine: Machine) -> str:
+def verdict_text(machine: Machine) -> str:
     """Returns the finding of a machine in words: the named effects, otherwise the verdict."""
     titles: dict[str, str] = {name: words[0] for name, words in VERDICTS.items()}
     title = titles.get(machine.verdict, machine.verdict).lower()
-    named = effect_set(tuple(one.id for one in machine.effects)) if machine.effects else title
+    named = effect_set(tuple(effect.id for effect in machine.effects)) if machine.effects else title
     if machine.verdict == "ambiguous" and machine.ambiguity_set:
-        return " or ".join(effect_set(one) for one in machine.ambiguity_set)
+        return " or ".join(effect_set(effects) for effects in machine.ambiguity_set)
     if machine.verdict == "outside_catalogue" and machine.effects:
         return f"{named}, and more {title}"
     return named
@@ -48,27 +48,27 @@ def write_fleet(fleet: Fleet, folder: Path) -> None:
 def fleet_lead(fleet: Fleet) -> list[str]:
     """Returns the result of a fleet in a few sentences."""
     count = len(fleet.ranked)
-    said = [f"{_machines(count)} judged, by the gap that values of the rig cannot close."]
+    sentences = [f"{_machines(count)} judged, by the gap that values of the rig cannot close."]
     if fleet.ranked:
         first = fleet.ranked[0]
-        said.append(
+        sentences.append(
             f"The largest is that of {first.name}: {percent(first.structural)} of its motion above "
             f"the noise. {first.sentence}"
         )
-    common = [one for one in fleet.shared if len(one.named) > 1]
+    common = [effect for effect in fleet.shared if len(effect.named) > 1]
     if common:
-        told = "; ".join(
-            f"{plain_name(one.id)} in {len(one.named)} of {count}" for one in common[:5]
+        shared = "; ".join(
+            f"{plain_name(effect.id)} in {len(effect.named)} of {count}" for effect in common[:5]
         )
-        said.append(f"Shared by several: {told}.")
+        sentences.append(f"Shared by several: {shared}.")
     elif count > 1:
-        said.append("No effect was named in more than one of them.")
+        sentences.append("No effect was named in more than one of them.")
     if fleet.not_judged or fleet.failed:
-        said.append(
+        sentences.append(
             f"Not judged: {len(fleet.not_judged)} for want of data, {len(fleet.failed)} for an "
             "error; the reasons stand below."
         )
-    return said
+    return sentences
 
 
 def _machines(count: int) -> str:
@@ -87,41 +87,41 @@ def fleet_page(fleet: Fleet) -> Page:
 def _ranking(machines: Sequence[Machine]) -> Section:
     rows = [
         [
-            one.name,
-            percent(one.structural),
-            percent(one.nominal),
-            percent(one.calibrated),
-            percent(one.augmented),
-            percent(one.noise_floor[1]),
-            found(one),
+            machine.name,
+            percent(machine.structural),
+            percent(machine.nominal),
+            percent(machine.calibrated),
+            percent(machine.augmented),
+            percent(machine.noise_floor[1]),
+            verdict_text(machine),
         ]
-        for one in machines
+        for machine in machines
     ]
     columns = ["machine", "structural gap", "as configured", "rig values fitted", "with effects"]
     return Section(
         "Machines by their gap",
         [
-            Words(
+            (
                 "Gaps are errors of the simulation on held-out data, as a share of the motion "
                 "(nrmse over the outputs). Structural is what stays above the highest noise floor "
                 "after the values of the rig were fitted. Each machine has a page of its own, "
                 "report.html in the folder of its name beside this page."
             ),
-            Table("Largest first.", [*columns, "floor", "found"], rows),
+            Table("Largest first.", [*columns, "floor", "verdict"], rows),
         ],
     )
 
 
 def _effects(fleet: Fleet) -> Section:
-    blocks: list[Words | Table | Picture] = []
+    blocks: list[Block] = []
     if not fleet.shared:
-        blocks.append(Words("No effect was named in any of them."))
+        blocks.append("No effect was named in any of them.")
         return Section("Which gaps are shared", blocks)
     drawn = fleet.ranked[:MOST_DRAWN]
     which = "All machines" if len(drawn) == len(fleet.ranked) else f"The {len(drawn)} largest gaps"
     blocks.append(
         Picture(
-            fleet_figure(drawn, [one.id for one in fleet.shared]),
+            fleet_figure(drawn, [effect.id for effect in fleet.shared]),
             f"{which}. Left: structural gap, and in grey what the named effects leave of it. "
             "Right: the larger the disc, the larger the effect's part of the motion; a ring: it "
             "explains the records as well as what was named; a cross: the records cannot show it.",
@@ -134,32 +134,35 @@ def _effects(fleet: Fleet) -> Section:
             ["effect", "named in", "one of several in", "machines"],
             [
                 [
-                    plain_name(one.id),
-                    str(len(one.named)),
-                    str(len(one.rival)),
-                    ", ".join(one.named) or "–",
+                    plain_name(effect.id),
+                    str(len(effect.named)),
+                    str(len(effect.rival)),
+                    ", ".join(effect.named) or "–",
                 ]
-                for one in fleet.shared
+                for effect in fleet.shared
             ],
         )
     )
-    ids = [one.id for one in fleet.shared]
+    ids = [effect.id for effect in fleet.shared]
     blocks.append(
         Table(
             "Sizes with their intervals of 90 %. (or): a rival of what was named; (?): the records "
             "cannot show it.",
             ["machine", *(plain_name(effect) for effect in ids)],
-            [[one.name, *(_cell(one, effect) for effect in ids)] for one in fleet.ranked],
+            [
+                [machine.name, *(_cell(machine, effect) for effect in ids)]
+                for machine in fleet.ranked
+            ],
         )
     )
     return Section("Which gaps are shared", blocks)
 
 
 def _cell(machine: Machine, effect: str) -> str:
-    for one in machine.effects:
-        if one.id == effect:
+    for named in machine.effects:
+        if named.id == effect:
             sizes = []
-            for name, size in one.parameters.items():
+            for name, size in named.parameters.items():
                 value, ends = interval(size, unit_of(ParameterKey.of_effect(effect, name)))
                 sizes.append(f"{value} ({ends})")
             return "; ".join(sizes) or "named"
@@ -170,9 +173,12 @@ def _cell(machine: Machine, effect: str) -> str:
 
 def _left_out(fleet: Fleet) -> list[Section]:
     sections = []
-    unsure = [one for one in fleet.ranked if one.cannot_judge]
+    unsure = [machine for machine in fleet.ranked if machine.cannot_judge]
     if fleet.not_judged:
-        rows = [[one.name, " ".join([one.sentence, *one.why])] for one in fleet.not_judged]
+        rows = [
+            [machine.name, " ".join([machine.sentence, *machine.why])]
+            for machine in fleet.not_judged
+        ]
         table = Table("Records that do not allow a judgement.", ["machine", "why"], rows)
         sections.append(Section("Not judged", [table]))
     if fleet.failed:
@@ -181,12 +187,12 @@ def _left_out(fleet: Fleet) -> list[Section]:
         sections.append(Section("Errors", [table]))
     if unsure:
         rows = [
-            [one.name, plain_name(effect), why]
-            for one in unsure
-            for effect, why in one.cannot_judge.items()
+            [machine.name, plain_name(effect), why]
+            for machine in unsure
+            for effect, why in machine.cannot_judge.items()
         ]
         table = Table(
-            "Effects that the records cannot show: there or not, nobody can tell.",
+            "Effects that the records cannot show, whether the machine has them or not.",
             ["machine", "effect", "why"],
             rows,
         )

@@ -9,7 +9,7 @@ import numpy as np
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.schema import HeldOutRun
-from ehsid.harness.report.thinning import kept_samples
+from ehsid.harness.report.plotting import kept_samples
 
 
 def curves_of(

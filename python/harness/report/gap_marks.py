@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import plant_parameters
@@ -20,62 +19,10 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
+from ehsid.harness.report.page import Bar, Column, Mark, Scale, Table, Tagged, Timeline
 
 # The axis for fitted values extends this many standard deviations of the prior to either side.
 AXIS_SIGMAS = 3.0
-
-
-@dataclass(frozen=True)
-class Bar:
-    """A bar with its texts; `width`, and the ends `low` and `high` of its interval, in per cent."""
-
-    label: str
-    shown: str
-    width: float
-    kind: str = ""
-    low: float | None = None
-    high: float | None = None
-    note: str = ""
-
-
-@dataclass(frozen=True)
-class Dot:
-    """A fitted value beside the value in the rig file (`told`).
-
-    `at`, `low` and `high` are the places of the estimate and of the ends of its interval, in per
-    cent of the axis. They are None where the prior has no bounded deviation.
-    """
-
-    name: str
-    words: str
-    meaning: str
-    told: str
-    found: str
-    ends: str
-    moved: bool
-    at: float | None
-    low: float | None
-    high: float | None
-
-
-@dataclass(frozen=True)
-class Column:
-    """A stretch of time as an upright bar; places and sizes in per cent of the axes."""
-
-    left: float
-    width: float
-    height: float
-    words: str
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """The upright bars of one record, and the start and the end of its time axis."""
-
-    record: str
-    start: str
-    end: str
-    columns: Sequence[Column]
 
 
 def _inside(place: float) -> float:
@@ -95,44 +42,57 @@ def share_bar(label: str, share: Estimate | float, kind: str = "", note: str = "
     return Bar(label, shown, _inside(100.0 * value), kind, low, high, note)
 
 
-def gap_bars(far: HowFar, kinds: Sequence[str]) -> list[Bar]:
+def gap_bars(gap: HowFar, kinds: Sequence[str]) -> list[Bar]:
     """Returns bars of the gap of each kind of simulation and of the noise floor.
 
     The largest of these values fills the axis.
     """
-    steps = [(SIMULATIONS[kind], kind, float(getattr(far, kind))) for kind in kinds]
-    largest = max(*(value for _, _, value in steps), far.noise_floor[1], 1e-12)
+    steps = [(SIMULATIONS[kind], kind, float(getattr(gap, kind))) for kind in kinds]
+    largest = max(*(value for _, _, value in steps), gap.noise_floor[1], 1e-12)
     bars = [
         Bar(words, percent(value), _inside(100.0 * value / largest), kind)
         for words, kind, value in steps
     ]
-    low, high = (_inside(100.0 * end / largest) for end in far.noise_floor)
-    shown = f"{percent(far.noise_floor[0])} to {percent(far.noise_floor[1])}"
+    low, high = (_inside(100.0 * end / largest) for end in gap.noise_floor)
+    shown = f"{percent(gap.noise_floor[0])} to {percent(gap.noise_floor[1])}"
     return [*bars, Bar("noise floor", shown, high, "floor", low, high)]
 
 
-def parameter_dots(diagnosis: Diagnosis, *, nuisances: bool) -> list[Dot]:
+def value_table(diagnosis: Diagnosis, *, nuisances: bool) -> Table:
     """Returns the fitted nuisances or the fitted rig values; values that moved come first."""
-    dots = [
-        _dot(name, value)
+    values = [
+        (name, value)
         for name, value in diagnosis.calibration.items()
         if ParameterKey(name).is_nuisance == nuisances
     ]
-    return sorted(dots, key=lambda dot: not dot.moved)
+    values.sort(key=lambda item: not item[1].moved)
+    known = "typical" if nuisances else "rig file"
+    ends = Scale(f"−{AXIS_SIGMAS:g} σ", known, f"+{AXIS_SIGMAS:g} σ")
+    return Table(
+        "",
+        ("value", known, "estimate", "90 % interval", ends),
+        [_value_row(name, value) for name, value in values],
+        [i for i, (_, value) in enumerate(values) if value.moved],
+    )
 
 
-def _dot(name: str, value: CalibratedValue) -> Dot:
+def _value_row(name: str, value: CalibratedValue) -> tuple[Tagged, str, str, str, Mark]:
     unit = unit_of(name)
-    found, ends = interval(value.found, unit)
-    places: tuple[float | None, ...] = (None, None, None)
-    if value.in_sigmas is not None:
-        places = tuple(
-            _on_axis(end)
-            for end in (value.in_sigmas.value, value.in_sigmas.low, value.in_sigmas.high)
-        )
-    words = value_name(name)
     meaning = plant_parameters()[name].meaning if name in plant_parameters() else ""
-    return Dot(name, words, meaning, quantity(value.rig, unit), found, ends, value.moved, *places)
+    hint = f"{name}: {meaning}" if meaning else name
+    return (
+        Tagged(value_name(name), "moved" if value.moved else "", hint),
+        quantity(value.rig, unit),
+        *interval(value.found, unit),
+        mark(value.in_sigmas),
+    )
+
+
+def mark(sigmas: Estimate | None) -> Mark:
+    """Returns the place of an estimate that is given in standard deviations of its prior."""
+    if sigmas is None:
+        return Mark(None, None, None)
+    return Mark(*(_on_axis(end) for end in (sigmas.value, sigmas.low, sigmas.high)))
 
 
 def _on_axis(sigmas: float) -> float | None:
@@ -141,7 +101,7 @@ def _on_axis(sigmas: float) -> float | None:
     return _inside(50.0 + 50.0 * sigmas / AXIS_SIGMAS)
 
 
-def time_stretches(spans: Sequence[SpanShare]) -> list[Stretch]:
+def timelines(spans: Sequence[SpanShare]) -> list[Timeline]:
     """Returns the shares of the gap over time, with one time axis for each record.
 
     The largest share of all records has the full height.
@@ -163,7 +123,8 @@ def time_stretches(spans: Sequence[SpanShare]) -> list[Stretch]:
             )
             for span in own
         ]
-        made.append(Stretch(record, f"{start:.1f} s", f"{end:.1f} s", columns))
+        label = f"Share of the gap over time in {record}"
+        made.append(Timeline(record, label, f"{start:.1f} s", f"{end:.1f} s", columns))
     return made
 
 

@@ -7,11 +7,9 @@ Bokeh draws the plots in the browser of the reader; the page contains the librar
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from bokeh.core.enums import LineDashType
-from bokeh.embed import components
 from bokeh.models import (
     BoxZoomTool,
     ColumnDataSource,
@@ -25,24 +23,17 @@ from bokeh.models import (
     WheelZoomTool,
 )
 from bokeh.plotting import figure
-from bokeh.resources import Resources
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.gap.schema import HeldOutRun
 from ehsid.harness.records import Record
 from ehsid.harness.report.gap_curves import curves_of
-from ehsid.harness.report.gap_words import SIMULATIONS
-from ehsid.harness.report.thinning import kept_samples
+from ehsid.harness.report.gap_words import SIMULATIONS, first_upper
+from ehsid.harness.report.page import Block, Folded, Heading, Plot
+from ehsid.harness.report.plotting import BLUE, GREEN, INK, VERMILION, kept_samples
 
-# Readers who cannot tell red from green can tell these colours apart (Okabe, Ito, 2008). The bars
-# of the page use the same colours.
-COLOURS = {
-    "measured": "#1c2126",
-    "nominal": "#d55e00",
-    "calibrated": "#0072b2",
-    "augmented": "#009e73",
-}
+COLOURS = {"measured": INK, "nominal": VERMILION, "calibrated": BLUE, "augmented": GREEN}
 DASHES: dict[str, LineDashType] = {
     "measured": "solid",
     "nominal": "dotted",
@@ -59,78 +50,24 @@ COLUMNS_A_PLOT = 8
 LEAST_SAMPLES = 400
 
 
-@dataclass(frozen=True, eq=False)
-class PlottedRun:
-    """Plots of a held-out record, as keys of `Plots.places`.
-
-    Attributes
-    ----------
-    name
-        name of the record.
-    command
-        key of the plot of the command.
-    outputs
-        for each output: its heading, the key of its signals, the key of its errors.
-    """
-
-    name: str
-    command: str
-    outputs: Sequence[tuple[str, str, str]]
+def run_blocks(runs: Sequence[HeldOutRun], kinds: Sequence[str] = SIMULATED) -> list[Folded]:
+    """Returns plots of held-out runs with these kinds of simulation; the first is unfolded."""
+    parts = max(1, sum(len(run.measured) for run in runs))
+    most = max(LEAST_SAMPLES, int(MOST_BYTES / (BYTES_A_VALUE * COLUMNS_A_PLOT * parts)))
+    return [
+        Folded(run.record, _plots_of(run, kinds, most), unfolded=i == 0)
+        for i, run in enumerate(runs)
+    ]
 
 
-@dataclass(frozen=True, eq=False)
-class Plots:
-    """All plots of a page.
-
-    Attributes
-    ----------
-    runs
-        plots of the held-out records, in the order of the records.
-    next_experiment
-        keys of the command and of the predicted position; empty without a next experiment.
-    script
-        HTML with the script that draws the plots into their places.
-    places
-        HTML of the place of each plot, by key.
-    library
-        HTML that contains the Bokeh library.
-    """
-
-    runs: Sequence[PlottedRun]
-    next_experiment: Sequence[str]
-    script: str
-    places: Mapping[str, str]
-    library: str
-
-
-def draw_plots(
-    runs: Sequence[HeldOutRun],
-    next_record: Record | None = None,
-    kinds: Sequence[str] = SIMULATED,
-) -> Plots:
-    """Draws held-out runs with these kinds of simulation, and the command to send next."""
-    figures: dict[str, figure] = {}
-    drawn = []
-    parts = sum(len(run.measured) for run in runs)
-    most = max(LEAST_SAMPLES, int(MOST_BYTES / (BYTES_A_VALUE * COLUMNS_A_PLOT * max(1, parts))))
-    for i, run in enumerate(runs):
-        span = _span(run.time_s)
-        command = f"r{i}-command"
-        figures[command] = _command_figure(run.time_s, run.command_v, span, most)
-        outputs = []
-        for name in run.measured:
-            words, _, _ = shown_channel(name)
-            keys = f"r{i}-{name}", f"r{i}-{name}-error"
-            figures[keys[0]], figures[keys[1]] = _output_figures(run, name, kinds, span, most)
-            outputs.append((words, *keys))
-        drawn.append(PlottedRun(run.record, command, outputs))
-    coming = _next_figures(next_record, most) if next_record is not None else {}
-    figures |= coming
-    library = Resources(mode="inline", components=["bokeh"]).render_js()
-    if not figures:
-        return Plots([], [], "", {}, "")
-    script, places = components(figures)
-    return Plots(drawn, list(coming), script, places, library)
+def _plots_of(run: HeldOutRun, kinds: Sequence[str], most: int) -> list[Block]:
+    span = _span(run.time_s)
+    blocks: list[Block] = [Plot(_command_figure(run.time_s, run.command_v, span, most))]
+    for name in run.measured:
+        words = first_upper(shown_channel(name)[0])
+        blocks.append(Heading(f"{words}: signals, and simulated minus measured"))
+        blocks += map(Plot, _output_figures(run, name, kinds, span, most))
+    return blocks
 
 
 def _span(time_s: FloatArray) -> Range1d:
@@ -249,10 +186,12 @@ def _output_figures(
     return upper, lower
 
 
-def _next_figures(record: Record, most: int) -> dict[str, figure]:
+def next_plots(record: Record) -> list[Plot]:
+    """Returns plots of the command to send next, and of the predicted position if it is known."""
     assert record.time_s is not None
     span = _span(record.time_s)
-    made = {"next-command": _command_figure(record.time_s, record.column("command_v"), span, most)}
+    most = int(MOST_BYTES / (BYTES_A_VALUE * COLUMNS_A_PLOT))
+    plots = [Plot(_command_figure(record.time_s, record.column("command_v"), span, most))]
     if "position_m" in record.columns:
         words, scale, unit = shown_channel("position_m")
         position = scale * record.column("position_m")
@@ -261,5 +200,5 @@ def _next_figures(record: Record, most: int) -> dict[str, figure]:
         source = _source({"time": record.time_s[kept], "predicted": position[kept]})
         lower.line("time", "predicted", source=source, color=COLOURS["augmented"], line_width=1.6)
         _hover(lower, unit, ["predicted"])
-        made["next-position"] = lower
-    return made
+        plots.append(Plot(lower))
+    return plots

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.deploy.hil.comparison import Agreement
 from ehsid.harness.deploy.hil.run import RunResult
+from ehsid.harness.report.plotting import GREEN, GREY, ORANGE, VERMILION, stacked, styled
 
 
 def _time(run: RunResult) -> FloatArray:
@@ -33,17 +34,18 @@ def _limits(curves: npt.NDArray[np.floating[Any]]) -> tuple[float, float]:
 def _events(axes: Axes, run: RunResult) -> None:
     """Marks the restarts of the target and a change of the plant with vertical lines."""
     if run.plan.change_at is not None:
-        axes.axvline(run.plan.change_at * run.plan.dt_s, color="0.5", linewidth=1.0)
+        axes.axvline(run.plan.change_at * run.plan.dt_s, color=GREY, linewidth=1.0)
     for sample in run.restarts:
-        axes.axvline(sample * run.plan.dt_s, color="tab:red", linewidth=1.0, linestyle=":")
+        axes.axvline(sample * run.plan.dt_s, color=VERMILION, linewidth=1.0, linestyle=":")
 
 
+@styled
 def estimates_figure(runs: Sequence[tuple[str, RunResult, Agreement]]) -> Figure:
     """Draws parameters and forgetting factor over time, one column for each run.
 
     The target is drawn in colour, the host dashed.
     """
-    figure = Figure(figsize=(max(8.0, 3.1 * len(runs)), 7.5), layout="constrained")
+    figure = Figure(figsize=(max(8.0, 3.1 * len(runs)), 7.5))
     grid = figure.subplots(
         3, len(runs), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 3, 1.2]
     )
@@ -61,32 +63,30 @@ def estimates_figure(runs: Sequence[tuple[str, RunResult, Agreement]]) -> Figure
                 axes.plot(time, scale * agreement.theta[:, i], linewidth=2.0, label=orders.names[i])
                 axes.plot(time, scale * agreement.replay.theta[:, i], "k--", linewidth=0.6)
             _events(axes, run)
-            axes.grid(True, alpha=0.3)
             axes.margins(x=0.0)
             if row == 0:
-                axes.set_title(name, fontsize="medium")
+                axes.set_title(name)
         grid[row, 0].set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
         grid[row, 0].set_ylabel(label)
-        grid[row, -1].legend(fontsize="small", loc="upper right")
+        grid[row, -1].legend(loc="upper right")
     for column, (_, run, _) in enumerate(runs):
         axes = grid[2, column]
-        axes.plot(_time(run), [r.forgetting_factor for r in run.results], color="tab:green")
-        axes.grid(True, alpha=0.3)
+        axes.plot(_time(run), [r.forgetting_factor for r in run.results], color=GREEN)
         axes.set_xlabel("time in s")
     grid[2, 0].set_ylabel("lambda")
     return figure
 
 
+@styled
 def control_figure(run: RunResult) -> Figure:
     """Draws reference and position, their difference, the command, and the gain of the target."""
-    figure = Figure(figsize=(9, 8), layout="constrained")
-    path, error, command, gain = figure.subplots(4, 1, sharex=True, height_ratios=[2, 1, 1, 1.5])
-    time, told = _time(run), run.plan.configuration.controller
+    figure, (path, error, command, gain) = stacked(8.0, [2, 1, 1, 1.5], xlabel="time in s")
+    time, controller = _time(run), run.plan.configuration.controller
     reference = run.plan.reference_m[: time.size]
     path.plot(time, 1e3 * reference, "k--", linewidth=1.0, label="reference")
     path.plot(time, 1e3 * run.position_m[: time.size], linewidth=1.2, label="position")
     path.set_ylabel("mm")
-    path.legend(fontsize="small", ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    path.legend(ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     error.plot(time, 1e3 * (reference - run.position_m[: time.size]), linewidth=0.8)
     error.set_ylabel("error in mm")
     command.plot(time, run.command_v, linewidth=0.8)
@@ -94,26 +94,23 @@ def control_figure(run: RunResult) -> Figure:
     used = np.array([result.gain_v_m for result in run.results])
     retuned = np.array([result.gain_estimated for result in run.results])
     gain.plot(time, used, linewidth=1.2, label="gain used")
-    gain.axhline(told.fixed_gain_v_m, color="0.4", linestyle="--", linewidth=1.0, label="fixed")
-    gain.axhspan(
-        told.gain_min_v_m, told.gain_max_v_m, color="tab:orange", alpha=0.12, label="bounds"
-    )
+    fixed, bounds = controller.fixed_gain_v_m, (controller.gain_min_v_m, controller.gain_max_v_m)
+    gain.axhline(fixed, color=GREY, linestyle="--", linewidth=1.0, label="fixed")
+    gain.axhspan(*bounds, color=ORANGE, alpha=0.12, label="bounds")
     gain.fill_between(
         time,
         0.0,
         0.06,
         where=retuned.tolist(),
         transform=gain.get_xaxis_transform(),
-        color="tab:green",
+        color=GREEN,
         alpha=0.6,
         linewidth=0.0,
         label="from the estimate",
     )
     gain.set_ylabel("gain in V/m")
-    gain.legend(fontsize="small", ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0))
-    gain.set_xlabel("time in s")
+    gain.legend(ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     for axes in (path, error, command, gain):
         _events(axes, run)
-        axes.grid(True, alpha=0.3)
         axes.margins(x=0.0)
     return figure

@@ -11,7 +11,7 @@ from ehsid.harness.deploy.hil.answers import Identity
 from ehsid.harness.deploy.hil.comparison import rmse
 from ehsid.harness.deploy.hil.result_file import Runs
 from ehsid.harness.report.hil_figures import control_figure, estimates_figure
-from ehsid.harness.report.page import Page, Picture, Section, Table, Words
+from ehsid.harness.report.page import Block, Page, Picture, Section, Table
 
 # With a larger share of samples at the command limit, a servo no longer follows its reference.
 MUCH_LIMITED = 0.1
@@ -109,7 +109,7 @@ def line_table(runs: Runs) -> Table:
     )
 
 
-def _estimates(runs: Runs) -> list[Words | Table | Picture]:
+def _estimates(runs: Runs) -> list[Block]:
     return [
         Picture(
             estimates_figure(runs),
@@ -134,7 +134,7 @@ def hil_page(
     sections = [Section("Estimates on the target", blocks)]
     if changed:
         what = " and ".join(f"{n} times {x:g}" for n, x in changed[0][1].plan.change.items())
-        words = Words(f"The same, but the plant changes at half time (grey line): {what}.")
+        words = f"The same, but the plant changes at half time (grey line): {what}."
         sections.append(Section("A change of the plant", [words, *_estimates(changed)]))
     for name, run, _ in runs:
         if run.plan.configuration.controller.position_control:
@@ -151,7 +151,7 @@ def hil_page(
                     ],
                 )
             )
-    sections.append(Section("The line", [line_table(runs), Words(_told(identity, runs))]))
+    sections.append(Section("The line", [line_table(runs), _setup(identity, runs)]))
     return Page(
         title="Hardware in the loop",
         lead=lead(identity, runs),
@@ -160,12 +160,13 @@ def hil_page(
     )
 
 
-def _told(identity: Identity, runs: Runs) -> str:
+def _setup(identity: Identity, runs: Runs) -> str:
     plan = runs[0][1].plan
-    told = plan.configuration.controller
+    controller = plan.configuration.controller
     return (
         f"Target: board {identity.board}, firmware {_version(identity)}. Rig: {plan.rig.name}, "
-        f"sampled every {1e3 * plan.dt_s:g} ms. Controller: fixed gain {told.fixed_gain_v_m:.4g} "
-        f"V/m, bounds {told.gain_min_v_m:.4g} to {told.gain_max_v_m:.4g} V/m, limit "
-        f"{told.command_limit_v:.4g} V. Estimator: {plan.configuration.estimator.orders}."
+        f"sampled every {1e3 * plan.dt_s:g} ms. Controller: fixed gain "
+        f"{controller.fixed_gain_v_m:.4g} V/m, bounds {controller.gain_min_v_m:.4g} to "
+        f"{controller.gain_max_v_m:.4g} V/m, limit "
+        f"{controller.command_limit_v:.4g} V. Estimator: {plan.configuration.estimator.orders}."
     )

@@ -8,16 +8,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from ehsid.harness.identification.loop import LoopAnalysis, Mode, ProportionalLoop
-from ehsid.harness.report.page import Table, Words
+from ehsid.harness.report.page import Block, Table
+from ehsid.harness.report.plotting import frequency_unit
 
 
 def loop_blocks(
     loop: LoopAnalysis, dt_s: float | None, input_band: tuple[float, float] | None = None
-) -> list[Words | Table]:
+) -> list[Block]:
     """Returns the limit of stability in words, and the loops and natural frequencies as tables."""
-    unit = _unit(dt_s)
+    unit = frequency_unit(dt_s)
     return [
-        Words(
+        (
             f"{limit_words(loop, dt_s, input_band)} k is in units of the input over units of the "
             "output."
         ),
@@ -33,7 +34,7 @@ def loop_blocks(
                 f"gain crossover, {unit}",
                 "least damping ratio",
             ),
-            [_row(one) for one in loop.loops],
+            [_row(closed) for closed in loop.loops],
         ),
         Table(
             "Natural frequencies and damping ratios of the model's poles, as those of "
@@ -61,7 +62,7 @@ def limit_words(
         return f"{control} the model is unstable with half of {limit} already."
     text = (
         f"{control} the model is stable up to {limit}, where it oscillates at "
-        f"{loop.phase_crossover_hz:.4g} {_unit(dt_s)}."
+        f"{loop.phase_crossover_hz:.4g} {frequency_unit(dt_s)}."
     )
     if input_band is not None and not input_band[0] <= loop.phase_crossover_hz <= input_band[1]:
         text += (
@@ -75,20 +76,16 @@ def place(z: complex) -> str:
     return f"{z.real:.5f}" + (f" ± {z.imag:.5f}j" if z.imag else "")
 
 
-def _row(one: ProportionalLoop) -> Sequence[str]:
+def _row(loop: ProportionalLoop) -> Sequence[str]:
     return (
-        f"{one.gain:.4g}",
-        "yes" if one.stable else "no",
-        "no limit" if np.isinf(one.gain_margin) else f"{20.0 * np.log10(one.gain_margin):.1f}",
-        "no crossover" if one.phase_margin_deg is None else f"{one.phase_margin_deg:.1f}",
-        "none" if one.gain_crossover_hz is None else f"{one.gain_crossover_hz:.4g}",
-        _least_damping(one.modes),
+        f"{loop.gain:.4g}",
+        "yes" if loop.stable else "no",
+        "no limit" if np.isinf(loop.gain_margin) else f"{20.0 * np.log10(loop.gain_margin):.1f}",
+        "no crossover" if loop.phase_margin_deg is None else f"{loop.phase_margin_deg:.1f}",
+        "none" if loop.gain_crossover_hz is None else f"{loop.gain_crossover_hz:.4g}",
+        _least_damping(loop.modes),
     )
 
 
 def _least_damping(modes: Sequence[Mode]) -> str:
     return f"{min(mode.damping for mode in modes):.3f}" if modes else "no poles but delays"
-
-
-def _unit(dt_s: float | None) -> str:
-    return "cycles a sample" if dt_s is None else "Hz"

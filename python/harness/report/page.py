@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Renders a page of paragraphs, tables and pictures as one HTML file that works offline."""
+"""The one model of a page, a sequence of blocks, and its rendering as one offline HTML file."""
 
 from __future__ import annotations
 
 import base64
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import jinja2
 import matplotlib as mpl
@@ -17,22 +18,102 @@ from matplotlib.figure import Figure
 import ehsid
 from ehsid.harness.files import write_text
 
+if TYPE_CHECKING:
+    from bokeh.plotting import figure as bokeh_figure
+
+# A column is aligned to the right if its first cell with text begins like a number or a dash.
+NUMBER = re.compile(r"[-+−–±≤≥<>(]?\s*[\d.]|[-–]$")
+
 
 @dataclass(frozen=True)
-class Words:
-    """A paragraph of plain text."""
+class Tagged:
+    """A text with a highlighted tag in front or behind, and a hint that appears on hovering."""
+
+    text: str
+    tag: str = ""
+    hint: str = ""
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A bar with its texts; `width`, and the ends `low` and `high` of its interval, in per cent."""
+
+    label: str
+    shown: str
+    width: float
+    kind: str = ""
+    low: float | None = None
+    high: float | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """An estimate and its interval on an axis, in per cent of the axis; None where not known."""
+
+    at: float | None
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The heading of a column of marks: texts at the left end, the middle and the right end."""
+
+    left: str
+    middle: str
+    right: str
+
+
+Cell = str | Tagged | Bar | Mark
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A heading inside a section."""
 
     text: str
 
 
 @dataclass(frozen=True)
+class Note:
+    """A paragraph in small type, which a reader may skip."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Code:
+    """Lines to be copied as they are, such as a command or an equation."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Items:
+    """A list, numbered or with bullets."""
+
+    items: Sequence[str | Tagged]
+    numbered: bool = False
+
+
+@dataclass(frozen=True)
+class KeyFigure:
+    """The most important number of a page in large type, with its meaning and a note."""
+
+    value: str
+    meaning: str
+    note: str
+
+
+@dataclass(frozen=True)
 class Table:
-    """A table whose cells are finished text.
+    """A table whose cells are finished text, tagged text, small bars or marks on an axis.
 
     Attributes
     ----------
     caption
-        what the table shows.
+        what the table shows; empty where the text above says it.
     columns
         headings of the columns; the first column holds the names of the rows.
     rows
@@ -42,9 +123,46 @@ class Table:
     """
 
     caption: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
+    columns: Sequence[str | Scale]
+    rows: Sequence[Sequence[Cell]]
     marked: Sequence[int] = ()
+
+    def align(self, column: int) -> str:
+        """Returns the CSS class of a column: "axis", "number" or "text"."""
+        cells = [row[column] for row in self.rows if row[column] != ""]
+        if cells and isinstance(cells[0], Mark):
+            return "axis"
+        text = cells[0] if cells and isinstance(cells[0], str) else "0"
+        return "number" if NUMBER.match(text) else "text"
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Horizontal bars under each other; `label` describes them to readers who cannot see them."""
+
+    label: str
+    bars: Sequence[Bar]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A stretch of time as an upright bar; places and sizes in per cent of the axes."""
+
+    left: float
+    width: float
+    height: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """The upright bars of one record, and the start and the end of its time axis."""
+
+    record: str
+    label: str
+    start: str
+    end: str
+    columns: Sequence[Column]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,11 +175,61 @@ class Picture:
 
 
 @dataclass(frozen=True, eq=False)
+class Plot:
+    """A plot that zooms. The page carries the samples and, once, the library that draws them."""
+
+    figure: bokeh_figure
+
+
+@dataclass(frozen=True, eq=False)
+class Folded:
+    """Blocks that the reader unfolds by a click on the title."""
+
+    title: str
+    blocks: Sequence[Block]
+    unfolded: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Card:
+    """Blocks with a title and a frame."""
+
+    title: str
+    blocks: Sequence[Block]
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """Groups of blocks that stand side by side where the window is wide enough."""
+
+    groups: Sequence[Sequence[Block]]
+
+
+# A plain text is a paragraph.
+Block = (
+    str
+    | Heading
+    | Note
+    | Code
+    | Items
+    | KeyFigure
+    | Table
+    | Bars
+    | Timeline
+    | Picture
+    | Plot
+    | Folded
+    | Card
+    | Beside
+)
+
+
+@dataclass(frozen=True, eq=False)
 class Section:
     """A heading and the blocks under it, in the order of the page."""
 
     title: str
-    blocks: Sequence[Words | Table | Picture]
+    blocks: Sequence[Block]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,19 +239,48 @@ class Page:
     Attributes
     ----------
     title
-        heading of the page.
+        heading of the page, in the box with the result.
     lead
         the result in a few sentences.
     sections
         sections in the order of the page.
     sources
         publications that the page uses.
+    overline
+        what the page is about, above the box.
+    badge
+        the kind of the result in a word or two.
+    kind
+        CSS class of the box: a verdict, for its colour.
+    summary
+        blocks between the box and the list of the sections.
+    footer
+        texts for the last line, beside the version.
+    window_title
+        title of the browser's window; the heading if it is empty.
     """
 
     title: str
-    lead: Sequence[str]
+    lead: Sequence[Block]
     sections: Sequence[Section]
     sources: Sequence[str] = ()
+    overline: str = ""
+    badge: str = ""
+    kind: str = ""
+    summary: Sequence[Block] = ()
+    footer: Sequence[str] = ()
+    window_title: str = ""
+
+
+def all_blocks(blocks: Sequence[Block]) -> Iterator[Block]:
+    """Yields all blocks, with those inside other blocks, in the order of the page."""
+    for block in blocks:
+        yield block
+        if isinstance(block, Folded | Card):
+            yield from all_blocks(block.blocks)
+        elif isinstance(block, Beside):
+            for group in block.groups:
+                yield from all_blocks(group)
 
 
 def embedded(figure: Figure) -> str:
@@ -106,10 +303,29 @@ def render_page(page: Page) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.tests["words"] = lambda block: isinstance(block, Words)
-    environment.tests["table"] = lambda block: isinstance(block, Table)
-    environment.filters["embedded"] = embedded
-    return environment.get_template("page.html.j2").render(page=page, version=ehsid.__version__)
+    environment.filters |= {"embedded": embedded, "kind": lambda block: type(block).__name__}
+    contents = [*page.lead, *page.summary, *(b for part in page.sections for b in part.blocks)]
+    plots = [block for block in all_blocks(contents) if isinstance(block, Plot)]
+    library, script, places = _drawn(plots)
+    return environment.get_template("page.html.j2").render(
+        page=page,
+        version=ehsid.__version__,
+        library=library,
+        script=script,
+        places=dict(zip(plots, places, strict=True)),
+        folded=any(isinstance(block, Folded) for block in all_blocks(contents)),
+    )
+
+
+def _drawn(plots: Sequence[Plot]) -> tuple[str, str, Sequence[str]]:
+    """Returns the HTML of the library, of the script that draws, and of the place of each plot."""
+    if not plots:
+        return "", "", []
+    from bokeh.embed import components  # only pages with plots wait for bokeh
+    from bokeh.resources import Resources
+
+    script, places = components([plot.figure for plot in plots])
+    return Resources(mode="inline", components=["bokeh"]).render_js(), script, places
 
 
 def write_page(path: Path, page: Page) -> None:

@@ -3,39 +3,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ehsid.harness.report.page import Page, Picture, Table, Words
+from ehsid.harness.report.page import Block, Page, Picture, Table
 
 
 def markdown(page: Page, pictures: Sequence[Path]) -> str:
-    """Returns the page as Markdown; `pictures` are its picture files in the order of the page."""
+    """Returns the page as Markdown; `pictures` are its picture files in the order of the page.
+
+    Raises
+    ------
+    TypeError
+        the page has a block that is neither text, table nor picture.
+    """
     files = iter(pictures)
     lines = [f"# {page.title}", ""]
-    for text in page.lead:
-        lines += [text, ""]
-    for section in page.sections:
-        lines += [f"## {section.title}", ""]
-        for block in section.blocks:
-            if isinstance(block, Words):
-                lines += [block.text, ""]
-            elif isinstance(block, Table):
-                lines += [*_table(block), ""]
-            elif isinstance(block, Picture):
-                lines += [f"![{block.alt}]({next(files).name})", "", block.caption, ""]
+    for heading, blocks in [("", page.lead), *((s.title, s.blocks) for s in page.sections)]:
+        lines += [f"## {heading}", ""] if heading else []
+        for block in blocks:
+            lines += [*_lines(block, files), ""]
     return "\n".join(lines).rstrip() + "\n"
 
 
-def _table(table: Table) -> list[str]:
-    return [
-        table.caption,
-        "",
-        _row(table.columns),
-        _row(["---"] * len(table.columns)),
-        *(_row(row) for row in table.rows),
-    ]
+def _lines(block: Block, files: Iterator[Path]) -> list[str]:
+    if isinstance(block, str):
+        return [block]
+    if isinstance(block, Picture):
+        return [f"![{block.alt}]({next(files).name})", "", block.caption]
+    if isinstance(block, Table):
+        head = [_row(block.columns), _row(["---"] * len(block.columns))]
+        return [block.caption, "", *head, *map(_row, block.rows)]
+    raise TypeError(f"{type(block).__name__} has no form in Markdown")
 
 
-def _row(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+def _row(cells: Sequence[object]) -> str:
+    return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |"

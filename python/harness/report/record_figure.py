@@ -5,31 +5,32 @@ from __future__ import annotations
 
 from itertools import groupby
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.records import Record
+from ehsid.harness.report.plotting import stacked, styled
 
 
+@styled
 def record_figure(record: Record) -> Figure:
     """Draws the channels of a record over time, those of one quantity together."""
     channels = [channel for channel in CHANNELS.values() if channel.name in record.columns]
     # Channels with the same unit of SI share a panel, such as the pressures.
     panels = [list(group) for _, group in groupby(channels, key=lambda channel: channel.unit)]
-    figure = Figure(figsize=(9, 1.6 * len(panels) + 0.6), layout="constrained")
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    time = np.arange(len(record)) if record.time_s is None else record.time_s
+    figure, axes = stacked(
+        1.6 * len(panels) + 0.6,
+        [1.0] * len(panels),
+        xlabel="sample" if record.time_s is None else "time in s",
+    )
+    time = range(len(record)) if record.time_s is None else record.time_s
     for axis, panel in zip(axes, panels, strict=True):
         for channel in panel:
             column = channel.factor * record.column(channel.name)
             axis.plot(time, column, linewidth=1.0, label=channel.name)
         words = "pressure" if len(panel) > 1 else panel[0].words
         axis.set_ylabel(f"{words} in {panel[0].shown_unit}")
-        axis.margins(x=0.0)
-        axis.grid(True, alpha=0.3)
         if len(panel) > 1:
-            axis.legend(fontsize="small", ncols=len(panel), loc="upper right")
-    axes[-1].set_xlabel("sample" if record.time_s is None else "time in s")
+            axis.legend(ncols=len(panel), loc="upper right")
     axes[0].set_title(record.name)
     return figure

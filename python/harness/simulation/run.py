@@ -16,11 +16,7 @@ from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.checks import check_relations, check_values
-from ehsid.harness.simulation.outputs import (
-    QUANTISATION,
-    as_measured,
-    columns_of,
-)
+from ehsid.harness.simulation.outputs import QUANTISATION, as_measured, columns_of
 
 Progress = Callable[[float], None]
 

@@ -24,8 +24,8 @@ from ehsid.harness.identification import (
     identify,
     preprocess,
 )
-from ehsid.harness.identification.choice import orders_added
-from ehsid.harness.identification.selection import ROUNDING
+from ehsid.harness.identification.data import ROUNDING
+from ehsid.harness.identification.order_rules import orders_added
 from ehsid.harness.studies.problems import Finding, Problem, model_problems
 
 # One-sided confidence level at which one attempt counts as better than another. The choice of the

@@ -25,13 +25,7 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.excitation import multisine, prbs, random_steps
 from ehsid.harness.identification import ArxOrders
 from ehsid.harness.parallel import Progress, run_tasks
-from ehsid.harness.studies.comparison import (
-    PLAIN,
-    Contender,
-    Setting,
-    known_records,
-    run_contender,
-)
+from ehsid.harness.studies.comparison import PLAIN, Contender, Setting, known_records, run_contender
 from ehsid.harness.studies.evidence import (
     Comparison,
     Finding,
@@ -125,7 +119,7 @@ def judge(
     records = known_records(plant, partial(excite, kind), noise, seeds)
     truth = plant.theta_path(SAMPLES)
     setting = Setting(ORDERS, p0=p0)
-    one = run_contender(Contender(ehsid.Constant(1.0), options=PLAIN), records, truth, setting)
+    unity = run_contender(Contender(ehsid.Constant(1.0), options=PLAIN), records, truth, setting)
     fixed = run_contender(Contender(ehsid.Constant(0.99), options=PLAIN), records, truth, setting)
     judged = []
     for lambda0 in lambda0s:
@@ -135,10 +129,10 @@ def judge(
         judged.append(
             Judged(
                 Condition(p0, noise, kind, lambda0),
-                faster=sooner(varying.settling(SETTLED), one.settling(SETTLED), SAMPLES),
+                faster=sooner(varying.settling(SETTLED), unity.settling(SETTLED), SAMPLES),
                 calmer=claim_lower(varying.spread, fixed.spread),
-                lower_rmse=claim_lower(varying.rmse, np.minimum(one.rmse, fixed.rmse)),
-                error_of_one=median_interval(one.error[:, -1]),
+                lower_rmse=claim_lower(varying.rmse, np.minimum(unity.rmse, fixed.rmse)),
+                error_of_one=median_interval(unity.error[:, -1]),
             )
         )
     return judged

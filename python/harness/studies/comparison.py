@@ -50,8 +50,6 @@ class Setting:
         orders of the ARX model.
     p0
         initial covariance P(0) = p0 I of the scaled parameters in units of sigma^2, > 0.
-    theta0
-        initial parameters in the units of the signals; zero by default.
     command_scale, position_scale, command_offset, position_offset
         scaling of the signals, as in `ehsid.Scaling`.
     dtype
@@ -60,7 +58,6 @@ class Setting:
 
     orders: ArxOrders
     p0: float = 1e6
-    theta0: tuple[float, ...] = ()
     command_scale: float = 1.0
     position_scale: float = 1.0
     command_offset: float = 0.0
@@ -94,7 +91,6 @@ class Setting:
                 command_offset=self.command_offset,
                 position_offset=self.position_offset,
             ),
-            theta0=self.theta0,
             variance0=[self.p0] * self.weights().size,
             dtype=self.dtype,
         )

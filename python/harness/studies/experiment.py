@@ -3,23 +3,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from ehsid.harness.identification import ArxModel, ArxOrders
+from ehsid.harness.identification import ArxModel
 from ehsid.harness.identification.loop import LoopAnalysis, analyse_loop
 from ehsid.harness.identification.systems import arx_system
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.studies.claims import (
-    Input,
-    Judged,
-    ResetJudged,
-    map_claims,
-    map_resets,
-)
+from ehsid.harness.studies.claims import ORDERS, Input, Judged, ResetJudged, map_claims, map_resets
 from ehsid.harness.studies.comparison import Samples, Setting, run_contender
 from ehsid.harness.studies.published import DT_S, MODEL_16, RECURSIVE
 from ehsid.harness.studies.reading import Reading, RigReading, read_over_time, read_rig_values
@@ -27,7 +22,6 @@ from ehsid.harness.studies.recursive import (
     CONTENDERS,
     Changed,
     Recursive,
-    noise_for_fit,
     on_changed_plant,
     on_changed_rig,
     on_known_plant,
@@ -52,7 +46,7 @@ Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)
-class KnownPlantFindings:
+class KnownPlantResults:
     """Findings of part (a), with model (16) as the known plant.
 
     Attributes
@@ -68,13 +62,13 @@ class KnownPlantFindings:
     """
 
     noise: float
-    runs: tuple[Recursive, ...]
+    runs: Sequence[Recursive]
     changed: Changed
     loop: LoopAnalysis
 
 
 @dataclass(frozen=True, eq=False)
-class ClaimFindings:
+class ClaimResults:
     """Maps of the claims, and the verdicts derived from them.
 
     Attributes
@@ -85,38 +79,57 @@ class ClaimFindings:
         relative error of the paper's column for lambda = 1 against model (16).
     """
 
-    judged: tuple[Judged, ...]
-    resets: tuple[ResetJudged, ...]
-    verdicts: tuple[ClaimVerdict, ...]
+    judged: Sequence[Judged]
+    resets: Sequence[ResetJudged]
+    verdicts: Sequence[ClaimVerdict]
     start_of_one: float
     error_of_one: float
 
 
 @dataclass(frozen=True, eq=False)
-class RigFindings:
+class ServoReading:
+    """Physical parameters read from the estimates over a record.
+
+    Attributes
+    ----------
+    reading
+        K, omega_n and xi over time.
+    rig
+        the rig values computed from them; None without a rig or a valid reading.
+    sampled
+        the servo of the last valid reading, sampled again; None if there is none.
+    """
+
+    reading: Reading
+    rig: RigReading | None
+    sampled: SampledServo | None
+
+    @classmethod
+    def of(cls, samples: Samples, setting: Setting, dt_s: float, rig: Rig | None) -> ServoReading:
+        """Runs the varying factor over a record and reads the servo of a rig, if it is known."""
+        reading = read_over_time(samples, setting, READER, dt_s)
+        values = None if rig is None else read_rig_values(reading, rig, float(np.mean(samples[1])))
+        return cls(reading, values, sample_again(reading, dt_s))
+
+
+@dataclass(frozen=True, eq=False)
+class RigResults:
     """Findings of part (b), on a rig with its offline model as the reference.
 
     Attributes
     ----------
-    setting
-        orders of the model and scaling of the record.
     runs
         one Recursive for each start.
     changed, change
         runs in which the rig values change at half of the record, and the changed values.
-    reading, rig_reading
-        K, omega_n and xi over the reference record, and the rig values computed from them.
-    sampled
-        the servo of the last valid reading, sampled again.
+    servo
+        what the estimates over the reference record say of the servo.
     """
 
-    setting: Setting
-    runs: tuple[Recursive, ...]
+    runs: Sequence[Recursive]
     changed: Changed
     change: Mapping[str, float]
-    reading: Reading
-    rig_reading: RigReading | None
-    sampled: SampledServo | None
+    servo: ServoReading
 
 
 def published_error_of_one() -> float:
@@ -125,7 +138,7 @@ def published_error_of_one() -> float:
     return float(np.linalg.norm(np.array(RECURSIVE["1"].theta) - truth) / np.linalg.norm(truth))
 
 
-def start_of_one(judged: tuple[Judged, ...], noise: float, error: float) -> float:
+def start_of_one(judged: Sequence[Judged], noise: float, error: float) -> float:
     """Returns the P0 at which the median error of lambda = 1 after 100 s equals `error`.
 
     The value is interpolated linearly over log P0 between the starts of the map, for the multisine
@@ -143,51 +156,40 @@ def start_of_one(judged: tuple[Judged, ...], noise: float, error: float) -> floa
     return float(10.0 ** np.interp(-error, -errors, np.log10(p0s)))
 
 
-def judge_claims(noise: float, progress: Progress) -> ClaimFindings:
+def judge_claims(noise: float, progress: Progress) -> ClaimResults:
     """Computes the maps on model (16) and the start that explains the paper's lambda = 1."""
-    judged = tuple(
-        map_claims(
-            p0s=P0S,
-            noises=NOISES,
-            inputs=tuple(Input),
-            lambda0s=LAMBDA0S,
-            seeds=range(RUNS_A_CELL),
-            progress=lambda share: progress("maps of the claims", share),
-        )
+    judged = map_claims(
+        p0s=P0S,
+        noises=NOISES,
+        inputs=tuple(Input),
+        lambda0s=LAMBDA0S,
+        seeds=range(RUNS_A_CELL),
+        progress=partial(progress, "maps of the claims"),
     )
-    resets = tuple(
-        map_resets(
-            noises=NOISES,
-            factors=FACTORS,
-            seeds=range(RUNS_A_CELL),
-            progress=lambda share: progress("map of the reset", share),
-        )
+    resets = map_resets(
+        noises=NOISES,
+        factors=FACTORS,
+        seeds=range(RUNS_A_CELL),
+        progress=partial(progress, "map of the reset"),
     )
     error = published_error_of_one()
-    return ClaimFindings(
-        judged, resets, tuple(verdicts(judged, resets)), start_of_one(judged, noise, error), error
+    return ClaimResults(
+        judged, resets, verdicts(judged, resets), start_of_one(judged, noise, error), error
     )
 
 
 def run_on_known_plant(
-    runs: int, claims: ClaimFindings, noise: float, progress: Progress
-) -> KnownPlantFindings:
+    runs: int, claims: ClaimResults, noise: float, progress: Progress
+) -> KnownPlantResults:
     """Runs part (a) on model (16), with seeds 0 to runs - 1."""
     seeds = range(runs)
-    found = tuple(
-        on_known_plant(
-            seeds,
-            p0=p0,
-            noise=noise,
-            progress=lambda share: progress("runs on model (16)", share),
-        )
+    known = [
+        on_known_plant(seeds, p0=p0, noise=noise, progress=partial(progress, "runs on model (16)"))
         for p0 in (VAGUE, claims.start_of_one)
-    )
-    changed = on_changed_plant(
-        seeds, p0=VAGUE, progress=lambda share: progress("changes of model (16)", share)
-    )
-    loop = analyse_loop(arx_system(ArxOrders(3, 3, 1), MODEL_16, DT_S))
-    return KnownPlantFindings(noise, found, changed, loop)
+    ]
+    changed = on_changed_plant(seeds, p0=VAGUE, progress=partial(progress, "changes of model (16)"))
+    loop = analyse_loop(arx_system(ORDERS, MODEL_16, DT_S))
+    return KnownPlantResults(noise, known, changed, loop)
 
 
 def run_on_rig(
@@ -197,7 +199,7 @@ def run_on_rig(
     change: Mapping[str, float],
     runs: int,
     progress: Progress,
-) -> RigFindings:
+) -> RigResults:
     """Runs part (b) on the rig, with seeds 0 to runs - 1.
 
     `record` and `model` are the record of the offline procedure and the model identified from it.
@@ -205,63 +207,47 @@ def run_on_rig(
     samples = record.column("command_v"), record.column("position_m")
     setting = setting_of(samples, model.orders)
     seeds = range(runs)
-    found = on_rig(
-        rig,
-        model,
-        setting,
-        seeds,
-        p0s=(VAGUE, TRUSTED),
-        progress=lambda share: progress("runs on the rig", share),
-    )
-    changed = on_changed_rig(
-        rig,
-        model,
-        setting,
+    return RigResults(
+        on_rig(
+            rig,
+            model,
+            setting,
+            seeds,
+            p0s=(VAGUE, TRUSTED),
+            progress=partial(progress, "runs on the rig"),
+        ),
+        on_changed_rig(
+            rig, model, setting, change, seeds, progress=partial(progress, "changes of the rig")
+        ),
         change,
-        seeds,
-        progress=lambda share: progress("changes of the rig", share),
-    )
-    reading = read_over_time(samples, setting, READER, DT_S)
-    return RigFindings(
-        setting,
-        tuple(found),
-        changed,
-        change,
-        reading,
-        read_rig_values(reading, rig, float(np.mean(samples[1]))),
-        sample_again(reading, DT_S),
+        ServoReading.of(samples, setting, DT_S, rig),
     )
 
 
 @dataclass(frozen=True, eq=False)
-class RecordFindings:
+class RecordResults:
     """Findings on a user's own record, in a single run, since it cannot be drawn again.
 
     Attributes
     ----------
-    setting
-        orders of the model and scaling of the record.
     runs
         one Recursive for each start; the reference is the offline model.
-    reading, rig_reading, sampled
-        as in RigFindings; None if the structure of the model or an unknown sampling time does not
-        allow the reading. rig_reading is also None without a rig.
+    servo
+        as in RigResults; None if the structure of the model or an unknown sampling time does not
+        allow the reading.
     """
 
-    setting: Setting
-    runs: tuple[Recursive, ...]
-    reading: Reading | None
-    rig_reading: RigReading | None
-    sampled: SampledServo | None
+    runs: Sequence[Recursive]
+    servo: ServoReading | None
 
 
 def run_on_record(
     samples: Samples, model: ArxModel, dt_s: float | None, rig: Rig | None
-) -> RecordFindings:
+) -> RecordResults:
     """Runs all contenders on one record of N samples and compares them with its offline model."""
     setting = setting_of(samples, model.orders)
     truth = np.tile(model.theta, (samples[0].size, 1))
-    runs = tuple(
+    runs = [
         Recursive(
             p0,
             {
@@ -270,24 +256,8 @@ def run_on_record(
             },
         )
         for p0 in (VAGUE, TRUSTED)
-    )
+    ]
     orders = model.orders
     if dt_s is None or (orders.na, orders.nb, orders.nk) != (3, 3, 1):
-        return RecordFindings(setting, runs, None, None, None)
-    reading = read_over_time(samples, setting, READER, dt_s)
-    middle = float(np.mean(samples[1]))
-    rig_reading = None if rig is None else read_rig_values(reading, rig, middle)
-    return RecordFindings(setting, runs, reading, rig_reading, sample_again(reading, dt_s))
-
-
-__all__ = [
-    "ClaimFindings",
-    "KnownPlantFindings",
-    "RecordFindings",
-    "RigFindings",
-    "judge_claims",
-    "noise_for_fit",
-    "run_on_known_plant",
-    "run_on_record",
-    "run_on_rig",
-]
+        return RecordResults(runs, None)
+    return RecordResults(runs, ServoReading.of(samples, setting, dt_s, rig))

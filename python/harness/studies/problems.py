@@ -59,20 +59,20 @@ def record_problems(data: IoData, split: float) -> tuple[Finding, ...]:
     IdentificationError
         the split is out of range.
     """
-    findings = []
+    problems = []
     for part, what in zip(data.split(split), ("estimation", "validation"), strict=True):
         if not part.segments:
-            findings.append(Finding(Problem.TOO_SHORT, f"The {what} part has no samples."))
+            problems.append(Finding(Problem.TOO_SHORT, f"The {what} part has no samples."))
             continue
         for signal, name, problem, mend in (
             (part.u, part.input_name, Problem.CONSTANT_INPUT, "excite the plant in both parts"),
             (part.y, part.output_name, Problem.CONSTANT_OUTPUT, "check sensor, supply and wiring"),
         ):
-            values = np.concatenate([signal[s] for s in part.segments])
+            values = signal[part.index]
             if np.ptp(values) == 0.0:
                 text = f"'{name}' is {values[0]:g} throughout the {what} part: {mend}."
-                findings.append(Finding(problem, text))
-    return tuple(findings)
+                problems.append(Finding(problem, text))
+    return tuple(problems)
 
 
 def model_problems(result: IdentificationResult) -> tuple[Finding, ...]:

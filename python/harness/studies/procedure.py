@@ -108,7 +108,7 @@ class Procedure:
             "meaning": list(self.meaning),
             "input_band": None if self.input_band is None else list(self.input_band),
             "loop": to_plain(self.loop),
-            "attempts": [one.to_dict() for one in self.attempts],
+            "attempts": [made.to_dict() for made in self.attempts],
         }
 
 
@@ -159,10 +159,10 @@ def run_procedure(
         raise IdentificationError("there is no order or no delay to try")
     if start.orders[0] < 1 or start.delays[0] < 0:
         raise IdentificationError(f"{start}: orders must be at least 1, delays at least 0")
-    found = record_problems(data, split)
-    if found:
-        return Procedure(data, split, (), None, found, "The record allows no attempt.", ())
-    attempts = [attempt(data, start, split, "first attempt", "as asked for")]
+    problems = record_problems(data, split)
+    if problems:
+        return Procedure(data, split, (), None, problems, "The record allows no attempt.", ())
+    attempts = [attempt(data, start, split, "first attempt", "as requested")]
     if attempts[0].result is None:
         why = "The record allows no model."
         return Procedure(data, split, tuple(attempts), None, attempts[0].problems, why, ())
@@ -239,6 +239,6 @@ def _meaning(best: Attempt, attempts: Sequence[Attempt]) -> tuple[str, ...]:
     return (*sentences, *result.advice)
 
 
-def _simulation_fit(one: Attempt) -> float:
-    sound = one.result is not None and not one.problems
-    return one.simulation_fit_percent if sound else -math.inf
+def _simulation_fit(attempt: Attempt) -> float:
+    sound = attempt.result is not None and not attempt.problems
+    return attempt.simulation_fit_percent if sound else -math.inf

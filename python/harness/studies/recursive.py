@@ -19,7 +19,6 @@ import ehsid
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification import ArxModel, ArxOrders, IoData, fit_arx, fit_percent, simulate
 from ehsid.harness.parallel import Progress, run_tasks
-from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.studies.claims import ORDERS, SAMPLES, Input, excite
 from ehsid.harness.studies.comparison import (
@@ -46,6 +45,10 @@ QUIET_NOISE = 0.01
 PUBLISHED_FIT = next(row.fit_percent for row in PUBLISHED_ORDERS if row.order == 3)
 RUNS_A_TASK = 10
 
+PLANT = KnownPlant.of(ORDERS, MODEL_16)
+RecordOf = Callable[[int], Samples]  # makes the record of a seed
+Variant = tuple[Setting, bool]  # whether the reset is on
+
 CONTENDERS: Mapping[str, Contender] = {
     "varying, Eq. (15)": Contender(ehsid.Exponential(), options=PLAIN),
     "0.99": Contender(ehsid.Constant(0.99), options=PLAIN),
@@ -56,15 +59,7 @@ CONTENDERS: Mapping[str, Contender] = {
 
 @dataclass(frozen=True, eq=False)
 class Recursive:
-    """Results of all contenders over all runs on one plant, from one start.
-
-    Attributes
-    ----------
-    p0
-        initial covariance, P(0) = p0 I.
-    outcomes
-        results by name of the contender.
-    """
+    """Results of all contenders, by name, over all runs from the start P(0) = p0 I."""
 
     p0: float
     outcomes: Mapping[str, Outcome]
@@ -78,19 +73,6 @@ class Changed:
     outcomes: Mapping[str, tuple[Outcome, Outcome]]
 
 
-def _with_reset(contender: Contender) -> Contender:
-    return Contender(contender.forgetting, reset=True, options=contender.options)
-
-
-def _all(
-    records: Sequence[Samples], truth: FloatArray, setting: Setting, reset: bool
-) -> list[Outcome]:
-    return [
-        run_contender(_with_reset(c) if reset else c, records, truth, setting)
-        for c in CONTENDERS.values()
-    ]
-
-
 def noise_for_fit(target: float = PUBLISHED_FIT, seeds: Sequence[int] = range(8)) -> float:
     """Returns the standard deviation of e(k) at which the offline model fits by `target` percent.
 
@@ -99,45 +81,16 @@ def noise_for_fit(target: float = PUBLISHED_FIT, seeds: Sequence[int] = range(8)
     one-step fit of model (16) never falls to the paper's figure: its integrator sums the noise, and
     a large slow output is easy to predict.
     """
-    plant = KnownPlant.of(ORDERS, MODEL_16)
 
     def beyond(noise: float) -> float:
         fits = []
-        for u, y in known_records(plant, partial(excite, Input.multisine), noise, seeds):
+        for u, y in known_records(PLANT, partial(excite, Input.multisine), noise, seeds):
             estimation, validation = IoData.from_arrays(u, y).split(0.5)
             simulated = simulate(fit_arx(estimation, ORDERS), validation)
             fits.append(fit_percent(simulated.measured, simulated.predicted))
         return float(np.median(fits)) - target
 
     return float(brentq(beyond, 1e-4, 0.03, xtol=1e-5))
-
-
-def _known(p0: float, noise: float, change: bool, seeds: Sequence[int]) -> list[list[Outcome]]:
-    plant = KnownPlant.of(ORDERS, MODEL_16)
-    if change:
-        factors = np.where(np.arange(ORDERS.n_parameters) < ORDERS.na, 1.0, B_AFTER)
-        plant = plant.changed(CHANGE, np.array(MODEL_16) * factors)
-    records = known_records(plant, partial(excite, Input.multisine), noise, seeds)
-    truth, setting = plant.theta_path(SAMPLES), Setting(ORDERS, p0=p0)
-    return [
-        _all(records, truth, setting, reset) for reset in ((False, True) if change else (False,))
-    ]
-
-
-def on_known_plant(
-    seeds: Sequence[int], *, p0: float, noise: float, progress: Progress | None = None
-) -> Recursive:
-    """Runs all contenders on model (16) as the known plant, with one run for each seed."""
-    parts = _in_parallel(partial(_known, p0, noise, False), seeds, progress)
-    return Recursive(p0, _named([part[0] for part in parts]))
-
-
-def on_changed_plant(
-    seeds: Sequence[int], *, p0: float = 1e6, progress: Progress | None = None
-) -> Changed:
-    """Runs all contenders on model (16), whose b parameters grow by half at half of the record."""
-    parts = _in_parallel(partial(_known, p0, QUIET_NOISE, True), seeds, progress)
-    return _paired(parts)
 
 
 def setting_of(samples: Samples, orders: ArxOrders, p0: float = 1e6) -> Setting:
@@ -153,26 +106,25 @@ def setting_of(samples: Samples, orders: ArxOrders, p0: float = 1e6) -> Setting:
     )
 
 
-def _samples(record: Record) -> Samples:
-    return record.column("command_v"), record.column("position_m")
+def on_known_plant(
+    seeds: Sequence[int], *, p0: float, noise: float, progress: Progress | None = None
+) -> Recursive:
+    """Runs all contenders on model (16) as the known plant, with one run for each seed."""
+    record_of = partial(_known_record, PLANT, noise)
+    variants = [(Setting(ORDERS, p0=p0), False)]
+    truth = PLANT.theta_path(SAMPLES)
+    return Recursive(p0, _in_parallel(record_of, truth, variants, seeds, progress)[0])
 
 
-def _on_rig(
-    rig: Rig, truth: FloatArray, settings: Sequence[Setting], seeds: Sequence[int]
-) -> list[list[Outcome]]:
-    records = [_samples(rig_record(rig, seed).record) for seed in seeds]
-    return [_all(records, truth, setting, False) for setting in settings]
-
-
-def _on_changed_rig(
-    rig: Rig,
-    change: Mapping[str, float],
-    truth: FloatArray,
-    setting: Setting,
-    seeds: Sequence[int],
-) -> list[list[Outcome]]:
-    records = [_samples(changed_record(rig, change, seed).record) for seed in seeds]
-    return [_all(records, truth, setting, reset) for reset in (False, True)]
+def on_changed_plant(
+    seeds: Sequence[int], *, p0: float = 1e6, progress: Progress | None = None
+) -> Changed:
+    """Runs all contenders on model (16), whose b parameters grow by half at half of the record."""
+    factors = np.where(np.arange(ORDERS.n_parameters) < ORDERS.na, 1.0, B_AFTER)
+    plant = PLANT.changed(CHANGE, np.array(MODEL_16) * factors)
+    record_of = partial(_known_record, plant, QUIET_NOISE)
+    setting = Setting(ORDERS, p0=p0)
+    return _changed(record_of, plant.theta_path(SAMPLES), setting, seeds, progress)
 
 
 def on_rig(
@@ -189,9 +141,9 @@ def on_rig(
     The argument `reference` is the offline model of the rig.
     """
     truth = np.tile(reference.theta, (SAMPLES, 1))
-    task = partial(_on_rig, rig, truth, [replace(setting, p0=p0) for p0 in p0s])
-    parts = _in_parallel(task, seeds, progress)
-    return [Recursive(p0, _named([part[i] for part in parts])) for i, p0 in enumerate(p0s)]
+    variants = [(replace(setting, p0=p0), False) for p0 in p0s]
+    results = _in_parallel(partial(_rig_record, rig), truth, variants, seeds, progress)
+    return [Recursive(p0, outcomes) for p0, outcomes in zip(p0s, results, strict=True)]
 
 
 def on_changed_rig(
@@ -207,29 +159,63 @@ def on_changed_rig(
 
     After the change, the reference is the offline model of the changed rig, of the same structure.
     """
-    changed = rig_record(rig.with_values(change), seeds[0]).record
+    changed = rig_record(rig.with_values(change), seeds[0])
     after = fit_arx(IoData.from_record(changed, "command_v", "position_m"), reference.orders)
     truth = np.repeat(np.stack([reference.theta, after.theta]), CHANGE, axis=0)
-    task = partial(_on_changed_rig, rig, change, truth, setting)
-    return _paired(_in_parallel(task, seeds, progress))
+    return _changed(partial(_changed_rig_record, rig, change), truth, setting, seeds, progress)
+
+
+def _known_record(plant: KnownPlant, noise: float, seed: int) -> Samples:
+    return known_records(plant, partial(excite, Input.multisine), noise, [seed])[0]
+
+
+def _rig_record(rig: Rig, seed: int) -> Samples:
+    record = rig_record(rig, seed)
+    return record.column("command_v"), record.column("position_m")
+
+
+def _changed_rig_record(rig: Rig, change: Mapping[str, float], seed: int) -> Samples:
+    record = changed_record(rig, change, seed)
+    return record.column("command_v"), record.column("position_m")
+
+
+def _changed(
+    record_of: RecordOf,
+    truth: FloatArray,
+    setting: Setting,
+    seeds: Sequence[int],
+    progress: Progress | None,
+) -> Changed:
+    variants = [(setting, False), (setting, True)]
+    without, with_reset = _in_parallel(record_of, truth, variants, seeds, progress)
+    return Changed(CHANGE, {name: (without[name], with_reset[name]) for name in CONTENDERS})
 
 
 def _in_parallel(
-    task: Callable[[Sequence[int]], list[list[Outcome]]],
+    record_of: RecordOf,
+    truth: FloatArray,
+    variants: Sequence[Variant],
     seeds: Sequence[int],
     progress: Progress | None,
-) -> list[list[list[Outcome]]]:
-    """Returns the results of the task for groups of RUNS_A_TASK seeds, computed in parallel."""
+) -> list[dict[str, Outcome]]:
+    """Returns the outcomes by contender for each variant, one run for each seed."""
     groups = [seeds[first : first + RUNS_A_TASK] for first in range(0, len(seeds), RUNS_A_TASK)]
-    return run_tasks([partial(task, group) for group in groups], progress)
+    tasks = [partial(_run_group, record_of, truth, variants, group) for group in groups]
+    parts = run_tasks(tasks, progress)
+    return [
+        {name: joined([part[i][name] for part in parts]) for name in CONTENDERS}
+        for i in range(len(variants))
+    ]
 
 
-def _named(parts: Sequence[Sequence[Outcome]]) -> dict[str, Outcome]:
-    """Joins the outcomes of all groups and returns them by name of the contender."""
-    return {name: joined([part[i] for part in parts]) for i, name in enumerate(CONTENDERS)}
-
-
-def _paired(parts: Sequence[Sequence[Sequence[Outcome]]]) -> Changed:
-    without = _named([part[0] for part in parts])
-    with_reset = _named([part[1] for part in parts])
-    return Changed(CHANGE, {name: (without[name], with_reset[name]) for name in CONTENDERS})
+def _run_group(
+    record_of: RecordOf, truth: FloatArray, variants: Sequence[Variant], seeds: Sequence[int]
+) -> list[dict[str, Outcome]]:
+    records = [record_of(seed) for seed in seeds]
+    return [
+        {
+            name: run_contender(replace(contender, reset=reset), records, truth, setting)
+            for name, contender in CONTENDERS.items()
+        }
+        for setting, reset in variants
+    ]

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
@@ -27,14 +26,6 @@ BAND_HZ = (0.05, 5.0)
 RMS_OF_RATED = 0.1
 # Samples before the change over which the changed rig is held to the states of the first half.
 LEAD = 5
-
-
-@dataclass(frozen=True, eq=False)
-class RigRecord:
-    """A record, and the constant in V added to the command to keep the rod inside the stroke."""
-
-    record: Record
-    trim_v: float
 
 
 def excitation_of(rig: Rig, rng: np.random.Generator) -> FloatArray:
@@ -63,7 +54,7 @@ def trim(rig: Rig, command: FloatArray) -> float:
     return float(brentq(drift, -widest, widest, xtol=1e-4 * widest))
 
 
-def rig_record(rig: Rig, seed: int) -> RigRecord:
+def rig_record(rig: Rig, seed: int) -> Record:
     """Simulates one record from rest at mid-stroke, with the sensor noise of the rig file.
 
     Raises
@@ -73,26 +64,24 @@ def rig_record(rig: Rig, seed: int) -> RigRecord:
     """
     rng = np.random.default_rng(seed)
     command = excitation_of(rig, rng)
-    constant = trim(rig, command)
-    run = simulate(
+    return simulate(
         rig,
-        command + constant,
+        command + trim(rig, command),
         dt_s=DT_S,
         keep_inside=True,
         noise=draw_noise(rig, SAMPLES, rng),
         name=f"{rig.name}, seed {seed}",
-    )
-    return RigRecord(run.record, constant)
+    ).record
 
 
-def changed_record(rig: Rig, change: Mapping[str, float], seed: int) -> RigRecord:
+def changed_record(rig: Rig, change: Mapping[str, float], seed: int) -> Record:
     """Simulates a record like `rig_record`, with changed rig values in its second half.
 
     The second half starts from the state in which the first half ends.
     """
     whole = rig_record(rig, seed)
     half = SAMPLES // 2
-    first = {name: whole.record.column(name) for name in whole.record.columns}
+    first = {name: whole.column(name) for name in whole.columns}
     start = prepare(rig, dt_s=DT_S, values=change)
     # Over the last samples before the change, the states of the changed rig are set to those of the
     # first half. The spool and the delay line, which are not recorded, then follow the command.
@@ -116,4 +105,4 @@ def changed_record(rig: Rig, change: Mapping[str, float], seed: int) -> RigRecor
         for name, values in first.items()
     }
     columns["time_s"] = np.arange(SAMPLES) * DT_S
-    return RigRecord(make_record(columns, name=f"{rig.name}, changed, seed {seed}"), whole.trim_v)
+    return make_record(columns, name=f"{rig.name}, changed, seed {seed}")

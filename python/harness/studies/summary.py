@@ -88,7 +88,7 @@ class ChangeSummary:
 
 def summarise_change(changed: Changed) -> dict[str, ChangeSummary]:
     """Summarises the runs around a change, by name of the contender."""
-    found = {}
+    summaries = {}
     for name, (without, with_reset) in changed.outcomes.items():
         left = without.error.shape[1] - changed.at
         settling = [o.settling(SETTLED, changed.at) for o in (without, with_reset)]
@@ -97,7 +97,7 @@ def summarise_change(changed: Changed) -> dict[str, ChangeSummary]:
             for times in with_reset.resets
             if (times >= changed.at).any()
         ]
-        found[name] = ChangeSummary(
+        summaries[name] = ChangeSummary(
             without=median_interval(settling[0]),
             with_reset=median_interval(settling[1]),
             never_without=float(np.mean(settling[0] >= left)),
@@ -108,4 +108,4 @@ def summarise_change(changed: Changed) -> dict[str, ChangeSummary]:
             ),
             delay=median_interval(delays) if delays else None,
         )
-    return found
+    return summaries

@@ -69,9 +69,9 @@ def experiment_plans(
 
 
 def _with_factor(plan: Plan, words: str, contender: Contender) -> Plan:
-    told = plan.configuration
+    configuration = plan.configuration
     estimator = replace(
-        told.estimator,
+        configuration.estimator,
         forgetting=contender.forgetting,
         rls=contender.options,
         reset=ehsid.RmseResetOptions() if contender.reset else None,
@@ -79,5 +79,5 @@ def _with_factor(plan: Plan, words: str, contender: Contender) -> Plan:
     return replace(
         plan,
         name=f"{plan.rig.name}, lambda: {words}",
-        configuration=replace(told, estimator=estimator),
+        configuration=replace(configuration, estimator=estimator),
     )

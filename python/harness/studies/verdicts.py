@@ -124,7 +124,7 @@ RESET_CLAIM = "After a change the reset brings the estimate back sooner"
 
 def verdicts(judged: Sequence[Judged], resets: Sequence[ResetJudged]) -> list[ClaimVerdict]:
     """Returns one verdict for each claim of the paper on the varying forgetting factor."""
-    found = [
+    first_claims = [
         _verdict(claim, [(_condition(cell), of(cell)) for cell in judged])
         for claim, of in CLAIMS.items()
     ]
@@ -132,4 +132,4 @@ def verdicts(judged: Sequence[Judged], resets: Sequence[ResetJudged]) -> list[Cl
         ({"noise": f"{cell.noise:.3g}", "factor": f"{cell.factor:g}"}, cell.sooner)
         for cell in resets
     ]
-    return [*found, _verdict(RESET_CLAIM, reset_cells)]
+    return [*first_claims, _verdict(RESET_CLAIM, reset_cells)]

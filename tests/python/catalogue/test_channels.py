@@ -46,3 +46,16 @@ def test_names_end_in_their_unit() -> None:
 def test_an_unknown_channel_is_shown_under_its_name() -> None:
     assert shown_channel("pressure_a_pa") == ("pressure A", 1e-5, "bar")
     assert shown_channel("oil") == ("oil", 1.0, "")
+
+
+def test_documents_name_every_channel() -> None:
+    records = (ROOT / "docs" / "records.md").read_text(encoding="utf-8")
+    rigs = (ROOT / "docs" / "rigs.md").read_text(encoding="utf-8")
+    for channel in CHANNELS.values():
+        (row,) = [
+            line
+            for line in records.splitlines()
+            if line.startswith("| `") and f"`{channel.name}`" in line
+        ]
+        assert f"| {channel.unit} |" in row
+        assert channel.noise is None or f"`{channel.noise}`" in rigs

@@ -16,7 +16,7 @@ from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.excitation import multisine, triangle
 from ehsid.harness.gap import diagnose
 from ehsid.harness.gap.data.regimes import visited
-from ehsid.harness.gap.inference.judgeable import cannot_judge
+from ehsid.harness.gap.inference.identifiability import unidentifiable_effects
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.report.diagnosis_files import write_diagnosis
 from ehsid.harness.rigs import Rig, read_rig, rig_text
@@ -78,7 +78,7 @@ json.dump(
         "effects": {one.id: one.parameters["stiffness_n_m3"].value for one in diagnosis.effects},
         "tried": [list(one.effects) for one in diagnosis.candidates],
         "augmented": rig_text(diagnosis.augmented_rig),
-        "cannot_judge": [one.why for one in cannot_judge([visited(small, rig)], [NAME])],
+        "cannot_judge": [one.why for one in unidentifiable_effects([visited(small, rig)], [NAME])],
         "refusal": refusal,
         "document": module.section(info),
     },

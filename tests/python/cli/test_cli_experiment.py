@@ -83,7 +83,7 @@ def test_whole_experiment(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_on_a_record_of_the_rig(tmp_path: Path) -> None:
     rig = published_rig()
-    write_record(rig_record(rig, 1).record, tmp_path / "rec.csv")
+    write_record(rig_record(rig, 1), tmp_path / "rec.csv")
     write_rig(rig, tmp_path / "rig.toml")
     arguments = ["--record", str(tmp_path / "rec.csv"), "--rig", str(tmp_path / "rig.toml")]
     out = tmp_path / "out"

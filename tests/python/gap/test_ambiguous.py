@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Two causes that a record cannot tell apart come back as a set, with what separates them."""
+"""Two causes that a record cannot separate are returned as a set, with the experiment for it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ehsid.harness.simulation import draw_noise, simulate
 
 RIGS = Path(__file__).parents[3] / "examples" / "rigs"
 DT_S = 1e-3
-# Of the records: finer than any fit.
+# Integration steps of the records: more than in any fit.
 SUBSTEPS = 16
 BENCH = read_rig(RIGS / "bench.toml").with_values(
     {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
@@ -35,15 +35,15 @@ SMOOTH_HZ = np.array([0.31, 0.73, 1.17, 1.61])
 
 
 def smooth(rng: np.random.Generator, seconds: float = 12.0) -> npt.NDArray[np.float64]:
-    """A command without anything fast, a tenth of the range."""
+    """A command with low frequencies only, a tenth of its range."""
     t = np.arange(round(seconds / DT_S)) * DT_S
     phase = rng.uniform(0.0, 2.0 * np.pi, SMOOTH_HZ.size)
     return np.asarray(0.3 * np.sin(2.0 * np.pi * SMOOTH_HZ * t[:, np.newaxis] + phase).sum(axis=1))
 
 
 def run(values: Mapping[str, float], command: npt.NDArray[np.float64], seed: int) -> Record:
-    """Command and position alone, with the noise of the sensor."""
-    found = simulate(
+    """A record of command and position only, with the noise of the sensor."""
+    simulated = simulate(
         RIG,
         command,
         dt_s=DT_S,
@@ -52,7 +52,9 @@ def run(values: Mapping[str, float], command: npt.NDArray[np.float64], seed: int
         noise=draw_noise(RIG, command.size, np.random.default_rng(seed)),
     ).record
     names = ("command_v", "position_m")
-    return make_record({"time_s": found.time_s} | {name: found.column(name) for name in names})
+    return make_record(
+        {"time_s": simulated.time_s} | {name: simulated.column(name) for name in names}
+    )
 
 
 @pytest.mark.slow
@@ -64,13 +66,13 @@ def test_delay_and_lag_are_a_set_until_the_next_experiment(
 ) -> None:
     fitted = [run(values, smooth(np.random.default_rng(1)), 1)]
     held_out = [run(values, smooth(np.random.default_rng(2)), 2)]
-    found = diagnose(fitted, RIG, validate=held_out)
-    assert found.verdict == "ambiguous", found.sentence
-    named = {effect for effects in found.ambiguity_set for effect in effects}
+    diagnosis = diagnose(fitted, RIG, validate=held_out)
+    assert diagnosis.verdict == "ambiguous", diagnosis.sentence
+    named = {effect for effects in diagnosis.ambiguity_set for effect in effects}
     assert {"transport_delay", "valve_lag"} <= named
-    assert found.next_experiment is not None
-    # The operator runs it; the new record is diagnosed beside the old ones.
-    command = found.next_experiment.record.column("command_v")
-    again = diagnose([*fitted, run(values, command, 3)], RIG)
-    assert again.verdict == "effects", again.sentence
-    assert [one.id for one in again.effects] == [truth]
+    assert diagnosis.next_experiment is not None
+    # The operator runs the experiment; the new record is diagnosed together with the others.
+    command = diagnosis.next_experiment.record.column("command_v")
+    second = diagnose([*fitted, run(values, command, 3)], RIG)
+    assert second.verdict == "effects", second.sentence
+    assert [effect.id for effect in second.effects] == [truth]

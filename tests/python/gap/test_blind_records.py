@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A few blind records whose diagnosis must not get worse unseen.
+"""A few blind records that show when a change makes the diagnosis worse.
 
 Records of `ehsid.harness.validation.reality`, short and from fixed seeds. Each must be answered as
 the table says; a change of the diagnosis that loses one has to be looked at with
@@ -22,14 +22,14 @@ from ehsid.harness.validation.scoring.reading import Findings, NamedEffect
 
 pytestmark = pytest.mark.usefixtures("one_process")
 
-# Six records of 6 s at 500 Hz: half a minute on two cores, all together.
+# Six records of 6 s at 500 Hz take half a minute on two cores.
 SECONDS = 6.0
 DT_S = 2e-3
 
 
 @dataclass(frozen=True)
 class Blind:
-    """A record, and what must be said of it."""
+    """A blind record and the diagnosis that it must get."""
 
     seed: int
     grade: Grade
@@ -52,53 +52,53 @@ TABLE = (
 )
 
 
-def diagnosed(one: Blind) -> tuple[Judgement, str, tuple[str, ...]]:
-    """Judgement, verdict and names."""
+def diagnosed(blind: Blind) -> tuple[Judgement, str, tuple[str, ...]]:
+    """Judgement, verdict and ids of the selected effects."""
     case = make_case(
-        one.seed,
-        one.grade,
-        one.kind,
-        one.effects or None,
-        one.sensors,
+        blind.seed,
+        blind.grade,
+        blind.kind,
+        blind.effects or None,
+        blind.sensors,
         seconds=SECONDS,
         dt_s=DT_S,
     )
-    found = diagnose(
+    diagnosis = diagnose(
         [make_record(dict(case.train), name="train")],
         parse_rig(case.rig_toml),
         validate=[make_record(dict(case.validate), name="validate")],
     )
-    named = tuple(effect.id for effect in found.effects)
+    selected = tuple(effect.id for effect in diagnosis.effects)
     answer = Answer(
-        one.kind,
-        one.grade,
+        blind.kind,
+        blind.grade,
         "ehs",
-        one.sensors,
+        blind.sensors,
         tuple(case.answer["excitation"]),
         case.answer["effects"],
         tuple(case.answer["subsystem"]),
     )
-    effects = tuple(NamedEffect(name, 1.0) for name in named)
-    findings = Findings(found.verdict, effects, found.ambiguity_set)
-    return judge(answer, findings), found.verdict, named
+    effects = tuple(NamedEffect(name, 1.0) for name in selected)
+    case_findings = Findings(diagnosis.verdict, effects, diagnosis.ambiguity_set)
+    return judge(answer, case_findings), diagnosis.verdict, selected
 
 
-# With pressures.
+# Seed of the record that is tested every day; it has pressures.
 EVERY_DAY = {101}
 
 
 @pytest.mark.parametrize(
-    "one",
+    "blind",
     [
         pytest.param(
-            one,
-            id=f"{one.seed}-{'-'.join(one.effects) or one.kind}",
-            marks=() if one.seed in EVERY_DAY else pytest.mark.slow,
+            blind,
+            id=f"{blind.seed}-{'-'.join(blind.effects) or blind.kind}",
+            marks=() if blind.seed in EVERY_DAY else pytest.mark.slow,
         )
-        for one in TABLE
+        for blind in TABLE
     ],
 )
-def test_blind_record(one: Blind) -> None:
-    judged, verdict, named = diagnosed(one)
-    assert (verdict, named) == (one.verdict, one.named)
-    assert judged.outcome == "right"
+def test_blind_record(blind: Blind) -> None:
+    judgement, verdict, selected = diagnosed(blind)
+    assert (verdict, selected) == (blind.verdict, blind.named)
+    assert judgement.outcome == "right"

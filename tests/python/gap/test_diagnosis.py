@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The diagnosis as one call, on short records of the simulator."""
+"""The whole diagnosis, on short records of the simulator."""
 
 from __future__ import annotations
 
@@ -18,52 +18,57 @@ from ehsid.harness.rigs import Rig
 
 @cache
 def with_friction() -> Diagnosis:
-    """Other values and Coulomb friction of 412 N, see made_diagnoses."""
-    seen: list[float] = []
-    found = diagnose(
+    """The diagnosis of a rig with other values and Coulomb friction of 412 N: made_diagnoses."""
+    progress_shares: list[float] = []
+    diagnosis = diagnose(
         [measured_record("fit", 1, seconds=6.0, dt_s=1e-3)],
         bench(),
         validate=[measured_record("judge", 2, seconds=6.0, dt_s=1e-3)],
-        progress=seen.append,
+        progress=progress_shares.append,
     )
-    assert seen == sorted(seen)
-    assert seen[-1] == 1.0
-    return found
+    assert progress_shares == sorted(progress_shares)
+    assert progress_shares[-1] == 1.0
+    return diagnosis
 
 
 @pytest.mark.slow
-def test_friction_is_named_with_its_size() -> None:
-    found = with_friction()
-    assert found.verdict == "effects"
-    assert [one.id for one in found.effects] == ["coulomb_friction"]
-    force = found.effects[0].parameters["force_n"]
-    true = FRICTION["effects.coulomb_friction.force_n"]
-    # The same simulator made the record: what is left is noise.
-    assert force.value == pytest.approx(true, rel=0.02)
-    assert found.ambiguity_set[0] == ("coulomb_friction",)
-    assert found.effects[0].share_of_shrinkage == pytest.approx(1.0)
+def test_friction_is_identified_with_its_size() -> None:
+    diagnosis = with_friction()
+    assert diagnosis.verdict == "effects"
+    assert [effect.id for effect in diagnosis.effects] == ["coulomb_friction"]
+    force = diagnosis.effects[0].parameters["force_n"]
+    true_force = FRICTION["effects.coulomb_friction.force_n"]
+    # The same simulator made the record: only noise remains.
+    assert force.value == pytest.approx(true_force, rel=0.02)
+    assert diagnosis.ambiguity_set[0] == ("coulomb_friction",)
+    assert diagnosis.effects[0].share_of_shrinkage == pytest.approx(1.0)
 
 
 @pytest.mark.slow
-def test_findings_hang_together() -> None:
-    found = with_friction()
-    far = found.how_far
-    assert far is not None
-    assert far.augmented < far.calibrated < far.nominal
-    assert far.augmented == pytest.approx(far.noise_floor[1], rel=0.3)
-    assert far.of_explainable is not None
-    assert far.of_explainable.low <= far.of_explainable.value <= far.of_explainable.high
-    assert set(found.where.subsystem) == set(SUBSYSTEMS)
-    assert sum(found.where.subsystem.values()) == pytest.approx(1.0)
-    assert found.where.subsystem["mechanics"] > 0.9
-    # Told 1.1e9; slow motion says little of the mass, but the oil spring is felt.
-    bulk = found.calibration["fluid.bulk_modulus_pa"]
+def test_results_of_a_diagnosis_agree() -> None:
+    diagnosis = with_friction()
+    reduction = diagnosis.how_far
+    assert reduction is not None
+    assert reduction.augmented < reduction.calibrated < reduction.nominal
+    assert reduction.augmented == pytest.approx(reduction.noise_floor[1], rel=0.3)
+    assert reduction.of_explainable is not None
+    assert (
+        reduction.of_explainable.low
+        <= reduction.of_explainable.value
+        <= reduction.of_explainable.high
+    )
+    assert set(diagnosis.where.subsystem) == set(SUBSYSTEMS)
+    assert sum(diagnosis.where.subsystem.values()) == pytest.approx(1.0)
+    assert diagnosis.where.subsystem["mechanics"] > 0.9
+    # The rig file has 1.1e9 Pa. Slow motion shows little of the mass, but the oil spring shows
+    # the bulk modulus.
+    bulk = diagnosis.calibration["fluid.bulk_modulus_pa"]
     assert bulk.found.low <= 0.96e9 <= bulk.found.high
     assert bulk.found.value == pytest.approx(0.96e9, rel=0.05)
-    assert found.augmented_rig.values["effects.coulomb_friction.force_n"] > 0.0
-    assert found.records == {"fit": "fit", "judge": "held out"}
-    assert found.settings["window_s"] == 0.5
-    scores = [one.score for one in found.candidates]
+    assert diagnosis.augmented_rig.values["effects.coulomb_friction.force_n"] > 0.0
+    assert diagnosis.records == {"fit": "fit", "judge": "held out"}
+    assert diagnosis.settings["window_s"] == 0.5
+    scores = [candidate.score for candidate in diagnosis.candidates]
     assert scores == sorted(scores)
 
 
@@ -81,7 +86,7 @@ def test_workers_change_nothing() -> None:
     assert again.calibration == first.calibration
 
 
-def test_a_record_at_rest_carries_nothing() -> None:
+def test_a_record_at_rest_gives_insufficient_data() -> None:
     time = np.arange(4000) * 1e-3
     rng = np.random.default_rng(3)
     still = make_record(
@@ -92,11 +97,11 @@ def test_a_record_at_rest_carries_nothing() -> None:
         },
         name="still",
     )
-    found = diagnose([still], bench())
-    assert found.verdict == "insufficient_data"
-    assert found.how_far is None
-    assert found.effects == ()
-    assert "still" in {remark.record for remark in found.remarks if remark.serious}
+    diagnosis = diagnose([still], bench())
+    assert diagnosis.verdict == "insufficient_data"
+    assert diagnosis.how_far is None
+    assert diagnosis.effects == ()
+    assert "still" in {remark.record for remark in diagnosis.remarks if remark.serious}
 
 
 def test_no_record_is_an_error() -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A real machine whose friction and offset are published, and not told to the diagnosis.
+"""A real machine whose published friction and offset are unknown to the diagnosis.
 
 A. Janot, M. Gautier, M. Brunot, "Data set and reference models of EMPS", Workshop on Nonlinear
 System Identification Benchmarks, 2019: least-squares values of an inverse dynamic model, with
@@ -40,17 +40,17 @@ def emps() -> Diagnosis:
     return diagnosed()
 
 
-def test_coulomb_friction_and_the_constant_force_are_named(emps: Diagnosis) -> None:
-    assert {one.id for one in emps.effects} == {"coulomb_friction", "load_force"}
+def test_coulomb_friction_and_the_constant_force_are_identified(emps: Diagnosis) -> None:
+    assert {effect.id for effect in emps.effects} == {"coulomb_friction", "load_force"}
 
 
 def test_published_forces_are_inside_the_intervals(emps: Diagnosis) -> None:
-    found = {one.id: one.parameters["force_n"] for one in emps.effects}
-    assert holds(found["coulomb_friction"], COULOMB_N)
-    assert holds(found["load_force"], OFFSET_N)
-    # They say something: neither holds zero, and friction is known to better than a fifth.
-    assert found["load_force"].high < 0.0
-    coulomb = found["coulomb_friction"]
+    forces = {effect.id: effect.parameters["force_n"] for effect in emps.effects}
+    assert holds(forces["coulomb_friction"], COULOMB_N)
+    assert holds(forces["load_force"], OFFSET_N)
+    # The intervals are narrow: neither contains zero, and friction is known to a fifth.
+    assert forces["load_force"].high < 0.0
+    coulomb = forces["coulomb_friction"]
     assert coulomb.high - coulomb.low < 0.4 * coulomb.value
 
 
@@ -59,14 +59,16 @@ def test_published_viscous_friction_is_inside_the_interval_and_the_mass_near(
 ) -> None:
     assert holds(emps.calibration["axis.viscous_friction_n_s_m"].found, VISCOUS_N_S_M)
     # Sticking makes the cost rough: minima of nearly the same cost lie 3 % apart in mass, more than
-    # the interval of any one of them. It stays within the deviation that the rig tells.
+    # the interval of any one of them. It stays within the deviation in the rig file.
     assert abs(emps.calibration["axis.mass_kg"].found.value / MASS_KG - 1.0) < 0.05
 
 
 def test_without_coulomb_friction_nothing_else_takes_its_place() -> None:
-    found = diagnosed("coulomb_friction")
-    named = {one.id for one in found.effects}
-    assert "coulomb_friction" not in named
-    # Stribeck friction holds Coulomb friction as a case, a spring holds a constant force.
-    kin = {"stribeck_friction", "load_force", "load_spring"}
-    assert named <= kin or found.verdict in ("outside_catalogue", "ambiguous"), found.sentence
+    diagnosis = diagnosed("coulomb_friction")
+    identified = {effect.id for effect in diagnosis.effects}
+    assert "coulomb_friction" not in identified
+    # Stribeck friction contains Coulomb friction, a spring contains a constant force.
+    related = {"stribeck_friction", "load_force", "load_spring"}
+    assert identified <= related or diagnosis.verdict in ("outside_catalogue", "ambiguous"), (
+        diagnosis.sentence
+    )

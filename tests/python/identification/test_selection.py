@@ -29,7 +29,7 @@ from ehsid.harness.identification import (
     predict_one_step,
     simulate,
 )
-from ehsid.harness.identification.choice import choose_delay, choose_order, order_reason
+from ehsid.harness.identification.order_rules import choose_delay, choose_order, order_reason
 from ehsid.harness.records import read_record
 
 CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"

@@ -11,7 +11,7 @@ from published_schemas import check_file
 
 from ehsid.harness.report.check_page import check_page, write_page
 from ehsid.harness.report.check_words import figure_text, lead, number, target_text
-from ehsid.harness.report.page import Page, Picture, Section, Table, Words
+from ehsid.harness.report.page import Page, Picture, Section, Table
 from ehsid.harness.report.page_markdown import markdown
 from ehsid.harness.validation.scoring.score import Score, score_cases, score_folder
 
@@ -113,7 +113,7 @@ def test_numbers_and_targets_in_words(score: Score) -> None:
 
 
 def test_markdown_of_a_page() -> None:
-    page = Page("T", ["lead"], [Section("S", [Words("w"), Table("c", ("a", "b"), [("x|y", "1")])])])
+    page = Page("T", ["lead"], [Section("S", ["w", Table("c", ("a", "b"), [("x|y", "1")])])])
     assert markdown(page, []) == (
         "# T\n\nlead\n\n## S\n\nw\n\nc\n\n| a | b |\n| --- | --- |\n| x\\|y | 1 |\n"
     )

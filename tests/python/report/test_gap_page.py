@@ -10,8 +10,9 @@ import pytest
 from made_diagnoses import VERDICTS, made_diagnosis
 
 from ehsid.harness.gap.schema import Estimate, HeldOutRun, Remark
-from ehsid.harness.report.gap_marks import gap_bars, parameter_dots, share_bar, time_stretches
+from ehsid.harness.report.gap_marks import gap_bars, share_bar, timelines, value_table
 from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
+from ehsid.harness.report.page import Mark, Tagged
 
 RECORDS = [
     RecordLine("fit", "fit", "data/fit run.csv", "ab" * 32),
@@ -157,27 +158,31 @@ def test_shares_beyond_the_axis_stay_on_it() -> None:
     assert (bar.low, bar.width, bar.high) == (0.0, 100.0, 100.0)
 
 
-def test_dots_stand_where_the_prior_puts_them() -> None:
+def test_marks_stand_where_the_prior_puts_them() -> None:
     diagnosis = made_diagnosis("effects")
-    dots = {dot.name: dot for dot in parameter_dots(diagnosis, nuisances=False)}
-    assert list(dots)[:2] == ["load.mass_kg", "fluid.bulk_modulus_pa"]
-    assert not [name for name in dots if name.startswith("nuisance.")]
+    marks = {
+        row[0].hint.split(":")[0]: row[-1]
+        for row in value_table(diagnosis, nuisances=False).rows
+        if isinstance(row[0], Tagged) and isinstance(row[-1], Mark)
+    }
+    assert list(marks)[:2] == ["load.mass_kg", "fluid.bulk_modulus_pa"]
+    assert not [name for name in marks if name.startswith("nuisance.")]
     # ln(131 / 120) / 0.05 sigmas of an axis that reaches to 3 on each side of the middle.
     sigmas = np.log(131.0 / 120.0) / 0.05
-    assert dots["load.mass_kg"].at == pytest.approx(50.0 + 50.0 * sigmas / 3.0)
-    for dot in dots.values():
-        assert dot.low is not None
-        assert dot.at is not None
-        assert dot.high is not None
-        assert 0.0 <= dot.low <= dot.at <= dot.high <= 100.0
+    assert marks["load.mass_kg"].at == pytest.approx(50.0 + 50.0 * sigmas / 3.0)
+    for mark in marks.values():
+        assert mark.low is not None
+        assert mark.at is not None
+        assert mark.high is not None
+        assert 0.0 <= mark.low <= mark.at <= mark.high <= 100.0
 
 
 def test_time_is_one_axis_for_each_record() -> None:
     spans = made_diagnosis("effects").where.time
-    (stretch,) = time_stretches(spans)
-    assert len(stretch.columns) == len(spans)
-    assert stretch.columns[0].left == 0.0
-    assert stretch.columns[-1].left + stretch.columns[-1].width == pytest.approx(100.0)
-    assert max(column.height for column in stretch.columns) == 100.0
+    (line,) = timelines(spans)
+    assert len(line.columns) == len(spans)
+    assert line.columns[0].left == 0.0
+    assert line.columns[-1].left + line.columns[-1].width == pytest.approx(100.0)
+    assert max(column.height for column in line.columns) == 100.0
     both = [*spans, *(replace(span, record="other") for span in spans)]
-    assert [stretch.record for stretch in time_stretches(both)] == ["held_out", "other"]
+    assert [line.record for line in timelines(both)] == ["held_out", "other"]

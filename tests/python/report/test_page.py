@@ -7,7 +7,31 @@ from matplotlib.figure import Figure
 from offline_pages import read
 
 import ehsid
-from ehsid.harness.report.page import Page, Picture, Section, Table, Words, render_page, write_page
+from ehsid.harness.report.page import (
+    Bar,
+    Bars,
+    Beside,
+    Block,
+    Card,
+    Code,
+    Column,
+    Folded,
+    Heading,
+    Items,
+    KeyFigure,
+    Mark,
+    Note,
+    Page,
+    Picture,
+    Scale,
+    Section,
+    Table,
+    Tagged,
+    Timeline,
+    render_page,
+    write_page,
+)
+from ehsid.harness.report.page_markdown import markdown
 
 
 def picture() -> Picture:
@@ -19,7 +43,7 @@ def picture() -> Picture:
 @pytest.fixture
 def page() -> Page:
     table = Table("2 < 3", ("order", "fit %"), [("2", "91.3"), ("3", "95.5")], marked=[1])
-    section = Section("Results & more", [Words("a < b"), table, picture()])
+    section = Section("Results & more", ["a < b", table, picture()])
     return Page("Title", ["The lead."], [section], sources=["A. Author, 2011"])
 
 
@@ -59,3 +83,57 @@ def test_a_failed_page_leaves_the_old_one(page: Page, tmp_path: Path) -> None:
         write_page(target, broken)
     assert target.read_text(encoding="utf-8") == before
     assert [path.name for path in target.parent.iterdir()] == ["page.html"]
+
+
+def test_every_kind_of_block_is_on_the_page_with_its_texts() -> None:
+    bar = Bar("valve", "30 %", 30.0, low=20.0, high=40.0, note="20 to 40 %")
+    table = Table(
+        "",
+        ("value", "estimate", "share", Scale("-3", "0", "+3")),
+        [(Tagged("mass", "moved", "load.mass_kg"), "131 kg", bar, Mark(60.0, 50.0, 70.0))],
+    )
+    blocks: list[Block] = [
+        Heading("A heading"),
+        Note("a note"),
+        Code("ehsid gap"),
+        Items(["first", Tagged("second", "serious")], numbered=True),
+        KeyFigure("93 %", "of the gap", "80 to 99 %"),
+        Bars("shares", [bar]),
+        Timeline("run", "share over time", "0 s", "4 s", [Column(0.0, 50.0, 100.0, "0 to 2 s")]),
+        Beside([["left"], [Card("A card", ["inside"])]]),
+        table,
+    ]
+    found = read(render_page(Page("T", ["lead"], [Section("S", blocks)], summary=["summary"])))
+    text = " ".join(found.words)
+    for words in (
+        *("A heading", "a note", "ehsid gap", "second", "serious", "93 %", "of the gap", "valve"),
+        *("20 to 40 %", "run", "4 s", "left", "A card", "inside", "mass", "moved", "131 kg", "+3"),
+        *("lead", "summary"),
+    ):
+        assert words in text
+
+
+def test_folded_blocks_unfold_in_print() -> None:
+    html = render_page(Page("T", [], [Section("S", [Folded("More", ["hidden"])])]))
+    assert "<summary>More</summary>" in html
+    assert "beforeprint" in html
+    assert "beforeprint" not in render_page(Page("T", [], []))
+
+
+@pytest.mark.parametrize(
+    ("cell", "side"),
+    [
+        ("1.5", "number"),
+        ("-0.2 %", "number"),
+        ("≥ 97 %", "number"),
+        ("valve", "text"),
+        ("", "number"),
+    ],
+)
+def test_numbers_stand_to_the_right_and_words_to_the_left(cell: str, side: str) -> None:
+    assert Table("", ("name", "value"), [("a", ""), ("b", cell)]).align(1) == side
+
+
+def test_markdown_refuses_what_it_cannot_say() -> None:
+    with pytest.raises(TypeError, match="KeyFigure has no form in Markdown"):
+        markdown(Page("T", [KeyFigure("1", "a", "b")], []), [])

@@ -5,6 +5,7 @@ import scipy.signal
 
 import ehsid
 from ehsid.harness.report.page import Table
+from ehsid.harness.studies.experiment import ServoReading
 from ehsid.harness.studies.pages.recursive_sections import reading_section
 from ehsid.harness.studies.reading import Reading
 from ehsid.harness.studies.sampled_servo import sample_again
@@ -41,11 +42,13 @@ def test_the_page_has_them_side_by_side() -> None:
     told = reading("no_gain", "ok", "aliasing")
     found = sample_again(told, DT_S)
     assert found is not None
-    section = reading_section(told, None, found)
+    section = reading_section(ServoReading(told, None, found))
     (table,) = [block for block in section.blocks if isinstance(block, Table)]
     assert list(table.columns) == ["", "estimate", "ehsid.discretise", "python-control"]
     assert [row[0] for row in table.rows] == ["a1", "a2", "a3", "b1", "b2", "b3"]
     for row, ours in zip(table.rows, found.ours, strict=True):
         assert float(row[2]) == pytest.approx(ours, rel=1e-5)
         assert float(row[3]) == pytest.approx(ours, rel=1e-5)
-    assert not [b for b in reading_section(told, None, None).blocks if isinstance(b, Table)]
+    assert not [
+        b for b in reading_section(ServoReading(told, None, None)).blocks if isinstance(b, Table)
+    ]

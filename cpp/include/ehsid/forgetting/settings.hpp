@@ -32,8 +32,8 @@ struct Range {
   template <class Scalar>
   EHSID_ALWAYS_INLINE bool contains(Scalar value) const {
     const auto least = static_cast<Scalar>(minimum);
-    return is_finite(value) && (open ? value > least : value >= least) &&
-           !(bounded && value > static_cast<Scalar>(maximum));
+    const bool below = bounded ? value <= static_cast<Scalar>(maximum) : is_finite(value);
+    return below && (open ? value > least : value >= least);
   }
 };
 

@@ -77,11 +77,10 @@ std::vector<std::vector<SizeVector>> trials_of(const MachineScale& machine) {
   const std::vector<SizeVector> starts = starts_of<Effect>(machine);
   if constexpr (HasTrials<Effect>::value) {
     for (const auto& trial : Effect::trials(machine)) {
-      std::vector<SizeVector> columns;
-      for (const auto& sizes : trial) {
-        columns.push_back(vector_of(sizes));
+      std::vector<SizeVector>& columns = all.emplace_back(trial.size());
+      for (std::size_t i = 0; i < trial.size(); ++i) {
+        columns[i] = vector_of(trial[i]);
       }
-      all.push_back(columns);
     }
   } else if (!Effect::kTrialSizes.empty()) {
     for (const double size : Effect::kTrialSizes) {

@@ -14,8 +14,14 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
 from ehsid.harness.deploy.hil.run import RunResult
 
-# Results of the estimator that are compared for each sample besides theta_hat, in this order.
-SCALARS = ("innovation", "forgetting_factor", "residual_variance", "excitation")
+# Results of the estimator that are compared for each sample besides theta_hat, in this order: names
+# on the host, and in the answer of the target.
+SCALARS = {
+    "innovation": "innovation_m",
+    "forgetting_factor": "forgetting_factor",
+    "residual_variance": "residual_variance_m2",
+    "excitation": "excitation",
+}
 # Status values of samples that gave an innovation.
 ESTIMATED = (ehsid.Status.ok, ehsid.Status.no_information, ehsid.Status.reset)
 
@@ -108,15 +114,7 @@ def compare(run: RunResult) -> Agreement:
     host = replay(run.plan.configuration.estimator, run.command_v, run.position_m, run.restarts)
     theta = np.array([result.theta for result in run.results], dtype=np.float32)
     scalars = np.array(
-        [
-            (
-                result.innovation_m,
-                result.forgetting_factor,
-                result.residual_variance_m2,
-                result.excitation,
-            )
-            for result in run.results
-        ],
+        [[getattr(result, name) for name in SCALARS.values()] for result in run.results],
         dtype=np.float32,
     )
     status = np.array([result.status for result in run.results], dtype=np.uint8)

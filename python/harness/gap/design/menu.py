@@ -39,7 +39,7 @@ class Entry:
 
     Attributes
     ----------
-    words
+    description
         description for the operator; {speed} in mm/s and {size} in per cent are filled in.
     size
         amplitude of the command, as a share of its limit.
@@ -47,14 +47,14 @@ class Entry:
         function that returns the shape of the command.
     """
 
-    words: str
+    description: str
     size: float
     shape: Shape
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
-    """An experiment with the outputs that the best rival predicts.
+class Experiment:
+    """An experiment with the outputs that the best candidate predicts.
 
     Attributes
     ----------
@@ -142,7 +142,7 @@ MENU = (
 )
 
 
-def candidate(
+def simulate_experiment(
     entry: Entry,
     rig: Rig,
     values: dict[str, float],
@@ -150,7 +150,7 @@ def candidate(
     dt_s: float,
     limit_v: float,
     span_m: tuple[float, float],
-) -> Candidate | None:
+) -> Experiment | None:
     """Simulates an excitation on a machine; returns None if it would leave the limits.
 
     Because a servo drifts, a slow position loop holds the rod about its path. The command that this
@@ -163,7 +163,7 @@ def candidate(
     rig
         the machine.
     values
-        values of the best rival, by full name.
+        values of the best candidate, by full name.
     dt_s
         sampling time, s.
     limit_v
@@ -186,15 +186,15 @@ def candidate(
         return None
     record = run.run.record
     position = record.column("position_m")
-    # The other half of the margin is for errors of the rival.
+    # The other half of the margin is for errors of the candidate.
     edge = 0.5 * DESIGN_MARGIN * (span_m[1] - span_m[0])
     if position.min() < span_m[0] + edge or position.max() > span_m[1] - edge:
         return None
     if rig.plant == "ehs":
         chambers = np.stack([record.column(name) for name in ("pressure_a_pa", "pressure_b_pa")])
-        most = DESIGN_PRESSURE * rig.values["supply.pressure_pa"]
-        if chambers.max() > most or chambers.min() < DESIGN_VACUUM_PA:
+        largest_pressure = DESIGN_PRESSURE * rig.values["supply.pressure_pa"]
+        if chambers.max() > largest_pressure or chambers.min() < DESIGN_VACUUM_PA:
             return None
     size = scale * entry.size
     speed = 1e3 * velocity_gain(rig) * size * limit_v
-    return Candidate(entry.words.format(speed=speed, size=100.0 * size), record)
+    return Experiment(entry.description.format(speed=speed, size=100.0 * size), record)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Design of the experiment that tells rivals apart where the records cannot.
+"""Design of the experiment that separates candidates where the records cannot.
 
-The design is T-optimal: it chooses the record on which the outputs of the best rival are farthest
-from those of every other rival, after a new fit of that other rival (A. Atkinson, V. Fedorov,
-Biometrika 62(1), 1975).
+The design is T-optimal: it chooses the record on which the outputs of the best candidate differ
+most from those of every other candidate, after a new fit of that candidate (A. Atkinson,
+V. Fedorov, Biometrika 62(1), 1975).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import effects, plant_parameters
 from ehsid.harness.gap.data.floor import NoiseFloor
-from ehsid.harness.gap.design.menu import MENU, Candidate, candidate
+from ehsid.harness.gap.design.menu import MENU, Experiment, simulate_experiment
 from ehsid.harness.gap.model.separation import CandidateModel, Separation, separations
 from ehsid.harness.gap.schema import NextExperiment
 from ehsid.harness.gap.thresholds import (
@@ -36,27 +36,27 @@ from ehsid.harness.simulation.outputs import noise_sigma
 
 # Number of finalists that are fitted in parallel. The result depends on this number; therefore it
 # does not depend on the number of cores.
-AT_ONCE = 2
+PARALLEL_FITS = 2
 # Sensors that can be added, in this order of preference.
-MORE_SENSORS = (CHAMBER_PRESSURES, (SUPPLY_PRESSURE,))
+ADDED_SENSORS = (CHAMBER_PRESSURES, (SUPPLY_PRESSURE,))
 
 
-def _least(
+def _weakest_separation(
     rig: Rig,
-    rivals: Sequence[CandidateModel],
-    one: Candidate,
+    candidates: Sequence[CandidateModel],
+    experiment: Experiment,
     *,
     floors: Mapping[str, float],
     iterations: int,
 ) -> Separation:
-    """Returns the separation of the rival with the smallest power on the record of a candidate."""
-    found = separations(rig, rivals, one.record, floors, iterations=iterations)
-    return min(found, key=lambda each: each.power)
+    """Returns the separation with the smallest power on the record of an experiment."""
+    results = separations(rig, candidates, experiment.record, floors, iterations=iterations)
+    return min(results, key=lambda separation: separation.power)
 
 
 def next_experiment(
     rig: Rig,
-    rivals: Sequence[CandidateModel],
+    candidates: Sequence[CandidateModel],
     outputs: Sequence[str],
     floors: Mapping[str, NoiseFloor],
     *,
@@ -64,10 +64,10 @@ def next_experiment(
     command_limit_v: float | None = None,
     span_m: tuple[float, float] | None = None,
 ) -> NextExperiment | None:
-    """Designs a record that separates the best rival from all others.
+    """Designs a record that separates the best candidate from all others.
 
     The design is the excitation of the menu, inside the limits of stroke, command and pressure,
-    that has the largest power against the rival that is hardest to separate. Sensors that the
+    that has the largest power against the candidate that is hardest to separate. Sensors that the
     records did not have are requested only if the power stays below DESIGN_POWER without them. A
     low power is reported as it is.
 
@@ -75,7 +75,7 @@ def next_experiment(
     ----------
     rig
         the machine.
-    rivals
+    candidates
         effects and values of the plant by full name, the best first; values that are missing are
         taken from the rig.
     outputs
@@ -91,36 +91,45 @@ def next_experiment(
 
     Returns
     -------
-    The experiment; None if there are fewer than two rivals, a limit is not known, or no entry of
-    the menu stays inside the limits.
+    The experiment; None if there are fewer than two candidates, a limit is not known, or no entry
+    of the menu stays inside the limits.
     """
-    if len(rivals) < 2:
+    if len(candidates) < 2:
         return None
-    rivals = [(effects, runnable(values)) for effects, values in rivals]
+    candidates = [(effects, runnable(values)) for effects, values in candidates]
     limit_v = command_limit(rig) if command_limit_v is None else command_limit_v
     if span_m is None:
         span_m = 0.0, rig.values.get("cylinder.stroke_m", np.inf)
     if not (np.isfinite(limit_v) and np.isfinite(span_m).all()):
         return None
     make = partial(
-        candidate, rig=rig, values=dict(rivals[0][1]), dt_s=dt_s, limit_v=limit_v, span_m=span_m
+        simulate_experiment,
+        rig=rig,
+        values=dict(candidates[0][1]),
+        dt_s=dt_s,
+        limit_v=limit_v,
+        span_m=span_m,
     )
-    made = [found for found in run_tasks([partial(make, one) for one in MENU]) if found is not None]
-    if not made:
+    experiments = [
+        experiment
+        for experiment in run_tasks([partial(make, entry) for entry in MENU])
+        if experiment is not None
+    ]
+    if not experiments:
         return None
-    best: tuple[float, Candidate, tuple[str, ...]] | None = None
-    for chosen in _sensor_sets(rig, outputs, floors):
-        power, one = _most_powerful(rig, rivals, made, chosen)
+    best: tuple[float, Experiment, tuple[str, ...]] | None = None
+    for sensor_floors in _sensor_sets(rig, outputs, floors):
+        power, experiment = _most_powerful(rig, candidates, experiments, sensor_floors)
         if best is None or power > best[0] + DESIGN_GAIN:
-            best = power, one, tuple(chosen)
+            best = power, experiment, tuple(sensor_floors)
         if best[0] >= DESIGN_POWER:
             break
     assert best is not None
-    power, winner, measured = best
+    power, best_experiment, measured = best
     return NextExperiment(
-        separates=tuple("+".join(effects) or "no effect" for effects, _ in rivals),
-        record=_to_send(winner.record),
-        description=winner.description,
+        separates=tuple("+".join(effects) or "no effect" for effects, _ in candidates),
+        record=_experiment_record(best_experiment.record),
+        description=best_experiment.description,
         power=power,
         sensors=("command_v", *measured),
     )
@@ -128,27 +137,33 @@ def next_experiment(
 
 def _most_powerful(
     rig: Rig,
-    rivals: Sequence[CandidateModel],
-    made: Sequence[Candidate],
+    candidates: Sequence[CandidateModel],
+    experiments: Sequence[Experiment],
     floors: Mapping[str, float],
-) -> tuple[float, Candidate]:
-    """Returns the largest power and its candidate.
+) -> tuple[float, Experiment]:
+    """Returns the largest power and the experiment that has it.
 
-    All candidates get short fits. Those with the largest separation then get whole fits, until one
+    All experiments get short fits. Those with the largest separation then get whole fits, until one
     of them reaches DESIGN_POWER.
     """
-    least = partial(_least, rig, list(rivals), floors=floors)
-    screened = run_tasks([partial(least, one, iterations=DESIGN_ITERATIONS) for one in made])
+    weakest = partial(_weakest_separation, rig, list(candidates), floors=floors)
+    screened = run_tasks(
+        [partial(weakest, experiment, iterations=DESIGN_ITERATIONS) for experiment in experiments]
+    )
     # The largest separation comes first; equal ones stay in the order of the menu.
-    order = sorted(range(len(made)), key=lambda i: screened[i].nats, reverse=True)
-    found: list[tuple[float, Candidate]] = []
-    for begin in range(0, min(len(made), DESIGN_FINALISTS), AT_ONCE):
-        finalists = [made[i] for i in order[begin : begin + AT_ONCE]]
-        finals = run_tasks([partial(least, one, iterations=ITERATIONS) for one in finalists])
-        found += [(one.power, entry) for one, entry in zip(finals, finalists, strict=True)]
-        if max(power for power, _ in found) >= DESIGN_POWER:
+    order = sorted(range(len(experiments)), key=lambda i: screened[i].nats, reverse=True)
+    powers: list[tuple[float, Experiment]] = []
+    for begin in range(0, min(len(experiments), DESIGN_FINALISTS), PARALLEL_FITS):
+        finalists = [experiments[i] for i in order[begin : begin + PARALLEL_FITS]]
+        finals = run_tasks(
+            [partial(weakest, experiment, iterations=ITERATIONS) for experiment in finalists]
+        )
+        powers += [
+            (final.power, experiment) for final, experiment in zip(finals, finalists, strict=True)
+        ]
+        if max(power for power, _ in powers) >= DESIGN_POWER:
             break
-    return max(found, key=lambda one: one[0])
+    return max(powers, key=lambda scored: scored[0])
 
 
 def runnable(values: Mapping[str, float]) -> dict[str, float]:
@@ -175,16 +190,16 @@ def _sensor_sets(
     sets = [known]
     if rig.plant != "ehs":
         return sets
-    guess = DESIGN_PRESSURE_NOISE * rig.values["supply.pressure_pa"]
-    for more in MORE_SENSORS:
-        missing = [name for name in more if name not in sets[-1]]
+    default_floor = DESIGN_PRESSURE_NOISE * rig.values["supply.pressure_pa"]
+    for added in ADDED_SENSORS:
+        missing = [name for name in added if name not in sets[-1]]
         if missing:
-            told = {name: noise_sigma(rig, name) or guess for name in missing}
-            sets.append({**sets[-1], **told})
+            added_floors = {name: noise_sigma(rig, name) or default_floor for name in missing}
+            sets.append({**sets[-1], **added_floors})
     return sets
 
 
-def _to_send(record: Record) -> Record:
+def _experiment_record(record: Record) -> Record:
     assert record.time_s is not None
     names = ("command_v", "position_m")
     columns = {"time_s": record.time_s, **{name: record.column(name) for name in names}}

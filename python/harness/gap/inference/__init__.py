@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""Findings from fits: candidates, evidence for each, place and size of the gap, verdict."""
+"""Inference from fits: candidates, likelihood gains, place and size of the gap, verdict."""

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Attribution of the gap to subsystems, from equations or position errors, without any fit.
 
-The effect with the largest gain (the strongest suspect) is put into the equations of the measured
-signals, and all effects are tried again, until none gains enough. Gains are in nats per independent
-statistic, as are the logarithms of the residuals that remain above the noise. Both are added up to
-shares of the subsystems. Without equations one suspect is taken, from the position errors.
+The effect with the largest gain (the first of the ranking) is put into the equations of the
+measured signals, and all effects are tried again, until none gains enough. Gains are in nats per
+independent statistic, as are the logarithms of the residuals that remain above the noise. Both
+are added up to shares of the subsystems. Without equations a single effect is included, from the
+position errors.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ import numpy as np
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.gap.inference.effect_ranking import RankedEffect, rank_effects
 from ehsid.harness.gap.inference.maps import window_numbers_of
-from ehsid.harness.gap.inference.suspects import Suspect, suspects
 from ehsid.harness.gap.model.equations import (
     Equation,
     equations,
@@ -31,11 +32,11 @@ from ehsid.harness.gap.model.inverse_signals import Measured, all_values, measur
 from ehsid.harness.gap.model.problem import Problem
 from ehsid.harness.gap.schema import EquationShare
 from ehsid.harness.gap.thresholds import (
+    EQUAL_GAIN_SHARE,
     INDEPENDENT_HZ,
+    LEAST_RANKED_GAIN,
     LOST_PHASE,
-    MOST_SUSPECTS,
-    SUSPECT_GAIN,
-    SUSPECT_NEAR,
+    MOST_RANKED_EFFECTS,
     WEAK_FORM_S,
 )
 from ehsid.harness.records import Record
@@ -49,9 +50,9 @@ class Attribution:
     Attributes
     ----------
     equations
-        what they leave over before any suspect; empty without the measurements for them.
-    taken
-        suspects that were put into the equations, in this order.
+        their residuals before any effect is included; empty without the measurements for them.
+    included
+        effects that were put into the equations, in this order.
     subsystem
         share of the gap by subsystem, sum 1; empty where nothing is above the noise, or where the
         data do not show it.
@@ -60,7 +61,7 @@ class Attribution:
     """
 
     equations: tuple[EquationShare, ...]
-    taken: tuple[Suspect, ...]
+    included: tuple[RankedEffect, ...]
     subsystem: Mapping[str, float]
     notes: tuple[str, ...]
 
@@ -73,46 +74,49 @@ def attribute_equations(
     `exclude` holds ids of effects that are not tried; for the other parameters see `equations`.
     """
     signals = [measured(record, rig) for record in records]
-    told = all_values(rig, values)
-    found = equations(records, rig, told)
-    first = tuple(share_of(equation) for equation in found)
-    taken: list[Suspect] = []
+    current = all_values(rig, values)
+    servo_equations = equations(records, rig, current)
+    first_shares = tuple(share_of(equation) for equation in servo_equations)
+    included: list[RankedEffect] = []
     weights: dict[str, float] = {}
     notes: list[str] = []
-    for _ in range(MOST_SUSPECTS):
-        asked = suspects(
-            found,
-            partial(_changed, signals, told, rig.plant),
+    for _ in range(MOST_RANKED_EFFECTS):
+        ranked = rank_effects(
+            servo_equations,
+            partial(_changed, signals, current, rig.plant),
             rig,
-            [*exclude, *(one.effect for one in taken)],
+            [*exclude, *(ranked_effect.effect for ranked_effect in included)],
         )
-        if not asked or asked[0].gain < SUSPECT_GAIN:
+        if not ranked or ranked[0].gain < LEAST_RANKED_GAIN:
             break
-        taken.append(asked[0])
-        notes += _share_out(weights, asked)
-        told |= asked[0].values
-        found = equations(records, rig, told)
-    for equation in found:
+        included.append(ranked[0])
+        notes += _distribute(weights, ranked)
+        current |= ranked[0].values
+        servo_equations = equations(records, rig, current)
+    for equation in servo_equations:
         if not equation.exceeds_tolerance:
             continue
         share = share_of(equation)
-        times = float(np.sqrt(np.mean(equation.residual**2)))
-        whose: tuple[str, ...] = (share.subsystem,)
-        if any(effects()[one.effect].subsystem == "sensor" for one in taken):
+        ratio = float(np.sqrt(np.mean(equation.residual**2)))
+        subsystems: tuple[str, ...] = (share.subsystem,)
+        if any(effects()[ranked_effect.effect].subsystem == "sensor" for ranked_effect in included):
             # The effect of a sensor on the position can be undone only in part.
-            whose = ("sensor",)
+            subsystems = ("sensor",)
         elif share.equation in (CAP, ROD):
             # The flow that is wrong may be that of the valve or another one.
-            whose = ("valve", "hydraulics")
-        for subsystem in whose:
-            _add(weights, subsystem, math.log(times) / len(whose))
-        # What a suspect leaves over (friction within the smoothing of the speed) is not new.
-        if not set(whose) <= {effects()[one.effect].subsystem for one in taken}:
+            subsystems = ("valve", "hydraulics")
+        for subsystem in subsystems:
+            _add(weights, subsystem, math.log(ratio) / len(subsystems))
+        # The rest that an included effect leaves (friction within the smoothing of the speed) is
+        # not a further gap.
+        if not set(subsystems) <= {
+            effects()[ranked_effect.effect].subsystem for ranked_effect in included
+        }:
             notes.append(
-                f'The equation "{share.equation}" is left with {times:.1f} times what it may be '
+                f'The equation "{share.equation}" is left with {ratio:.1f} times what it may be '
                 "off, whatever effect of the catalogue is put in."
             )
-    return Attribution(first, tuple(taken), _shares(weights), tuple(notes))
+    return Attribution(first_shares, tuple(included), _shares(weights), tuple(notes))
 
 
 def attribute_errors(problem: Problem, x: FloatArray, exclude: Sequence[str] = ()) -> Attribution:
@@ -128,18 +132,22 @@ def attribute_errors(problem: Problem, x: FloatArray, exclude: Sequence[str] = (
         ids of effects that are not tried.
     """
     rows = problem.errors(x)["position_m"]
-    spread = np.concatenate([one.centred(one.outputs["position_m"]) for one in problem.records])
+    spread = np.concatenate(
+        [record.centred(record.outputs["position_m"]) for record in problem.records]
+    )
     block = window_numbers_of(problem.records)
-    apart = max(1, round(WEAK_FORM_S / problem.records[0].dt_s))
-    same = block[apart:] == block[:-apart]
-    speeds = [float(np.std((one[apart:] - one[:-apart])[same])) for one in (rows, spread)]
+    lag = max(1, round(WEAK_FORM_S / problem.records[0].dt_s))
+    same_window = block[lag:] == block[:-lag]
+    speeds = [
+        float(np.std((signal[lag:] - signal[:-lag])[same_window])) for signal in (rows, spread)
+    ]
     if speeds[0] > LOST_PHASE * speeds[1]:
         note = (
             f"The speed of the calibrated simulation is off by {100.0 * speeds[0] / speeds[1]:.0f} "
             "% of the rod's: its errors do not say to what subsystem they belong."
         )
         return Attribution((), (), {}, (note,))
-    found = _error_equation(problem, x, rows)
+    equation = _error_equation(problem, x, rows)
 
     def change(effect: Mapping[str, float]) -> Mapping[str, FloatArray]:
         changed = Problem(
@@ -151,15 +159,15 @@ def attribute_errors(problem: Problem, x: FloatArray, exclude: Sequence[str] = (
             substeps=problem.substeps,
             fixed=effect,
         )
-        return {found.name: changed.errors(x)["position_m"]}
+        return {equation.name: changed.errors(x)["position_m"]}
 
-    asked = suspects([found], change, problem.rig, exclude)
-    taken = asked[:1] if asked and asked[0].gain >= SUSPECT_GAIN else ()
-    if not taken:
+    ranked = rank_effects([equation], change, problem.rig, exclude)
+    included = ranked[:1] if ranked and ranked[0].gain >= LEAST_RANKED_GAIN else ()
+    if not included:
         return Attribution((), (), {}, ())
     weights: dict[str, float] = {}
-    notes = _share_out(weights, asked)
-    return Attribution((), tuple(taken), _shares(weights), tuple(notes))
+    notes = _distribute(weights, ranked)
+    return Attribution((), tuple(included), _shares(weights), tuple(notes))
 
 
 def _changed(
@@ -201,19 +209,23 @@ def _error_equation(problem: Problem, x: FloatArray, rows: FloatArray) -> Equati
     )
 
 
-def _share_out(weights: dict[str, float], asked: Sequence[Suspect]) -> list[str]:
-    """Adds the strongest gain, in equal parts, to the subsystems of all nearly as strong suspects.
+def _distribute(weights: dict[str, float], ranked: Sequence[RankedEffect]) -> list[str]:
+    """Adds the largest gain, in equal parts, to the subsystems of all effects with a similar gain.
 
     Returns a sentence that says so where there are several subsystems.
     """
-    near = [one for one in asked if one.gain >= SUSPECT_NEAR * asked[0].gain]
-    whose = sorted({effects()[one.effect].subsystem for one in near})
-    for subsystem in whose:
-        _add(weights, subsystem, asked[0].gain / len(whose))
-    if len(whose) == 1:
+    equal_gain = [
+        ranked_effect
+        for ranked_effect in ranked
+        if ranked_effect.gain >= EQUAL_GAIN_SHARE * ranked[0].gain
+    ]
+    subsystems = sorted({effects()[ranked_effect.effect].subsystem for ranked_effect in equal_gain})
+    for subsystem in subsystems:
+        _add(weights, subsystem, ranked[0].gain / len(subsystems))
+    if len(subsystems) == 1:
         return []
-    listed = ", ".join(one.effect for one in near)
-    return [f"Without a fit these are alike: {listed}; the gap is shared among their subsystems."]
+    names = ", ".join(ranked_effect.effect for ranked_effect in equal_gain)
+    return [f"Without a fit these are alike: {names}; the gap is shared among their subsystems."]
 
 
 def _add(weights: dict[str, float], subsystem: str, weight: float) -> None:

@@ -32,15 +32,19 @@ def conditions(records: Sequence[Compared], rig: Rig) -> dict[str, BoolArray]:
     Only samples inside windows count. Limits are computed from all records together. Conditions on
     pressures are included only where every record has both.
     """
-    states = np.concatenate([measured_states(one.record)[one.used] for one in records])
-    command = np.concatenate([one.record.column("command_v")[one.used] for one in records])
+    states = np.concatenate(
+        [measured_states(compared.record)[compared.used] for compared in records]
+    )
+    command = np.concatenate(
+        [compared.record.column("command_v")[compared.used] for compared in records]
+    )
     position, speed = states[:, 0], states[:, 1]
     largest = float(np.abs(command).max())
     limit = command_limit(rig)
     null = NEAR_NULL * (limit if np.isfinite(limit) else largest)
     slow = SLOW_SHARE * float(np.abs(speed).max())
     low, high = np.min(position) + np.ptp(position) * np.array([1.0, 2.0]) / 3.0
-    found: dict[str, BoolArray] = {
+    holding: dict[str, BoolArray] = {
         f"|command| < {null:.3g} V": np.abs(command) < null,
         f"|command| > {0.5 * largest:.3g} V": np.abs(command) > 0.5 * largest,
         f"|velocity| < {slow:.2g} m/s": np.abs(speed) < slow,
@@ -50,21 +54,23 @@ def conditions(records: Sequence[Compared], rig: Rig) -> dict[str, BoolArray]:
         f"position {low:.3g} to {high:.3g} m": (position >= low) & (position <= high),
         f"position > {high:.3g} m": position > high,
     }
-    for what, column, share in (
+    for source, column, share in (
         ("command", "command_v", TURN_OF_COMMAND),
         ("rod", "position_m", TURN_OF_ROD),
     ):
-        found[f"up to {AFTER_TURN_S:g} s after a turn of the {what}"] = np.concatenate(
+        holding[f"up to {AFTER_TURN_S:g} s after a turn of the {source}"] = np.concatenate(
             [
-                after_turns(one.record.column(column), share, round(AFTER_TURN_S / one.dt_s))[
-                    one.used
-                ]
-                for one in records
+                after_turns(
+                    compared.record.column(column),
+                    share,
+                    round(AFTER_TURN_S / compared.dt_s),
+                )[compared.used]
+                for compared in records
             ]
         )
     if rig.plant == "ehs" and not np.isnan(states[:, 2:]).any():
-        found |= _of_pressures(states[:, 2], states[:, 3], rig.values)
-    return found
+        holding |= _of_pressures(states[:, 2], states[:, 3], rig.values)
+    return holding
 
 
 def _of_pressures(
@@ -89,6 +95,6 @@ def after_turns(signal: FloatArray, share: float, samples: int) -> BoolArray:
     least = share * float(np.ptp(signal))
     marks = np.zeros(signal.size)
     if least > 0.0:
-        for way in (signal, -signal):
-            marks[find_peaks(way, prominence=least)[0]] = 1.0
+        for signed in (signal, -signal):
+            marks[find_peaks(signed, prominence=least)[0]] = 1.0
     return np.convolve(marks, np.ones(samples + 1))[: signal.size] > 0.5

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.inference.rivals import Rival, decisive
+from ehsid.harness.gap.inference.candidates import FittedCandidate, decision_case
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.parameters import Parameter
 from ehsid.harness.gap.model.problem import Problem
@@ -28,34 +28,35 @@ def deviations(problem: Problem, x: FloatArray) -> FloatArray:
     """Standard deviation of each parameter x, shape (n,); zero where a bound holds it."""
     step, gradients = problem.window_gradients(x)
     # A parameter that the data push against its bound does not move with them.
-    held = ((x <= problem.low) & (step.gradient > 0.0)) | (
+    at_bound = ((x <= problem.low) & (step.gradient > 0.0)) | (
         (x >= problem.high) & (step.gradient < 0.0)
     )
-    free = np.flatnonzero(~held)
+    free = np.flatnonzero(~at_bound)
     hessian = step.hessian[np.ix_(free, free)]
     scale = 1.0 / np.sqrt(np.diag(hessian))
     inverse = np.linalg.pinv(hessian * np.outer(scale, scale), hermitian=True)
     inverse = inverse * np.outer(scale, scale)
-    inside = gradients[:, free]
-    meat = inside.T @ inside + np.diag(problem.information()[free])
-    found = np.zeros_like(x)
-    found[free] = np.sqrt(np.maximum(np.diag(inverse @ meat @ inverse), 0.0))
-    return found
+    free_gradients = gradients[:, free]
+    meat = free_gradients.T @ free_gradients + np.diag(problem.information()[free])
+    result = np.zeros_like(x)
+    result[free] = np.sqrt(np.maximum(np.diag(inverse @ meat @ inverse), 0.0))
+    return result
 
 
-def scatter_of(case: Case, rival: Rival) -> tuple[FloatArray, int]:
+def candidate_deviations(case: Case, candidate: FittedCandidate) -> tuple[FloatArray, int]:
     """Returns the standard deviation of each x of a candidate, and the number of windows used.
 
-    The fit leaves out nuisances that the record cannot tell from an effect. Here they are included
-    with the uncertainty of their priors, which adds to that of the effect that stands for them.
+    The fit leaves out nuisances that the record cannot separate from an effect. Here they are
+    included with the uncertainty of their priors, which adds to that of the effect that stands for
+    them.
     """
-    problem = decisive(case).problem(rival.effects, unseen=True)
-    names = {one.name for one in case.parameters(rival.effects)}
-    places = [i for i, one in enumerate(problem.parameters) if one.name in names]
-    full = problem.centre()
-    full[places] = rival.x
-    windows = sum(int(np.unique(one.window[one.used]).size) for one in problem.records)
-    return deviations(problem, full)[places], windows
+    problem = decision_case(case).problem(candidate.effects, unseen=True)
+    names = {parameter.name for parameter in case.parameters(candidate.effects)}
+    indices = [i for i, parameter in enumerate(problem.parameters) if parameter.name in names]
+    x = problem.centre()
+    x[indices] = candidate.x
+    windows = sum(int(np.unique(record.window[record.used]).size) for record in problem.records)
+    return deviations(problem, x)[indices], windows
 
 
 def interval(
@@ -77,6 +78,6 @@ def interval(
 
 def in_deviations(parameter: Parameter, x: float, deviation: float) -> tuple[float, float]:
     """Distance of x from the centre of its prior, in deviations of the prior, and of the fit."""
-    away = abs(x - parameter.centre)
-    told = away / parameter.sigma if math.isfinite(parameter.sigma) else math.inf
-    return told, away / deviation if deviation > 0.0 else math.inf
+    distance = abs(x - parameter.centre)
+    prior_deviations = distance / parameter.sigma if math.isfinite(parameter.sigma) else math.inf
+    return prior_deviations, distance / deviation if deviation > 0.0 else math.inf

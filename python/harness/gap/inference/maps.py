@@ -2,7 +2,8 @@
 """Distribution of the calibrated error above the noise floor over regimes, frequency and time.
 
 The errors of an output are divided by the rms of the measured output about its window's mean, as in
-the nrmse of the contract. A share is one of the sum of squares, less that of the noise floor.
+the nrmse of the contract. A share is a part of the sum of squares,
+from which the sum of squares of the noise floor is subtracted.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ def maps(
         if of_time >= LEAST_TIME:
             inside = np.asarray(np.bincount(window, energy * holds), dtype=np.float64)
             regimes.append(RegimeShare(condition, _share(inside, by_window, draws), of_time))
-    regimes.sort(key=lambda one: -one.share_of_gap.value)
+    regimes.sort(key=lambda regime: -regime.share_of_gap.value)
     return Maps(
         tuple(regimes),
         tuple(_bands(compared, shares, window, by_window, draws)),
@@ -88,13 +89,13 @@ def maps(
 
 def window_numbers_of(compared: Sequence[Compared]) -> npt.NDArray[np.int64]:
     """Returns the window number of each sample inside windows, counted through all records."""
-    found: list[npt.NDArray[np.int64]] = []
-    first = 0
-    for one in compared:
-        _, inside = np.unique(one.window[one.used], return_inverse=True)
-        found.append(inside.astype(np.int64) + first)
-        first = int(found[-1][-1]) + 1
-    return np.concatenate(found)
+    numbers: list[npt.NDArray[np.int64]] = []
+    offset = 0
+    for record in compared:
+        _, inside = np.unique(record.window[record.used], return_inverse=True)
+        numbers.append(inside.astype(np.int64) + offset)
+        offset = int(numbers[-1][-1]) + 1
+    return np.concatenate(numbers)
 
 
 def _share(part: FloatArray, whole: FloatArray, draws: npt.NDArray[np.int64]) -> Estimate:
@@ -124,10 +125,12 @@ def _bands(
     window evenly, so that a drift over the window does not leak into all bands as with a Fourier
     transform (N. Ahmed, T. Natarajan, K. R. Rao, IEEE Trans. Comput. C-23, 1974).
     """
-    nyquist = 0.5 / max(one.dt_s for one in compared)
+    nyquist = 0.5 / max(record.dt_s for record in compared)
     edges = [edge for edge in BANDS_HZ if edge < nyquist] + [nyquist]
     inside = np.zeros((len(edges) - 1, by_window.size))
-    dts = np.concatenate([np.full(np.count_nonzero(one.used), one.dt_s) for one in compared])
+    dts = np.concatenate(
+        [np.full(np.count_nonzero(record.used), record.dt_s) for record in compared]
+    )
     begins = np.flatnonzero(np.diff(window, prepend=-1))
     for number, (begin, end) in enumerate(zip(begins, [*begins[1:], window.size], strict=True)):
         # Coefficient k has k / 2 periods over the n samples of the window.
@@ -144,32 +147,36 @@ def _bands(
 
 
 def _spans(compared: Sequence[Compared], by_window: FloatArray) -> list[SpanShare]:
-    """Returns the stretches of the records that hold far more of the gap than others.
+    """Returns the stretches of the records that hold much more of the gap than others.
 
     They consist of runs of SPAN_WINDOWS windows, each with over SPAN_EXCESS times its mean share.
     """
-    total, done, found = float(by_window.sum()), 0, []
-    least = SPAN_EXCESS * SPAN_WINDOWS / by_window.size
+    total, offset, spans = float(by_window.sum()), 0, []
+    least_share = SPAN_EXCESS * SPAN_WINDOWS / by_window.size
     ones = np.ones(SPAN_WINDOWS)
-    for one in compared:
-        samples = np.flatnonzero(one.used)
-        numbers, first = np.unique(one.window[samples], return_index=True)
+    for compared_record in compared:
+        samples = np.flatnonzero(compared_record.used)
+        numbers, first = np.unique(compared_record.window[samples], return_index=True)
         ends = samples[np.append(first[1:], samples.size) - 1] + 1
-        share = by_window[done : done + numbers.size] / total
-        done += numbers.size
-        start_s = 0.0 if one.record.time_s is None else float(one.record.time_s[0])
+        share = by_window[offset : offset + numbers.size] / total
+        offset += numbers.size
+        start_s = (
+            0.0
+            if compared_record.record.time_s is None
+            else float(compared_record.record.time_s[0])
+        )
         # Other blocks lie between those that are held out; a stretch does not reach across them.
         for part in np.split(np.arange(numbers.size), np.flatnonzero(np.diff(numbers) > 1) + 1):
             if part.size < SPAN_WINDOWS:
                 continue
-            loud = np.convolve(share[part], ones, mode="valid") > least
-            member = np.convolve(loud, ones) > 0.5
+            exceeds = np.convolve(share[part], ones, mode="valid") > least_share
+            member = np.convolve(exceeds, ones) > 0.5
             edges = np.flatnonzero(np.diff(np.concatenate([[False], member, [False]])))
             for begin, end in part[0] + edges.reshape(-1, 2):
                 span_s = (
-                    start_s + float(samples[first[begin]]) * one.dt_s,
-                    start_s + float(ends[end - 1]) * one.dt_s,
+                    start_s + float(samples[first[begin]]) * compared_record.dt_s,
+                    start_s + float(ends[end - 1]) * compared_record.dt_s,
                 )
-                held = float(share[begin:end].sum())
-                found.append(SpanShare(one.record.name, span_s, held))
-    return found
+                gap_share = float(share[begin:end].sum())
+                spans.append(SpanShare(compared_record.record.name, span_s, gap_share))
+    return spans

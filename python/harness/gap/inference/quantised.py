@@ -15,7 +15,7 @@ from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.gap.thresholds import (
     LEAST_STEP,
     STEP_OF_FLOOR,
-    STEP_OF_TOLD,
+    STEP_OF_RIG_NOISE,
     STEP_SCATTER,
 )
 
@@ -36,12 +36,12 @@ def position_step(case: Case, exclude: Sequence[str] = ()) -> Estimate | None:
     if step <= 0.0 or max(steps) > (1.0 + STEP_SCATTER) * step:
         return None
     noise = step / math.sqrt(12.0)
-    told = case.rig.sensors.get("position_noise_m", 0.0)
-    reach = case.rig.values.get("cylinder.stroke_m") or _travel(case)
+    rig_noise = case.rig.sensors.get("position_noise_m", 0.0)
+    stroke = case.rig.values.get("cylinder.stroke_m") or _travel(case)
     if (
         noise < STEP_OF_FLOOR * case.floors["position_m"].value
-        or noise < STEP_OF_TOLD * told
-        or step < LEAST_STEP * reach
+        or noise < STEP_OF_RIG_NOISE * rig_noise
+        or step < LEAST_STEP * stroke
     ):
         return None
     return Estimate(step, (1.0 - STEP_SCATTER) * step, (1.0 + STEP_SCATTER) * step)

@@ -12,8 +12,15 @@ import numpy as np
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.keys import sizes_of
 from ehsid.harness.catalogue.parameters import acts_on, effects
-from ehsid.harness.gap.inference.advantage import above_floor, advantage
-from ehsid.harness.gap.inference.rivals import Rival, as_told, base, calibrate, polish, screen
+from ehsid.harness.gap.inference.candidates import (
+    FittedCandidate,
+    calibrate,
+    linearised_start,
+    nominal_candidate,
+    refine,
+    screen,
+)
+from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.inference.sizes import matters
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.machine import effect_starts
@@ -23,36 +30,36 @@ from ehsid.harness.gap.thresholds import (
     BEAM,
     FORWARD_NATS,
     FORWARD_RELATIVE,
-    IN_THE_RUNNING,
-    KEPT,
+    LEAST_SCREENED_GAIN,
     MOST_EFFECTS,
+    MOST_REFINED,
 )
 from ehsid.harness.parallel import Progress, run_tasks
 from ehsid.harness.rigs import Rig
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class SearchResult:
     """Result of the search: all candidates that were fitted.
 
     Attributes
     ----------
     nominal, calibrated
         the rig as configured, and with its values fitted.
-    rivals
+    refined
         sets of effects that got the long fit, lowest held-out cost first.
     screened
         short fits of each effect alone.
     """
 
-    nominal: Rival
-    calibrated: Rival
-    rivals: tuple[Rival, ...]
-    screened: tuple[Rival, ...]
+    nominal: FittedCandidate
+    calibrated: FittedCandidate
+    refined: tuple[FittedCandidate, ...]
+    screened: tuple[FittedCandidate, ...]
 
 
-def candidates(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
-    """Ids of the effects that may be found: the plant can have them, the rig file does not."""
+def candidate_effects(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
+    """Ids of the effects that are tried: the plant can have them, the rig file does not."""
     return tuple(
         info.id
         for info in effects().values()
@@ -63,154 +70,197 @@ def candidates(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
     )
 
 
-def search(case: Case, exclude: Sequence[str] = (), progress: Progress | None = None) -> Found:
+def search(
+    case: Case, exclude: Sequence[str] = (), progress: Progress | None = None
+) -> SearchResult:
     """Fits all sets of effects that may explain the records; it decides only where to look."""
-    told = _Steps(progress)
-    nominal = as_told(case)
+    staged = _StagedProgress(progress)
+    nominal = nominal_candidate(case)
     calibrated = calibrate(case)
-    told.done(0.1)
-    asked = candidates(case.rig, exclude)
-    singles = _widen(case, [calibrated], asked, told.part(0.35), more=[nominal.x])
-    alone = _lengthen(case, singles, _both(calibrated), told.part(0.5))
+    staged.done(0.1)
+    effect_ids = candidate_effects(case.rig, exclude)
+    screened = _screen_extensions(
+        case, [calibrated], effect_ids, staged.part(0.35), extra_x=[nominal.x]
+    )
+    single_effects = _refine_promising(case, screened, _total_cost(calibrated), staged.part(0.5))
     # The calibration alone gets the same chance: it starts again from the values of the rig that
-    # the fits with the best effects found.
-    size = calibrated.x.size
-    again = [one.x[:size] for one in alone[:2]]
-    calibrated = min([calibrated, *(polish(case, (), x) for x in again)], key=lambda one: one.cost)
-    rivals = [*alone, *run_tasks(_simpler(case, asked, alone[:1], alone))]
-    level = alone
+    # the fits with the best effects have reached.
+    rig_size = calibrated.x.size
+    restarts = [candidate.x[:rig_size] for candidate in single_effects[:2]]
+    calibrated = min(
+        [calibrated, *(refine(case, (), x) for x in restarts)], key=lambda candidate: candidate.cost
+    )
+    refined = [
+        *single_effects,
+        *run_tasks(_simpler_law_tasks(case, effect_ids, single_effects[:1], single_effects)),
+    ]
+    front = single_effects
     for count in range(2, MOST_EFFECTS + 1):
-        if above_floor(case, min([calibrated, *rivals], key=_held_out)) < AT_FLOOR:
+        if above_floor(case, min([calibrated, *refined], key=_held_out_cost)) < AT_FLOOR:
             break
-        parents = [one for one in level if _pays(case, one, calibrated)][:BEAM]
+        parents = [
+            candidate for candidate in front if _is_worth_extending(case, candidate, calibrated)
+        ][:BEAM]
         if not parents:
             break
-        wider = _widen(case, parents, asked, told.part(0.5 + 0.2 * count - 0.25))
-        before = min(_both(one) for one in level)
-        grown = _lengthen(case, wider, before, told.part(0.5 + 0.2 * count - 0.2))
-        shrunk = run_tasks(
+        extended = _screen_extensions(
+            case, parents, effect_ids, staged.part(0.5 + 0.2 * count - 0.25)
+        )
+        cost_before = min(_total_cost(candidate) for candidate in front)
+        grown = _refine_promising(case, extended, cost_before, staged.part(0.5 + 0.2 * count - 0.2))
+        reduced = run_tasks(
             [
-                *_without_one(case, grown[:1], rivals),
-                *_simpler(case, asked, grown[:1], [*grown, *rivals]),
+                *_backward_tasks(case, grown[:1], refined),
+                *_simpler_law_tasks(case, effect_ids, grown[:1], [*grown, *refined]),
             ]
         )
-        rivals += [*grown, *shrunk]
-        less = min((one for one in rivals if len(one.effects) < count), key=_held_out)
-        level = [one for one in grown if _pays(case, one, less)]
-        if not level:
+        refined += [*grown, *reduced]
+        best_smaller = min(
+            (candidate for candidate in refined if len(candidate.effects) < count),
+            key=_held_out_cost,
+        )
+        front = [
+            candidate for candidate in grown if _is_worth_extending(case, candidate, best_smaller)
+        ]
+        if not front:
             break
-    told.done(1.0)
-    return Found(nominal, calibrated, tuple(sorted(rivals, key=_held_out)), tuple(singles))
+    staged.done(1.0)
+    return SearchResult(
+        nominal, calibrated, tuple(sorted(refined, key=_held_out_cost)), tuple(screened)
+    )
 
 
-def _held_out(rival: Rival) -> float:
-    return rival.held_out_cost
+def _held_out_cost(candidate: FittedCandidate) -> float:
+    return candidate.held_out_cost
 
 
-def _both(rival: Rival) -> float:
+def _total_cost(candidate: FittedCandidate) -> float:
     """Sum of both costs, nats, so that an effect that only one part excites is not lost."""
-    return rival.cost + rival.held_out_cost
+    return candidate.cost + candidate.held_out_cost
 
 
-def _pays(case: Case, more: Rival, less: Rival) -> bool:
-    """Tells whether to search further from `more`; the verdict requires a larger gain."""
-    if not all(matters(effect, more.values, case.rig) for effect in more.effects):
+def _is_worth_extending(case: Case, larger: FittedCandidate, smaller: FittedCandidate) -> bool:
+    """Whether the search continues from `larger`; the verdict requires a larger gain."""
+    if not all(matters(effect, larger.values, case.rig) for effect in larger.effects):
         return False
-    gain = advantage(case, more, less)
+    gain = likelihood_gain(case, larger, smaller)
     return gain.nats > FORWARD_NATS and gain.relative > FORWARD_RELATIVE
 
 
-def _widen(
+def _screen_extensions(
     case: Case,
-    parents: Sequence[Rival],
-    asked: Sequence[str],
+    parents: Sequence[FittedCandidate],
+    effect_ids: Sequence[str],
     progress: Progress,
-    more: Sequence[FloatArray] = (),
-) -> list[Rival]:
+    extra_x: Sequence[FloatArray] = (),
+) -> list[FittedCandidate]:
     """Makes short fits of every parent with every effect that it does not have, each set once.
 
-    more: values of further bases without effects.
+    extra_x: x of further starts without effects, shape (n,) each.
     """
-    tasks, seen = [], set()
-    others = [base(case, (), x) for x in more]
+    tasks, covered = [], set()
+    extra_starts = [linearised_start(case, (), x) for x in extra_x]
     for parent in parents:
-        bases = [base(case, parent.effects, parent.x), *others]
-        for effect in asked:
-            wider = frozenset((*parent.effects, effect))
-            if effect in parent.effects or wider in seen:
+        fit_starts = [linearised_start(case, parent.effects, parent.x), *extra_starts]
+        for effect in effect_ids:
+            effect_set = frozenset((*parent.effects, effect))
+            if effect in parent.effects or effect_set in covered:
                 continue
-            seen.add(wider)
-            tasks.append(partial(screen, case, (*parent.effects, effect), bases))
-    return sorted(run_tasks(tasks, progress), key=_both)
+            covered.add(effect_set)
+            tasks.append(partial(screen, case, (*parent.effects, effect), fit_starts))
+    return sorted(run_tasks(tasks, progress), key=_total_cost)
 
 
-def _lengthen(case: Case, short: Sequence[Rival], before: float, progress: Progress) -> list[Rival]:
+def _refine_promising(
+    case: Case, screened: Sequence[FittedCandidate], cost_before: float, progress: Progress
+) -> list[FittedCandidate]:
     """Makes long fits of the first few, except of those that gain little beside the first one.
 
-    before: cost without the last effect, as `_both` defines it, nats.
+    cost_before: cost without the last effect, as `_total_cost` defines it, nats.
     """
-    least = IN_THE_RUNNING * max(before - _both(short[0]), 0.0) if short else 0.0
-    running = [one for one in short[:KEPT] if before - _both(one) >= least] or short[:1]
-    tasks = [partial(polish, case, one.effects, one.x) for one in running]
-    long = sorted(run_tasks(tasks, progress), key=_both)
+    least_gain = (
+        LEAST_SCREENED_GAIN * max(cost_before - _total_cost(screened[0]), 0.0) if screened else 0.0
+    )
+    promising = [
+        candidate
+        for candidate in screened[:MOST_REFINED]
+        if cost_before - _total_cost(candidate) >= least_gain
+    ] or screened[:1]
+    tasks = [partial(refine, case, candidate.effects, candidate.x) for candidate in promising]
+    refined = sorted(run_tasks(tasks, progress), key=_total_cost)
     # The order of the two best must not depend on where their fits were stopped.
-    tasks = [partial(polish, case, one.effects, one.x) for one in long[:2] if not one.converged]
-    again = run_tasks(tasks)
-    done = {one.effects for one in again}
-    return sorted([*again, *(one for one in long if one.effects not in done)], key=_both)
+    tasks = [
+        partial(refine, case, candidate.effects, candidate.x)
+        for candidate in refined[:2]
+        if not candidate.converged
+    ]
+    repeated = run_tasks(tasks)
+    repeated_sets = {candidate.effects for candidate in repeated}
+    return sorted(
+        [
+            *repeated,
+            *(candidate for candidate in refined if candidate.effects not in repeated_sets),
+        ],
+        key=_total_cost,
+    )
 
 
-def _without_one(case: Case, best: Sequence[Rival], there: Sequence[Rival]) -> list[partial[Rival]]:
+def _backward_tasks(
+    case: Case, candidates: Sequence[FittedCandidate], fitted: Sequence[FittedCandidate]
+) -> list[partial[FittedCandidate]]:
     """Returns tasks that fit the best sets with one effect less, unless that was fitted already."""
-    known = {frozenset(one.effects) for one in there}
+    fitted_sets = {frozenset(candidate.effects) for candidate in fitted}
     tasks = []
-    for rival in best:
-        for left_out in rival.effects:
-            kept = tuple(effect for effect in rival.effects if effect != left_out)
-            if frozenset(kept) not in known:
-                tasks.append(partial(polish, case, kept, restrict(case, rival, kept)))
+    for candidate in candidates:
+        for dropped in candidate.effects:
+            remaining = tuple(effect for effect in candidate.effects if effect != dropped)
+            if frozenset(remaining) not in fitted_sets:
+                tasks.append(partial(refine, case, remaining, restrict(case, candidate, remaining)))
     return tasks
 
 
-def _simpler(
-    case: Case, asked: Sequence[str], best: Sequence[Rival], there: Sequence[Rival]
-) -> list[partial[Rival]]:
+def _simpler_law_tasks(
+    case: Case,
+    effect_ids: Sequence[str],
+    candidates: Sequence[FittedCandidate],
+    fitted: Sequence[FittedCandidate],
+) -> list[partial[FittedCandidate]]:
     """Returns tasks that fit the best sets with a simpler law, unless that was fitted already."""
-    known = {frozenset(one.effects) for one in there}
+    fitted_sets = {frozenset(candidate.effects) for candidate in fitted}
     tasks = []
-    for rival in best:
-        for effect in rival.effects:
+    for candidate in candidates:
+        for effect in candidate.effects:
             simpler = effects()[effect].contains
-            others = tuple(one for one in rival.effects if one != effect)
-            if simpler is None or simpler not in asked or simpler in others:
+            others = tuple(other for other in candidate.effects if other != effect)
+            if simpler is None or simpler not in effect_ids or simpler in others:
                 continue
-            if frozenset((*others, simpler)) in known:
+            if frozenset((*others, simpler)) in fitted_sets:
                 continue
-            start = effects()[effect].simplified(sizes_of(effect, rival.values))
+            start = effects()[effect].simplified(sizes_of(effect, candidate.values))
             sizes = [x for _, x in effect_parameters(simpler, start, case.rig.plant)]
-            x = np.concatenate([restrict(case, rival, others), sizes])
-            tasks.append(partial(polish, case, (*others, simpler), x))
+            x = np.concatenate([restrict(case, candidate, others), sizes])
+            tasks.append(partial(refine, case, (*others, simpler), x))
     return tasks
 
 
-def restrict(case: Case, rival: Rival, kept: Sequence[str]) -> FloatArray:
-    """Returns the x of a candidate without the parameters of effects that are not kept."""
-    place = rival.x.size - sum(_width(case, effect) for effect in rival.effects)
-    parts = [rival.x[:place]]
-    for effect in rival.effects:
-        width = _width(case, effect)
-        if effect in kept:
-            parts.append(rival.x[place : place + width])
-        place += width
+def restrict(case: Case, candidate: FittedCandidate, remaining: Sequence[str]) -> FloatArray:
+    """Returns the x of a candidate with the parameters of the remaining effects only."""
+    begin = candidate.x.size - sum(_parameter_count(case, effect) for effect in candidate.effects)
+    parts = [candidate.x[:begin]]
+    for effect in candidate.effects:
+        count = _parameter_count(case, effect)
+        if effect in remaining:
+            parts.append(candidate.x[begin : begin + count])
+        begin += count
     return np.concatenate(parts)
 
 
-def _width(case: Case, effect: str) -> int:
+def _parameter_count(case: Case, effect: str) -> int:
     start = effect_starts(effect, case.rig)[0]
     return len(effect_parameters(effect, start, case.rig.plant))
 
 
-class _Steps:
+class _StagedProgress:
     """Progress of successive stages, each up to a share of the whole search, 0 to 1."""
 
     def __init__(self, progress: Progress | None) -> None:

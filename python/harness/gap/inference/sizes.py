@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sizes of effects that every servo has anyway, so that smaller ones are not reported."""
+"""Least sizes of effects: what is smaller is part of every servo and is not reported."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ehsid.harness.rigs import Rig
 
 
 def matters(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
-    """Tells whether an effect of this size is more than a servo without it has anyway.
+    """Whether an effect is larger than what every servo has without it.
 
     `EffectInfo.least_size` gives the reason for the least size.
 

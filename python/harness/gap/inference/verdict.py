@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Verdict of the diagnosis from the figures of the fits, with the reasons."""
+"""Verdict of the diagnosis from the results of the fits, with the reasons."""
 
 from __future__ import annotations
 
@@ -9,10 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.gap.inference.advantage import above_floor, advantage
-from ehsid.harness.gap.inference.choice import Choice, decided, one_family, rms
-from ehsid.harness.gap.inference.rivals import Rival
-from ehsid.harness.gap.inference.search import Found
+from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.effect_selection import (
+    Selection,
+    effect_families,
+    held_out_rms,
+    is_significant,
+)
+from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
+from ehsid.harness.gap.inference.search import SearchResult
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.schema import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
 from ehsid.harness.gap.thresholds import (
@@ -25,7 +30,7 @@ from ehsid.harness.gap.thresholds import (
 
 
 @dataclass(frozen=True)
-class Ruling:
+class Decision:
     """Verdict, the same in one plain sentence, and the reasons for it."""
 
     verdict: Verdict
@@ -33,107 +38,125 @@ class Ruling:
     reasons: tuple[str, ...]
 
 
-def rule(
+def decide(
     case: Case,
-    found: Found,
-    choice: Choice,
-    far: HowFar,
+    search_result: SearchResult,
+    selection: Selection,
+    reduction: HowFar,
     calibration: Mapping[str, CalibratedValue],
-    beyond: Sequence[CannotJudge],
-    untouched: Rival | None = None,
+    extrapolated: Sequence[CannotJudge],
+    nuisance_fit: FittedCandidate | None = None,
     step: Estimate | None = None,
-) -> Ruling:
+) -> Decision:
     """Decides the verdict on data that can carry a diagnosis.
 
     Parameters
     ----------
-    case, found, choice
-        rig and records, fitted candidates, and the chosen set of effects.
-    far
-        figures of the gap on the held-out records.
+    case, search_result, selection
+        rig and records, fitted candidates, and the selected set of effects.
+    reduction
+        gaps on the held-out records, and by how much the effects reduce them.
     calibration
         calibrated values, and whether they have moved, by full name.
-    beyond
-        chosen effects whose size no record reached, with the reason.
-    untouched
-        the fit with the rig's own values as in the rig file; None where an effect was found.
+    extrapolated
+        selected effects whose size no record reached, with the reason.
+    nuisance_fit
+        the fit of the nuisances alone, with the rig's own values as in the rig file; None where an
+        effect was selected.
     step
         step of the position sensor, m, where it is coarse; else None.
     """
-    best = choice.best
-    above = above_floor(case, best)
-    floor = far.noise_floor[1]
-    room = far.calibrated - floor
-    left = (far.augmented - floor) / room if best.effects and room > 0.0 else 1.0
+    best = selection.best
+    excess = above_floor(case, best)
+    floor = reduction.noise_floor[1]
+    explainable = reduction.calibrated - floor
+    remaining_share = (
+        (reduction.augmented - floor) / explainable if best.effects and explainable > 0.0 else 1.0
+    )
     reasons = [
-        f"On held-out data the gap is {_percent(far.nominal)} with the simulator as configured, "
-        f"{_percent(far.calibrated)} with the values of the rig fitted"
-        + (f", {_percent(far.augmented)} with {named(best.effects)} added" if best.effects else "")
-        + f"; the noise floor is {_percent(far.noise_floor[0])} to {_percent(floor)}."
+        f"On held-out data the gap is {_percent(reduction.nominal)} with the simulator as "
+        f"configured, {_percent(reduction.calibrated)} with the values of the rig fitted"
+        + (
+            f", {_percent(reduction.augmented)} with {in_words(best.effects)} added"
+            if best.effects
+            else ""
+        )
+        + f"; the noise floor is {_percent(reduction.noise_floor[0])} to {_percent(floor)}."
     ]
-    bearable = LEFT_NRMSE_SWINGING if case.all_states else LEFT_NRMSE
-    unexplained = above > LEFT_ABOVE and far.augmented > bearable and left > LEFT_SHARE
+    tolerable = LEFT_NRMSE_SWINGING if case.all_states else LEFT_NRMSE
+    unexplained = (
+        excess > LEFT_ABOVE and reduction.augmented > tolerable and remaining_share > LEFT_SHARE
+    )
     if unexplained:
         reasons.append(
-            f"Whatever effect of the catalogue is added, {100.0 * left:.0f} % of the gap that "
-            f"fitting left stays above the noise floor: {math.exp(above):.1f} times the noise."
+            f"Whatever effect of the catalogue is added, {100.0 * remaining_share:.0f} % of the "
+            "gap that fitting left stays above the noise floor: "
+            f"{math.exp(excess):.1f} times the noise."
         )
-    for one in beyond:
-        reasons.append(f"{one.id}: {one.why}.")
-    coarse = ""
+    for effect in extrapolated:
+        reasons.append(f"{effect.id}: {effect.why}.")
+    step_sentence = ""
     if step is not None:
-        coarse = f" The position comes in steps of {step.value:.3g} m."
+        step_sentence = f" The position comes in steps of {step.value:.3g} m."
         reasons.append(
             "Steps of a sensor belong to the noise floor: no simulator can make them smaller."
         )
     if unexplained and best.effects:
-        return Ruling(
+        return Decision(
             "outside_catalogue",
-            f"Part of the gap is due to {named(best.effects)}; no effect of the catalogue "
-            f"explains the rest.{coarse}",
+            f"Part of the gap is due to {in_words(best.effects)}; no effect of the catalogue "
+            f"explains the rest.{step_sentence}",
             tuple(reasons),
         )
     if unexplained:
-        return Ruling(
+        return Decision(
             "outside_catalogue",
             "Neither other values of the rig nor any effect of the catalogue explain the gap.",
             tuple(reasons),
         )
     if best.effects:
-        families = {one_family(one.effects) for one in (best, *choice.equals)}
+        families = {
+            effect_families(candidate.effects) for candidate in (best, *selection.equivalent)
+        }
         if len(families) > 1:
-            others = "; or ".join(named(one.effects) for one in choice.equals[:3])
+            others = "; or ".join(
+                in_words(candidate.effects) for candidate in selection.equivalent[:3]
+            )
             reasons.append(
                 "The records cannot tell these candidates apart; see the next experiment."
             )
-            return Ruling(
+            return Decision(
                 "ambiguous",
-                f"The gap is due to {named(best.effects)}, or to {others}.{coarse}",
+                f"The gap is due to {in_words(best.effects)}, or to {others}.{step_sentence}",
                 tuple(reasons),
             )
-        share = far.of_explainable.value if far.of_explainable else 0.0
-        these = "it" if len(best.effects) == 1 else "them"
-        return Ruling(
+        share = reduction.of_explainable.value if reduction.of_explainable else 0.0
+        pronoun = "it" if len(best.effects) == 1 else "them"
+        return Decision(
             "effects",
-            f"The gap is due to {named(best.effects)}: adding {these} removes "
-            f"{100.0 * share:.0f} % of the gap above the noise floor.{coarse}",
+            f"The gap is due to {in_words(best.effects)}: adding {pronoun} removes "
+            f"{100.0 * share:.0f} % of the gap above the noise floor.{step_sentence}",
             tuple(reasons),
         )
     if step is not None:
-        return Ruling(
+        return Decision(
             "effects",
-            f"The simulator agrees with the machine, except for the sensor.{coarse}",
+            f"The simulator agrees with the machine, except for the sensor.{step_sentence}",
             tuple(reasons),
         )
     moved = [name for name, value in calibration.items() if value.moved]
-    gain = advantage(case, found.calibrated, found.nominal)
+    gain = likelihood_gain(case, search_result.calibrated, search_result.nominal)
     by_values = 0.0
-    if untouched is not None:
+    if nuisance_fit is not None:
         scale = case.variation()
-        less = float(np.sum((rms(untouched) - rms(found.calibrated)) / scale))
-        by_values = less / max(float(np.sum(rms(found.nominal) / scale)), 1e-300)
-    if moved and decided(gain) and by_values >= VALUES_SHARE:
-        return Ruling(
+        gain_by_values = float(
+            np.sum((held_out_rms(nuisance_fit) - held_out_rms(search_result.calibrated)) / scale)
+        )
+        by_values = gain_by_values / max(
+            float(np.sum(held_out_rms(search_result.nominal) / scale)), 1e-300
+        )
+    if moved and is_significant(gain) and by_values >= VALUES_SHARE:
+        return Decision(
             "parameters",
             "No effect is missing, but values differ from the rig file: "
             + ", ".join(
@@ -143,15 +166,15 @@ def rule(
             + ".",
             tuple(reasons),
         )
-    if decided(gain):
+    if is_significant(gain):
         reasons.append(
             "Only values that no data sheet gives (edges, seals, oil, spool) improve the fit; "
             "those of the rig file do not have to change."
         )
-    return Ruling("no_gap", "The simulator agrees with the machine.", tuple(reasons))
+    return Decision("no_gap", "The simulator agrees with the machine.", tuple(reasons))
 
 
-def named(effects: Sequence[str]) -> str:
+def in_words(effects: Sequence[str]) -> str:
     """Returns the ids of effects as a list in words."""
     words = [effect.replace("_", " ") for effect in effects]
     words = [word.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck") for word in words]

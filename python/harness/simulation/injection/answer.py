@@ -58,13 +58,13 @@ class Answer:
 
     def plain(self) -> dict[str, Any]:
         """Returns the answer as plain data for a file."""
-        told = asdict(self)
-        source = {"file": told.pop("source"), "sha256": told.pop("sha256")}
+        plain = asdict(self)
+        source = {"file": plain.pop("source"), "sha256": plain.pop("sha256")}
         return {
             "schema_version": 1,
             "ehsid_version": ehsid.__version__,
             "source": source,
-            **told,
+            **plain,
         }
 
 

@@ -6,10 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.simulation.injection.notes import (
-    Note,
-    Step,
-)
+from ehsid.harness.simulation.injection.notes import Note, Step
 
 
 def before_dead_band(command: FloatArray, overlap: float) -> Step:

@@ -81,16 +81,16 @@ def does_not_pass(effect: str) -> tuple[str, ...]:
 def injectable(plant: str) -> dict[str, dict[str, Range]]:
     """Returns the ids of the effects for a log of this plant, with the range of each parameter."""
     known = catalogue()
-    found: dict[str, dict[str, Range]] = {}
+    ranges: dict[str, dict[str, Range]] = {}
     for effect in (*COMMAND, *POSITION):
         if effect in OWN:
-            found[effect] = dict(OWN[effect])
+            ranges[effect] = dict(OWN[effect])
         # A force is equivalent to a command of a motor, but not to a command of a valve.
         elif known[effect].log_place == "command_of_axis" and plant != "axis":
             continue
         elif acts_on(known[effect], plant):
-            found[effect] = {p.name: (p.minimum, p.maximum) for p in known[effect].parameters}
-    return found
+            ranges[effect] = {p.name: (p.minimum, p.maximum) for p in known[effect].parameters}
+    return ranges
 
 
 def check(effects: Mapping[str, Sizes], rig: Rig) -> None:

@@ -36,10 +36,7 @@ from ehsid.harness.simulation.injection.effects import (
     does_not_pass,
 )
 from ehsid.harness.simulation.injection.lag import before_lag
-from ehsid.harness.simulation.injection.notes import (
-    Note,
-    Step,
-)
+from ehsid.harness.simulation.injection.notes import Note, Step
 
 # Effects behind the spool. A measured spool position must be changed by their pre-images, too.
 BEHIND_SPOOL = ("gain", "valve_dead_band", "valve_null_bias")
@@ -98,7 +95,7 @@ def inject(record: Record, rig: Rig, effects: Mapping[str, Sizes]) -> Injected:
 
     # The command is a fraction of the rated command here.
     sent = before / rated
-    for effect in (one for one in COMMAND if one in effects):
+    for effect in (name for name in COMMAND if name in effects):
         step = _pre_image(effect, effects[effect], sent, rig, dt_s)
         sent = step.signal
         notes += step.notes
@@ -107,7 +104,7 @@ def inject(record: Record, rig: Rig, effects: Mapping[str, Sizes]) -> Injected:
                 effect, effects[effect], columns["spool"], rig, dt_s
             ).signal
     at_end = before.size - sent.size
-    for effect in (one for one in POSITION if one in effects):
+    for effect in (name for name in POSITION if name in effects):
         step = _sensor(effect, effects[effect], position, dt_s)
         position = step.signal
         notes += step.notes
@@ -119,8 +116,8 @@ def inject(record: Record, rig: Rig, effects: Mapping[str, Sizes]) -> Injected:
     columns = {name: column[kept].copy() for name, column in columns.items()}
     columns["command_v"] = (sent * rated)[at_start:]
     columns["position_m"] = position[: position.size - at_end]
-    found, outside, more = _expected(effects, rig, record)
-    notes += more
+    expected, outside, remarks = _expected(effects, rig, record)
+    notes += remarks
     limit = math.inf if rig.plant == "axis" else rated
     largest = np.abs(columns["command_v"])
     beyond = float(np.mean(largest > limit))
@@ -134,7 +131,7 @@ def inject(record: Record, rig: Rig, effects: Mapping[str, Sizes]) -> Injected:
         )
     answer = Answer(
         put_in={effect: dict(sizes) for effect, sizes in effects.items()},
-        effects=found,
+        effects=expected,
         parameters={GAIN_OF[rig.plant]: effects["gain"]["factor"]} if "gain" in effects else {},
         outside=outside,
         not_exact=tuple(note.text for note in notes if not note.exact),
@@ -215,7 +212,7 @@ def _expected(
     effects: Mapping[str, Sizes], rig: Rig, record: Record
 ) -> tuple[dict[str, dict[str, float]], tuple[str, ...], list[Note]]:
     """Returns the catalogue effects that a diagnosis should find, the ids outside it, and notes."""
-    found = {effect: dict(sizes) for effect, sizes in effects.items() if effect not in OWN}
+    expected = {effect: dict(sizes) for effect, sizes in effects.items() if effect not in OWN}
     outside: list[str] = []
     notes = []
     if "position_delay" in effects:
@@ -223,8 +220,8 @@ def _expected(
         if any(name in record.columns for name in OTHER_OUTPUTS):
             outside.append("position_delay")
         else:
-            before = found.get("transport_delay", {}).get("delay_s", 0.0)
-            found["transport_delay"] = {"delay_s": before + late}
+            before = expected.get("transport_delay", {}).get("delay_s", 0.0)
+            expected["transport_delay"] = {"delay_s": before + late}
             notes.append(Note("where nothing else is measured a late position is a late command"))
     if "position_bias" in effects:
         outside.append("position_bias")
@@ -235,4 +232,4 @@ def _expected(
                 else "a bias of the position shows as no effect: the plant is the same everywhere"
             )
         )
-    return found, tuple(outside), notes
+    return expected, tuple(outside), notes

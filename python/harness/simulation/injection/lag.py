@@ -20,11 +20,7 @@ from scipy.linalg import expm
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.simulation.injection.effects import InjectError
-from ehsid.harness.simulation.injection.notes import (
-    Note,
-    Step,
-    rms,
-)
+from ehsid.harness.simulation.injection.notes import Note, Step, rms
 
 ComplexArray = npt.NDArray[np.complex128]
 

@@ -11,14 +11,24 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from ehsid.harness.report.plotting import (
+    INK,
+    PALE,
+    SKY,
+    VERMILION,
+    draw_band,
+    draw_numbers,
+    stacked,
+    styled,
+)
 from ehsid.harness.studies.claims import Input, Judged, ResetJudged
 from ehsid.harness.studies.evidence import Comparison, Finding
 
 COLOURS = {
-    Finding.holds: "#2b7bba",
-    Finding.fails: "#d1492e",
-    Finding.equal: "#d9d9d9",
-    Finding.neither: "#ffffff",
+    Finding.holds: SKY,
+    Finding.fails: VERMILION,
+    Finding.equal: PALE,
+    Finding.neither: "white",
     Finding.undecided: "#f2d58a",
 }
 
@@ -27,6 +37,7 @@ def _draw(axes: Any, cells: Sequence[Sequence[Comparison]]) -> None:
     """Draws a map: colours by finding, median ratios as text, the first row at the bottom."""
     order = list(COLOURS)
     values = [[order.index(cell.finding) for cell in row] for row in cells]
+    axes.grid(False)
     axes.imshow(
         values,
         cmap=ListedColormap(list(COLOURS.values())),
@@ -51,10 +62,10 @@ def _legend(figure: Figure) -> None:
         ],
         loc="outside lower center",
         ncols=len(COLOURS),
-        fontsize="small",
     )
 
 
+@styled
 def claims_figure(
     judged: Sequence[Judged], claims: dict[str, Callable[[Judged], Comparison]], kind: Input
 ) -> Figure:
@@ -67,7 +78,7 @@ def claims_figure(
     p0s = sorted({p0 for p0, _, _ in cells})
     noises = sorted({noise for _, noise, _ in cells})
     lambda0s = sorted({lambda0 for _, _, lambda0 in cells})
-    figure = Figure(figsize=(12.0, 2.6 * len(claims) + 0.4), layout="constrained")
+    figure = Figure(figsize=(12.0, 2.6 * len(claims) + 0.4))
     blocks = figure.subfigures(len(claims), 1, squeeze=False)[:, 0]
     for block, (claim, of) in zip(blocks, claims.items(), strict=True):
         block.suptitle(claim, fontsize=10)
@@ -83,46 +94,32 @@ def claims_figure(
     return figure
 
 
+@styled
 def start_figure(judged: Sequence[Judged], published: float) -> Figure:
     """Draws the error of lambda = 1 after 100 s over P0, with one curve for each noise.
 
     The dashed line is the error of the paper's column.
     """
-    figure = Figure(figsize=(8, 4), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = stacked(4.0, [1], xlabel="P0", width=8.0)
     noises = sorted({cell.condition.noise for cell in judged})
-    for number, noise in enumerate(noises):
+    for noise in noises:
         curve = {
             cell.condition.p0: cell.error_of_one
             for cell in judged
             if cell.condition.noise == noise and cell.condition.input is Input.multisine
         }
         p0s = sorted(curve)
-        axes.plot(
-            p0s,
-            [100.0 * curve[p0].median for p0 in p0s],
-            marker="o",
-            markersize=3,
-            color=f"C{number}",
-            label=f"noise {noise:g}",
-        )
-        axes.fill_between(
-            p0s,
-            [100.0 * curve[p0].low for p0 in p0s],
-            [100.0 * curve[p0].high for p0 in p0s],
-            color=f"C{number}",
-            alpha=0.15,
-            linewidth=0,
-        )
-    axes.axhline(100.0 * published, color="0.3", linestyle="--", label="the paper's column")
+        error = np.array([[curve[p0].low, curve[p0].median, curve[p0].high] for p0 in p0s])
+        style = {"marker": "o", "markersize": 3, "label": f"noise {noise:g}"}
+        draw_band(axes, np.array(p0s), 100.0 * error.T, 0.15, **style)
+    axes.axhline(100.0 * published, color=INK, linestyle="--", label="the paper's column")
     axes.set_xscale("log")
-    axes.set_xlabel("P0")
     axes.set_ylabel("error of lambda = 1 after 100 s in %")
-    axes.grid(True, alpha=0.3)
-    axes.legend(fontsize="small")
+    axes.legend()
     return figure
 
 
+@styled
 def reset_figure(resets: Sequence[ResetJudged]) -> Figure:
     """Draws two maps over the size of the change and the noise.
 
@@ -132,23 +129,11 @@ def reset_figure(resets: Sequence[ResetJudged]) -> Figure:
     noises = sorted({cell.noise for cell in resets})
     factors = sorted({cell.factor for cell in resets})
     cells = {(cell.noise, cell.factor): cell for cell in resets}
-    figure = Figure(figsize=(9, 3.6), layout="constrained")
+    figure = Figure(figsize=(9, 3.6))
     left, right = figure.subplots(1, 2, sharey=True)
     _draw(left, [[cells[noise, factor].sooner for factor in factors] for noise in noises])
     fired = np.array([[cells[noise, factor].fired for factor in factors] for noise in noises])
-    right.imshow(100.0 * fired, origin="lower", aspect="auto", cmap="Blues", vmin=0, vmax=100)
-    for i in range(len(noises)):
-        for j in range(len(factors)):
-            dark = fired[i, j] > 0.6
-            right.text(
-                j,
-                i,
-                f"{100.0 * fired[i, j]:.0f}",
-                ha="center",
-                va="center",
-                fontsize=7,
-                color="white" if dark else "black",
-            )
+    draw_numbers(right, fired, [[f"{100.0 * share:.0f}" for share in row] for row in fired])
     for axes, title in (
         (left, "samples with reset over without"),
         (right, "reset fired, % of the runs"),
@@ -156,7 +141,7 @@ def reset_figure(resets: Sequence[ResetJudged]) -> Figure:
         axes.set_xticks(range(len(factors)), [f"{factor:g}" for factor in factors])
         axes.set_yticks(range(len(noises)), [f"{noise:g}" for noise in noises])
         axes.set_xlabel("all b times")
-        axes.set_title(title, fontsize="small")
+        axes.set_title(title)
     left.set_ylabel("noise")
     _legend(figure)
     return figure

@@ -3,15 +3,27 @@
 
 from __future__ import annotations
 
-from ehsid.harness.report.page import Picture, Section, Table, Words
+from collections.abc import Sequence
+
+from ehsid.harness.report.page import Picture, Section, Table
 from ehsid.harness.studies.claims import Input
-from ehsid.harness.studies.experiment import RUNS_A_CELL, ClaimFindings
+from ehsid.harness.studies.experiment import RUNS_A_CELL, ClaimResults
 from ehsid.harness.studies.pages.claims_figures import claims_figure, reset_figure, start_figure
 from ehsid.harness.studies.published import RECURSIVE
-from ehsid.harness.studies.verdicts import CLAIMS
+from ehsid.harness.studies.verdicts import CLAIMS, ClaimVerdict
 
 
-def claims_table(found: ClaimFindings) -> Table:
+def verdict_lead(verdicts: Sequence[ClaimVerdict]) -> list[str]:
+    """Returns one sentence for each claim: its verdict, and the shares where it holds and fails."""
+    return [
+        f"{verdict.claim}: {verdict.verdict.value} "
+        f"({100.0 * verdict.holds:.0f} % of the conditions tried, the opposite in "
+        f"{100.0 * verdict.fails:.0f} %)."
+        for verdict in verdicts
+    ]
+
+
+def claims_table(claims: ClaimResults) -> Table:
     """Returns the table of the verdicts, with one row for each claim."""
     return Table(
         "The paper's claims on the varying factor, Eq. (15), over all conditions of the maps: "
@@ -26,17 +38,17 @@ def claims_table(found: ClaimFindings) -> Table:
                 f"{100.0 * verdict.fails:.0f} %",
                 f"{100.0 * verdict.equal:.0f} %",
             )
-            for verdict in found.verdicts
+            for verdict in claims.verdicts
         ],
     )
 
 
-def claims_sections(found: ClaimFindings) -> list[Section]:
+def claims_sections(claims: ClaimResults) -> list[Section]:
     """Returns the sections on verdicts, maps, and the start behind the paper's lambda = 1."""
     paper = ", ".join(f"{name}: {run.rmse:g}" for name, run in RECURSIVE.items())
     maps = [
         Picture(
-            claims_figure(found.judged, CLAIMS, kind),
+            claims_figure(claims.judged, CLAIMS, kind),
             f"Input: {kind.value}. Number: median ratio of the varying factor to the other; the "
             f"colour follows its 95 % interval, {RUNS_A_CELL} paired runs a cell.",
             f"Maps of three claims over P0, noise and lambda0 for {kind.value}",
@@ -47,9 +59,9 @@ def claims_sections(found: ClaimFindings) -> list[Section]:
         Section(
             "Do the claims hold?",
             [
-                claims_table(found),
-                *(Words(f"{verdict.claim}: {verdict.where()}.") for verdict in found.verdicts),
-                Words(
+                claims_table(claims),
+                *(f"{verdict.claim}: {verdict.where()}." for verdict in claims.verdicts),
+                (
                     "Faster: time until the parameter error stays below 5 %. Calmer: spread of the "
                     "estimate over the last quarter. RMSE: of the innovation over the whole run, "
                     f"against the better of the other two (the paper reports {paper}). The "
@@ -61,16 +73,16 @@ def claims_sections(found: ClaimFindings) -> list[Section]:
         Section(
             "The start behind the paper's lambda = 1",
             [
-                Words(
+                (
                     "The paper's column for lambda = 1 has not converged: it is "
-                    f"{100.0 * found.error_of_one:.0f} % away from model (16). lambda = 1 never "
+                    f"{100.0 * claims.error_of_one:.0f} % away from model (16). lambda = 1 never "
                     "forgets its start, and a small P(0), that is a start at theta = 0 that is "
                     "trusted, leaves as much after 100 s: about "
-                    f"P(0) = {found.start_of_one:.2g} I at the noise of the published fit, for an "
+                    f"P(0) = {claims.start_of_one:.2g} I at the noise of the published fit, for an "
                     "input of rms 1.5. From a vague start lambda = 1 is as close as any."
                 ),
                 Picture(
-                    start_figure(found.judged, found.error_of_one),
+                    start_figure(claims.judged, claims.error_of_one),
                     "Error of lambda = 1 after 100 s over the start, median with its 95 % "
                     "interval, multisine.",
                     "Curves that fall from 100 % for small P0 to below 1 % for large P0",
@@ -81,7 +93,7 @@ def claims_sections(found: ClaimFindings) -> list[Section]:
             "Where the reset helps",
             [
                 Picture(
-                    reset_figure(found.resets),
+                    reset_figure(claims.resets),
                     "Varying factor from a vague start; all b change at 50 s. The reset fires "
                     "where the error of the prediction grows threefold.",
                     "Two maps over the size of the change and the noise",

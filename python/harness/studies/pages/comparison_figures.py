@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
+from ehsid.harness.report.plotting import GREY, draw_band, stacked, styled
 from ehsid.harness.studies import Outcome
 
 
@@ -16,33 +17,31 @@ def _widths(n: int) -> list[float]:
     return [float(width) for width in np.linspace(3.0, 1.0, n)]
 
 
+@styled
 def error_figure(outcomes: Mapping[str, Outcome], dt_s: float) -> Figure:
     """Draws the parameter error over time, and below the forgetting factor of the first run.
 
     The error is shown in percent, as the median and the range from 5 to 95 % of the runs.
     """
-    figure = Figure(figsize=(9, 6), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
+    figure, (upper, lower) = stacked(6.0, [3, 1], xlabel="time in s")
     widths = _widths(len(outcomes))
     lowest = np.inf
     for (name, outcome), width in zip(outcomes.items(), widths, strict=True):
         time = np.arange(outcome.error.shape[1]) * dt_s
-        low, median, high = 100.0 * np.quantile(outcome.error, [0.05, 0.5, 0.95], axis=0)
-        (line,) = upper.semilogy(time, median, label=name, linewidth=width)
-        upper.fill_between(time, low, high, color=line.get_color(), alpha=0.12, linewidth=0)
-        lower.plot(time, outcome.forgetting_factor, color=line.get_color(), linewidth=width)
-        lowest = min(lowest, float(low.min()))
+        curves = 100.0 * np.quantile(outcome.error, [0.05, 0.5, 0.95], axis=0)
+        colour = draw_band(upper, time, curves, 0.12, label=name, linewidth=width)
+        lower.plot(time, outcome.forgetting_factor, color=colour, linewidth=width)
+        lowest = min(lowest, float(curves[0].min()))
+    upper.set_yscale("log")
     # In the first dozen equations the error is many times the parameters. It is not shown.
     upper.set_ylim(0.8 * lowest, 200.0)
-    upper.margins(x=0.0)
     upper.set_ylabel("parameter error in %")
-    upper.grid(True, which="major", alpha=0.3)
-    upper.legend(fontsize="small")
+    upper.legend()
     lower.set_ylabel("lambda")
-    lower.set_xlabel("time in s")
     return figure
 
 
+@styled
 def change_figure(
     pairs: Mapping[str, tuple[Outcome, Outcome]], dt_s: float, change: int, window: slice
 ) -> Figure:
@@ -51,8 +50,7 @@ def change_figure(
     Dashed curves are without the reset, solid curves with it. The argument `pairs` contains
     (without, with) by name, `change` is the sample of the change, `window` the samples shown.
     """
-    figure = Figure(figsize=(9, 4.5), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = stacked(4.5, [1], xlabel="time in s")
     widths = _widths(len(pairs))
     for number, (name, (without, with_reset)) in enumerate(pairs.items()):
         for outcome, style, label in (
@@ -69,10 +67,7 @@ def change_figure(
                 label=label,
                 linewidth=widths[number],
             )
-    axes.margins(x=0.0)
-    axes.axvline(change * dt_s, color="0.5", linewidth=0.8)
-    axes.set_xlabel("time in s")
+    axes.axvline(change * dt_s, color=GREY, linewidth=0.8)
     axes.set_ylabel("parameter error in %")
-    axes.grid(True, alpha=0.3)
-    axes.legend(fontsize="small", ncols=2)
+    axes.legend(ncols=2)
     return figure

@@ -8,11 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 
-from ehsid.harness.identification import (
-    IdentificationResult,
-    PolesZeros,
-    Roots,
-)
+from ehsid.harness.identification import IdentificationResult, PolesZeros, Roots
+from ehsid.harness.report.model_figures import draw_correlation
+from ehsid.harness.report.plotting import BLUE, GREY, SKY, VERMILION, stacked, styled, time_axis
 from ehsid.harness.studies.attempts import Attempt
 
 # Size of the regions of 95 %: the squared radius, in standard deviations, of the ellipse for two
@@ -21,14 +19,14 @@ CHI2_2_95 = 5.991
 DEVIATIONS_95 = 1.960
 
 
+@styled
 def outputs_figure(attempt: Attempt, dt_s: float | None, output: str) -> Figure:
     """Draws measured and simulated output on the validation part, and the errors below.
 
     The errors are those of the simulation and of the one-step prediction, as measured less
     predicted output. The time is in seconds, or in samples without a sampling time.
     """
-    figure = Figure(figsize=(9, 6), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
+    figure, (upper, lower) = stacked(6.0, [3, 2], xlabel=time_axis(dt_s, 0)[1])
     if attempt.one_step is None or attempt.simulated is None:
         return figure
     step = dt_s or 1.0
@@ -42,82 +40,61 @@ def outputs_figure(attempt: Attempt, dt_s: float | None, output: str) -> Figure:
         linewidth=1.0,
     )
     upper.set_ylabel(output)
-    upper.legend(fontsize="small")
+    upper.legend()
     for prediction, label in (
         (attempt.simulated, "simulation"),
         (attempt.one_step, f"one step ahead, fit {attempt.one_step_fit_percent:.2f} %"),
     ):
-        colour = "tab:orange" if prediction is attempt.simulated else "tab:gray"
+        colour = VERMILION if prediction is attempt.simulated else GREY
         lower.plot(
             prediction.index * step, prediction.residual, label=label, color=colour, linewidth=0.9
         )
     lower.set_ylabel("measured less predicted")
-    lower.set_xlabel("sample" if dt_s is None else "time in s")
-    lower.legend(fontsize="small")
-    for axes in (upper, lower):
-        axes.margins(x=0.0)
-        axes.grid(True, alpha=0.3)
+    lower.legend()
     return figure
 
 
+@styled
 def residual_figure(result: IdentificationResult) -> Figure:
     """Draws the residual's autocorrelation and its correlation with the input, with 99 % bands."""
-    figure = Figure(figsize=(9, 5), layout="constrained")
+    figure = Figure(figsize=(9, 5))
     upper, lower = figure.subplots(2, 1)
-    white, independent = result.whiteness, result.independence
-    for axes, test in ((upper, white), (lower, independent)):
-        label = "99 % band of a single lag"
-        axes.axhspan(-test.band, test.band, color="tab:orange", alpha=0.25, label=label)
-        axes.axhline(0.0, color="0.5", linewidth=0.8)
-        outside = np.abs(test.correlation) > test.band
-        for which, colour in ((~outside, "tab:blue"), (outside, "tab:red")):
-            axes.vlines(test.lags[which], 0.0, test.correlation[which], color=colour, linewidth=3.0)
-        axes.margins(x=0.02)
-    for sign in (-1.0, 1.0):
-        lower.axhline(
-            sign * independent.family_band,
-            color="tab:orange",
-            linestyle="--",
-            linewidth=1.0,
-            label="of lags 0 and up together" if sign > 0 else None,
-        )
-    upper.set_title("autocorrelation of the residual", fontsize="medium", loc="left")
-    lower.set_title(
-        "correlation of residual and input (positive lags: earlier input)",
-        fontsize="medium",
-        loc="left",
-    )
+    draw_correlation(upper, result.whiteness, "autocorrelation of the residual")
+    family_band = result.independence.family_band
+    label = "of lags 0 and up together"
+    lower.axhline(family_band, color=SKY, linestyle="--", linewidth=1.0, label=label)
+    lower.axhline(-family_band, color=SKY, linestyle="--", linewidth=1.0)
+    title = "correlation of residual and input (positive lags: earlier input)"
+    draw_correlation(lower, result.independence, title)
     lower.set_xlabel("lag in samples")
-    upper.legend(fontsize="small", loc="upper right")
-    lower.legend(fontsize="small", loc="upper right")
     return figure
 
 
-def poles_zeros_figure(found: PolesZeros) -> Figure:
+@styled
+def poles_zeros_figure(model_roots: PolesZeros) -> Figure:
     """Draws poles and zeros with their regions of 95 %, in the whole plane and around z = 1."""
-    figure = Figure(figsize=(9, 4.8), layout="constrained")
+    figure = Figure(figsize=(9, 4.8))
     whole, near = figure.subplots(1, 2)
-    values = np.concatenate((found.poles.values, found.zeros.values, [1.0]))
+    values = np.concatenate((model_roots.poles.values, model_roots.zeros.values, [1.0]))
     widest = min(1.15 * max(1.0, float(np.max(np.abs(values)))), 2.0)
-    closest = found.poles.values[np.argmin(np.abs(found.poles.values - 1.0))]
-    reach = max(float(np.abs(closest - 1.0)), _spread(found.poles), 1e-6)
+    closest = model_roots.poles.values[np.argmin(np.abs(model_roots.poles.values - 1.0))]
+    reach = max(float(np.abs(closest - 1.0)), _spread(model_roots.poles), 1e-6)
     for axes, centre, half in ((whole, 0.0, widest), (near, 1.0, min(3.0 * reach, 0.5))):
+        axes.grid(False)
         axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color="0.5", linewidth=0.8))
         axes.axhline(0.0, color="0.8", linewidth=0.6)
-        _roots(axes, found.poles, "x", "tab:blue", "poles")
-        _roots(axes, found.zeros, "o", "tab:red", "zeros")
+        _roots(axes, model_roots.poles, "x", BLUE, "poles")
+        _roots(axes, model_roots.zeros, "o", VERMILION, "zeros")
         axes.set_xlim(centre - half, centre + half)
         axes.set_ylim(-half, half)
         axes.set_aspect("equal")
         axes.set_xlabel("real part")
     outside = int(np.sum(np.abs(values) > widest))
-    whole.set_title(
-        "unit circle" + (f" ({outside} beyond the frame)" if outside else ""), fontsize="medium"
-    )
-    near.set_title("around z = 1", fontsize="medium")
+    whole.set_title("unit circle" + (f" ({outside} beyond the frame)" if outside else ""))
+    near.set_title("around z = 1")
     near.tick_params(axis="x", labelrotation=30)
     whole.set_ylabel("imaginary part")
-    whole.legend(fontsize="small", loc="upper left")
+    whole.legend(loc="upper left")
     return figure
 
 

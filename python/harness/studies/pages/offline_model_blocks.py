@@ -14,7 +14,7 @@ from ehsid.harness.identification import (
 )
 from ehsid.harness.report.bode import bode_figure
 from ehsid.harness.report.loop_blocks import place
-from ehsid.harness.report.page import Picture, Table, Words
+from ehsid.harness.report.page import Block, Picture, Table
 from ehsid.harness.studies.attempts import Attempt
 from ehsid.harness.studies.pages.offline_figures import (
     outputs_figure,
@@ -26,7 +26,7 @@ from ehsid.harness.studies.procedure import Procedure
 
 def validation_blocks(
     best: Attempt, result: IdentificationResult, procedure: Procedure
-) -> list[Words | Picture]:
+) -> list[Block]:
     """Returns the pictures of the outputs (the paper's Fig. 7) and the residual tests (Fig. 8)."""
     return [
         Picture(
@@ -39,35 +39,35 @@ def validation_blocks(
         Picture(
             residual_figure(result),
             "One-step residual on the validation part (the paper's Fig. 8): "
-            f"{result.whiteness.verdict}; {result.independence.verdict}. Red: outside the band of "
-            "a single lag, as one lag in a hundred is by chance.",
+            f"{result.whiteness.verdict}; {result.independence.verdict}. Orange: outside the band "
+            "of a single lag, as one lag in a hundred is by chance.",
             "Bars of the residual's autocorrelation and of its correlation with the input, lag by "
             "lag, with 99 % bands",
         ),
     ]
 
 
-def poles_zeros_blocks(found: PolesZeros) -> list[Words | Table | Picture]:
+def poles_zeros_blocks(model_roots: PolesZeros) -> list[Block]:
     """Returns the table and the picture of the poles and zeros."""
     rows = [
-        *_root_rows("pole", found.poles),
-        *_root_rows("zero", found.zeros),
+        *_root_rows("pole", model_roots.poles),
+        *_root_rows("zero", model_roots.zeros),
     ]
     at_origin = [
         f"{count} {name}{'s' if count > 1 else ''} at z = 0"
-        for count, name in ((found.origin_poles, "pole"), (found.origin_zeros, "zero"))
+        for count, name in ((model_roots.origin_poles, "pole"), (model_roots.origin_zeros, "zero"))
         if count
     ]
-    more = f" Order and delay add {' and '.join(at_origin)}." if at_origin else ""
+    others = f" Order and delay add {' and '.join(at_origin)}." if at_origin else ""
     return [
         Table(
             "Poles and zeros in the z plane with their standard deviations, to first order in "
-            f"those of the parameters.{more}",
+            f"those of the parameters.{others}",
             ("root", "z", "deviation, real", "deviation, imaginary", "|z|", "deviation of |z|"),
             rows,
         ),
         Picture(
-            poles_zeros_figure(found),
+            poles_zeros_figure(model_roots),
             "Poles (crosses) and zeros (circles) with their regions of 95 %: ellipses, bars on "
             "the real axis. None is drawn where a neighbour is within three deviations, as the "
             "first order does not hold there.",
@@ -98,17 +98,17 @@ def _root_rows(name: str, roots: Roots) -> list[tuple[str, ...]]:
     return rows
 
 
-def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> list[Words | Picture]:
+def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> list[Block]:
     """Returns the Bode diagram of the model, compared with the rig's response if it is known."""
     assert procedure.response is not None
     beside = "" if truth is None else f" Dots: {truth.source}."
     margins = (
         ""
         if procedure.loop is None or procedure.loop.half is None
-        else " Red: gain and phase margin of a proportional controller with half the gain at the "
-        "limit of stability."
+        else " Orange: gain and phase margin of a proportional controller with half the gain at "
+        "the limit of stability."
     )
-    blocks: list[Words | Picture] = [
+    blocks: list[Block] = [
         Picture(
             bode_figure(
                 procedure.response,
@@ -125,7 +125,7 @@ def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> li
         )
     ]
     if truth is not None and procedure.input_band is not None:
-        blocks.append(Words(_agreement(procedure, truth, procedure.input_band)))
+        blocks.append(_agreement(procedure, truth, procedure.input_band))
     return blocks
 
 
@@ -133,12 +133,12 @@ def _agreement(procedure: Procedure, truth: FrequencyResponse, band: tuple[float
     everywhere = procedure.against(truth)
     excited = everywhere.within(band)
     unit = "cycles a sample" if procedure.data.dt_s is None else "Hz"
-    told = f"Where the input has its power, {band[0]:.3g} to {band[1]:.3g} {unit}"
+    where = f"Where the input has its power, {band[0]:.3g} to {band[1]:.3g} {unit}"
     if excited.inside.size == 0:
-        return f"{told}, the rig's response is not known."
+        return f"{where}, the rig's response is not known."
     n, inside = excited.inside.size, int(np.sum(excited.inside))
     text = (
-        f"{told}, the rig's response is inside the model's region of 95 % at {inside} of {n} "
+        f"{where}, the rig's response is inside the model's region of 95 % at {inside} of {n} "
         f"frequencies; the differences there are {_differences(excited, unit)}. Over all "
         f"frequencies they are {_differences(everywhere, unit)}."
     )
@@ -153,13 +153,14 @@ def _agreement(procedure: Procedure, truth: FrequencyResponse, band: tuple[float
     return text
 
 
-def _differences(found: Agreement, unit: str) -> str:
-    worst = int(np.argmax(np.abs(found.magnitude_difference_db)))
-    turn = int(np.argmax(np.abs(found.phase_difference_deg)))
+def _differences(comparison: Agreement, unit: str) -> str:
+    worst = int(np.argmax(np.abs(comparison.magnitude_difference_db)))
+    turn = int(np.argmax(np.abs(comparison.phase_difference_deg)))
     return (
-        f"{found.magnitude_difference_db[worst]:+.2f} dB at most, at "
-        f"{found.frequency_hz[worst]:.3g} {unit}, and {found.phase_difference_deg[turn]:+.1f} "
-        f"degrees, at {found.frequency_hz[turn]:.3g} {unit}; the median ones "
-        f"{np.median(np.abs(found.magnitude_difference_db)):.2f} dB and "
-        f"{np.median(np.abs(found.phase_difference_deg)):.2f} degrees"
+        f"{comparison.magnitude_difference_db[worst]:+.2f} dB at most, at "
+        f"{comparison.frequency_hz[worst]:.3g} {unit}, and "
+        f"{comparison.phase_difference_deg[turn]:+.1f} degrees, at "
+        f"{comparison.frequency_hz[turn]:.3g} {unit}; the median ones "
+        f"{np.median(np.abs(comparison.magnitude_difference_db)):.2f} dB and "
+        f"{np.median(np.abs(comparison.phase_difference_deg)):.2f} degrees"
     )

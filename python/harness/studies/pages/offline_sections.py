@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ehsid.harness.identification import FrequencyResponse, Preprocessed
 from ehsid.harness.report.loop_blocks import loop_blocks
-from ehsid.harness.report.page import Section, Table, Words
+from ehsid.harness.report.page import Block, Section, Table
 from ehsid.harness.studies.attempts import Attempt
 from ehsid.harness.studies.pages.offline_model_blocks import (
     poles_zeros_blocks,
@@ -39,12 +39,10 @@ def offline_sections(
         frequency response of the rig from command to output, in the units of the record, for
         comparison with the model.
     """
-    problems = [
-        Words(f"{finding.problem.capitalize()}: {finding.text}") for finding in procedure.problems
-    ]
+    problems = [f"{finding.problem.capitalize()}: {finding.text}" for finding in procedure.problems]
     if procedure.kept is None:
         title = f"Offline identification of {record_name}: not possible"
-        return [Section(title, [*problems, Words(procedure.stopped)])]
+        return [Section(title, [*problems, procedure.stopped])]
     best = procedure.best
     first = procedure.attempts[0]
     sections = [
@@ -52,11 +50,11 @@ def offline_sections(
             f"Offline identification of {record_name}",
             [
                 *problems,
-                Words(_summary(procedure)),
+                _summary(procedure),
                 _attempt_table(procedure),
                 *_attempt_words(procedure),
-                Words(procedure.stopped),
-                *(Words(sentence) for sentence in procedure.meaning),
+                procedure.stopped,
+                *procedure.meaning,
             ],
         )
     ]
@@ -138,21 +136,21 @@ def _outcome(attempt: Attempt, passed: bool) -> str:
     return "nothing left" if attempt.exact else "yes" if passed else "no"
 
 
-def _attempt_words(procedure: Procedure) -> list[Words]:
+def _attempt_words(procedure: Procedure) -> list[str]:
     return [
-        Words(f"Attempt {number}, {attempt.change}: {attempt.why}. {_sentence(attempt)}")
+        f"Attempt {number}, {attempt.change}: {attempt.why}. {_sentence(attempt)}"
         for number, attempt in enumerate(procedure.attempts, start=1)
         if number > 1
     ]
 
 
 def _sentence(attempt: Attempt) -> str:
-    told = " ".join(finding.text for finding in attempt.problems)
+    problems = " ".join(finding.text for finding in attempt.problems)
     compared = attempt.comparison
-    return f"{compared[:1].upper()}{compared[1:]}." + (f" {told}" if told else "")
+    return f"{compared[:1].upper()}{compared[1:]}." + (f" {problems}" if problems else "")
 
 
-def _preprocessing(done: Preprocessed, procedure: Procedure) -> list[Words | Table]:
+def _preprocessing(done: Preprocessed, procedure: Procedure) -> list[Block]:
     dt_s = procedure.data.dt_s
     rows = [
         (
@@ -168,8 +166,8 @@ def _preprocessing(done: Preprocessed, procedure: Procedure) -> list[Words | Tab
     ]
     per = "sample" if dt_s is None else "s"
     outliers = "not looked for" if done.outliers is None else done.outliers.text
-    blocks: list[Words | Table] = [
-        Words(f"Asked for in the attempt that was kept: {done.settings}."),
+    blocks: list[Block] = [
+        f"Pre-processing of the attempt that was kept: {done.settings}.",
         Table(
             "Both signals in the estimation part, and what was done to all of the record.",
             (
@@ -183,34 +181,34 @@ def _preprocessing(done: Preprocessed, procedure: Procedure) -> list[Words | Tab
             ),
             rows,
         ),
-        Words(f"Outliers of '{done.y.name}': {outliers}. The input is never touched."),
+        f"Outliers of '{done.y.name}': {outliers}. The input is never touched.",
     ]
     if done.outliers is not None and done.outliers.positions.size:
         at = done.outliers.positions[:20]
-        more = done.outliers.positions.size - at.size
-        names = ", ".join(str(int(k)) for k in at) + (f" and {more} more" if more else "")
-        blocks.append(Words(f"Samples replaced, counted from 0: {names}."))
-    return [*blocks, Words(done.consequence)]
+        rest = done.outliers.positions.size - at.size
+        names = ", ".join(str(int(k)) for k in at) + (f" and {rest} more" if rest else "")
+        blocks.append(f"Samples replaced, counted from 0: {names}.")
+    return [*blocks, done.consequence]
 
 
 def _orders(
     first: Attempt, best: Attempt, published: Sequence[PublishedOrder] | None
-) -> list[Words | Table]:
+) -> list[Block]:
     assert first.result is not None
     result = first.result
     theirs = {row.order: row for row in published or ()}
     rows = []
     for candidate in result.by_order:
-        figures = candidate.estimation
+        criteria = candidate.estimation
         row = [
             str(candidate.orders.na),
             str(candidate.orders.nk),
             f"{candidate.one_step_fit_percent:.3f}",
             f"{candidate.simulation_fit_percent:.2f}",
-            f"{figures.loss:.4g}",
-            f"{figures.fpe:.4g}",
-            f"{figures.aic:.3f}",
-            f"{figures.mdl:.4g}",
+            f"{criteria.loss:.4g}",
+            f"{criteria.fpe:.4g}",
+            f"{criteria.aic:.3f}",
+            f"{criteria.mdl:.4g}",
         ]
         if published is not None:
             paper = theirs.get(candidate.orders.na)
@@ -243,20 +241,18 @@ def _orders(
             "it does not say. They stand beside, not as a target."
         )
     chosen = [candidate.orders for candidate in result.by_order].index(result.chosen.orders)
-    blocks: list[Words | Table] = [
+    blocks: list[Block] = [
         Table(caption, columns, rows, marked=[chosen]),
-        Words(result.reason),
-        Words(result.delay_reason),
+        result.reason,
+        result.delay_reason,
     ]
     blocks += [
-        Words(f"{rejected.orders} was not tried further: {rejected.why}.")
+        f"{rejected.orders} was not tried further: {rejected.why}."
         for rejected in result.rejected[:1]
     ]
     if best is not first and best.result is not None:
         blocks.append(
-            Words(
-                f"The loop changed this choice: {best.result.chosen.orders} from the attempt "
-                f"'{best.change}' is kept. {best.comparison[:1].upper()}{best.comparison[1:]}."
-            )
+            f"The loop changed this choice: {best.result.chosen.orders} from the attempt "
+            f"'{best.change}' is kept. {best.comparison[:1].upper()}{best.comparison[1:]}."
         )
     return blocks

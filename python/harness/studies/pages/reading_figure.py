@@ -6,22 +6,21 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from ehsid.harness.report.plotting import draw_band, stacked, styled
 from ehsid.harness.studies.reading import SIGMAS, Reading
 
 NAMES = ("K in m/(s V)", "omega_n in rad/s", "xi")
 
 
+@styled
 def reading_figure(reading: Reading) -> Figure:
     """Draws K, omega_n and xi over time with their 95 % bands; grey where theta is no servo."""
-    figure = Figure(figsize=(9, 6), layout="constrained")
-    panels = figure.subplots(3, 1, sharex=True)
+    figure, panels = stacked(6.0, [1, 1, 1], xlabel="time in s")
     known = np.isfinite(reading.value).all(axis=1) & np.isfinite(reading.deviation).all(axis=1)
     for i, (axes, name) in enumerate(zip(panels, NAMES, strict=True)):
         value, deviation = reading.value[:, i], reading.deviation[:, i]
-        axes.plot(reading.time_s, value, linewidth=1.2)
-        axes.fill_between(
-            reading.time_s, value - SIGMAS * deviation, value + SIGMAS * deviation, alpha=0.25
-        )
+        half = SIGMAS * deviation
+        draw_band(axes, reading.time_s, (value - half, value, value + half), linewidth=1.2)
         if known.any():
             # The first readings vary by orders of magnitude. The axis limits follow the later ones.
             late = value[known][known.sum() // 5 :]
@@ -32,7 +31,4 @@ def reading_figure(reading: Reading) -> Figure:
             if status != "ok":
                 axes.axvspan(time - reading.time_s[0], time, color="0.9", linewidth=0)
         axes.set_ylabel(name)
-        axes.margins(x=0.0)
-        axes.grid(True, alpha=0.3)
-    panels[-1].set_xlabel("time in s")
     return figure

@@ -8,20 +8,20 @@ from collections.abc import Mapping
 import numpy as np
 
 from ehsid.harness.report.loop_blocks import loop_blocks
-from ehsid.harness.report.page import Picture, Section, Table, Words
+from ehsid.harness.report.page import Block, Picture, Section, Table
 from ehsid.harness.studies.evidence import Interval
-from ehsid.harness.studies.experiment import KnownPlantFindings, RigFindings
+from ehsid.harness.studies.experiment import (
+    KnownPlantResults,
+    RecordResults,
+    RigResults,
+    ServoReading,
+)
 from ehsid.harness.studies.pages.comparison_figures import change_figure, error_figure
 from ehsid.harness.studies.pages.reading_figure import reading_figure
 from ehsid.harness.studies.published import DT_S, MODEL_16, RECURSIVE
-from ehsid.harness.studies.reading import Reading, RigReading
 from ehsid.harness.studies.recursive import B_AFTER, QUIET_NOISE, Changed, Recursive
 from ehsid.harness.studies.sampled_servo import SampledServo
-from ehsid.harness.studies.summary import (
-    RunSummary,
-    summarise,
-    summarise_change,
-)
+from ehsid.harness.studies.summary import RunSummary, summarise, summarise_change
 
 THETA_NAMES = ("a1", "a2", "a3", "b1", "b2", "b3")
 
@@ -104,8 +104,44 @@ def change_table(changed: Changed) -> Table:
     )
 
 
-def _change_window(changed: Changed) -> slice:
-    return slice(changed.at - round(2.0 / DT_S), changed.at + round(15.0 / DT_S))
+def _change_section(title: str, words: str, caption: str, changed: Changed) -> Section:
+    """Returns the section on the runs with a change of the plant, from 2 s before to 15 s after."""
+    window = slice(changed.at - round(2.0 / DT_S), changed.at + round(15.0 / DT_S))
+    return Section(
+        title,
+        [
+            words,
+            Picture(
+                change_figure(changed.outcomes, DT_S, changed.at, window),
+                f"{caption} of the parameters around the change, median of the runs; dashed "
+                "without, solid with reset.",
+                "Curves of the parameter error from 2 s before to 15 s after the change",
+            ),
+            change_table(changed),
+        ],
+    )
+
+
+def _run_blocks(
+    run: Recursive,
+    summaries: Mapping[str, RunSummary],
+    caption: str,
+    *,
+    start: str = "",
+    step: float = DT_S,
+    unit: str = "s",
+    table_caption: str = SPEED_CAPTION,
+) -> list[Block]:
+    """Returns the picture and the table of the runs from one start."""
+    return [
+        f"P(0) = {run.p0:.2g} I{start}:",
+        Picture(
+            error_figure(run.outcomes, step),
+            caption,
+            f"Parameter error over time on a logarithmic axis, P0 = {run.p0:.2g}",
+        ),
+        speed_table(summaries, table_caption, unit),
+    ]
 
 
 def parameter_table(run: Recursive, summaries: Mapping[str, RunSummary]) -> Table:
@@ -126,105 +162,114 @@ def parameter_table(run: Recursive, summaries: Mapping[str, RunSummary]) -> Tabl
     )
 
 
-def known_plant_sections(found: KnownPlantFindings, runs: int) -> list[Section]:
+def published_table() -> Table:
+    """Returns the table of the paper's recursive estimates: final parameters and RMSE."""
+    columns = RECURSIVE.values()
+    rows = [
+        (name, *(f"{column.theta[i]:.4f}" for column in columns))
+        for i, name in enumerate(THETA_NAMES)
+    ]
+    rows.append(("RMSE", *(f"{column.rmse:.4f}" for column in columns)))
+    return Table(
+        "The paper's Table 3, of its own rig, whose data were not published, in units that it does "
+        "not tell: no target.",
+        ("", *RECURSIVE),
+        rows,
+    )
+
+
+def known_plant_sections(results: KnownPlantResults, runs: int) -> list[Section]:
     """Returns the sections on part (a), the runs on model (16)."""
-    blocks: list[Words | Table | Picture] = [
-        Words(
+    blocks: list[Block] = [
+        (
             f"Third-order ARX at 50 ms for 100 s, {runs} runs (seeds 0 to {runs - 1}), float32, "
             "multisine of 0.05 to 5 Hz and rms 1.5. White equation error of deviation "
-            f"{found.noise:.4f}: with it the offline model's simulation fits as the paper's. "
+            f"{results.noise:.4f}: with it the offline model's simulation fits as the paper's. "
             "The three of the paper are Eqs. (12)-(14) and nothing else; the default policy runs "
             "with its guards. All start from theta = 0."
         )
     ]
-    for run in found.runs:
-        start = "a vague start" if run.p0 > 1.0 else "the start behind the paper's column"
+    for run in results.runs:
+        start = ", a vague start" if run.p0 > 1.0 else ", the start behind the paper's column"
         summaries = {name: summarise(o, DT_S) for name, o in run.outcomes.items()}
+        caption = (
+            "Figs. 9 and 10: error of the parameters, median and 5 to 95 % of the runs; below, the "
+            "forgetting factor of the first run."
+        )
         blocks += [
-            Words(f"P(0) = {run.p0:.2g} I, {start}:"),
-            Picture(
-                error_figure(run.outcomes, DT_S),
-                "Figs. 9 and 10: error of the parameters, median and 5 to 95 % of the runs; below, "
-                "the forgetting factor of the first run.",
-                f"Parameter error over 100 s on a logarithmic axis, P0 = {run.p0:.2g}",
-            ),
-            speed_table(summaries, SPEED_CAPTION),
+            *_run_blocks(run, summaries, caption, start=start),
             parameter_table(run, summaries),
         ]
-    change = Section(
+    change = _change_section(
         "A change of model (16), without and with the reset of Fig. 4",
-        [
-            Words(
-                f"At 50 s all b grow by {100.0 * (B_AFTER - 1.0):.0f} %; equation error "
-                f"{QUIET_NOISE:g}; vague start."
-            ),
-            Picture(
-                change_figure(
-                    found.changed.outcomes, DT_S, found.changed.at, _change_window(found.changed)
-                ),
-                "Fig. 11: error of the parameters around the change, median of the runs; dashed "
-                "without, solid with reset.",
-                "Curves of the parameter error from 2 s before to 15 s after the change",
-            ),
-            change_table(found.changed),
-        ],
+        f"At 50 s all b grow by {100.0 * (B_AFTER - 1.0):.0f} %; equation error "
+        f"{QUIET_NOISE:g}; vague start.",
+        "Fig. 11: error",
+        results.changed,
     )
-    plant = Section("Model (16) as a plant", loop_blocks(found.loop, DT_S))
+    plant = Section("Model (16) as a plant", loop_blocks(results.loop, DT_S))
     return [plant, Section("Recursive, on model (16) as the known truth", blocks), change]
 
 
-def rig_sections(found: RigFindings, runs: int, name: str) -> list[Section]:
+def rig_sections(results: RigResults, runs: int, name: str) -> list[Section]:
     """Returns the sections on part (b), the runs on the nonlinear rig."""
-    blocks: list[Words | Table | Picture] = [
-        Words(
+    blocks: list[Block] = [
+        (
             f"{runs} records of 100 s of {name}, each with a multisine and noise of its own. The "
             "reference is the offline model of the first part; errors are of the scaled "
             "parameters, signals divided by their standard deviations."
         )
     ]
-    for run in found.runs:
-        summaries = {contender: summarise(o, DT_S) for contender, o in run.outcomes.items()}
-        blocks += [
-            Words(f"P(0) = {run.p0:.2g} I:"),
-            Picture(
-                error_figure(run.outcomes, DT_S),
-                "Error against the offline model, median and 5 to 95 % of the runs; below, the "
-                "forgetting factor of the first run.",
-                f"Parameter error over 100 s on a logarithmic axis, P0 = {run.p0:.2g}",
-            ),
-            speed_table(summaries, SPEED_CAPTION),
-        ]
-    told = ", ".join(f"{key} = {value:g}" for key, value in found.change.items())
-    change = Section(
-        "A change of the rig, without and with the reset",
-        [
-            Words(f"From 50 s on {told}; the reference is then the offline model of that rig."),
-            Picture(
-                change_figure(
-                    found.changed.outcomes, DT_S, found.changed.at, _change_window(found.changed)
-                ),
-                "Error of the parameters around the change, median of the runs; dashed without, "
-                "solid with reset.",
-                "Curves of the parameter error from 2 s before to 15 s after the change",
-            ),
-            change_table(found.changed),
-        ],
+    caption = (
+        "Error against the offline model, median and 5 to 95 % of the runs; below, the forgetting "
+        "factor of the first run."
     )
+    for run in results.runs:
+        summaries = {contender: summarise(o, DT_S) for contender, o in run.outcomes.items()}
+        blocks += _run_blocks(run, summaries, caption)
+    change = ", ".join(f"{key} = {value:g}" for key, value in results.change.items())
     return [
         Section("Recursive, on the nonlinear rig", blocks),
-        change,
-        reading_section(found.reading, found.rig_reading, found.sampled),
+        _change_section(
+            "A change of the rig, without and with the reset",
+            f"From 50 s on {change}; the reference is then the offline model of that rig.",
+            "Error",
+            results.changed,
+        ),
+        reading_section(results.servo),
     ]
 
 
-def reading_section(
-    reading: Reading, rig: RigReading | None, sampled: SampledServo | None
-) -> Section:
+def record_sections(results: RecordResults, dt_s: float | None, name: str) -> list[Section]:
+    """Returns the sections on the recursive estimates from a user's own record."""
+    blocks: list[Block] = [
+        f"All contenders on {name}, once; the reference is the offline model above, so that what "
+        "they reach is agreement with it, not truth."
+    ]
+    step = dt_s or 1.0
+    for run in results.runs:
+        length = next(iter(run.outcomes.values())).error.shape[1] * step
+        times = tuple(round(share * length, 3) for share in (0.05, 0.2, 0.5, 1.0))
+        summaries = {n: summarise(o, step, times) for n, o in run.outcomes.items()}
+        blocks += _run_blocks(
+            run,
+            summaries,
+            "Distance of the parameters from the offline model; below, the forgetting factor.",
+            step=step,
+            unit="samples" if dt_s is None else "s",
+            table_caption=SPEED_CAPTION.replace(", median of the runs", ""),
+        )
+    sections = [Section("Recursive, on the record", blocks)]
+    return sections if results.servo is None else [*sections, reading_section(results.servo)]
+
+
+def reading_section(servo: ServoReading) -> Section:
     """Returns the section on K, omega_n and xi over time, and the rig values computed from them."""
+    reading, rig = servo.reading, servo.rig
     refused = {status for status in reading.status if status != "ok"}
     share = sum(status == "ok" for status in reading.status) / len(reading.status)
-    blocks: list[Words | Table | Picture] = [
-        Words(
+    blocks: list[Block] = [
+        (
             "Varying factor on the record of the offline part; theta is a servo (5) in "
             f"{100.0 * share:.0f} % of the readings"
             + (f"; else: {', '.join(sorted(refused))}." if refused else ".")
@@ -236,13 +281,15 @@ def reading_section(
         ),
     ]
     if rig is None:
-        blocks.append(Words("Of oil and load it says nothing: no reading, or no rig to compare."))
+        blocks.append(
+            "The estimates give no values of oil and load: there is no reading, or no rig."
+        )
     else:
         blocks.append(
             Table(
                 "What the last reading says of the rig, with the 95 % interval that the estimate's "
-                "covariance gives; what else the rig tells counts as known.",
-                ("", "found", "low", "high"),
+                "covariance gives. All other values of the rig file count as known.",
+                ("", "estimate", "low", "high"),
                 [
                     (name, *(f"{scale * value:.4g}" for value in triple))
                     for name, triple, scale in (
@@ -257,8 +304,8 @@ def reading_section(
                 ],
             )
         )
-    if sampled is not None:
-        blocks.append(_sampled_table(sampled))
+    if servo.sampled is not None:
+        blocks.append(_sampled_table(servo.sampled))
     return Section("Physical reading", blocks)
 
 

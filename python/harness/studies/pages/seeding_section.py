@@ -8,28 +8,29 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehsid.harness.report.page import Picture, Section, Table, Words
+from ehsid.harness.report.page import Picture, Section, Table
+from ehsid.harness.report.plotting import draw_band, styled
 from ehsid.harness.studies.convergence import Starts
 from ehsid.harness.studies.evidence import median_interval
 from ehsid.harness.studies.pages.recursive_sections import interval_text
 from ehsid.harness.studies.published import DT_S
 
 
+@styled
 def _figure(starts: Mapping[float, Starts]) -> Figure:
-    figure = Figure(figsize=(9, 3.6), layout="constrained")
+    figure = Figure(figsize=(9, 3.6))
     panels = figure.subplots(1, len(starts), sharey=True, squeeze=False)[0]
     for axes, (noise, start) in zip(panels, starts.items(), strict=True):
         for errors, label in ((start.vague, "from nothing"), (start.seeded, "from the model")):
             time = np.arange(errors.shape[1]) * DT_S
-            low, median, high = 100.0 * np.quantile(errors, [0.05, 0.5, 0.95], axis=0)
-            (line,) = axes.loglog(time + DT_S, median, label=label)
-            axes.fill_between(time + DT_S, low, high, color=line.get_color(), alpha=0.15)
-        axes.set_title(f"noise {noise:.3g}", fontsize="small")
+            curves = 100.0 * np.quantile(errors, [0.05, 0.5, 0.95], axis=0)
+            draw_band(axes, time + DT_S, curves, 0.15, label=label)
+        axes.set(xscale="log", yscale="log")
+        axes.set_title(f"noise {noise:.3g}")
         axes.set_ylim(1e-2, 200.0)
         axes.set_xlabel("time in s")
-        axes.grid(True, alpha=0.3)
     panels[0].set_ylabel("parameter error in %")
-    panels[0].legend(fontsize="small")
+    panels[0].legend()
     return figure
 
 
@@ -48,7 +49,7 @@ def seeding_section(starts: Mapping[float, Starts], runs: int) -> Section:
     return Section(
         "Seeded from the offline model",
         [
-            Words(
+            (
                 f"Model (16), default policy, {runs} runs: from nothing, and from a model of 50 s "
                 "of another record and its covariance, as `ehsid export` writes it for "
                 "the firmware."

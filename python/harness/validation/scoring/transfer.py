@@ -22,7 +22,7 @@ import ehsid
 from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.data.floor import floor_of
-from ehsid.harness.gap.inference.how_far import how_far, window_sums
+from ehsid.harness.gap.inference.gap_reduction import gap_reduction, window_sums
 from ehsid.harness.gap.model.comparison import compare
 from ehsid.harness.gap.model.problem import Problem
 from ehsid.harness.gap.schema import Estimate
@@ -92,7 +92,7 @@ def realised(nominal: Rig, augmented: Rig, record: Record, findings: Findings) -
         )
         sums.append(window_sums([compared], problem.simulate(np.zeros(0)), outputs))
     before, calibrated, after = sums
-    gaps = how_far(before, calibrated, after, floors, np.random.default_rng(BOOTSTRAP_SEED))
+    gaps = gap_reduction(before, calibrated, after, floors, np.random.default_rng(BOOTSTRAP_SEED))
     return Transfer(
         gaps.from_nominal, gaps.of_explainable if named else None, gaps.nominal, gaps.augmented
     )

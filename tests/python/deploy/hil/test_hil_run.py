@@ -96,7 +96,7 @@ def rows(path: Path) -> list[dict[str, str]]:
 
 def test_the_plans_of_the_experiment_are_its_records() -> None:
     plans = experiment_plans(RIG, suggested_controller(RIG), seed=3)
-    record = rig_record(RIG, 3).record
+    record = rig_record(RIG, 3)
     for plan in plans.values():
         np.testing.assert_array_equal(plan.direct_v, record.column("command_v"))
     assert len({repr(plan.configuration.estimator.forgetting) for plan in plans.values()}) == 4
@@ -118,7 +118,7 @@ def test_a_run_is_recorded_as_the_target_had_it(
     # The simulated run on the command in double: the rounding of a float32 command, 6e-8 of it,
     # is an offset in speed of that share; over the run the rod moves less than its stroke. The
     # position itself is rounded to float32.
-    before = rig_record(RIG, 3).record.column("position_m")[:SAMPLES]
+    before = rig_record(RIG, 3).column("position_m")[:SAMPLES]
     stroke = RIG.values["cylinder.stroke_m"]
     np.testing.assert_allclose(result.position_m, before, atol=4 * 6e-8 * stroke, rtol=0)
     estimates = rows(tmp_path / ESTIMATES)
@@ -253,7 +253,7 @@ def test_a_change_of_the_plant_is_that_of_the_experiment(
     plan = plans["changed_reset"]
     result = run(bench, replace(plan, noise=np.zeros_like(plan.noise)), tmp_path)
     mass = 2.0 * RIG.values["load.mass_kg"]
-    expected = changed_record(RIG, {"load.mass_kg": mass}, 3).record
+    expected = changed_record(RIG, {"load.mass_kg": mass}, 3)
     speed = np.abs(expected.column("velocity_m_s")).max()
     # The spool that begins at null lacks, until it has followed, 2 damping / omega of the way; the
     # other record has the noise of the sensor, of which 2000 samples stay below five deviations.
@@ -262,7 +262,7 @@ def test_a_change_of_the_plant_is_that_of_the_experiment(
     difference = np.abs(result.position_m - expected.column("position_m"))
     assert difference[:1000].max() < noise
     assert difference.max() < lag + noise
-    unchanged = rig_record(RIG, 3).record.column("position_m")
+    unchanged = rig_record(RIG, 3).column("position_m")
     assert np.abs(result.position_m - unchanged).max() > 10.0 * (lag + noise)
     assert compare(result).equal
     assert result.results[-1].resets >= 1

@@ -20,7 +20,7 @@ WINDOWS, SAMPLES = 40, 25
 
 
 class Linear:
-    """Errors X b - y in windows, without priors: what `deviations` asks of a problem."""
+    """Errors X b - y in windows, without priors: what `deviations` needs of a problem."""
 
     def __init__(self, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> None:
         self.x, self.y = x, y
@@ -39,7 +39,7 @@ class Linear:
 def test_deviations_are_those_of_clustered_errors() -> None:
     rng = np.random.default_rng(5)
     x = rng.normal(size=(WINDOWS * SAMPLES, 3))
-    # Errors that hang together within a window, more in some than in others.
+    # The errors are correlated within a window, more in some windows than in others.
     size = rng.uniform(0.1, 2.0, WINDOWS)
     noise = np.repeat(size * rng.normal(size=WINDOWS), SAMPLES) * x[:, 0]
     y = x @ [1.0, -2.0, 0.5] + noise + rng.normal(size=x.shape[0])
@@ -47,11 +47,11 @@ def test_deviations_are_those_of_clustered_errors() -> None:
     groups = np.repeat(np.arange(WINDOWS), SAMPLES)
     robust = fitted.get_robustcov_results("cluster", groups=groups, use_correction=False)
     problem = cast(Problem, cast(Any, Linear(x, y)))
-    found = deviations(problem, fitted.params)
+    scatter = deviations(problem, fitted.params)
     # The same formula, in floating point.
-    np.testing.assert_allclose(found, robust.bse, rtol=1e-9)
-    # Plain Gauss-Newton would have it far too narrow where errors hang together.
-    assert found[0] > 2.0 * fitted.bse[0]
+    np.testing.assert_allclose(scatter, robust.bse, rtol=1e-9)
+    # The plain Gauss-Newton deviation would be much too small where errors are correlated.
+    assert scatter[0] > 2.0 * fitted.bse[0]
 
 
 def test_a_value_at_its_bound_has_no_scatter() -> None:
@@ -59,26 +59,26 @@ def test_a_value_at_its_bound_has_no_scatter() -> None:
     x = rng.normal(size=(WINDOWS * SAMPLES, 2))
     problem = Linear(x, x @ [1.0, -1.0] + rng.normal(size=x.shape[0]))
     problem.low[1] = 0.0
-    found = deviations(cast(Problem, cast(Any, problem)), np.array([1.0, 0.0]))
-    assert found[1] == 0.0
-    assert found[0] > 0.0
+    scatter = deviations(cast(Problem, cast(Any, problem)), np.array([1.0, 0.0]))
+    assert scatter[1] == 0.0
+    assert scatter[0] > 0.0
 
 
 @pytest.mark.parametrize("logarithmic", [False, True])
 def test_an_interval_holds_its_value_and_stays_inside_the_bounds(logarithmic: bool) -> None:
     parameter = Parameter("effects.a.b", logarithmic, 0.0, math.inf, -1.0, 2.0)
     for x in (-1.0, 0.3, 2.0):
-        found = interval(parameter, x, 0.5, 40)
-        assert found.low <= found.value <= found.high
-        assert found.low >= parameter.value(parameter.low)
-        assert found.high <= parameter.value(parameter.high)
+        estimate = interval(parameter, x, 0.5, 40)
+        assert estimate.low <= estimate.value <= estimate.high
+        assert estimate.low >= parameter.value(parameter.low)
+        assert estimate.high <= parameter.value(parameter.high)
 
 
-def test_an_interval_without_scatter_is_what_the_model_is_wrong_by() -> None:
+def test_an_interval_without_scatter_is_the_error_of_the_model() -> None:
     parameter = Parameter("effects.a.b", True, 0.0, math.inf, -9.0, 9.0)
-    found = interval(parameter, 1.0, 0.0, 10**6, MODEL_ERROR)
+    estimate = interval(parameter, 1.0, 0.0, 10**6, MODEL_ERROR)
     # 1.645, the 95 % point of the normal distribution.
-    assert math.log(found.high / found.value) == pytest.approx(1.6449 * MODEL_ERROR, rel=1e-3)
+    assert math.log(estimate.high / estimate.value) == pytest.approx(1.6449 * MODEL_ERROR, rel=1e-3)
 
 
 def test_moves_count_in_deviations_of_prior_and_fit() -> None:

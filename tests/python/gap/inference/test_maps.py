@@ -19,7 +19,7 @@ FLOORS = {"position_m": 5e-6, "pressure_a_pa": 1e4}
 
 
 def errors_of(shape: np.ndarray, times: float = 20.0) -> dict[str, np.ndarray]:
-    """The same shape in both outputs, so many times their floor, on noise of the floor."""
+    """Errors of this shape in both outputs, `times` the floor, plus noise of the floor."""
     rng = np.random.default_rng(0)
     return {
         name: FLOORS[name] * (times * shape + rng.standard_normal(shape.size)) for name in OUTPUTS
@@ -30,29 +30,29 @@ def test_an_error_in_slow_motion_is_mapped_there() -> None:
     holds = conditions([COMPARED], RIG)
     slow = next(name for name in holds if name.startswith("|velocity| <"))
     rng = np.random.default_rng(1)
-    found = maps(
+    mapped = maps(
         [COMPARED], errors_of(rng.standard_normal(holds[slow].size) * holds[slow]), FLOORS, RIG
     )
-    shares = {one.condition: one for one in found.regimes}
+    shares = {regime.condition: regime for regime in mapped.regimes}
     assert shares[slow].share_of_gap.value > 0.98
     assert shares[slow].share_of_time == pytest.approx(float(np.mean(holds[slow])))
-    for name, one in shares.items():
+    for name, regime in shares.items():
         if name.startswith("velocity"):
-            assert one.share_of_gap.value < 0.02
-    values = [one.share_of_gap.value for one in found.regimes]
+            assert regime.share_of_gap.value < 0.02
+    values = [regime.share_of_gap.value for regime in mapped.regimes]
     assert values == sorted(values, reverse=True)
 
 
 @pytest.mark.parametrize(("hz", "place"), [(1.0, 0), (6.0, 1), (30.0, 2), (200.0, 3)])
 def test_a_tone_is_mapped_to_its_band(hz: float, place: int) -> None:
     time_s = np.arange(USED.size)[USED] * DT_S
-    found = maps([COMPARED], errors_of(np.cos(2.0 * np.pi * hz * time_s)), FLOORS, RIG)
-    shares = [one.share_of_gap.value for one in found.frequency]
+    mapped = maps([COMPARED], errors_of(np.cos(2.0 * np.pi * hz * time_s)), FLOORS, RIG)
+    shares = [band.share_of_gap.value for band in mapped.frequency]
     # A tone between two lines of a window of 0.5 s leaks into its neighbours, the slowest most.
     assert shares[place] > 0.8
-    # A band of noise alone may come out below nothing, and is shown as nothing.
+    # The share of a band with noise alone may be negative, and is shown as zero.
     assert sum(shares) == pytest.approx(1.0, abs=1e-3)
-    assert found.frequency[-1].band_hz == (50.0, 500.0)
+    assert mapped.frequency[-1].band_hz == (50.0, 500.0)
 
 
 def test_bands_end_at_nyquist() -> None:
@@ -60,18 +60,18 @@ def test_bands_end_at_nyquist() -> None:
     rng = np.random.default_rng(0)
     rows = np.count_nonzero(slow.used)
     errors = {name: FLOORS[name] * 20.0 * rng.standard_normal(rows) for name in OUTPUTS}
-    found = maps([slow], errors, FLOORS, RIG)
-    assert [one.band_hz for one in found.frequency] == [(0.0, 2.0), (2.0, 10.0), (10.0, 20.0)]
-    # White noise: in proportion to the width of a band, but for the line at zero.
-    assert found.frequency[2].share_of_gap.value == pytest.approx(0.5, abs=0.1)
+    mapped = maps([slow], errors, FLOORS, RIG)
+    assert [band.band_hz for band in mapped.frequency] == [(0.0, 2.0), (2.0, 10.0), (10.0, 20.0)]
+    # White noise: shares in proportion to the width of a band, except for the line at zero.
+    assert mapped.frequency[2].share_of_gap.value == pytest.approx(0.5, abs=0.1)
 
 
-def test_a_stretch_that_is_off_is_found() -> None:
+def test_a_stretch_with_large_errors_is_listed() -> None:
     window = COMPARED.window[USED]
     rng = np.random.default_rng(2)
     loud = np.where((window >= 3) & (window < 8), 10.0, 1.0) * rng.standard_normal(window.size)
     (span,) = maps([COMPARED], errors_of(loud), FLOORS, RIG).time
-    # Runs of five windows that touch the loud ones hold more than their share, too.
+    # Runs of five windows that overlap those with large errors exceed their share, too.
     begin, end = span.span_s
     assert begin <= 0.3 + 3 * 0.5 < 0.3 + 8 * 0.5 <= end + 1e-9
     assert span.share_of_gap > 0.98
@@ -79,7 +79,7 @@ def test_a_stretch_that_is_off_is_found() -> None:
 
 
 def test_noise_alone_has_no_map() -> None:
-    # A third below the floor: nothing is above it.
+    # The errors are a third below the floor: nothing is above it.
     errors = {
         name: 0.7 * FLOORS[name] * np.random.default_rng(0).standard_normal(np.count_nonzero(USED))
         for name in OUTPUTS
@@ -97,25 +97,31 @@ def test_shares_are_shares_in_any_unit(scale: float, seed: int, smooth: int) -> 
     rng = np.random.default_rng(seed)
     shape = np.convolve(rng.standard_normal(np.count_nonzero(USED)), np.ones(smooth), "same")
     errors = errors_of(shape)
-    one = maps([COMPARED], errors, FLOORS, RIG)
+    mapped = maps([COMPARED], errors, FLOORS, RIG)
     scaled = scaled_pressure(scale)
-    other = maps(
+    mapped_scaled = maps(
         [scaled],
         {**errors, "pressure_a_pa": scale * errors["pressure_a_pa"]},
         {**FLOORS, "pressure_a_pa": scale * FLOORS["pressure_a_pa"]},
         RIG,
     )
-    for a, b in zip(one.frequency, other.frequency, strict=True):
-        assert a.share_of_gap.value == pytest.approx(b.share_of_gap.value, rel=1e-6, abs=1e-9)
-    by_sign = [x for x in one.regimes if x.condition.startswith(("velocity", "|velocity|"))]
-    assert sum(x.share_of_gap.value for x in by_sign) == pytest.approx(1.0, abs=0.02)
-    for share in [*one.regimes, *one.frequency]:
+    for band, band_scaled in zip(mapped.frequency, mapped_scaled.frequency, strict=True):
+        assert band.share_of_gap.value == pytest.approx(
+            band_scaled.share_of_gap.value, rel=1e-6, abs=1e-9
+        )
+    by_sign = [
+        regime
+        for regime in mapped.regimes
+        if regime.condition.startswith(("velocity", "|velocity|"))
+    ]
+    assert sum(regime.share_of_gap.value for regime in by_sign) == pytest.approx(1.0, abs=0.02)
+    for share in [*mapped.regimes, *mapped.frequency]:
         estimate = share.share_of_gap
         assert 0.0 <= estimate.low <= estimate.value <= estimate.high <= 1.0
 
 
 def scaled_pressure(scale: float) -> Compared:
-    """The output in another unit; the record, from which conditions are read, as it was."""
+    """The output in another unit; the record, from which the conditions follow, is unchanged."""
     outputs = dict(COMPARED.outputs)
     outputs["pressure_a_pa"] = scale * outputs["pressure_a_pa"]
     return replace(COMPARED, outputs=outputs)
@@ -124,7 +130,7 @@ def scaled_pressure(scale: float) -> Compared:
 def test_turns_are_those_of_a_triangle() -> None:
     up = np.arange(100.0)
     triangle = np.concatenate([up, up[::-1], up, up[::-1]])
-    # Small noise turns all the time; that does not count.
+    # Small noise turns all the time; such turns do not count.
     marked = after_turns(triangle + 1e-3 * np.random.default_rng(0).standard_normal(400), 0.05, 10)
     begins = np.flatnonzero(np.diff(marked.astype(int), prepend=0) > 0)
     np.testing.assert_allclose(begins, [99, 199, 299], atol=2)
@@ -142,12 +148,12 @@ def test_blocks_are_mapped_as_blocks() -> None:
         name: FLOORS[name] * (1.0 + 50.0 * loud) * rng.standard_normal(numbers.size)
         for name in OUTPUTS
     }
-    found = maps([held_out], errors, FLOORS, RIG)
-    assert sum(one.share_of_gap.value for one in found.frequency) == pytest.approx(1.0, abs=1e-3)
-    for one in found.time:
+    mapped = maps([held_out], errors, FLOORS, RIG)
+    assert sum(band.share_of_gap.value for band in mapped.frequency) == pytest.approx(1.0, abs=1e-3)
+    for span in mapped.time:
         inside = np.arange(30_000) * DT_S
-        inside = (inside >= one.span_s[0] - 1e-9) & (inside < one.span_s[1] - 1e-9)
-        # Nothing but held-out samples in a stretch.
+        inside = (inside >= span.span_s[0] - 1e-9) & (inside < span.span_s[1] - 1e-9)
+        # A stretch contains held-out samples only.
         assert held_out.used[inside].all()
 
 

@@ -6,9 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
-from ehsid.harness.gap.inference.advantage import above_floor, advantage
-from ehsid.harness.gap.inference.rivals import Rival, base, calibrate, polish, screen
-from ehsid.harness.gap.inference.search import candidates, restrict, search
+from ehsid.harness.gap.inference.candidates import (
+    FittedCandidate,
+    calibrate,
+    linearised_start,
+    refine,
+    screen,
+)
+from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
+from ehsid.harness.gap.inference.search import candidate_effects, restrict, search
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import GAIN
 from ehsid.harness.gap.thresholds import AT_FLOOR, DECIDED_NATS, DECIDED_RELATIVE
@@ -25,21 +31,25 @@ def calm() -> Case:
     return made.case_of({})
 
 
-def test_candidates_are_what_the_plant_can_have() -> None:
-    # Quantisation shows in the record itself.
-    assert candidates(made.RIG) == tuple(one for one in IDS if one != "sensor_quantisation")
-    axis = candidates(read_rig(made.RIGS / "axis.toml"))
+def test_candidate_effects_are_those_that_the_plant_can_have() -> None:
+    # The record itself shows quantisation.
+    assert candidate_effects(made.RIG) == tuple(
+        effect for effect in IDS if effect != "sensor_quantisation"
+    )
+    axis = candidate_effects(read_rig(made.RIGS / "axis.toml"))
     assert {"load_force", "transport_delay", "sensor_lag"} <= set(axis)
-    assert not any(one.startswith(("valve_", "supply_")) or "leakage" in one for one in axis)
+    assert not any(
+        effect.startswith(("valve_", "supply_")) or "leakage" in effect for effect in axis
+    )
 
 
 @given(excluded=st.sets(st.sampled_from(IDS)))
-def test_candidates_are_neither_told_nor_excluded(excluded: set[str]) -> None:
-    told = read_rig(made.RIGS / "bench.toml")
-    assert told.effects() == ("valve_lag",)
-    found = candidates(told, tuple(excluded))
-    assert set(found) == set(IDS) - excluded - {"valve_lag", "sensor_quantisation"}
-    assert len(set(found)) == len(found)
+def test_candidate_effects_are_neither_configured_nor_excluded(excluded: set[str]) -> None:
+    rig = read_rig(made.RIGS / "bench.toml")
+    assert rig.effects() == ("valve_lag",)
+    effects = candidate_effects(rig, tuple(excluded))
+    assert set(effects) == set(IDS) - excluded - {"valve_lag", "sensor_quantisation"}
+    assert len(set(effects)) == len(effects)
 
 
 @pytest.mark.parametrize(
@@ -48,8 +58,8 @@ def test_candidates_are_neither_told_nor_excluded(excluded: set[str]) -> None:
         ("coulomb_friction.force_n", 400.0, made.PRESSURES),
         ("transport_delay.delay_s", 0.0053, ("position_m",)),
         *(
-            pytest.param(*one, marks=pytest.mark.slow)
-            for one in (
+            pytest.param(*parameters, marks=pytest.mark.slow)
+            for parameters in (
                 ("valve_dead_band.overlap", 0.03, made.PRESSURES),
                 ("valve_dead_band.overlap", 0.03, ("position_m",)),
                 ("internal_leakage.coefficient_m3_s_pa", 2e-11, made.PRESSURES),
@@ -62,94 +72,100 @@ def test_the_effect_that_was_put_in_is_best_on_held_out_data(
 ) -> None:
     case = made.case_of({**made.OFF, f"effects.{name}": value}, names)
     with workers(1):
-        found = search(case, made.all_but(*FEW))
-    best = found.rivals[0]
+        result = search(case, made.all_but(*FEW))
+    best = result.refined[0]
     assert best.effects == (name.split(".")[0],)
     assert best.values[f"effects.{name}"] == pytest.approx(value, rel=0.05)
-    # Better than the calibrated rig beyond doubt, and nothing is left.
-    gain = advantage(case, best, found.calibrated)
+    # It is certainly better than the calibrated rig, and its errors are at the floor.
+    gain = likelihood_gain(case, best, result.calibrated)
     assert gain.nats > DECIDED_NATS
     assert gain.low > 0.0
     assert gain.relative > DECIDED_RELATIVE
     assert above_floor(case, best) < AT_FLOOR
-    # Nothing is left: no set of two was looked for.
-    assert {len(one.effects) for one in found.rivals} == {1}
-    assert [one.held_out_cost for one in found.rivals] == sorted(
-        one.held_out_cost for one in found.rivals
+    # Therefore no set of two effects was tried.
+    assert {len(candidate.effects) for candidate in result.refined} == {1}
+    assert [candidate.held_out_cost for candidate in result.refined] == sorted(
+        candidate.held_out_cost for candidate in result.refined
     )
-    assert sorted(one.effects for one in found.screened) == sorted((one,) for one in FEW)
+    assert sorted(candidate.effects for candidate in result.screened) == sorted(
+        (effect,) for effect in FEW
+    )
 
 
 @pytest.mark.slow
-def test_it_is_best_of_the_whole_catalogue() -> None:
+def test_a_dead_band_is_best_of_the_whole_catalogue() -> None:
     case = made.case_of({**made.OFF, "effects.valve_dead_band.overlap": 0.03})
-    found = search(case)
-    assert found.rivals[0].effects == ("valve_dead_band",)
-    assert len(found.screened) == len(candidates(made.RIG))
-    rest = [one for one in found.screened if "valve_dead_band" not in one.effects]
-    assert rest
-    for one in rest:
-        assert advantage(case, found.rivals[0], one).low > 0.0, one.effects
+    result = search(case)
+    assert result.refined[0].effects == ("valve_dead_band",)
+    assert len(result.screened) == len(candidate_effects(made.RIG))
+    others = [
+        candidate for candidate in result.screened if "valve_dead_band" not in candidate.effects
+    ]
+    assert others
+    for candidate in others:
+        assert likelihood_gain(case, result.refined[0], candidate).low > 0.0, candidate.effects
 
 
-def test_two_effects_are_found_together_and_progress_goes_up_to_one() -> None:
+def test_two_effects_are_identified_together_and_progress_reaches_one() -> None:
     case = made.case_of({**made.OFF, **PAIR})
     shares: list[float] = []
     with workers(1):
-        found = search(case, made.all_but(*FEW[:3]), shares.append)
-    best = found.rivals[0]
+        result = search(case, made.all_but(*FEW[:3]), shares.append)
+    best = result.refined[0]
     assert set(best.effects) == {"coulomb_friction", "valve_dead_band"}
     for name, value in PAIR.items():
         assert best.values[name] == pytest.approx(value, rel=0.05)
     assert above_floor(case, best) < AT_FLOOR
-    # Each of the two is worth its place.
-    alone = {one.effects: one for one in found.rivals if len(one.effects) == 1}
+    # Each of the two effects has a gain of its own.
+    singles = {
+        candidate.effects: candidate for candidate in result.refined if len(candidate.effects) == 1
+    }
     for effect in best.effects:
-        gain = advantage(case, best, alone[(effect,)])
+        gain = likelihood_gain(case, best, singles[(effect,)])
         assert gain.low > 0.0
         assert gain.relative > DECIDED_RELATIVE
     assert np.all(np.diff(shares) >= 0.0)
     assert 0.0 < shares[0] < 0.5
     assert shares[-1] == 1.0
-    # Step by step: calibration, three looks, three long fits and those of the pairs are told.
+    # Progress is reported after the calibration, each screening and each long fit.
     assert len(set(shares)) > 8
 
 
 @pytest.mark.parametrize("names", [made.PRESSURES, ("position_m",)])
-def test_nothing_is_found_where_there_is_nothing(names: tuple[str, ...]) -> None:
+def test_no_effect_gains_where_none_was_put_in(names: tuple[str, ...]) -> None:
     case = made.case_of(made.OFF, names)
     with workers(1):
-        found = search(case, made.all_but(*FEW))
-    assert above_floor(case, found.calibrated) < AT_FLOOR
-    for one in found.rivals:
-        # Only alone, and without an advantage: a free parameter gains half a nat by chance, five
-        # of its deviations more are four.
-        assert len(one.effects) == 1
-        assert advantage(case, one, found.calibrated).nats < 4.0, one.effects
-        assert advantage(case, one, found.calibrated).relative < DECIDED_RELATIVE
+        result = search(case, made.all_but(*FEW))
+    assert above_floor(case, result.calibrated) < AT_FLOOR
+    for candidate in result.refined:
+        # Only single effects, without a real gain: a free parameter gains half a nat by chance, and
+        # with five standard deviations more some four nats.
+        assert len(candidate.effects) == 1
+        assert likelihood_gain(case, candidate, result.calibrated).nats < 4.0, candidate.effects
+        assert likelihood_gain(case, candidate, result.calibrated).relative < DECIDED_RELATIVE
 
 
 def test_with_nothing_to_try_the_calibration_is_all() -> None:
     case = made.case_of(made.OFF)
     shares: list[float] = []
     with workers(1):
-        found = search(case, IDS, shares.append)
-    assert found.rivals == found.screened == ()
-    assert found.nominal.held_out_cost > found.calibrated.held_out_cost
+        result = search(case, IDS, shares.append)
+    assert result.refined == result.screened == ()
+    assert result.nominal.held_out_cost > result.calibrated.held_out_cost
     assert shares[-1] == 1.0
 
 
 @pytest.mark.slow
 def test_the_result_does_not_depend_on_the_workers() -> None:
     case = made.case_of({**made.OFF, "effects.transport_delay.delay_s": 0.0053})
-    found = []
+    results = []
     for count in (1, 2):
         with workers(count):
-            found.append(search(case, made.all_but(*FEW[2:])))
-    one, two = found
+            results.append(search(case, made.all_but(*FEW[2:])))
+    serial, parallel = results
     for first, second in zip(
-        (one.nominal, one.calibrated, *one.rivals, *one.screened),
-        (two.nominal, two.calibrated, *two.rivals, *two.screened),
+        (serial.nominal, serial.calibrated, *serial.refined, *serial.screened),
+        (parallel.nominal, parallel.calibrated, *parallel.refined, *parallel.screened),
         strict=True,
     ):
         assert first.effects == second.effects
@@ -158,44 +174,50 @@ def test_the_result_does_not_depend_on_the_workers() -> None:
         np.testing.assert_array_equal(first.squares, second.squares)
 
 
-def never_fitted(case: Case, effects: tuple[str, ...]) -> Rival:
-    """Each value of x another one."""
+def never_fitted(case: Case, effects: tuple[str, ...]) -> FittedCandidate:
+    """A candidate in which every value of x is different."""
     x, nothing = np.arange(float(len(case.parameters(effects)))), np.zeros(0)
-    return Rival(effects, x, {}, 0.0, 0.0, True, nothing[:, np.newaxis], nothing)
+    return FittedCandidate(effects, x, {}, 0.0, 0.0, True, nothing[:, np.newaxis], nothing)
 
 
 @given(data=st.data())
 def test_taking_effects_away_leaves_the_others_as_they_are(calm: Case, data: st.DataObject) -> None:
-    fitted = [one for one in IDS if one != "sensor_quantisation"]
+    fitted = [effect for effect in IDS if effect != "sensor_quantisation"]
     effects = tuple(
         data.draw(st.lists(st.sampled_from(fitted), min_size=1, max_size=4, unique=True))
     )
-    kept = tuple(one for one in effects if data.draw(st.booleans()))
-    rival = never_fitted(calm, effects)
-    found = restrict(calm, rival, kept)
-    # By name: what is left has the x that it had.
-    before = dict(zip([p.name for p in calm.parameters(effects)], rival.x, strict=True))
-    left = [p.name for p in calm.parameters(kept)]
-    np.testing.assert_array_equal(found, [before[name] for name in left])
+    remaining = tuple(effect for effect in effects if data.draw(st.booleans()))
+    candidate = never_fitted(calm, effects)
+    restricted = restrict(calm, candidate, remaining)
+    # By name: each remaining parameter keeps its x.
+    before = dict(zip([p.name for p in calm.parameters(effects)], candidate.x, strict=True))
+    names = [p.name for p in calm.parameters(remaining)]
+    np.testing.assert_array_equal(restricted, [before[name] for name in names])
 
 
 def test_a_set_is_reached_from_what_is_left_of_a_larger_one() -> None:
-    """The backward step from three effects comes to where the forward one came with two."""
+    """The backward step from three effects reaches the same fit as the forward step to two."""
     case = made.case_of(PAIR)
-    one = screen(case, ("coulomb_friction",), [base(case, (), calibrate(case).x)])
-    two = screen(case, (*one.effects, "valve_dead_band"), [base(case, one.effects, one.x)])
-    three = screen(case, (*two.effects, "transport_delay"), [base(case, two.effects, two.x)])
-    forward = polish(case, two.effects, two.x)
-    backward = polish(case, two.effects, restrict(case, three, two.effects))
+    single = screen(case, ("coulomb_friction",), [linearised_start(case, (), calibrate(case).x)])
+    pair = screen(
+        case,
+        (*single.effects, "valve_dead_band"),
+        [linearised_start(case, single.effects, single.x)],
+    )
+    triple = screen(
+        case, (*pair.effects, "transport_delay"), [linearised_start(case, pair.effects, pair.x)]
+    )
+    forward = refine(case, pair.effects, pair.x)
+    backward = refine(case, pair.effects, restrict(case, triple, pair.effects))
     # Fits end where a step gains less than GAIN.
     assert backward.cost == pytest.approx(forward.cost, abs=20.0 * GAIN)
     for name, value in PAIR.items():
         assert backward.values[name] == pytest.approx(value, rel=0.05)
 
 
-def test_what_is_excluded_is_not_found_behind_the_law_that_holds_it() -> None:
+def test_an_excluded_effect_is_not_reached_through_the_law_that_contains_it() -> None:
     case = made.case_of({**made.OFF, "effects.coulomb_friction.force_n": 400.0})
     with workers(1):
-        found = search(case, made.all_but("stribeck_friction", "valve_dead_band"))
-    assert any("stribeck_friction" in one.effects for one in found.rivals)
-    assert all("coulomb_friction" not in one.effects for one in found.rivals)
+        result = search(case, made.all_but("stribeck_friction", "valve_dead_band"))
+    assert any("stribeck_friction" in candidate.effects for candidate in result.refined)
+    assert all("coulomb_friction" not in candidate.effects for candidate in result.refined)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sizes that matter."""
+"""Least sizes of effects."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_typical_sizes_of_the_catalogue_matter(effect: ehsid.EffectInfo) -> None
 
 @pytest.mark.parametrize("effect", FITTED, ids=lambda info: info.id)
 def test_an_effect_as_good_as_off_does_not(effect: ehsid.EffectInfo) -> None:
-    """Off is zero, but for a lag, which is off where it is fast, and a limit that is never met."""
+    """Off means zero; a fast lag and a limit that is never reached are off as well."""
     off = {"valve_lag": 500.0, "valve_flow_saturation": 2.0}.get(effect.id, 0.0)
     values = {f"effects.{effect.id}.{p.name}": off for p in effect.parameters}
     assert not matters(effect.id, values, RIG)

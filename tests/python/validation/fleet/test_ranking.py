@@ -12,7 +12,7 @@ from matplotlib.collections import PathCollection
 from published_schemas import check_file
 
 from ehsid.harness.report.fleet_figure import fleet_figure
-from ehsid.harness.report.fleet_page import fleet_lead, fleet_page, found, write_fleet
+from ehsid.harness.report.fleet_page import fleet_lead, fleet_page, verdict_text, write_fleet
 from ehsid.harness.report.page import Table, render_page
 from ehsid.harness.validation.fleet.ranking import Fleet, read_fleet
 
@@ -137,7 +137,7 @@ def test_what_was_found_is_told_in_a_line(tmp_path: Path) -> None:
         "e": diagnosis(0.1, verdict="parameters"),
     }
     machines["b"]["verdict"] = "ambiguous"
-    assert [found(one) for one in written(tmp_path, machines).ranked] == [
+    assert [verdict_text(one) for one in written(tmp_path, machines).ranked] == [
         "load force + Coulomb friction",
         "load force or load spring",
         "load force, and more outside the catalogue",

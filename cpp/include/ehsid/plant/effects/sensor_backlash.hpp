@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <ehsid/plant/dual.hpp>
 #include <ehsid/plant/effect.hpp>
+#include <ehsid/plant/play.hpp>
 
 #include <array>
 #include <cmath>
@@ -39,7 +39,7 @@ struct SensorBacklash : Effect<Scalar> {
 
   void start_sensor(const Scalar& position) { held_ = position; }
   Scalar sense(const Scalar& position, double /*h*/) {
-    held_ = clamp<Scalar>(held_, position - parameters[0], position + parameters[0]);
+    held_ = play(held_, position, parameters[0]);
     return held_;
   }
   void shift_sensor(const Scalar& change) { held_ += change; }

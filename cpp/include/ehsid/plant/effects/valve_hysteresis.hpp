@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <ehsid/plant/dual.hpp>
 #include <ehsid/plant/effect.hpp>
+#include <ehsid/plant/play.hpp>
 
 #include <array>
 
@@ -35,7 +35,7 @@ struct ValveHysteresis : Effect<Scalar> {
   }
 
   Scalar command(const Scalar& u) {
-    held_ = clamp<Scalar>(held_, u - parameters[0], u + parameters[0]);
+    held_ = play(held_, u, parameters[0]);
     return held_;
   }
 

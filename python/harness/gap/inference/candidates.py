@@ -30,7 +30,7 @@ SLEW = "nuisance.spool_slew_1_s"
 
 
 @dataclass(frozen=True, eq=False)
-class Rival:
+class FittedCandidate:
     """Candidate explanation of the records: the calibrated rig with a set of effects.
 
     Attributes
@@ -62,55 +62,56 @@ class Rival:
     counts: FloatArray
 
 
-def _rival(case: Case, effects: tuple[str, ...], found: Fit) -> Rival:
+def _evaluate(case: Case, effects: tuple[str, ...], fitted: Fit) -> FittedCandidate:
     held_out = case.problem(effects, held_out=True)
-    values = {p.name: p.value(float(x)) for p, x in zip(held_out.parameters, found.x, strict=True)}
-    errors = held_out.errors(found.x)
+    values = {p.name: p.value(float(x)) for p, x in zip(held_out.parameters, fitted.x, strict=True)}
+    errors = held_out.errors(fitted.x)
     squares, counts = held_out.window_squares(errors)
-    return Rival(
+    return FittedCandidate(
         effects,
-        found.x,
+        fitted.x,
         values,
-        found.cost,
+        fitted.cost,
         held_out.fit_cost(errors),
-        found.converged,
+        fitted.converged,
         squares,
         counts,
     )
 
 
 def _best(fits: Sequence[Fit]) -> Fit:
-    return min(fits, key=lambda one: one.cost)
+    return min(fits, key=lambda fitted: fitted.cost)
 
 
-def decisive(case: Case) -> Case:
+def decision_case(case: Case) -> Case:
     """Returns the case with the finer integration steps that decisions are based on."""
     return replace(case, substeps=max(case.substeps, DECISION_SUBSTEPS))
 
 
-def as_told(case: Case) -> Rival:
+def nominal_candidate(case: Case) -> FittedCandidate:
     """Returns the rig as configured, without any fit, with nuisances at their typical values."""
-    problem = decisive(case).problem()
+    problem = decision_case(case).problem()
     x = problem.centre()
-    return _rival(decisive(case), (), Fit(x, problem.cost(x), 0, True))
+    return _evaluate(decision_case(case), (), Fit(x, problem.cost(x), 0, True))
 
 
-def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> Rival:
+def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
     """Fits the rig without effects, from its priors and from any other starts.
 
-    From the priors it starts directly, and also by way of short windows: in windows of half a
-    second a cold start can settle on a wrong multiple of a limit cycle, in short ones it cannot.
+    From the priors it starts directly, and also after fits in short windows: in windows of half a
+    second a cold start can settle on a wrong multiple of the frequency of a limit cycle, in short
+    windows it cannot.
     """
     problem = case.problem()
     cold = problem.centre()
     for window_s in COLD_WINDOWS_S:
-        subject = case.problem(window_s=window_s, all_states=True)
-        cold = fit(subject, cold, iterations=ITERATIONS_COLD).x
-    found = _from_all(problem, [cold, problem.centre(), *starts])
-    return polish(case, (), found.x)
+        short_problem = case.problem(window_s=window_s, all_states=True)
+        cold = fit(short_problem, cold, iterations=ITERATIONS_COLD).x
+    best = _fit_from_all(problem, [cold, problem.centre(), *starts])
+    return refine(case, (), best.x)
 
 
-def _from_all(problem: Problem, starts: Sequence[FloatArray]) -> Fit:
+def _fit_from_all(problem: Problem, starts: Sequence[FloatArray]) -> Fit:
     """Fits from all starts, then from the best with a slower spool; returns the best fit."""
     best = _best([fit(problem, start, iterations=ITERATIONS) for start in starts])
     slower = _slower_spool(problem, best)
@@ -125,50 +126,50 @@ def _slower_spool(problem: Problem, best: Fit) -> FloatArray | None:
     names = [parameter.name for parameter in problem.parameters]
     if SLEW not in names:
         return None
-    place = names.index(SLEW)
+    index = names.index(SLEW)
     trials = []
     for slew in SLEWS_1_S:
         x = best.x.copy()
-        x[place] = problem.parameters[place].place(slew)
+        x[index] = problem.parameters[index].place(slew)
         trials.append((problem.cost(x), tuple(x)))
-    cost, found = min(trials)
-    return np.array(found) if cost < best.cost else None
+    cost, best_x = min(trials)
+    return np.array(best_x) if cost < best.cost else None
 
 
 @dataclass(frozen=True, eq=False)
-class Base:
+class FitStart:
     """Values from which a fit starts, shape (n,), with the sensitivities of the errors there."""
 
     x: FloatArray
     linear: Linear
 
 
-def base(case: Case, effects: tuple[str, ...], x: FloatArray) -> Base:
-    """Returns the values of a candidate as a base."""
-    return Base(x, case.problem(effects).linear(x))
+def linearised_start(case: Case, effects: tuple[str, ...], x: FloatArray) -> FitStart:
+    """Returns the values x of a candidate as a start, with the sensitivities there."""
+    return FitStart(x, case.problem(effects).linear(x))
 
 
-def values_as_told(case: Case, calibrated: Rival) -> Rival:
+def calibrate_nuisances(case: Case, calibrated: FittedCandidate) -> FittedCandidate:
     """Fits the nuisances only; the rig's own values stay as in the rig file."""
-    fine = decisive(case)
+    fine = decision_case(case)
     coarse, exact = case.problem(), fine.problem()
-    told = [not ParameterKey(one.name).is_nuisance for one in coarse.parameters]
+    is_rig_value = [not ParameterKey(parameter.name).is_nuisance for parameter in coarse.parameters]
     centre = coarse.centre()
     for problem in (coarse, exact):
-        problem.low = np.where(told, centre, problem.low)
-        problem.high = np.where(told, centre, problem.high)
-    near = _from_all(coarse, [calibrated.x, centre])
+        problem.low = np.where(is_rig_value, centre, problem.low)
+        problem.high = np.where(is_rig_value, centre, problem.high)
+    fitted = _fit_from_all(coarse, [calibrated.x, centre])
     # Held values make the minimum narrow, so that the fit needs twice the steps.
-    near = fit(coarse, near.x, iterations=ITERATIONS)
-    return _rival(fine, (), fit(exact, near.x, iterations=ITERATIONS_FINE))
+    fitted = fit(coarse, fitted.x, iterations=ITERATIONS)
+    return _evaluate(fine, (), fit(exact, fitted.x, iterations=ITERATIONS_FINE))
 
 
-def screen(case: Case, effects: tuple[str, ...], bases: Sequence[Base]) -> Rival:
-    """Makes short fits from each active size of the last effect and each base; returns the best.
+def screen(case: Case, effects: tuple[str, ...], fit_starts: Sequence[FitStart]) -> FittedCandidate:
+    """Makes short fits from each active size of the last effect and each start; returns the best.
 
-    bases: values of the calibration and of all effects but the last, to start from. A calibration
-    without the effect may have moved far to hide it, so that the values in the rig file are a base
-    of their own.
+    fit_starts: values of the calibration and of all effects but the last. A calibration without the
+    effect may have moved by many deviations to hide it, so that the values in the rig file are a
+    start of their own.
     """
     problem = case.problem(effects)
     effect = effects[-1]
@@ -178,28 +179,30 @@ def screen(case: Case, effects: tuple[str, ...], bases: Sequence[Base]) -> Rival
         fits += [
             fit(
                 problem,
-                np.concatenate([one.x, size]),
+                np.concatenate([fit_start.x, size]),
                 iterations=ITERATIONS_SCREEN,
-                first=one.linear,
+                first=fit_start.linear,
             )
-            for one in bases
+            for fit_start in fit_starts
         ]
-    simpler = catalogue()[effect].contains
-    if simpler is not None and simpler not in effects:
-        # The minimum of the cost is far narrower than that of the simpler law, and near it.
-        less = screen(case, (*effects[:-1], simpler), bases)
-        simple = sizes_of(simpler, less.values)
-        start = catalogue()[effect].grown(simple, machine_scale(case.rig))
-        grown = effect_parameters(effect, start, case.rig.plant)
-        start_x = np.concatenate([less.x[:-1], [x for _, x in grown]])
+    simpler_effect = catalogue()[effect].contains
+    if simpler_effect is not None and simpler_effect not in effects:
+        # The minimum of the cost is much narrower than that of the simpler law, and near it.
+        simpler_candidate = screen(case, (*effects[:-1], simpler_effect), fit_starts)
+        simpler_sizes = sizes_of(simpler_effect, simpler_candidate.values)
+        start = catalogue()[effect].grown(simpler_sizes, machine_scale(case.rig))
+        parameters = effect_parameters(effect, start, case.rig.plant)
+        start_x = np.concatenate([simpler_candidate.x[:-1], [x for _, x in parameters]])
         fits.append(fit(problem, start_x, iterations=ITERATIONS_SCREEN))
-    return _rival(case, effects, _best(fits))
+    return _evaluate(case, effects, _best(fits))
 
 
-def polish(case: Case, effects: tuple[str, ...], start: FloatArray) -> Rival:
+def refine(case: Case, effects: tuple[str, ...], start: FloatArray) -> FittedCandidate:
     """Makes the long fit, which ends with the integration steps that decisions are based on."""
-    near = fit(case.problem(effects), start, iterations=ITERATIONS)
-    fine = decisive(case)
+    coarse = fit(case.problem(effects), start, iterations=ITERATIONS)
+    fine = decision_case(case)
     if fine.substeps == case.substeps:
-        return _rival(case, effects, near)
-    return _rival(fine, effects, fit(fine.problem(effects), near.x, iterations=ITERATIONS_FINE))
+        return _evaluate(case, effects, coarse)
+    return _evaluate(
+        fine, effects, fit(fine.problem(effects), coarse.x, iterations=ITERATIONS_FINE)
+    )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Advantage of one candidate over another on held-out records, with its uncertainty."""
+"""Gain in log-likelihood of a candidate over another on held-out records, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.data.bootstrap import drawn_counts
-from ehsid.harness.gap.inference.rivals import Rival
+from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.thresholds import BOOTSTRAP_SEED, INDEPENDENT_HZ
 
 
 @dataclass(frozen=True)
-class Advantage:
-    """Advantage of one candidate over another.
+class LikelihoodGain:
+    """Gain in log-likelihood of a candidate over a reference candidate.
 
     Attributes
     ----------
     nats
-        difference of the held-out log-likelihoods, nats.
+        held-out log-likelihood of the candidate minus that of the reference, nats.
     low
         the level of `nats` that 95 % of the bootstrap draws of windows exceed.
     relative
-        ln(errors of the other candidate / errors of this one), noise floor included, mean over the
+        ln(errors of the reference / errors of the candidate), noise floor included, mean over the
         outputs: 0.1 is 10 %.
     """
 
@@ -34,39 +34,41 @@ class Advantage:
     relative: float
 
 
-def _log_errors(case: Case, rival: Rival, weights: FloatArray) -> FloatArray:
+def _log_errors(case: Case, candidate: FittedCandidate, weights: FloatArray) -> FloatArray:
     """Returns ln sqrt(mse + floor^2), mean over the outputs, shape (draws,).
 
     weights: how often each draw takes each window, shape (draws, W).
     """
     floors = np.array([case.floors[name].value for name in case.outputs])
-    mse = (weights @ rival.squares) / (weights @ rival.counts)[:, np.newaxis]
+    mse = (weights @ candidate.squares) / (weights @ candidate.counts)[:, np.newaxis]
     return np.asarray(0.5 * np.log(mse + floors**2).mean(axis=1), dtype=np.float64)
 
 
-def advantage(case: Case, better: Rival, worse: Rival) -> Advantage:
-    """Returns the advantage of `better` over `worse`, with a bootstrap over windows.
+def likelihood_gain(
+    case: Case, candidate: FittedCandidate, reference: FittedCandidate
+) -> LikelihoodGain:
+    """Returns the gain of `candidate` over `reference`, with a bootstrap over windows.
 
     Windows are drawn with replacement, the same windows for both candidates. With e the errors
     (noise floor included) and n the number of independent errors of an output,
 
-        nats = outputs n (mean over outputs of ln e_worse - ln e_better).
+        nats = outputs n (mean over outputs of ln e_reference - ln e_candidate).
     """
-    windows = better.counts.size
+    windows = candidate.counts.size
     rng = np.random.default_rng(BOOTSTRAP_SEED)
     weights = np.vstack([np.ones(windows), drawn_counts(windows, rng)]).astype(np.float64)
-    relative = _log_errors(case, worse, weights) - _log_errors(case, better, weights)
+    relative = _log_errors(case, reference, weights) - _log_errors(case, candidate, weights)
     assert case.records[0].dt_s is not None
-    independent = INDEPENDENT_HZ * float(better.counts.sum()) * case.records[0].dt_s
-    nats = relative * independent * len(case.outputs)
-    return Advantage(float(nats[0]), float(np.quantile(nats[1:], 0.05)), float(relative[0]))
+    independent_errors = INDEPENDENT_HZ * float(candidate.counts.sum()) * case.records[0].dt_s
+    nats = relative * independent_errors * len(case.outputs)
+    return LikelihoodGain(float(nats[0]), float(np.quantile(nats[1:], 0.05)), float(relative[0]))
 
 
-def above_floor(case: Case, rival: Rival) -> float:
+def above_floor(case: Case, candidate: FittedCandidate) -> float:
     """Returns ln of the held-out errors over the noise floor, mean over the outputs.
 
     The floor is added in quadrature to both, so that a candidate whose errors are noise has 0.
     """
     floors = np.array([case.floors[name].value for name in case.outputs])
-    weights = np.ones((1, rival.counts.size))
-    return float(_log_errors(case, rival, weights)[0] - np.log(floors * np.sqrt(2.0)).mean())
+    weights = np.ones((1, candidate.counts.size))
+    return float(_log_errors(case, candidate, weights)[0] - np.log(floors * np.sqrt(2.0)).mean())

@@ -9,15 +9,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.cli.making_signals import make_signal
-from ehsid.harness.cli.signals import SignalName
-from ehsid.harness.excitation import fit_to_travel
+from ehsid.harness.cli.options import SignalName
+from ehsid.harness.excitation import (
+    chirp,
+    fit_to_travel,
+    odd_multisine,
+    prbs,
+    random_steps,
+    triangle,
+)
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import PositionController, command_limit, velocity_gain
 
 
 @dataclass(frozen=True)
-class AskedSignal:
+class SignalOptions:
     """The options of a test signal.
 
     Attributes
@@ -53,9 +59,7 @@ class AskedSignal:
         if not 0.0 < peak < math.inf:
             raise ValueError(f"--amplitude {peak:g}: expected a finite number > 0")
         top_hz = min(top_hz, 0.2 / self.dt)
-        return make_signal(
-            self.signal, self.samples, self.dt, peak=peak, top_hz=top_hz, seed=self.seed
-        )
+        return _signal(self.signal, self.samples, self.dt, peak=peak, top_hz=top_hz, seed=self.seed)
 
 
 def start_position(rig: Rig, position0: float | None) -> float:
@@ -63,15 +67,15 @@ def start_position(rig: Rig, position0: float | None) -> float:
     return 0.5 * rig.values.get("cylinder.stroke_m", 0.0) if position0 is None else position0
 
 
-def as_command(rig: Rig, asked: AskedSignal, position0: float | None = None) -> FloatArray:
+def as_command(rig: Rig, options: SignalOptions, position0: float | None = None) -> FloatArray:
     """The test signal as a command within the limits of the machine, V."""
     limit = command_limit(rig)
-    command = asked.make(default=0.1 * limit if math.isfinite(limit) else 1.0, top_hz=20.0)
+    command = options.make(default=0.1 * limit if math.isfinite(limit) else 1.0, top_hz=20.0)
     stroke = rig.values.get("cylinder.stroke_m")
     if stroke is not None and np.abs(command).max() <= limit:
         command = fit_to_travel(
             command,
-            asked.dt,
+            options.dt,
             gain_m_s_v=velocity_gain(rig),
             start_m=start_position(rig, position0),
             stroke_m=stroke,
@@ -83,7 +87,7 @@ def as_command(rig: Rig, asked: AskedSignal, position0: float | None = None) -> 
 
 
 def as_reference(
-    rig: Rig, asked: AskedSignal, controller: PositionController, position0: float | None = None
+    rig: Rig, options: SignalOptions, controller: PositionController, position0: float | None = None
 ) -> FloatArray:
     """Returns the test signal as a position reference in m around the start position.
 
@@ -91,5 +95,26 @@ def as_reference(
     """
     bandwidth_hz = controller.gain_v_m * velocity_gain(rig) / (2.0 * math.pi)
     default = 0.03 * rig.values.get("cylinder.stroke_m", 0.3)
-    signal = asked.make(default=default, top_hz=max(2.0, 2.0 * bandwidth_hz))
+    signal = options.make(default=default, top_hz=max(2.0, 2.0 * bandwidth_hz))
     return start_position(rig, position0) + signal
+
+
+def _signal(
+    name: SignalName, n: int, dt_s: float, *, peak: float, top_hz: float, seed: int
+) -> FloatArray:
+    """Returns a signal with this peak that excites up to about `top_hz`, shape (n,)."""
+    rng = np.random.default_rng(seed)
+    duration = n * dt_s
+    low = max(top_hz / 200.0, 2.0 / duration)
+    match name:
+        case SignalName.multisine:
+            return odd_multisine(n, dt_s, band_hz=(low, top_hz), peak=peak, rng=rng).samples
+        case SignalName.prbs:
+            return prbs(n, amplitude=peak, hold=max(1, round(0.4 / (top_hz * dt_s))))
+        case SignalName.steps:
+            hold = (max(1, round(1.0 / (top_hz * dt_s))), max(1, round(10.0 / (top_hz * dt_s))))
+            return random_steps(n, amplitude=peak, hold=hold, rng=rng)
+        case SignalName.chirp:
+            return chirp(n, dt_s, amplitude=peak, band_hz=(low, top_hz))
+        case SignalName.triangle:
+            return triangle(n, dt_s, amplitude=peak, period_s=duration / 4.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Computes and writes the findings of `ehsid experiment`."""
+"""Computes and writes the report of `ehsid experiment`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ehsid.harness.encoding import to_plain
 from ehsid.harness.files import write_text
 from ehsid.harness.identification import ArxOrders, IoData, Preprocessing, fit_arx
 from ehsid.harness.records import read_record
-from ehsid.harness.report.page import Section, write_page, write_pictures
+from ehsid.harness.report.page import Page, Section, write_page, write_pictures
 from ehsid.harness.rigs import Rig
 from ehsid.harness.studies.convergence import Starts, compare_starts
 from ehsid.harness.studies.evidence import median_interval
@@ -25,7 +25,7 @@ from ehsid.harness.studies.experiment import (
     run_on_rig,
 )
 from ehsid.harness.studies.linearisation import small_signal_response
-from ehsid.harness.studies.pages.claims_sections import claims_sections
+from ehsid.harness.studies.pages.claims_sections import claims_sections, verdict_lead
 from ehsid.harness.studies.pages.experiment_files import (
     claim_rows,
     csv_text,
@@ -34,16 +34,15 @@ from ehsid.harness.studies.pages.experiment_files import (
     plain_runs,
     reset_rows,
 )
-from ehsid.harness.studies.pages.experiment_page import (
-    experiment_page,
-    record_sections,
-    verdict_lead,
-)
 from ehsid.harness.studies.pages.offline_sections import offline_sections
-from ehsid.harness.studies.pages.recursive_sections import known_plant_sections, rig_sections
+from ehsid.harness.studies.pages.recursive_sections import (
+    known_plant_sections,
+    record_sections,
+    rig_sections,
+)
 from ehsid.harness.studies.pages.seeding_section import seeding_section
 from ehsid.harness.studies.procedure import Procedure, run_procedure
-from ehsid.harness.studies.published import DT_S, ORDERS
+from ehsid.harness.studies.published import DT_S, ORDERS, SOURCE
 from ehsid.harness.studies.recursive import noise_for_fit
 from ehsid.harness.studies.rig_records import rig_record
 
@@ -61,7 +60,7 @@ THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
+class Report:
     """Contents of the report: title, sentences, sections, plain values, tables by file name.
 
     `problems` say why the record allows no sound model; empty where it does.
@@ -90,9 +89,9 @@ class Offline:
         )
 
 
-def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float], None]) -> Findings:
+def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float], None]) -> Report:
     """Redoes the whole published experiment on a simulated rig."""
-    record = rig_record(rig, OFFLINE_SEED).record
+    record = rig_record(rig, OFFLINE_SEED)
     data = IoData.from_record(record, "command_v", "position_m")
     procedure = offline.run(data)
     amplitude = 0.5 * float(data.u.std())
@@ -106,7 +105,7 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
     for level in (noise, LOSS_NOISE):
         progress("starts from the offline model", 0.5 * len(starts))
         starts[level] = compare_starts(ehsid.FRatio(), range(runs), noise=level)
-    return Findings(
+    return Report(
         title="The published experiment, redone",
         lead=[
             *verdict_lead(claims.verdicts),
@@ -135,8 +134,8 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
                 "runs": plain_runs(on_rig.runs, DT_S),
                 "change": dict(change),
                 "changed": plain_change(on_rig.changed),
-                "reading": to_plain(on_rig.rig_reading),
-                "sampled": to_plain(on_rig.sampled),
+                "reading": to_plain(on_rig.servo.rig),
+                "sampled": to_plain(on_rig.servo.sampled),
             },
             "claims": [to_plain(verdict) for verdict in claims.verdicts],
             "seeded": [
@@ -160,7 +159,7 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
 
 def on_record(
     path: Path, rig: Rig | None, offline: Offline, input_name: str, output_name: str
-) -> Findings:
+) -> Report:
     """Runs the offline and the recursive half of the experiment on one record.
 
     A record has no known truth and no other random draws, so the claims cannot be judged.
@@ -178,25 +177,25 @@ def on_record(
     lead = [*procedure.meaning, *problems]
     model = None if procedure.kept is None else procedure.best.model
     if model is not None:
-        found = run_on_record((data.u, data.y), model, data.dt_s, rig)
-        sections += record_sections(found, data.dt_s, record.name)
+        results = run_on_record((data.u, data.y), model, data.dt_s, rig)
+        sections += record_sections(results, data.dt_s, record.name)
         plain |= {
-            "recursive": plain_runs(found.runs, data.dt_s or 1.0),
-            "reading": to_plain(found.rig_reading),
-            "sampled": to_plain(found.sampled),
+            "recursive": plain_runs(results.runs, data.dt_s or 1.0),
+            "reading": None if results.servo is None else to_plain(results.servo.rig),
+            "sampled": None if results.servo is None else to_plain(results.servo.sampled),
         }
     title = f"The experiment on {record.name}"
-    return Findings(title, lead, sections, plain, orders_table(procedure), problems)
+    return Report(title, lead, sections, plain, orders_table(procedure), problems)
 
 
-def write_findings(folder: Path, findings: Findings, provenance: Mapping[str, Any]) -> None:
+def write_report(folder: Path, report: Report, provenance: Mapping[str, Any]) -> None:
     """Writes the files `FILES`: report, JSON, CSV tables and pictures."""
-    plain = {**findings.plain, "problems": findings.problems, "provenance": dict(provenance)}
+    plain = {**report.plain, "problems": report.problems, "provenance": dict(provenance)}
     texts = {
-        **findings.tables,
+        **report.tables,
         "experiment.json": json.dumps(to_plain(plain), indent=2, allow_nan=False),
     }
-    page = experiment_page(findings.lead, findings.sections, findings.title)
+    page = Page(report.title, report.lead, report.sections, sources=[SOURCE])
     write_page(folder / "experiment.html", page)
     write_pictures(folder / "figures", page)
     for name, text in texts.items():

@@ -50,61 +50,61 @@ def window_sums(
     errors: dict[str, list[FloatArray]] = {name: [] for name in outputs}
     spreads: dict[str, list[FloatArray]] = {name: [] for name in outputs}
     counts = []
-    for record, shown in zip(records, simulated, strict=True):
+    for record, signals in zip(records, simulated, strict=True):
         numbers = record.window[record.used]
         counts.append(_by_window(numbers, np.ones(numbers.size)))
         for name in outputs:
-            error = (shown[name] - record.outputs[name])[record.used]
+            error = (signals[name] - record.outputs[name])[record.used]
             spread = record.centred(record.outputs[name])
             errors[name].append(_by_window(numbers, error**2))
             spreads[name].append(_by_window(numbers, spread**2))
     # Windows of the blocks that are not compared have a number here, but no samples.
     count = np.concatenate(counts)
-    held = count > 0.0
+    compared = count > 0.0
     return WindowSums(
-        {name: np.concatenate(parts)[held] for name, parts in errors.items()},
-        {name: np.concatenate(parts)[held] for name, parts in spreads.items()},
-        count[held],
+        {name: np.concatenate(parts)[compared] for name, parts in errors.items()},
+        {name: np.concatenate(parts)[compared] for name, parts in spreads.items()},
+        count[compared],
     )
 
 
-def _gaps(sums: WindowSums, chosen: npt.NDArray[np.int64]) -> FloatArray:
-    """Normalised rms error (nrmse) by output over the chosen windows, shape (outputs,)."""
+def _gaps(sums: WindowSums, windows: npt.NDArray[np.int64]) -> FloatArray:
+    """Normalised rms error (nrmse) by output over these windows, shape (outputs,)."""
     return np.array(
         [
-            np.sqrt(sums.error[name][chosen].sum() / sums.spread[name][chosen].sum())
+            np.sqrt(sums.error[name][windows].sum() / sums.spread[name][windows].sum())
             for name in sums.error
         ]
     )
 
 
 def _floors(
-    sums: WindowSums, floors: Mapping[str, NoiseFloor], end: str, chosen: npt.NDArray[np.int64]
+    sums: WindowSums, floors: Mapping[str, NoiseFloor], end: str, windows: npt.NDArray[np.int64]
 ) -> FloatArray:
     return np.array(
         [
             getattr(floors[name], end)
-            * np.sqrt(sums.count[chosen].sum() / sums.spread[name][chosen].sum())
+            * np.sqrt(sums.count[windows].sum() / sums.spread[name][windows].sum())
             for name in sums.error
         ]
     )
 
 
-def how_far(
+def gap_reduction(
     nominal: WindowSums,
     calibrated: WindowSums,
     augmented: WindowSums,
     floors: Mapping[str, NoiseFloor],
     rng: np.random.Generator,
 ) -> HowFar:
-    """Computes the figures of the gap and their intervals from the sums of three simulations.
+    """Computes the gaps, their reduction and its intervals from the sums of three simulations.
 
     The same windows are drawn for all three.
     """
-    windows = calibrated.count.size
-    every = np.arange(windows)
+    window_count = calibrated.count.size
+    all_windows = np.arange(window_count)
     gaps = {
-        name: _gaps(sums, every)
+        name: _gaps(sums, all_windows)
         for name, sums in (
             ("nominal", nominal),
             ("calibrated", calibrated),
@@ -112,16 +112,16 @@ def how_far(
         )
     }
 
-    def shares(chosen: npt.NDArray[np.int64]) -> tuple[float, float]:
-        before, after, told = (
-            float(_gaps(sums, chosen).mean()) for sums in (calibrated, augmented, nominal)
+    def shares(windows: npt.NDArray[np.int64]) -> tuple[float, float]:
+        before, after, configured = (
+            float(_gaps(sums, windows).mean()) for sums in (calibrated, augmented, nominal)
         )
-        floor = float(_floors(calibrated, floors, "value", chosen).mean())
+        floor = float(_floors(calibrated, floors, "value", windows).mean())
         explainable = (before - after) / (before - floor) if before > floor else np.nan
-        return explainable, (told - after) / told if told > 0.0 else 0.0
+        return explainable, (configured - after) / configured if configured > 0.0 else 0.0
 
-    drawn = np.array([shares(chosen) for chosen in drawn_windows(windows, rng)])
-    of_explainable, from_nominal = shares(every)
+    drawn = np.array([shares(windows) for windows in drawn_windows(window_count, rng)])
+    of_explainable, from_nominal = shares(all_windows)
 
     def share(value: float, column: int) -> Estimate:
         return Estimate(value, *interval(drawn[:, column]))
@@ -131,8 +131,8 @@ def how_far(
         calibrated=float(gaps["calibrated"].mean()),
         augmented=float(gaps["augmented"].mean()),
         noise_floor=(
-            float(_floors(calibrated, floors, "low", every).mean()),
-            float(_floors(calibrated, floors, "high", every).mean()),
+            float(_floors(calibrated, floors, "low", all_windows).mean()),
+            float(_floors(calibrated, floors, "high", all_windows).mean()),
         ),
         of_explainable=share(of_explainable, 0) if np.isfinite(of_explainable) else None,
         from_nominal=share(from_nominal, 1),

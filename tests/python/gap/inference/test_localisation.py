@@ -10,8 +10,8 @@ from servo_records import EFFECTS, OTHER, RIG, full, made
 
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.inference.attribution import attribute_equations, attribute_errors
-from ehsid.harness.gap.inference.rivals import Rival
-from ehsid.harness.gap.inference.where import Evidence, gather, localise
+from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.localisation import Evidence, gather, localise
 from ehsid.harness.gap.model.case import Case, make_case
 from ehsid.harness.gap.model.fit import fit
 from ehsid.harness.gap.schema import SUBSYSTEMS
@@ -21,34 +21,34 @@ POSITION = ("position_m",)
 
 
 def case_of(values: Mapping[str, float], columns: tuple[str, ...] | None = None) -> Case:
-    given = {} if columns is None else {"columns": columns}
-    records = [made({**OTHER, **values}, seed=seed, **given) for seed in (1, 2)]
+    options = {} if columns is None else {"columns": columns}
+    records = [made({**OTHER, **values}, seed=seed, **options) for seed in (1, 2)]
     return make_case(RIG, records[:1], records[1:])
 
 
-def calibrated(case: Case) -> Rival:
-    """From the middle of the priors: no limit cycles here."""
+def calibrated(case: Case) -> FittedCandidate:
+    """A fit from the centres of the priors: these records have no limit cycle."""
     problem = case.problem()
-    found = fit(problem, problem.centre())
-    values = {p.name: p.value(float(x)) for p, x in zip(problem.parameters, found.x, strict=True)}
-    return rival(found.x, values)
+    fitted = fit(problem, problem.centre())
+    values = {p.name: p.value(float(x)) for p, x in zip(problem.parameters, fitted.x, strict=True)}
+    return candidate(fitted.x, values)
 
 
-def rival(x: np.ndarray, values: Mapping[str, float]) -> Rival:
-    """Without what only the ranking of rivals reads."""
-    return Rival((), x, values, 0.0, 0.0, True, np.zeros((1, 1)), np.ones(1))
+def candidate(x: np.ndarray, values: Mapping[str, float]) -> FittedCandidate:
+    """A candidate without the costs and errors that only the selection reads."""
+    return FittedCandidate((), x, values, 0.0, 0.0, True, np.zeros((1, 1)), np.ones(1))
 
 
-def with_effects(base: Rival, found: Sequence[str]) -> Rival:
-    return replace(base, effects=tuple(found))
+def with_effects(calibrated_fit: FittedCandidate, effect_ids: Sequence[str]) -> FittedCandidate:
+    return replace(calibrated_fit, effects=tuple(effect_ids))
 
 
 @dataclass(frozen=True)
 class Gathered:
-    """A case, its calibration, and what was gathered of both."""
+    """A case, its calibration, and the evidence that was gathered from both."""
 
     case: Case
-    base: Rival
+    base: FittedCandidate
     evidence: Evidence
 
 
@@ -67,7 +67,7 @@ def rubbing() -> Gathered:
     return gathered(case_of(full("coulomb_friction")))
 
 
-# One of each subsystem every day.
+# One effect of each subsystem is tested every day.
 EVERY_DAY = ("valve_dead_band", "internal_leakage", "coulomb_friction", "sensor_lag")
 
 
@@ -80,49 +80,49 @@ EVERY_DAY = ("valve_dead_band", "internal_leakage", "coulomb_friction", "sensor_
 )
 def test_equations_name_the_subsystem(effect: str) -> None:
     record = made({**OTHER, **full(effect)}, seed=5)
-    found = attribute_equations([record], RIG, {})
-    shares = found.subsystem
+    attribution = attribute_equations([record], RIG, {})
+    shares = attribution.subsystem
     assert sum(shares.values()) == pytest.approx(1.0)
     assert max(shares, key=lambda name: shares[name]) == effects()[effect].subsystem
-    assert found.taken[0].gain > 0.0
+    assert attribution.included[0].gain > 0.0
 
 
 def test_two_effects_share_the_gap() -> None:
     values = {**OTHER, **full("valve_hysteresis"), **full("coulomb_friction")}
-    found = attribute_equations([made(values, seed=5)], RIG, {})
-    # The play holds the rod at rest for longer, where the position says nothing of friction.
-    assert {"valve", "mechanics"} <= {name for name, v in found.subsystem.items() if v > 0.1}
-    assert "valve_hysteresis" in [one.effect for one in found.taken]
+    attribution = attribute_equations([made(values, seed=5)], RIG, {})
+    # The play keeps the rod at rest for longer, where the position has no information on friction.
+    assert {"valve", "mechanics"} <= {name for name, v in attribution.subsystem.items() if v > 0.1}
+    assert "valve_hysteresis" in [ranked_effect.effect for ranked_effect in attribution.included]
 
 
-def test_equations_are_silent_without_an_effect() -> None:
-    found = attribute_equations([made(OTHER, seed=6)], RIG, {})
-    assert (found.subsystem, found.taken, found.notes) == ({}, (), ())
-    assert len(found.equations) == 4
+def test_equations_show_no_gap_without_an_effect() -> None:
+    attribution = attribute_equations([made(OTHER, seed=6)], RIG, {})
+    assert (attribution.subsystem, attribution.included, attribution.notes) == ({}, (), ())
+    assert len(attribution.equations) == 4
 
 
 def test_what_no_effect_explains_stays_with_its_equation() -> None:
-    """A hum of the pump: supply pressure that no droop makes.
+    """A ripple of the pump: a supply pressure that no supply droop explains.
 
-    It is in the sensor only, so that the valve's flows do not fit it, either.
+    It is in the measured signal only, so that the flows of the valve do not agree with it, either.
     """
     record = made(OTHER, seed=7)
     time_s = np.array(record.time_s)
     hum = record.column("supply_pressure_pa") + 3e5 * np.sin(2.0 * np.pi * 37.0 * time_s)
     noisy = replace(record, columns={**record.columns, "supply_pressure_pa": hum})
-    found = attribute_equations([noisy], RIG, {})
-    assert found.subsystem["hydraulics"] > 0.75
-    assert any("supply line" in note for note in found.notes)
+    attribution = attribute_equations([noisy], RIG, {})
+    assert attribution.subsystem["hydraulics"] > 0.75
+    assert any("supply line" in note for note in attribution.notes)
 
 
 def test_an_excluded_effect_is_not_named() -> None:
     record = made({**OTHER, **full("coulomb_friction")}, seed=5)
     twins = ["coulomb_friction", "stribeck_friction"]
-    found = attribute_equations([record], RIG, {}, exclude=twins)
-    assert not set(twins) & {one.effect for one in found.taken}
-    # What is left is still where it is.
-    assert found.subsystem["mechanics"] > 0.5
-    assert found.notes
+    attribution = attribute_equations([record], RIG, {}, exclude=twins)
+    assert not set(twins) & {ranked_effect.effect for ranked_effect in attribution.included}
+    # The rest of the gap is still attributed to its subsystem.
+    assert attribution.subsystem["mechanics"] > 0.5
+    assert attribution.notes
 
 
 @pytest.mark.parametrize(
@@ -130,30 +130,32 @@ def test_an_excluded_effect_is_not_named() -> None:
 )
 def test_errors_of_the_position_name_the_subsystem(effect: str) -> None:
     case = case_of(full(effect), POSITION)
-    found = attribute_errors(case.problem(), calibrated(case).x)
-    assert found.equations == ()
-    assert effects()[effect].subsystem in found.subsystem
-    assert sum(found.subsystem.values()) == pytest.approx(1.0)
+    attribution = attribute_errors(case.problem(), calibrated(case).x)
+    assert attribution.equations == ()
+    assert effects()[effect].subsystem in attribution.subsystem
+    assert sum(attribution.subsystem.values()) == pytest.approx(1.0)
 
 
-def test_errors_that_lost_the_motion_say_nothing() -> None:
+def test_errors_of_a_wrong_motion_show_no_subsystem() -> None:
     record = made(OTHER, columns=POSITION)
-    # The valve with its plug the wrong way round.
+    # The command of the valve has the wrong sign.
     swapped = {**record.columns, "command_v": -record.column("command_v")}
     records = [make_record({"time_s": record.time_s, **swapped})] * 2
     case = make_case(RIG, records[:1], records[1:])
     problem = case.problem()
-    found = attribute_errors(problem, problem.centre())
-    assert found.subsystem == {}
-    assert "do not say" in found.notes[0]
+    attribution = attribute_errors(problem, problem.centre())
+    assert attribution.subsystem == {}
+    assert "do not say" in attribution.notes[0]
 
 
 def test_where_without_effects_rests_on_the_equations(rubbing: Gathered) -> None:
     where = localise(rubbing.case, rubbing.base, None)
     assert set(where.subsystem) == set(SUBSYSTEMS)
     assert where.subsystem["mechanics"] > 0.9
-    assert [one.equation for one in where.equations]
-    assert sum(one.share_of_gap.value for one in where.frequency) == pytest.approx(1.0, abs=0.02)
+    assert [share.equation for share in where.equations]
+    assert sum(share.share_of_gap.value for share in where.frequency) == pytest.approx(
+        1.0, abs=0.02
+    )
     assert where.regimes
     # The same evidence, gathered before.
     again = localise(rubbing.case, rubbing.base, None, evidence=rubbing.evidence)
@@ -161,7 +163,7 @@ def test_where_without_effects_rests_on_the_equations(rubbing: Gathered) -> None
 
 
 @pytest.mark.slow
-def test_where_and_which_do_not_contradict_without_a_word(rubbing: Gathered) -> None:
+def test_contradictions_of_place_and_effects_are_noted(rubbing: Gathered) -> None:
     case, base = rubbing.case, rubbing.base
     agreeing = localise(case, base, with_effects(base, ["coulomb_friction"]))
     assert agreeing.subsystem["mechanics"] == 1.0
@@ -180,10 +182,10 @@ def test_where_and_which_do_not_contradict_without_a_word(rubbing: Gathered) -> 
     )
 )
 def test_shares_of_effects_sum_to_one(clean: Gathered, shares: dict[str, float]) -> None:
-    nothing = rival(np.zeros(0), {})
-    best = with_effects(nothing, ["valve_dead_band", "coulomb_friction", "load_force"])
-    found = localise(clean.case, clean.base, best, shares=shares, evidence=clean.evidence)
-    subsystem = found.subsystem
+    empty = candidate(np.zeros(0), {})
+    best = with_effects(empty, ["valve_dead_band", "coulomb_friction", "load_force"])
+    where = localise(clean.case, clean.base, best, shares=shares, evidence=clean.evidence)
+    subsystem = where.subsystem
     assert sum(subsystem.values()) == pytest.approx(1.0)
     assert min(subsystem.values()) >= 0.0
     assert subsystem["hydraulics"] == subsystem["sensor"] == subsystem["timing"] == 0.0

@@ -8,7 +8,7 @@ import pytest
 import ehsid
 from ehsid.harness.excitation import odd_multisine, random_steps, triangle
 from ehsid.harness.gap.data.regimes import Regimes, visited
-from ehsid.harness.gap.inference.judgeable import beyond_reach, cannot_judge
+from ehsid.harness.gap.inference.identifiability import extrapolated_effects, unidentifiable_effects
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import simulate
 
@@ -31,8 +31,8 @@ RICH = Regimes(
 )
 
 
-def test_a_rich_record_can_speak_of_everything() -> None:
-    assert cannot_judge([RICH], IDS) == []
+def test_a_rich_record_identifies_every_effect() -> None:
+    assert unidentifiable_effects([RICH], IDS) == []
 
 
 @pytest.mark.parametrize(
@@ -60,37 +60,41 @@ def test_a_rich_record_can_speak_of_everything() -> None:
         ({"lowest_pressure_pa": 6e6}, ["entrained_air"], "within 6e+06 to 9e+06 Pa"),
     ],
 )
-def test_what_was_not_visited_is_named(
+def test_a_regime_that_was_not_visited_is_reported(
     change: dict[str, float], effects: list[str], words: str
 ) -> None:
     poor = replace(RICH, **change)
-    found = cannot_judge([poor], IDS)
-    assert sorted(one.id for one in found) == sorted(effects)
-    assert all(words in one.why for one in found)
-    # Another record that was there is enough.
-    assert cannot_judge([poor, RICH], IDS) == []
+    unidentifiable = unidentifiable_effects([poor], IDS)
+    assert sorted(effect.id for effect in unidentifiable) == sorted(effects)
+    assert all(words in effect.why for effect in unidentifiable)
+    # Another record that visits the regime is enough.
+    assert unidentifiable_effects([poor, RICH], IDS) == []
 
 
 def test_reasons_add_up() -> None:
     poor = replace(RICH, motion_reversals=1, slow=0.0)
-    (found,) = [one for one in cannot_judge([poor], IDS) if one.id == "stribeck_friction"]
-    assert "turns 1 times" in found.why
-    assert "slow motion" in found.why
+    (friction,) = [
+        effect for effect in unidentifiable_effects([poor], IDS) if effect.id == "stribeck_friction"
+    ]
+    assert "turns 1 times" in friction.why
+    assert "slow motion" in friction.why
 
 
-def test_only_what_is_asked_for_is_answered() -> None:
+def test_only_requested_effects_are_checked() -> None:
     poor = replace(RICH, largest_command=0.1)
-    assert [one.id for one in cannot_judge([poor], ["supply_droop"])] == ["supply_droop"]
-    assert cannot_judge([poor], ["coulomb_friction"]) == []
+    assert [effect.id for effect in unidentifiable_effects([poor], ["supply_droop"])] == [
+        "supply_droop"
+    ]
+    assert unidentifiable_effects([poor], ["coulomb_friction"]) == []
 
 
 def test_a_motor_has_neither_valve_nor_oil() -> None:
-    found = {one.id: one.why for one in cannot_judge([RICH], IDS, "axis")}
-    assert found["valve_dead_band"] == 'a plant "axis" is told without a valve'
-    assert found["entrained_air"] == 'a plant "axis" is told without hydraulics'
+    reasons = {effect.id: effect.why for effect in unidentifiable_effects([RICH], IDS, "axis")}
+    assert reasons["valve_dead_band"] == 'a plant "axis" is told without a valve'
+    assert reasons["entrained_air"] == 'a plant "axis" is told without hydraulics'
     subsystems = {effect.id: effect.subsystem for effect in ehsid.effects()}
-    assert {subsystems[one] for one in found} == {"valve", "hydraulics"}
-    assert len(found) == sum(part in ("valve", "hydraulics") for part in subsystems.values())
+    assert {subsystems[effect] for effect in reasons} == {"valve", "hydraulics"}
+    assert len(reasons) == sum(part in ("valve", "hydraulics") for part in subsystems.values())
 
 
 @pytest.mark.parametrize(
@@ -102,22 +106,22 @@ def test_a_motor_has_neither_valve_nor_oil() -> None:
         ("sensor_backlash.half_width_m", 1e-4, 2e-6),
     ],
 )
-def test_a_size_that_no_record_reached_is_beyond_reach(
+def test_a_size_that_no_record_reached_is_extrapolated(
     name: str, inside: float, outside: float
 ) -> None:
     effect = name.split(".")[0]
     poor = replace(RICH, largest_command=0.01, position_floor_m=1.0)
     for records in ([RICH], [poor, RICH]):
-        assert beyond_reach({f"effects.{name}": inside}, records, [effect]) == []
-        (found,) = beyond_reach({f"effects.{name}": outside}, records, [effect])
-        assert found.id == effect
-    assert beyond_reach({}, [RICH], ["coulomb_friction"]) == []
+        assert extrapolated_effects({f"effects.{name}": inside}, records, [effect]) == []
+        (extrapolated,) = extrapolated_effects({f"effects.{name}": outside}, records, [effect])
+        assert extrapolated.id == effect
+    assert extrapolated_effects({}, [RICH], ["coulomb_friction"]) == []
 
 
 def test_signals_show_what_the_page_on_excitation_says() -> None:
     def missing(command: np.ndarray) -> set[str]:
         record = simulate(RIG, command, dt_s=DT_S).record
-        return {one.id for one in cannot_judge([visited(record, RIG)], IDS)}
+        return {effect.id for effect in unidentifiable_effects([visited(record, RIG)], IDS)}
 
     slow = missing(triangle(10000, DT_S, amplitude=0.8, period_s=2.5))  # four periods
     assert {"valve_flow_saturation", "supply_droop"} <= slow

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.gap.data.floor import NoiseFloor
-from ehsid.harness.gap.inference.how_far import WindowSums, how_far, window_sums
+from ehsid.harness.gap.inference.gap_reduction import WindowSums, gap_reduction, window_sums
 from ehsid.harness.gap.model.comparison import compare, gap_figure
 from ehsid.harness.records import make_record
 
@@ -33,32 +33,32 @@ def compared(seed: int, samples: int = 8300):
 
 
 def sums_of(record, shares: tuple[float, float], seed: int) -> WindowSums:
-    """White errors of these shares of the outputs' size."""
+    """White errors whose rms is this share of the amplitude of each output."""
     rng = np.random.default_rng(seed)
-    shown = {
+    simulated = {
         name: record.outputs[name] + share * size * rng.standard_normal(len(record.record))
         for name, share, size in zip(NAMES, shares, (0.01, 1e6), strict=True)
     }
-    return window_sums([record], [shown], NAMES)
+    return window_sums([record], [simulated], NAMES)
 
 
 def test_gaps_are_those_of_the_contract() -> None:
     first, second = compared(1), compared(2)
     rng = np.random.default_rng(0)
-    shown = [
+    simulated = [
         {
-            name: r.outputs[name] * (1.0 + 0.01 * rng.standard_normal(len(r.record)))
+            name: record.outputs[name] * (1.0 + 0.01 * rng.standard_normal(len(record.record)))
             for name in NAMES
         }
-        for r in (first, second)
+        for record in (first, second)
     ]
-    sums = window_sums([first, second], shown, NAMES)
+    sums = window_sums([first, second], simulated, NAMES)
     assert sums.count.sum() == np.count_nonzero(first.used) + np.count_nonzero(second.used)
-    alone = gap_figure(first, shown[0], NAMES)
-    one = window_sums([first], shown[:1], NAMES)
+    alone = gap_figure(first, simulated[0], NAMES)
+    first_sums = window_sums([first], simulated[:1], NAMES)
     for name in NAMES:
-        figure = np.sqrt(one.error[name].sum() / one.spread[name].sum())
-        assert figure == pytest.approx(alone.per_output[name])
+        gap = np.sqrt(first_sums.error[name].sum() / first_sums.spread[name].sum())
+        assert gap == pytest.approx(alone.per_output[name])
 
 
 def test_shares_by_hand() -> None:
@@ -67,26 +67,26 @@ def test_shares_by_hand() -> None:
         sums_of(record, shares, seed)
         for seed, shares in enumerate([(0.4, 0.4), (0.2, 0.3), (0.02, 0.03)])
     )
-    found = how_far(nominal, calibrated, augmented, FLOORS, np.random.default_rng(0))
-    assert found.nominal > found.calibrated > found.augmented
+    reduction = gap_reduction(nominal, calibrated, augmented, FLOORS, np.random.default_rng(0))
+    assert reduction.nominal > reduction.calibrated > reduction.augmented
     floor = np.mean(
         [
             FLOORS[name].value / np.sqrt(calibrated.spread[name].sum() / calibrated.count.sum())
             for name in NAMES
         ]
     )
-    assert found.noise_floor[0] < floor < found.noise_floor[1]
-    assert found.of_explainable is not None
-    by_hand = (found.calibrated - found.augmented) / (found.calibrated - floor)
-    assert found.of_explainable.value == pytest.approx(by_hand)
-    assert found.from_nominal.value == pytest.approx(
-        (found.nominal - found.augmented) / found.nominal
+    assert reduction.noise_floor[0] < floor < reduction.noise_floor[1]
+    assert reduction.of_explainable is not None
+    by_hand = (reduction.calibrated - reduction.augmented) / (reduction.calibrated - floor)
+    assert reduction.of_explainable.value == pytest.approx(by_hand)
+    assert reduction.from_nominal.value == pytest.approx(
+        (reduction.nominal - reduction.augmented) / reduction.nominal
     )
-    for share in (found.of_explainable, found.from_nominal):
+    for share in (reduction.of_explainable, reduction.from_nominal):
         assert share.low <= share.value <= share.high
-        # Ten thousand independent errors: within a per cent or two.
+        # Ten thousand independent errors give an interval of one or two per cent.
         assert share.high - share.low < 0.05
-    assert found.per_output["position_m"][1] == pytest.approx(
+    assert reduction.per_output["position_m"][1] == pytest.approx(
         np.sqrt(calibrated.error["position_m"].sum() / calibrated.spread["position_m"].sum())
     )
 
@@ -94,14 +94,14 @@ def test_shares_by_hand() -> None:
 def test_nothing_above_the_floor_has_no_share() -> None:
     record = compared(4)
     quiet = sums_of(record, (1e-4, 1e-4), 0)
-    found = how_far(quiet, quiet, quiet, FLOORS, np.random.default_rng(0))
-    assert found.of_explainable is None
-    assert found.from_nominal.value == 0.0
+    reduction = gap_reduction(quiet, quiet, quiet, FLOORS, np.random.default_rng(0))
+    assert reduction.of_explainable is None
+    assert reduction.from_nominal.value == 0.0
 
 
 @given(seed=st.integers(0, 30))
 def test_interval_is_wider_where_windows_differ(seed: int) -> None:
-    """Errors that come in some windows only are fewer independent errors than samples."""
+    """Errors in a few windows only have fewer independent values than samples."""
     record = compared(5)
     rng = np.random.default_rng(seed)
     even = sums_of(record, (0.2, 0.2), seed)
@@ -112,7 +112,7 @@ def test_interval_is_wider_where_windows_differ(seed: int) -> None:
     after = sums_of(record, (0.05, 0.05), seed + 1)
     widths = []
     for before in (even, uneven):
-        share = how_far(before, before, after, FLOORS, np.random.default_rng(1)).from_nominal
+        share = gap_reduction(before, before, after, FLOORS, np.random.default_rng(1)).from_nominal
         widths.append(share.high - share.low)
     if bursts.any():
         assert widths[1] > widths[0]

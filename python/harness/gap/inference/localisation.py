@@ -12,8 +12,8 @@ from ehsid.harness.gap.inference.attribution import (
     attribute_equations,
     attribute_errors,
 )
+from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.maps import maps
-from ehsid.harness.gap.inference.rivals import Rival
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.process_noise import NoiseNeeded, noise_needed
 from ehsid.harness.gap.schema import SUBSYSTEMS, Where
@@ -39,13 +39,13 @@ class Evidence:
     @property
     def subsystem(self) -> dict[str, float]:
         """Share of the gap by subsystem, sum 1; empty where the data do not show it."""
-        found = dict(self.attribution.subsystem)
-        if not found and self.noise is not None:
-            found = dict(self.noise.subsystem)
-        return found
+        shares = dict(self.attribution.subsystem)
+        if not shares and self.noise is not None:
+            shares = dict(self.noise.subsystem)
+        return shares
 
 
-def gather(case: Case, calibrated: Rival, exclude: Sequence[str] = ()) -> Evidence:
+def gather(case: Case, calibrated: FittedCandidate, exclude: Sequence[str] = ()) -> Evidence:
     """Gathers the evidence from the equations of measured signals, else from the position errors.
 
     The equations take the values in the rig file, because a calibration has already moved where it
@@ -60,24 +60,24 @@ def gather(case: Case, calibrated: Rival, exclude: Sequence[str] = ()) -> Eviden
     exclude
         ids of effects that are not tried.
     """
-    found = attribute_equations(case.records, case.rig, {}, exclude)
-    if found.equations or "position_m" not in case.outputs:
-        return Evidence(found, None)
+    attribution = attribute_equations(case.records, case.rig, {}, exclude)
+    if attribution.equations or "position_m" not in case.outputs:
+        return Evidence(attribution, None)
     problem = case.problem()
-    found = attribute_errors(problem, calibrated.x, exclude)
+    attribution = attribute_errors(problem, calibrated.x, exclude)
     error = problem.errors(calibrated.x)["position_m"]
-    return Evidence(found, noise_needed(problem, calibrated.values, error))
+    return Evidence(attribution, noise_needed(problem, calibrated.values, error))
 
 
 def localise(
     case: Case,
-    calibrated: Rival,
-    best: Rival | None,
+    calibrated: FittedCandidate,
+    best: FittedCandidate | None,
     *,
     shares: Mapping[str, float] | None = None,
     evidence: Evidence | None = None,
 ) -> Where:
-    """Combines the evidence, the effects that were found and the maps of the gap.
+    """Combines the evidence, the selected effects and the maps of the gap.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def localise(
     calibrated
         the fit without effects.
     best
-        the fit with the effects that were found; None, or without effects, where there are none.
+        the fit with the selected effects; None, or a fit without effects, where there are none.
     shares
         share of the held-out gain by id of the effect; by default all are equal.
     evidence
@@ -97,17 +97,20 @@ def localise(
     problem = case.problem(held_out=True)
     floors = {name: floor.value for name, floor in case.floors.items()}
     mapped = maps(problem.records, problem.errors(calibrated.x), floors, case.rig)
-    told = evidence.subsystem
-    notes = [*evidence.attribution.notes, *_of_noise(evidence)]
-    found = best.effects if best is not None else ()
-    if found:
-        subsystem = _of_effects(found, shares)
-        notes = [*_contradictions(subsystem, told, bool(evidence.attribution.equations)), *notes]
+    evidence_shares = evidence.subsystem
+    notes = [*evidence.attribution.notes, *_noise_notes(evidence)]
+    selected = best.effects if best is not None else ()
+    if selected:
+        subsystem = _effect_shares(selected, shares)
+        notes = [
+            *_contradictions(subsystem, evidence_shares, bool(evidence.attribution.equations)),
+            *notes,
+        ]
     else:
-        subsystem = told
-    whole = {name: subsystem.get(name, 0.0) for name in SUBSYSTEMS} if subsystem else {}
+        subsystem = evidence_shares
+    all_subsystems = {name: subsystem.get(name, 0.0) for name in SUBSYSTEMS} if subsystem else {}
     return Where(
-        whole,
+        all_subsystems,
         mapped.regimes,
         mapped.frequency,
         mapped.time,
@@ -116,44 +119,44 @@ def localise(
     )
 
 
-def _of_effects(found: Sequence[str], shares: Mapping[str, float] | None) -> dict[str, float]:
+def _effect_shares(selected: Sequence[str], shares: Mapping[str, float] | None) -> dict[str, float]:
     """Returns the shares of the subsystems of these effects; a negative share counts as zero."""
-    weights = {one: max(shares.get(one, 0.0), 0.0) if shares else 1.0 for one in found}
+    weights = {effect: max(shares.get(effect, 0.0), 0.0) if shares else 1.0 for effect in selected}
     total = sum(weights.values())
     if total <= 0.0:
-        weights, total = dict.fromkeys(found, 1.0), float(len(found))
+        weights, total = dict.fromkeys(selected, 1.0), float(len(selected))
     subsystem: dict[str, float] = {}
-    for one, weight in weights.items():
-        name = effects()[one].subsystem
+    for effect, weight in weights.items():
+        name = effects()[effect].subsystem
         subsystem[name] = subsystem.get(name, 0.0) + weight / total
     return subsystem
 
 
 def _contradictions(
-    simulated: Mapping[str, float], told: Mapping[str, float], equations: bool
+    simulated: Mapping[str, float], evidence_shares: Mapping[str, float], equations: bool
 ) -> list[str]:
     """Returns sentences on subsystems with a large share in one source, hardly any in the other."""
     basis = "the equations of the measured signals" if equations else "the errors of the position"
-    if not told:
+    if not evidence_shares:
         return [f"From {basis} alone nothing can be said of the subsystem."] if equations else []
-    missing = [name for name, share in told.items() if share >= SUBSYSTEM_TAKES_PART]
+    missing = [name for name, share in evidence_shares.items() if share >= SUBSYSTEM_TAKES_PART]
     missing = [name for name in missing if simulated.get(name, 0.0) < SUBSYSTEM_SMALL]
     extra = [name for name, share in simulated.items() if share >= SUBSYSTEM_TAKES_PART]
-    extra = [name for name in extra if told.get(name, 0.0) < SUBSYSTEM_SMALL]
-    found = []
+    extra = [name for name in extra if evidence_shares.get(name, 0.0) < SUBSYSTEM_SMALL]
+    sentences = []
     if missing:
-        listed = ", ".join(f"{name} {100.0 * told[name]:.0f} %" for name in missing)
-        found.append(
+        listed = ", ".join(f"{name} {100.0 * evidence_shares[name]:.0f} %" for name in missing)
+        sentences.append(
             f"{basis.capitalize()} see a part of the gap where no effect was found: {listed}."
         )
     if extra:
-        found.append(
+        sentences.append(
             f"{basis.capitalize()} do not show the part that was found in: {', '.join(extra)}."
         )
-    return found
+    return sentences
 
 
-def _of_noise(evidence: Evidence) -> list[str]:
+def _noise_notes(evidence: Evidence) -> list[str]:
     """Returns what the process noise says of the subsystem where the attribution has no shares."""
     noise = evidence.noise
     if noise is None or evidence.attribution.subsystem:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Ranking of the effects by how much of the residuals of equations they would remove; no verdict.
+"""Ranking of the effects by the share of the residuals of equations that they remove; no verdict.
 
 Every effect is put into the equations at several sizes. The change of the residuals is a regressor
 (a column). All equations share its factor, and each adjusts its own values along with it.
@@ -20,12 +20,12 @@ from ehsid.harness.gap.inference.trials import scaled
 from ehsid.harness.gap.model.equations import Equation
 from ehsid.harness.gap.model.machine import machine_scale
 from ehsid.harness.gap.model.weak_form import regress
-from ehsid.harness.gap.thresholds import SUSPECT_DEVIATIONS, SUSPECT_TURNS
+from ehsid.harness.gap.thresholds import GAIN_DEVIATIONS, WEIGHT_ITERATIONS
 from ehsid.harness.rigs import Rig
 
 
 @dataclass(frozen=True)
-class Suspect:
+class RankedEffect:
     """Effect that would reduce the residuals of the equations.
 
     Attributes
@@ -59,14 +59,14 @@ class _Trial:
 Change = Callable[[Mapping[str, float]], Mapping[str, FloatArray]]
 
 
-def suspects(
-    found: Sequence[Equation], change: Change, rig: Rig, exclude: Sequence[str] = ()
-) -> tuple[Suspect, ...]:
+def rank_effects(
+    equations: Sequence[Equation], change: Change, rig: Rig, exclude: Sequence[str] = ()
+) -> tuple[RankedEffect, ...]:
     """Returns the effects that the rig file does not contain, largest gain first.
 
     Parameters
     ----------
-    found
+    equations
         equations without the effects.
     change
         gives the residual rows with an effect; where these are not finite, it is left out.
@@ -75,59 +75,59 @@ def suspects(
     exclude
         ids of effects that are not tried.
     """
-    if not found:
+    if not equations:
         return ()
-    base = {equation.name: equation.rows * equation.sigma for equation in found}
+    base = {equation.name: equation.rows * equation.sigma for equation in equations}
     skipped = {*rig.effects(), *exclude}
-    suspected = []
+    ranked = []
     for effect, info in effects().items():
         if effect in skipped or not acts_on(info, rig.plant):
             continue
         trials = [
-            _trial(effect, columns, found, base, change)
+            _estimate(effect, columns, equations, base, change)
             for columns in info.trials(machine_scale(rig))
         ]
-        best = max(filter(None, trials), key=lambda one: one.gain, default=None)
+        best = max(filter(None, trials), key=lambda trial: trial.gain, default=None)
         if best is None:
             continue
         if info.retried and best.gain > 0.0:
             # Try once more at the estimated size: residuals need not be in proportion to it.
-            again = _trial(effect, [sizes_of(effect, best.values)], found, base, change)
-            best = again if again is not None and again.gain > best.gain else best
-        suspected.append(best)
-    return tuple(sorted(suspected, key=lambda one: -one.gain))
+            second = _estimate(effect, [sizes_of(effect, best.values)], equations, base, change)
+            best = second if second is not None and second.gain > best.gain else best
+        ranked.append(best)
+    return tuple(sorted(ranked, key=lambda ranked_effect: -ranked_effect.gain))
 
 
-def _trial(
+def _estimate(
     effect: str,
     columns: Sequence[Mapping[str, float]],
-    found: Sequence[Equation],
+    equations: Sequence[Equation],
     base: Mapping[str, FloatArray],
     change: Change,
-) -> Suspect | None:
+) -> RankedEffect | None:
     """Estimates the size and the gain of an effect from its columns.
 
     None where residuals are not finite, or a parameter leaves its range, as with the other sign.
     """
     changed = [change(effect_values(effect, column)) for column in columns]
     signature = {
-        one.name: np.column_stack(
-            [(rows[one.name] - base[one.name]) / one.sigma for rows in changed]
+        equation.name: np.column_stack(
+            [(rows[equation.name] - base[equation.name]) / equation.sigma for rows in changed]
         )
-        for one in found
+        for equation in equations
     }
     if not all(np.isfinite(rows).all() for rows in signature.values()):
         return None
-    trial = _try(found, signature)
+    trial = _fit_factors(equations, signature)
     sizes = scaled(effects()[effect], columns, trial.factors)
     for parameter in effects()[effect].parameters:
         if not parameter.minimum <= sizes[parameter.name] <= parameter.maximum:
             return None
-    gain = trial.gain if trial.deviations > SUSPECT_DEVIATIONS else 0.0
-    return Suspect(effect, effect_values(effect, sizes), gain, trial.deviations)
+    gain = trial.gain if trial.deviations > GAIN_DEVIATIONS else 0.0
+    return RankedEffect(effect, effect_values(effect, sizes), gain, trial.deviations)
 
 
-def _try(found: Sequence[Equation], signature: Mapping[str, FloatArray]) -> _Trial:
+def _fit_factors(equations: Sequence[Equation], signature: Mapping[str, FloatArray]) -> _Trial:
     """Estimates the factors that all equations share, and the gain.
 
     Each equation is weighted by the residual that it is left with in the end. With d the further
@@ -135,67 +135,70 @@ def _try(found: Sequence[Equation], signature: Mapping[str, FloatArray]) -> _Tri
     """
     # The bounds of the prior are left out: a value that has moved to a bound in place of the effect
     # would stay there.
-    start = {e.name: regress(e.rows, e.columns, e.centre, e.weight) for e in found}
-    before = {e.name: e.rows + e.columns @ start[e.name] for e in found}
-    after, spent = dict(before), {e.name: _spent(e, start[e.name]) for e in found}
-    ways = {e.name: _follow(e, signature[e.name]) for e in found}
+    start = {e.name: regress(e.rows, e.columns, e.centre, e.weight) for e in equations}
+    before = {e.name: e.rows + e.columns @ start[e.name] for e in equations}
+    after = dict(before)
+    penalty_before = {e.name: _prior_penalty(e, start[e.name]) for e in equations}
+    adjustments = {e.name: _adjustments(e, signature[e.name]) for e in equations}
     factors = np.zeros(next(iter(signature.values())).shape[1])
-    left = spent
-    for _ in range(SUSPECT_TURNS):
+    penalty_after = penalty_before
+    for _ in range(WEIGHT_ITERATIONS):
         hessian = np.zeros((factors.size, factors.size))
         gradient = np.zeros(factors.size)
-        for equation in found:
+        for equation in equations:
             s = signature[equation.name]
-            moves = s + equation.columns @ ways[equation.name]
-            share = equation.independent / _cost(after, left, equation.name)
+            moves = s + equation.columns @ adjustments[equation.name]
+            share = equation.independent / _cost(after, penalty_after, equation.name)
             hessian += share * (s.T @ moves)
             gradient += share * (s.T @ before[equation.name])
         factors = -_solve(hessian, gradient)
-        moved = {e.name: ways[e.name] @ factors for e in found}
+        moved = {e.name: adjustments[e.name] @ factors for e in equations}
         after = {
             e.name: before[e.name] + signature[e.name] @ factors + e.columns @ moved[e.name]
-            for e in found
+            for e in equations
         }
-        left = {e.name: _spent(e, start[e.name] + moved[e.name]) for e in found}
-    return _Trial(factors, *_gain(found, (before, spent), (after, left)))
+        penalty_after = {
+            e.name: _prior_penalty(e, start[e.name] + moved[e.name]) for e in equations
+        }
+    return _Trial(factors, *_gain(equations, (before, penalty_before), (after, penalty_after)))
 
 
-def _follow(equation: Equation, signature: FloatArray) -> FloatArray:
+def _adjustments(equation: Equation, signature: FloatArray) -> FloatArray:
     """Moves of the equation's own values per unit of each factor, shape (n, factors)."""
     c = equation.columns
     return _solve(c.T @ c + np.diag(equation.weight), -(c.T @ signature))
 
 
-def _spent(equation: Equation, moved: FloatArray) -> float:
+def _prior_penalty(equation: Equation, moves: FloatArray) -> float:
     """Penalty of the prior for the moves of the equation's own values, in squares of rows."""
-    return float(np.sum(equation.weight * (moved - equation.centre) ** 2))
+    return float(np.sum(equation.weight * (moves - equation.centre) ** 2))
 
 
-def _cost(rows: Mapping[str, FloatArray], spent: Mapping[str, float], name: str) -> float:
-    # Each row counts one more, the square of what it may be off: below that little can be gained.
-    return float(rows[name] @ rows[name]) + spent[name] + rows[name].size
+def _cost(rows: Mapping[str, FloatArray], penalties: Mapping[str, float], name: str) -> float:
+    # The tolerance of each row adds its square, 1: below the tolerance there is little to gain.
+    return float(rows[name] @ rows[name]) + penalties[name] + rows[name].size
 
 
-def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
+def _solve(matrix: FloatArray, right_side: FloatArray) -> FloatArray:
     """Solves a symmetric system in any units; directions without information do not move."""
     scale = np.sqrt(np.diag(matrix))
     scale = np.where(scale > 0.0, scale, 1.0)
-    divided = right / (scale if right.ndim == 1 else scale[:, np.newaxis])
+    divided = right_side / (scale if right_side.ndim == 1 else scale[:, np.newaxis])
     solved = np.linalg.lstsq(matrix / np.outer(scale, scale), divided, rcond=1e-10)[0]
-    return np.asarray(solved / (scale if right.ndim == 1 else scale[:, np.newaxis]))
+    return np.asarray(solved / (scale if right_side.ndim == 1 else scale[:, np.newaxis]))
 
 
 _State = tuple[Mapping[str, FloatArray], Mapping[str, float]]
 
 
-def _gain(found: Sequence[Equation], first: _State, last: _State) -> tuple[float, float]:
+def _gain(equations: Sequence[Equation], first: _State, last: _State) -> tuple[float, float]:
     """Gain, nats per independent statistic, and the gain over its standard deviation.
 
     A row gains ln(s_0 / s_1) + (r_0 / s_0)^2 / 2 - (r_1 / s_1)^2 / 2, with 0 before and 1 after.
     The sums over windows are taken for independent draws. s^2 includes the penalty of the prior.
     """
-    total, by_block = 0.0, np.zeros(int(found[0].block.max()) + 1)
-    for equation in found:
+    total, by_block = 0.0, np.zeros(int(equations[0].block.max()) + 1)
+    for equation in equations:
         r0, r1 = first[0][equation.name], last[0][equation.name]
         v0, v1 = (_cost(*state, equation.name) / r0.size for state in (first, last))
         gain = 0.5 * math.log(v0 / v1)

@@ -87,7 +87,7 @@ _MISSING: Mapping[str, Callable[[Regimes], str | None]] = MappingProxyType(
 )
 
 
-def cannot_judge(
+def unidentifiable_effects(
     regimes: Sequence[Regimes], effects: Sequence[str], plant: str = "ehs"
 ) -> list[CannotJudge]:
     """Returns the effects that no record can show, each with what the records lack.
@@ -99,14 +99,16 @@ def cannot_judge(
     effects
         ids of the effects to check, in the order of the result.
     plant
-        plant of the rig: an effect on a part that it does not have cannot be judged either.
+        plant of the rig: an effect on a part that it does not have cannot be identified either.
     """
-    found = []
+    unidentifiable = []
     for effect in effects:
         if not acts_on(catalogue()[effect], plant):
             part = catalogue()[effect].subsystem
             article = "a " if part == "valve" else ""
-            found.append(CannotJudge(effect, f'a plant "{plant}" is told without {article}{part}'))
+            unidentifiable.append(
+                CannotJudge(effect, f'a plant "{plant}" is told without {article}{part}')
+            )
             continue
         missing = [
             reason
@@ -114,22 +116,22 @@ def cannot_judge(
             if (reason := _missing_everywhere(_MISSING[need], regimes)) is not None
         ]
         if missing:
-            found.append(CannotJudge(effect, "; ".join(missing)))
-    return found
+            unidentifiable.append(CannotJudge(effect, "; ".join(missing)))
+    return unidentifiable
 
 
 def _missing_everywhere(
     need: Callable[[Regimes], str | None], regimes: Sequence[Regimes]
 ) -> str | None:
     """Returns the reason of the first record where every record has one, else None."""
-    reasons = [need(one) for one in regimes]
+    reasons = [need(regime) for regime in regimes]
     return reasons[0] if reasons and all(reason is not None for reason in reasons) else None
 
 
-def beyond_reach(
+def extrapolated_effects(
     values: Mapping[str, float], regimes: Sequence[Regimes], effects: Sequence[str]
 ) -> list[CannotJudge]:
-    """Returns the fitted effects whose size lies beyond the range of the records, with the reason.
+    """Returns the fitted effects whose size lies outside the range of the records, with the reason.
 
     Such a size is extrapolated from the beginning of a curve, or is hidden by noise. Other effects
     can look the same there.
@@ -143,27 +145,27 @@ def beyond_reach(
     effects
         ids of the effects that were fitted.
     """
-    command = max(one.largest_command for one in regimes)
-    floor = min(one.position_floor_m for one in regimes)
-    found = []
+    command = max(record.largest_command for record in regimes)
+    floor = min(record.position_floor_m for record in regimes)
+    extrapolated = []
     for effect in effects:
         info = catalogue()[effect]
         if info.reach == "all":
             continue
-        first = values[names_of(info)[0]]
+        size = values[names_of(info)[0]]
         reason = None
-        if info.reach == "begins_at" and first > command:
+        if info.reach == "begins_at" and size > command:
             reason = (
-                f"it would begin at {100.0 * first:.0f} % of full opening, the command never asks "
+                f"it would begin at {100.0 * size:.0f} % of full opening, the command never asks "
                 f"for more than {100.0 * command:.0f} %"
             )
-        elif info.reach == "within" and first >= command:
+        elif info.reach == "within" and size >= command:
             reason = (
-                f"it would be {100.0 * first:.0f} % wide, the command never goes beyond "
+                f"it would be {100.0 * size:.0f} % wide, the command never goes beyond "
                 f"{100.0 * command:.0f} %"
             )
-        elif info.reach == "sensor_noise" and first < floor:
-            reason = f"{first:.2g} m are below the sensor's noise of {floor:.2g} m"
+        elif info.reach == "sensor_noise" and size < floor:
+            reason = f"{size:.2g} m are below the sensor's noise of {floor:.2g} m"
         if reason is not None:
-            found.append(CannotJudge(effect, reason))
-    return found
+            extrapolated.append(CannotJudge(effect, reason))
+    return extrapolated

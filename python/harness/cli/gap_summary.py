@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: MIT
+"""Prints the summary of a diagnosis on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.padding import Padding
+from rich.table import Table
+
+from ehsid.harness.catalogue.channels import shown_channel
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.cli.common import make_table
+from ehsid.harness.gap.schema import Diagnosis, HowFar
+from ehsid.harness.report.gap_words import (
+    SIMULATIONS,
+    VERDICTS,
+    effect_set,
+    interval,
+    percent,
+    percent_interval,
+    plain_name,
+    quantity,
+    unit_of,
+    value_name,
+)
+
+# More candidates than this are easier to read on the page.
+MOST_CANDIDATES = 5
+
+
+def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> None:
+    """Prints the verdict in a sentence and then its reasons; the details are in the report."""
+    title, _ = VERDICTS[diagnosis.verdict]
+    console.print(f"\n[bold]{title}[/bold]", highlight=False)
+    console.print(f"[bold]{escape(diagnosis.sentence)}[/bold]", highlight=False)
+    for reason in diagnosis.reasons:
+        console.print(Padding(f"- {escape(reason)}", (0, 0, 0, 2)), highlight=False)
+    for table in _tables(diagnosis):
+        console.print()
+        console.print(table)
+    coming = diagnosis.next_experiment
+    if coming is not None:
+        rivals = " from ".join(effect_set(tuple(names.split("+"))) for names in coming.separates)
+        console.print(
+            f"\nNext experiment: {escape(coming.description)}; it separates {rivals} with a "
+            f"predicted probability of {percent(coming.power)}: "
+            f"{escape(str(folder / 'next_experiment.csv'))}",
+            highlight=False,
+        )
+    if diagnosis.cannot_judge:
+        console.print("\nCould not be judged:", highlight=False)
+        for effect in diagnosis.cannot_judge:
+            line = f"- {plain_name(effect.id)}: {escape(effect.why)}"
+            console.print(Padding(line, (0, 0, 0, 2)), highlight=False)
+    for remark in diagnosis.remarks:
+        sign = "[bold red]serious[/bold red]" if remark.serious else "note"
+        about = f"{escape(remark.record)}: " if remark.record else ""
+        console.print(f"{sign}: {about}{escape(remark.what)}", highlight=False)
+    console.print(f"\nreport: {folder / 'report.html'}", soft_wrap=True, highlight=False)
+
+
+def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
+    if diagnosis.how_far is not None:
+        yield _gap(diagnosis.how_far)
+    if diagnosis.where.subsystem:
+        shares = sorted(diagnosis.where.subsystem.items(), key=lambda item: -item[1])
+        rows = [(name, percent(share)) for name, share in shares]
+        yield make_table(("where", "share of the gap"), rows)
+    if diagnosis.effects:
+        sizes = [
+            (
+                *((plain_name(effect.id), percent(effect.probability)) if i == 0 else ("", "")),
+                *interval(size, unit_of(ParameterKey.of_effect(effect.id, name))),
+            )
+            for effect in diagnosis.effects
+            for i, (name, size) in enumerate(effect.parameters.items())
+        ]
+        yield make_table(("effect", "probability", "size", "90 % interval"), sizes)
+    if diagnosis.candidates:
+        candidates = [
+            (
+                effect_set(candidate.effects) + " *" * candidate.in_confidence_set,
+                percent(candidate.held_out_shrinkage),
+                f"{candidate.score:.1f}",
+            )
+            for candidate in diagnosis.candidates[:MOST_CANDIDATES]
+        ]
+        marked = any(candidate.in_confidence_set for candidate in diagnosis.candidates)
+        caption = "* the data cannot tell it from the best" if marked else None
+        headings = ("candidate", "removes", "behind the best, nats")
+        yield make_table(headings, candidates, caption=caption, caption_justify="left")
+    moved = [
+        (
+            value_name(name),
+            quantity(value.rig, unit_of(name)),
+            *interval(value.found, unit_of(name)),
+        )
+        for name, value in diagnosis.calibration.items()
+        if value.moved
+    ]
+    if moved:
+        yield make_table(("value that moved", "rig file", "estimate", "90 % interval"), moved)
+
+
+def _gap(gap: HowFar) -> Table:
+    floor = " to ".join(map(percent, gap.noise_floor))
+    means = (gap.nominal, gap.calibrated, gap.augmented)
+    rows = [("all outputs", *map(percent, means), floor)]
+    rows += [
+        (f"  {shown_channel(name)[0]}", *map(percent, gaps), "")
+        for name, gaps in gap.per_output.items()
+    ]
+    caption = None
+    if gap.of_explainable is not None:
+        caption = (
+            f"The effects remove {percent_interval(gap.of_explainable)} of the gap above the noise "
+            "floor that remained after the fit."
+        )
+    headings = ("gap on held-out data", *SIMULATIONS.values(), "floor")
+    return make_table(headings, rows, caption=caption, caption_justify="left")

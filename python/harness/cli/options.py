@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+"""Options that several commands share. Imports no library of the work, so that --help is fast."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class SignalName(StrEnum):
+    """Names of the test signals."""
+
+    multisine = "multisine"
+    prbs = "prbs"
+    steps = "steps"
+    chirp = "chirp"
+    triangle = "triangle"
+
+
+class HilLoop(StrEnum):
+    """Kind of run: the published experiment, an open loop, or position control on the target."""
+
+    experiment = "experiment"
+    open = "open"
+    position = "position"
+
+
+RecordFile = Annotated[Path, typer.Argument(help="CSV, CSV.gz, Parquet, MAT or NPZ")]
+RigFile = Annotated[Path, typer.Option("--rig", help="rig file, TOML")]
+RigOrPublished = Annotated[
+    Path | None, typer.Option("--rig", help="rig file, TOML; default: the published rig")
+]
+InputColumn = Annotated[str, typer.Option("--input", help="input column")]
+OutputColumn = Annotated[str, typer.Option("--output", help="output column")]
+Reset = Annotated[
+    bool, typer.Option("--reset/--no-reset", help="restart where the RMSE shows a change")
+]
+ExcludedEffects = Annotated[
+    list[str] | None, typer.Option(metavar="ID...", help="effects of the catalogue to leave out")
+]
+Workers = Annotated[int | None, typer.Option(min=1, help="processes; default: one for each core")]
+Dask = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler: tcp://HOST:PORT")
+]
+AsJson = Annotated[bool, typer.Option("--json", help="print the result as JSON")]
