@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.validation.reality.effects import CATALOGUE, TWINS
+from ehsid.harness.validation.reality.effects import CATALOGUE, EXCLUSIVE_PAIRS
+from ehsid.harness.validation.reality.nominal_rig import draw_nominal_rig
 from ehsid.harness.validation.reality.outside import OUTSIDE
-from ehsid.harness.validation.reality.told import draw_told
 
 Plain = dict[str, Any]
 Diagnoser = Callable[[Plain, np.random.Generator], Plain]
@@ -32,9 +32,9 @@ def made_answers(count: int, seed: int = 1) -> dict[str, Plain]:
         pool = OUTSIDE if kind == "open" else CATALOGUE
         number = {"one": 1, "two": 2, "open": 1}.get(kind, 0)
         names = [str(name) for name in rng.permutation(list(pool))[:number]]
-        if frozenset(names) in TWINS:
+        if frozenset(names) in EXCLUSIVE_PAIRS:
             names[1] = "transport_delay"
-        told = draw_told(rng, "ehs")
+        told = draw_nominal_rig(rng, "ehs")
         answers[f"{int(rng.integers(2**32)):08x}"] = {
             "kind": kind,
             "plant": "ehs",

@@ -72,10 +72,10 @@ def _check_lengths(arrays: Mapping[str, npt.NDArray[np.float64]], file: Path | s
             mend="cut or resample the signals to one common time base, or name the columns to use",
         )
     if sizes[longest] < MIN_SAMPLES:
-        held = "no samples" if sizes[longest] == 0 else "one sample only"
+        count_text = "no samples" if sizes[longest] == 0 else "one sample only"
         raise RecordError(
             file,
-            f"there are names but {held}",
+            f"there are names but {count_text}",
             expected=f"at least {MIN_SAMPLES} samples",
             mend="export the record again, with its data",
         )
@@ -89,13 +89,13 @@ def _check_finite(
         return
     first = int(np.argmax(bad))
     kind = np.isnan(array) if np.isnan(array[first]) else np.isinf(array)
-    sound = np.flatnonzero(~kind[first:])
-    run = int(sound[0]) if sound.size else array.size - first
-    what = "empty or NaN" if np.isnan(array[first]) else "infinite"
+    other = np.flatnonzero(~kind[first:])
+    run = int(other[0]) if other.size else array.size - first
+    state = "empty or NaN" if np.isnan(array[first]) else "infinite"
     rows = (
-        f"row {first + first_row} is {what}"
+        f"row {first + first_row} is {state}"
         if run == 1
-        else f"rows {first + first_row} to {first + run - 1 + first_row} are {what} ({run} rows)"
+        else f"rows {first + first_row} to {first + run - 1 + first_row} are {state} ({run} rows)"
     )
     others = int(bad.sum()) - run
     if others:

@@ -91,8 +91,8 @@ class CsvTable:
         if not any(cell.strip() for cell in cells):
             problem, mend = "the row is blank", "remove the row"
         else:
-            held = f"{len(cells)} cell" + ("s" if len(cells) != 1 else "")
-            problem = f"the row has {held}, the header names {len(self.names)} columns"
+            cell_count = f"{len(cells)} cell" + ("s" if len(cells) != 1 else "")
+            problem = f"the row has {cell_count}, the header names {len(self.names)} columns"
             mend = "correct the row; if it is the last one, the file was cut short"
             if len(cells) == 2 * len(self.names):
                 mend = "if the numbers have a decimal comma, export them with a decimal point"

@@ -51,14 +51,14 @@ class RecordError(ValueError):
 
     def __reduce__(self) -> tuple[Callable[..., RecordError], tuple[str, str]]:
         """Keeps all arguments in pickling; by default an exception is rebuilt from `args` only."""
-        made = partial(
+        rebuild = partial(
             RecordError,
             row=self.row,
             column=self.column,
             expected=self.expected,
             mend=self.mend,
         )
-        return made, (self.file, self.problem)
+        return rebuild, (self.file, self.problem)
 
     def _message(self) -> str:
         place = self.file

@@ -21,13 +21,13 @@ UINT32, INT32 = 6, 5
 # objects hold arrays.
 CHAR_CLASS, SPARSE_CLASS, LAST_NUMERIC_CLASS = 4, 5, 15
 COMPLEX_FLAG = 0x800
-DEEPEST = 30
+MAX_DEPTH = 30
 
 Element = tuple[int, bytes]
 
 
 class DamagedError(ValueError):
-    """The elements are not consistent; the message says which rule they break."""
+    """The elements are not consistent; the message names the rule that they break."""
 
 
 def check_elements(data: bytes) -> None:
@@ -90,7 +90,7 @@ def _elements(data: bytes, order: str) -> list[Element]:
 def _check_matrix(content: bytes, order: str, depth: int) -> None:
     if not content:
         return  # an empty array in a cell or a structure
-    if depth > DEEPEST:
+    if depth > MAX_DEPTH:
         raise DamagedError("arrays within arrays without end")
     parts = _elements(content, order)
     if parts[0][0] != UINT32 or len(parts[0][1]) != 8:
@@ -113,9 +113,9 @@ def _check_matrix(content: bytes, order: str, depth: int) -> None:
     if min(dimensions) < 0:
         raise DamagedError("a negative dimension")
     if array_class >= CHAR_CLASS:
-        wanted = (3 if array_class == SPARSE_CLASS else 1) + bool(flags & COMPLEX_FLAG)
-        if len(parts) - 3 != wanted:
-            raise DamagedError(f"an array in {len(parts) - 3} parts instead of {wanted}")
+        expected_parts = (3 if array_class == SPARSE_CLASS else 1) + bool(flags & COMPLEX_FLAG)
+        if len(parts) - 3 != expected_parts:
+            raise DamagedError(f"an array in {len(parts) - 3} parts instead of {expected_parts}")
         _check_numbers(parts[3:], array_class, math.prod(dimensions))
     else:
         _check_inner(parts[3:], order, depth)

@@ -83,9 +83,9 @@ def read_record(
     names = names_in_file(table.names, layout, path)
     requested = {*names, *layout} if columns is None else {*columns, *required, TIME}
     for name in (*required, *(target for target in layout if target in requested)):
-        expected = layout[name].name if name in layout else name
-        if names.get(name) != expected:
-            raise missing_column(path, expected, table.names, _why(name))
+        name_in_file = layout[name].name if name in layout else name
+        if names.get(name) != name_in_file:
+            raise missing_column(path, name_in_file, table.names, _why(name))
     wanted = {name: names[name] for name in names if name in requested}
     return make_record(
         _arrays(table, wanted, layout, path),
@@ -151,5 +151,5 @@ def _table(data: bytes, path: Path) -> Table:
 
 
 def _why(name: str) -> str:
-    known = CHANNELS.get(name)
-    return f"{known.meaning}, in {known.unit}" if known else "a column of this name"
+    channel = CHANNELS.get(name)
+    return f"{channel.meaning}, in {channel.unit}" if channel else "a column of this name"

@@ -104,8 +104,8 @@ def analyse_time(
     if uneven.size:
         raise _uneven(time_s, int(uneven[0]), dt_s, file, first_row, column)
 
-    ends = np.flatnonzero(is_gap) + 1
-    edges = [0, *ends.tolist(), time_s.size]
+    segment_ends = np.flatnonzero(is_gap) + 1
+    edges = [0, *segment_ends.tolist(), time_s.size]
     return TimeBase(
         dt_s=dt_s,
         jitter=Jitter(
@@ -114,7 +114,7 @@ def analyse_time(
             worst_row=worst + 1 + first_row,
         ),
         gaps=tuple(
-            Gap(int(k) + first_row, float(time_s[k - 1]), float(steps[k - 1])) for k in ends
+            Gap(int(k) + first_row, float(time_s[k - 1]), float(steps[k - 1])) for k in segment_ends
         ),
         segments=tuple(slice(a, b) for a, b in pairwise(edges)),
     )
@@ -127,20 +127,20 @@ def _check_increasing(
     first_row: int,
     column: str,
 ) -> None:
-    stuck = np.flatnonzero(steps <= 0.0)
-    if stuck.size == 0:
+    not_increasing = np.flatnonzero(steps <= 0.0)
+    if not_increasing.size == 0:
         return
-    k = int(stuck[0])
+    k = int(not_increasing[0])
     row = k + 1 + first_row
-    now, before = float(time_s[k + 1]), float(time_s[k])
+    time, time_before = float(time_s[k + 1]), float(time_s[k])
     if steps[k] == 0.0:
-        problem = f"the time {now:.9g} s is the same as in the row before"
+        problem = f"the time {time:.9g} s is the same as in the row before"
         mend = "remove the repeated rows, or write time with more digits"
     else:
-        problem = f"time runs backwards, from {before:.9g} s to {now:.9g} s"
+        problem = f"time runs backwards, from {time_before:.9g} s to {time:.9g} s"
         mend = "sort the rows by time, or split the file where a new run starts"
-    if stuck.size > 1:
-        problem += f" ({stuck.size} such rows)"
+    if not_increasing.size > 1:
+        problem += f" ({not_increasing.size} such rows)"
     raise RecordError(
         file, problem, row=row, column=column, expected="time that increases", mend=mend
     )

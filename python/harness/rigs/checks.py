@@ -21,9 +21,9 @@ from ehsid.harness.records.errors import nearest_name
 
 HIDDEN_SPOOL = "nuisance.spool_bandwidth_hz"
 
-LARGEST_SIGMA = 10.0  # relative: a larger uncertainty says nothing about the value
+LARGEST_SIGMA = 10.0  # relative; a larger uncertainty gives no information on the value
 
-SENSORS = tuple(one.noise for one in CHANNELS.values() if one.noise is not None)
+SENSORS = tuple(channel.noise for channel in CHANNELS.values() if channel.noise is not None)
 
 
 def unknown(key: str, existing: Iterable[str]) -> str:
@@ -33,7 +33,7 @@ def unknown(key: str, existing: Iterable[str]) -> str:
     return f"'{key}' is not known{hint}"
 
 
-def shown(value: object) -> str:
+def value_text(value: object) -> str:
     """Returns the value as text for a message, cut to 60 characters."""
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
@@ -42,7 +42,7 @@ def shown(value: object) -> str:
 def not_a_number(key: str, value: object) -> str | None:
     """Returns the problem text if the value is not a finite number, else None."""
     if isinstance(value, bool) or not isinstance(value, int | float):
-        return f"'{key}' = {shown(value)}: expected a number"
+        return f"'{key}' = {value_text(value)}: expected a number"
     try:
         finite = math.isfinite(value)
     except OverflowError:  # TOML has integers of any length
@@ -67,13 +67,13 @@ def check_values(values: Mapping[str, object]) -> list[str]:
         if parameter is None:
             problems.append(_unknown_value(name))
             continue
-        wrong = not_a_number(name, value)
-        if wrong is not None:
-            problems.append(wrong)
+        problem = not_a_number(name, value)
+        if problem is not None:
+            problems.append(problem)
             continue
         assert isinstance(value, int | float)
-        off = value == 0.0 and (ParameterKey(name).effect is not None or name == HIDDEN_SPOOL)
-        if not off and not parameter.minimum <= value <= parameter.maximum:
+        is_off = value == 0.0 and (ParameterKey(name).effect is not None or name == HIDDEN_SPOOL)
+        if not is_off and not parameter.minimum <= value <= parameter.maximum:
             problems.append(f"'{name}' = {value!r}: expected {_range(parameter)}")
     return problems
 
@@ -128,7 +128,7 @@ def check_uncertainty(
             problems.append(f"uncertainty '{name}': the rig does not tell this value")
         elif not_a_number(name, sigma) or not 0.0 < sigma <= LARGEST_SIGMA:
             problems.append(
-                f"uncertainty '{name}' = {shown(sigma)}: expected a relative 1-sigma above 0, "
+                f"uncertainty '{name}' = {value_text(sigma)}: expected a relative 1-sigma above 0, "
                 f"{LARGEST_SIGMA:g} at most"
             )
     return problems
@@ -142,12 +142,12 @@ def check_sensors(sensors: Mapping[str, Any]) -> list[str]:
             problems.append(f"sensors: {unknown(key, SENSORS)}")
         elif not_a_number(key, noise) or noise < 0.0:
             problems.append(
-                f"'sensors.{key}' = {shown(noise)}: expected a standard deviation, >= 0"
+                f"'sensors.{key}' = {value_text(noise)}: expected a standard deviation, >= 0"
             )
     return problems
 
 
-def check_together(values: Mapping[str, object]) -> list[str]:
+def check_relations(values: Mapping[str, object]) -> list[str]:
     """Checks the relations between values, such as a rod diameter below the bore diameter."""
 
     def number(name: str) -> float | None:
@@ -180,8 +180,8 @@ def _whole_effects(values: Mapping[str, object]) -> list[str]:
         if not any(values.get(name) for name in names_of(effect)):
             continue
         problems += [
-            f"'{name}' is missing: expected {_range(p)}"
-            for name, p in zip(names_of(effect), effect.parameters, strict=True)
-            if p.minimum > 0.0 and not values.get(name)
+            f"'{name}' is missing: expected {_range(parameter)}"
+            for name, parameter in zip(names_of(effect), effect.parameters, strict=True)
+            if parameter.minimum > 0.0 and not values.get(name)
         ]
     return problems

@@ -20,13 +20,13 @@ from ehsid.harness.records.errors import nearest_name
 from ehsid.harness.records.layout import is_convertible
 from ehsid.harness.rigs.checks import (
     check_complete,
+    check_relations,
     check_sensors,
-    check_together,
     check_uncertainty,
     check_values,
-    shown,
     unknown,
     unknown_effect,
+    value_text,
 )
 from ehsid.harness.rigs.errors import RigError
 from ehsid.harness.rigs.rig import PlantName, Rig
@@ -59,13 +59,13 @@ def parse_rig(text: str, *, source: object = "rig") -> Rig:
     problems: list[str] = []
     name, plant = document.get("name", "rig"), document.get("plant")
     if not isinstance(name, str):
-        problems.append(f"'name' = {shown(name)}: expected text")
+        problems.append(f"'name' = {value_text(name)}: expected text")
     if plant not in PLANTS:
         problems.append(_unknown_plant(plant))
     values = _values(document, problems)
     if plant in PLANTS:
         problems += check_complete(values, plant)
-    problems += check_values(values) + check_together(values)
+    problems += check_values(values) + check_relations(values)
     uncertainty = _flat(_table(document, "uncertainty", problems))
     problems += check_uncertainty(uncertainty, values, plant)
     sensors = _table(document, "sensors", problems)
@@ -89,11 +89,11 @@ def _unknown_plant(plant: object) -> str:
         return f"'plant' is missing: expected {expected}"
     nearest = nearest_name(plant, PLANTS) if isinstance(plant, str) else None
     hint = f"; did you mean '{nearest}'?" if nearest else ""
-    return f"'plant' = {shown(plant)}: expected {expected}{hint}"
+    return f"'plant' = {value_text(plant)}: expected {expected}{hint}"
 
 
 def _values(document: Mapping[str, Any], problems: list[str]) -> dict[str, Any]:
-    """Returns the values of machine and effects by full name; appends the problems found."""
+    """Returns the values of machine and effects by full name; appends all problems."""
     sections = {key.section for key in parameter_keys() if key.effect is None}
     values: dict[str, Any] = {}
     for key, section in document.items():
@@ -102,12 +102,14 @@ def _values(document: Mapping[str, Any], problems: list[str]) -> dict[str, Any]:
         if key not in sections:
             problems.append(unknown(key, sections | {"name", "plant", *TABLES}))
         elif not isinstance(section, dict):
-            problems.append(f"'{key}' = {shown(section)}: expected a section [{key}]")
+            problems.append(f"'{key}' = {value_text(section)}: expected a section [{key}]")
         else:
-            values |= {f"{key}.{inner}": value for inner, value in section.items()}
+            values |= {f"{key}.{name}": value for name, value in section.items()}
     for effect, section in _table(document, "effects", problems).items():
         if not isinstance(section, dict):
-            problems.append(f"'effects.{effect}' = {shown(section)}: expected [effects.{effect}]")
+            problems.append(
+                f"'effects.{effect}' = {value_text(section)}: expected [effects.{effect}]"
+            )
         elif effect not in effects():
             problems.append(unknown_effect(effect))
         elif not section:
@@ -121,7 +123,7 @@ def _values(document: Mapping[str, Any], problems: list[str]) -> dict[str, Any]:
 def _table(document: Mapping[str, Any], key: str, problems: list[str]) -> dict[str, Any]:
     table = document.get(key, {})
     if not isinstance(table, dict):
-        problems.append(f"'{key}' = {shown(table)}: expected a section [{key}]")
+        problems.append(f"'{key}' = {value_text(table)}: expected a section [{key}]")
         return {}
     return table
 
@@ -142,24 +144,25 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 def _columns(table: Mapping[str, Any], problems: list[str]) -> dict[str, ColumnMap]:
     columns = {}
-    for key, told in table.items():
+    for key, given in table.items():
         if key not in CHANNELS:
             problems.append(f"columns: {unknown(key, CHANNELS)}")
             continue
-        entry = {"name": told} if isinstance(told, str) else told
+        entry = {"name": given} if isinstance(given, str) else given
         if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
             problems.append(
-                f'\'columns.{key}\' = {shown(told)}: expected {{ name = "Stroke", unit = "mm" }}'
+                f"'columns.{key}' = {value_text(given)}: "
+                'expected { name = "Stroke", unit = "mm" }'
             )
             continue
         problems += [
-            f"columns.{key}: {unknown(k, ('name', 'unit'))}"
-            for k in entry.keys() - {"name", "unit"}
+            f"columns.{key}: {unknown(unknown_key, ('name', 'unit'))}"
+            for unknown_key in entry.keys() - {"name", "unit"}
         ]
         unit = entry.get("unit")
         if unit is not None and not is_convertible(unit, CHANNELS[key].unit):
             problems.append(
-                f"'columns.{key}.unit' = {shown(unit)}: expected a unit of the same kind as "
+                f"'columns.{key}.unit' = {value_text(unit)}: expected a unit of the same kind as "
                 f"{CHANNELS[key].unit}"
             )
             continue

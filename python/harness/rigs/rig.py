@@ -70,14 +70,14 @@ class Rig:
             the plant does not have a name, a value is outside its range, or values contradict
             each other.
         """
-        from ehsid.harness.rigs.checks import check_complete, check_together, check_values
+        from ehsid.harness.rigs.checks import check_complete, check_relations, check_values
 
-        together = {**self.values, **values}
-        problems = check_values(values) + check_complete(together, self.plant)
-        problems += check_together(together)
+        all_values = {**self.values, **values}
+        problems = check_values(values) + check_complete(all_values, self.plant)
+        problems += check_relations(all_values)
         if problems:
             raise RigError(self.name, problems)
-        return replace(self, values={k: float(value) for k, value in together.items()})
+        return replace(self, values={name: float(value) for name, value in all_values.items()})
 
     def sigma(self, name: str) -> float:
         """Returns the relative 1-sigma of a value; a default if the rig file gives none."""
@@ -90,14 +90,15 @@ class Rig:
         ids = (ParameterKey(name).effect for name, value in self.values.items() if value != 0.0)
         return tuple(dict.fromkeys(effect for effect in ids if effect is not None))
 
-    def plant_values(self, more: Mapping[str, float] | None = None) -> npt.NDArray[np.float64]:
+    def plant_values(self, overrides: Mapping[str, float] | None = None) -> npt.NDArray[np.float64]:
         """Returns all values in the order of `ehsid.plant_parameters()`, shape (P,).
 
         For values that the rig does not contain, effects are off and all other values are typical
-        ones, except that the start position is mid-stroke. `more` overrides values by full name.
+        ones, except that the start position is mid-stroke. `overrides` has values by full name
+        that replace those of the rig.
         """
         start = 0.5 * self.values.get("cylinder.stroke_m", 0.0)
-        values = {ParameterKey.of_initial("position_m"): start, **self.values, **(more or {})}
+        values = {ParameterKey.of_initial("position_m"): start, **self.values, **(overrides or {})}
         unknown = sorted(values.keys() - plant_parameters().keys())
         if unknown:
             raise KeyError(unknown[0])

@@ -58,8 +58,8 @@ def parse_toml(text: str, source: object) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        last = text.split("\n")
-        end = f"at line {len(last)}, column {len(last[-1]) + 1}, the end of the file"
+        lines = text.split("\n")
+        end = f"at line {len(lines)}, column {len(lines[-1]) + 1}, the end of the file"
         problem = str(error).replace("at end of document", end)
     except RecursionError:
         problem = "brackets are nested too deeply"

@@ -98,7 +98,7 @@ def simulate_closed_loop(
     position_noise = np.zeros(reference.size) if noise is None else noise[:, POSITION]
     speed = np.append(np.diff(reference), 0.0) / dt_s
     report = progress or (lambda _share: None)
-    every = max(1, reference.size // REPORTS)
+    report_interval = max(1, reference.size // REPORTS)
 
     plant = start.plant(quantised=False)
     command = np.empty(reference.size)
@@ -115,7 +115,7 @@ def simulate_closed_loop(
             integral, float(reference[k]), position, float(speed[k]), dt_s
         )
         plant.advance(command[k])
-        if k % every == 0:
+        if k % report_interval == 0:
             report(0.5 * k / reference.size)
 
     # The same plant with the same start and command gives the same run, here with its error.

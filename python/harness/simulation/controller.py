@@ -58,12 +58,12 @@ class PositionController:
         `speed_m_s` is the speed of the reference.
         """
         error = reference_m - position_m
-        grown = integral_m_s + error * dt_s
+        next_integral = integral_m_s + error * dt_s
         unlimited = self.gain_v_m * (error + integral_m_s / self.integral_time_s)
         unlimited += self.feed_forward_v_s_m * speed_m_s
         command = min(max(unlimited, -self.limit_v), self.limit_v)
         into_limit = (unlimited - command) * error > 0.0
-        return command, integral_m_s if into_limit else grown
+        return command, integral_m_s if into_limit else next_integral
 
 
 def velocity_gain(rig: Rig) -> float:
@@ -80,9 +80,9 @@ def velocity_gain(rig: Rig) -> float:
     # retracting with the areas exchanged (Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6).
     supply = v["supply.pressure_pa"] - ATMOSPHERE_PA
     tank = v["supply.tank_pressure_pa"] - ATMOSPHERE_PA
-    per_root = v["valve.rated_flow_m3_s"] / math.sqrt(v["valve.rated_pressure_drop_pa"])
+    flow_factor = v["valve.rated_flow_m3_s"] / math.sqrt(v["valve.rated_pressure_drop_pa"])
     speeds = [
-        per_root * math.sqrt(max(supply * a - tank * b, 0.0) / (cap**3 + annulus**3))
+        flow_factor * math.sqrt(max(supply * a - tank * b, 0.0) / (cap**3 + annulus**3))
         for a, b in ((cap, annulus), (annulus, cap))
     ]
     return sum(speeds) / 2.0 / v["valve.rated_command_v"]

@@ -56,9 +56,9 @@ def as_measured(clean: FloatArray, noise: FloatArray, values: Mapping[str, float
     values
         values of the rig by full name; the step of its `sensor_quantisation` is applied here.
     """
-    shown = clean + noise
+    measured = clean + noise
     step = values.get(QUANTISATION, 0.0)
     if step > 0.0:
         position = OUTPUTS.index("position_m")
-        shown[..., position] = step * np.round(shown[..., position] / step)
-    return shown
+        measured[..., position] = step * np.round(measured[..., position] / step)
+    return measured

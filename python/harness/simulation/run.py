@@ -15,7 +15,7 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.checks import check_together, check_values
+from ehsid.harness.rigs.checks import check_relations, check_values
 from ehsid.harness.simulation.outputs import QUANTISATION, as_measured, columns_of
 
 Progress = Callable[[float], None]
@@ -26,7 +26,7 @@ MOST_SUBSTEPS = 1000
 
 # A single run can afford more steps than a fit of thousands of runs. Four times as many steps leave
 # a sixteenth of the error.
-FINER = 4
+REFINEMENT = 4
 
 # Samples between two reports of progress; without substeps they take a few hundredths of a second.
 CHUNK = 200_000
@@ -57,7 +57,7 @@ class SimulationRun:
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
+class PreparedRig:
     """A checked rig that is ready to run.
 
     Attributes
@@ -76,14 +76,14 @@ class Start:
     plant_values: FloatArray
     substeps: int
 
-    def plant(self, *, finer: int = 1, quantised: bool = True) -> ehsid.Plant:
-        """Returns the plant at its start, with `finer` times as many integration steps."""
-        values = self.plant_values
+    def plant(self, *, refinement: int = 1, quantised: bool = True) -> ehsid.Plant:
+        """Returns the plant at its start, with `refinement` times as many integration steps."""
+        plant_values = self.plant_values
         if not quantised:
-            values = values.copy()
-            values[[p.name for p in ehsid.plant_parameters()].index(QUANTISATION)] = 0.0
-        substeps = min(finer * self.substeps, MOST_SUBSTEPS)
-        return ehsid.Plant(self.rig.plant, values, dt_s=self.dt_s, substeps=substeps)
+            plant_values = plant_values.copy()
+            plant_values[[p.name for p in ehsid.plant_parameters()].index(QUANTISATION)] = 0.0
+        substeps = min(refinement * self.substeps, MOST_SUBSTEPS)
+        return ehsid.Plant(self.rig.plant, plant_values, dt_s=self.dt_s, substeps=substeps)
 
 
 def prepare(
@@ -93,30 +93,30 @@ def prepare(
     position0_m: float | None = None,
     values: Mapping[str, float] | None = None,
     substeps: int | None = None,
-) -> Start:
+) -> PreparedRig:
     """Checks a rig and its start; the arguments and errors are those of `simulate`."""
-    given = dict(values or {})
+    overrides = dict(values or {})
     if position0_m is not None:
-        given[ParameterKey.of_initial("position_m")] = position0_m
-    together = {**rig.values, **given}
-    problems = check_values(given) + check_together(together)
+        overrides[ParameterKey.of_initial("position_m")] = position0_m
+    all_values = {**rig.values, **overrides}
+    problems = check_values(overrides) + check_relations(all_values)
     if problems:
         raise SimulationError("; ".join(problems))
-    stroke = together.get("cylinder.stroke_m")
-    start_m = together.get(ParameterKey.of_initial("position_m"))
+    stroke = all_values.get("cylinder.stroke_m")
+    start_m = all_values.get(ParameterKey.of_initial("position_m"))
     if stroke is not None and start_m is not None and not 0.0 <= start_m <= stroke:
         raise SimulationError(
             f"the start at {start_m:g} m is outside the stroke, 0 to {stroke:g} m"
         )
-    plant_values = rig.plant_values(given)
+    plant_values = rig.plant_values(overrides)
     if substeps is None:
-        substeps = FINER * ehsid.plant_substeps(rig.plant, plant_values, dt_s)
+        substeps = REFINEMENT * ehsid.plant_substeps(rig.plant, plant_values, dt_s)
         if substeps > MOST_SUBSTEPS // 2:
             raise SimulationError(
                 f"{rig.name} is too stiff to be integrated at {dt_s:g} s: its oil spring or its "
                 f"seals need {substeps} steps a sample; check masses, volumes, friction"
             )
-    return Start(rig, dt_s, MappingProxyType(together), plant_values, substeps)
+    return PreparedRig(rig, dt_s, MappingProxyType(all_values), plant_values, substeps)
 
 
 def simulate(
@@ -171,7 +171,7 @@ def simulate(
     # with half the step, two thirds.
     coarse = _run(start.plant(quantised=False), command, lambda done: report(done / 3.0))
     fine = _run(
-        start.plant(finer=2, quantised=False),
+        start.plant(refinement=2, quantised=False),
         command,
         lambda done: report((1.0 + 2.0 * done) / 3.0),
     )
@@ -183,12 +183,12 @@ def simulate(
     stroke = start.values.get("cylinder.stroke_m")
     if keep_inside and stroke is not None:
         _check_inside(clean["position_m"], stroke, dt_s)
-    shown = as_measured(coarse, np.zeros(()) if noise is None else noise, start.values)
+    measured = as_measured(coarse, np.zeros(()) if noise is None else noise, start.values)
     record = make_record(
         {
             "time_s": np.arange(command.size) * dt_s,
             "command_v": command,
-            **columns_of(rig.plant, shown),
+            **columns_of(rig.plant, measured),
         },
         name=name or rig.name,
     )

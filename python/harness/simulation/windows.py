@@ -134,22 +134,22 @@ def simulate_windows(
         raise ValueError(f"'{unknown[0]}' is no value of the plant")
     window = window_numbers(len(record), dt_s, window_s=window_s, skip_s=skip_s)
     states = measured_states(record)
-    begins = np.flatnonzero(np.diff(window, prepend=-2) > 0)
+    window_starts = np.flatnonzero(np.diff(window, prepend=-2) > 0)
     aligned = np.full_like(states, np.nan)
     # No earlier state exists that the first sample could continue from.
     aligned[0] = states[0]
-    kept = slice(0, 1) if reset == "carry" else slice(None)
-    aligned[begins, kept] = states[begins, kept]
+    reset_states = slice(0, 1) if reset == "carry" else slice(None)
+    aligned[window_starts, reset_states] = states[window_starts, reset_states]
 
-    sets = [
+    plant_value_sets = [
         prepare(rig, dt_s=dt_s, values=values, substeps=substeps or 2).plant_values
         for values in value_sets
     ]
     if substeps is None:
-        substeps = max(ehsid.plant_substeps(rig.plant, values, dt_s) for values in sets)
+        substeps = max(ehsid.plant_substeps(rig.plant, values, dt_s) for values in plant_value_sets)
     outputs, sensitivities = ehsid.simulate_plant(
         rig.plant,
-        np.array(sets),
+        np.array(plant_value_sets),
         record.column("command_v"),
         dt_s=dt_s,
         substeps=substeps,
@@ -157,11 +157,11 @@ def simulate_windows(
         aligned=aligned,
         threads=threads,
     )
-    shown = OUTPUTS_OF[rig.plant]
-    places = [OUTPUTS_OF["ehs"].index(name) for name in shown]
+    output_names = OUTPUTS_OF[rig.plant]
+    columns = [OUTPUTS_OF["ehs"].index(name) for name in output_names]
     return WindowedRun(
-        {name: outputs[..., i] for name, i in zip(shown, places, strict=True)},
-        {name: sensitivities[..., i] for name, i in zip(shown, places, strict=True)},
+        {name: outputs[..., i] for name, i in zip(output_names, columns, strict=True)},
+        {name: sensitivities[..., i] for name, i in zip(output_names, columns, strict=True)},
         window,
     )
 

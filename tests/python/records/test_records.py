@@ -79,7 +79,7 @@ def test_the_crane_record_reads_as_two_columns() -> None:
     assert record.jitter is None
     assert record.segments == (slice(0, 1024),)
     assert "sample" not in record.columns
-    # Against numpy's own reader.
+    # The reader of numpy gives the same values.
     table = np.loadtxt(CRANE, delimiter=",", skiprows=1)
     np.testing.assert_array_equal(record.column("valve_opening"), table[:, 1])
     np.testing.assert_array_equal(record.column("oil_pressure"), table[:, 2])
@@ -90,8 +90,8 @@ def test_required_columns_follow_the_columns_asked_for(tmp_path: Path) -> None:
     path.write_text("time_s,u,y,note\n0,1,2,a\n1,2,3,b\n2,3,4,c\n")
     chosen = read_record(path, columns=("u", "y"))
     assert list(chosen.columns) == ["u", "y"]
-    assert chosen.dt_s == 1.0  # time is read along
-    # An optional column may be asked for without being required.
+    assert chosen.dt_s == 1.0  # time is read, too
+    # An optional column can be requested without being required.
     assert list(read_record(path, columns=("u", "spool"), required=("u",)).columns) == ["u"]
     with pytest.raises(RecordError, match="no column 'command_v'"):
         read_record(path)
@@ -143,8 +143,8 @@ def test_gaps_split_the_record(lengths: list[int], gap: float) -> None:
     edges = np.cumsum([0, *lengths])
     assert [(s.start, s.stop) for s in record.segments] == [(a, b) for a, b in pairwise(edges)]
     assert [g.row for g in record.gaps] == [int(edge) + 1 for edge in edges[1:-1]]
-    for found in record.gaps:
-        assert found.duration_s == pytest.approx(gap * dt_s, rel=1e-6)
+    for gap_rows in record.gaps:
+        assert gap_rows.duration_s == pytest.approx(gap * dt_s, rel=1e-6)
     assert record.dt_s == pytest.approx(dt_s, rel=1e-9)
 
 

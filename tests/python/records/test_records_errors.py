@@ -22,19 +22,21 @@ GOOD = "time_s,command_v,position_m\n" + "".join(f"{k / 10},{k},0.{k}\n" for k i
 
 
 class Case(NamedTuple):
-    """A file that must be refused, and what the message must say."""
+    """A file that must be refused, and the parts of the expected message."""
 
     label: str
     file: str
     content: bytes
     row: int | None
     column: str | None
-    says: str
+    problem: str
     mend: str
 
 
-def csv(label: str, text: str, row: int | None, column: str | None, says: str, mend: str) -> Case:
-    return Case(label, "bad.csv", text.encode(), row, column, says, mend)
+def csv(
+    label: str, text: str, row: int | None, column: str | None, problem: str, mend: str
+) -> Case:
+    return Case(label, "bad.csv", text.encode(), row, column, problem, mend)
 
 
 CSV_CASES = [
@@ -140,7 +142,7 @@ def test_message_of_a_malformed_file(tmp_path: Path, case: Case) -> None:
     assert error.file == str(path)
     assert error.row == case.row
     assert error.column == case.column
-    assert case.says in error.problem
+    assert case.problem in error.problem
     assert case.mend in (error.mend or "")
     assert error.expected
     message = str(error)
@@ -171,7 +173,7 @@ ARRAY_CASES = [
 
 @pytest.mark.parametrize("ending", ["mat", "npz"])
 @pytest.mark.parametrize(
-    ("change", "row", "column", "says"),
+    ("change", "row", "column", "problem"),
     [case[1:] for case in ARRAY_CASES],
     ids=[case[0] for case in ARRAY_CASES],
 )
@@ -181,7 +183,7 @@ def test_message_of_malformed_arrays(
     change: dict[str, object],
     row: int | None,
     column: str | None,
-    says: str,
+    problem: str,
 ) -> None:
     path = tmp_path / f"bad.{ending}"
     content = {**good_arrays(), **change}
@@ -191,7 +193,7 @@ def test_message_of_malformed_arrays(
         np.savez(path, **content)  # type: ignore[arg-type]
     with pytest.raises(RecordError) as caught:
         read_record(path)
-    assert says in caught.value.problem
+    assert problem in caught.value.problem
     assert caught.value.row == row
     if column is not None:
         assert caught.value.column == column
@@ -249,7 +251,7 @@ def test_a_directory_and_a_missing_file(tmp_path: Path) -> None:
 
 
 def test_surplus_cells_are_found_even_when_few_columns_are_read(tmp_path: Path) -> None:
-    # "0,5" with a decimal comma would otherwise shift the columns without a word.
+    # "0,5" with a decimal comma would otherwise shift the columns without a message.
     path = tmp_path / "bad.csv"
     path.write_text("u,y\n0,5,1,5\n0,6,1,6\n")
     with pytest.raises(RecordError, match="row 2: the row has 4 cells"):
@@ -291,10 +293,10 @@ def test_writing_is_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.Monk
 
 @settings(max_examples=300)
 @given(data=st.data())
-def test_a_damaged_file_never_fails_otherwise(
+def test_a_damaged_file_raises_no_other_error(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
-    """Bytes of a sound file replaced, removed or added: a record comes out, or a RecordError."""
+    """A file with replaced, removed or added bytes gives a record or a RecordError."""
     ending = data.draw(st.sampled_from(["csv", "csv.gz", "parquet", "mat", "npz"]))
     path = tmp_path_factory.getbasetemp() / f"fuzz.{ending}"
     write_record(make_record({"time_s": np.arange(8.0), "command_v": np.arange(8.0)}), path)
@@ -310,8 +312,8 @@ def test_a_damaged_file_never_fails_otherwise(
     assert np.isfinite(record.column("command_v")).all()
 
 
-def test_an_error_comes_back_whole_from_another_process() -> None:
+def test_an_error_survives_pickling() -> None:
     error = RecordError("a.csv", "it is empty", row=3, column="y", expected="a number", mend="x")
-    again = pickle.loads(pickle.dumps(error))
-    assert str(again) == str(error)
-    assert vars(again) == vars(error)
+    unpickled = pickle.loads(pickle.dumps(error))
+    assert str(unpickled) == str(error)
+    assert vars(unpickled) == vars(error)

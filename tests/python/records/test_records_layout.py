@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from ehsid.harness.records import CHANNELS, ColumnMap, RecordError, make_record, read_record
 from ehsid.harness.records.layout import is_convertible
 
-# Name in the file, unit, SI value of 1 and of 3 units; figures from the definitions of the units
+# Name in the file, unit, SI value of 1 and of 3 units; values from the definitions of the units
 # (BIPM, SI brochure, 9th ed.; psi from 1 lb = 0.45359237 kg, g = 9.80665 m/s^2, 1 in = 25.4 mm).
 LAYOUT = {
     "time_s": (ColumnMap("t", "ms"), 1e-3, 3e-3),
@@ -26,7 +26,7 @@ LAYOUT = {
     "force_n": (ColumnMap("F", "kN"), 1e3, 3e3),
     "temperature_c": (ColumnMap("T", "degF"), (1.0 - 32.0) / 1.8, (3.0 - 32.0) / 1.8),
 }
-COLUMN_MAPS = {target: told[0] for target, told in LAYOUT.items()}
+COLUMN_MAPS = {target: entry[0] for target, entry in LAYOUT.items()}
 
 
 def write(path: Path, columns: dict[str, list[float]]) -> Path:
@@ -37,14 +37,16 @@ def write(path: Path, columns: dict[str, list[float]]) -> Path:
 
 
 def test_names_and_units_of_every_column(tmp_path: Path) -> None:
-    path = write(tmp_path / "r.csv", {told[0].name: [1.0, 3.0] for told in LAYOUT.values()})
+    path = write(
+        tmp_path / "r.csv", {column_map[0].name: [1.0, 3.0] for column_map in LAYOUT.values()}
+    )
     record = read_record(path, layout=COLUMN_MAPS)
     assert record.time_s is not None
-    for target, (_, one, three) in LAYOUT.items():
-        found = record.time_s if target == "time_s" else record.column(target)
-        expected = [one, 3.0 * one if three is None else three]
-        # A few roundings of the conversion; degF subtracts numbers of the size of 300.
-        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+    for target, (_, first, second) in LAYOUT.items():
+        column = record.time_s if target == "time_s" else record.column(target)
+        expected = [first, 3.0 * first if second is None else second]
+        # The conversion rounds a few times; degF subtracts numbers of about 300.
+        np.testing.assert_allclose(column, expected, rtol=1e-12, atol=1e-12)
     assert record.dt_s == pytest.approx(2e-3, rel=1e-12)
 
 
@@ -57,7 +59,7 @@ def test_what_is_not_mapped_keeps_its_name_and_values(tmp_path: Path) -> None:
     record = read_record(path, layout=layout)
     assert list(record.columns) == ["command_v", "position_m", "extra"]
     assert record.column("command_v").tolist() == [0.1, 0.2]
-    assert record.column("position_m").tolist() == [1.0, 2.0]  # no unit told: the schema's
+    assert record.column("position_m").tolist() == [1.0, 2.0]  # without a unit, that of the schema
     some = read_record(path, columns=("position_m",), layout=layout)
     assert list(some.columns) == ["position_m"]
 
@@ -75,7 +77,7 @@ GOOD = {"time_s": [0.0, 0.1], "command_v": [0.0, 0.0], "Stroke": [1.0, 2.0]}
 
 
 @pytest.mark.parametrize(
-    ("layout", "column", "says"),
+    ("layout", "column", "message"),
     [
         ({"position_m": ColumnMap("stroke_")}, "stroke_", "rename 'Stroke' to 'stroke_'"),
         ({"position_m": ColumnMap("Stroke", "kg")}, "Stroke", "'kg' is not a unit of 'position_m'"),
@@ -87,13 +89,13 @@ GOOD = {"time_s": [0.0, 0.1], "command_v": [0.0, 0.0], "Stroke": [1.0, 2.0]}
     ],
 )
 def test_message_of_a_wrong_layout(
-    tmp_path: Path, layout: dict[str, ColumnMap], column: str, says: str
+    tmp_path: Path, layout: dict[str, ColumnMap], column: str, message: str
 ) -> None:
     path = write(tmp_path / "r.csv", GOOD)
     with pytest.raises(RecordError) as caught:
         read_record(path, layout=layout)
     assert caught.value.column == column
-    assert says in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_record_of_the_schema_needs_no_layout(tmp_path: Path) -> None:
@@ -103,7 +105,7 @@ def test_a_record_of_the_schema_needs_no_layout(tmp_path: Path) -> None:
     assert record.column("position_m").tolist() == [0.1, 0.2]
 
 
-def test_bad_cells_are_told_by_the_name_in_the_file(tmp_path: Path) -> None:
+def test_bad_cells_are_reported_with_the_name_in_the_file(tmp_path: Path) -> None:
     path = write(tmp_path / "r.csv", GOOD | {"Stroke": [1.0, float("inf")]})
     with pytest.raises(RecordError, match="row 3, column 'Stroke': row 3 is infinite"):
         read_record(path, layout={"position_m": ColumnMap("Stroke", "mm")})
@@ -136,5 +138,5 @@ def test_no_unit_of_length(unit: object) -> None:
 
 def test_without_a_layout_nothing_changes(tmp_path: Path) -> None:
     path = write(tmp_path / "r.csv", {"time_s": [0.0, 0.1], "command_v": [0.3, 0.4]})
-    made = make_record({"time_s": [0.0, 0.1], "command_v": [0.3, 0.4]})
-    assert read_record(path).column("command_v").tolist() == made.column("command_v").tolist()
+    written = make_record({"time_s": [0.0, 0.1], "command_v": [0.3, 0.4]})
+    assert read_record(path).column("command_v").tolist() == written.column("command_v").tolist()

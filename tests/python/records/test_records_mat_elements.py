@@ -56,7 +56,7 @@ def test_sound_files_pass() -> None:
 
 
 @pytest.mark.parametrize(
-    ("data", "says"),
+    ("data", "message"),
     [
         (patched(NUMBERS, "<I", 8), "unknown data type 8"),
         (patched(NUMBERS, "<I", 14), "an array of numbers that holds arrays"),
@@ -71,8 +71,8 @@ def test_sound_files_pass() -> None:
         (COMPRESSED[:-20] + bytes(20), "decompressing"),
     ],
 )
-def test_what_does_not_fit_together_is_refused(tmp_path: Path, data: bytes, says: str) -> None:
-    with pytest.raises(DamagedError, match=says):
+def test_inconsistent_elements_are_refused(tmp_path: Path, data: bytes, message: str) -> None:
+    with pytest.raises(DamagedError, match=message):
         check_elements(data)
     path = tmp_path / "bad.mat"
     path.write_bytes(data)
@@ -94,13 +94,14 @@ def test_arrays_within_arrays_have_an_end() -> None:
 @settings(max_examples=300)
 @given(
     position=st.integers(0, len(PLAIN) - 1),
-    put=st.binary(min_size=1, max_size=8) | st.sampled_from([bytes([code]) for code in range(20)]),
+    inserted=st.binary(min_size=1, max_size=8)
+    | st.sampled_from([bytes([code]) for code in range(20)]),
 )
-def test_damage_never_ends_otherwise(
-    tmp_path_factory: pytest.TempPathFactory, position: int, put: bytes
+def test_damage_raises_no_other_error(
+    tmp_path_factory: pytest.TempPathFactory, position: int, inserted: bytes
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "fuzz.mat"
-    path.write_bytes(PLAIN[:position] + put + PLAIN[position + len(put) :])
+    path.write_bytes(PLAIN[:position] + inserted + PLAIN[position + len(inserted) :])
     try:
         record = read_record(path, columns=("u",))
     except RecordError:

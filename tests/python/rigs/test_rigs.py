@@ -38,7 +38,7 @@ def test_axis_needs_no_hydraulics() -> None:
     assert rig.values["axis.force_per_volt"] == 35.15
 
 
-# Values that stand alone: those of a pair, such as rod and bore, may contradict each other.
+# Values without relations to others; values of a pair, such as rod and bore, can contradict.
 ALONE = [name for name in PARAMETERS if name.startswith(("load.", "fluid.", "nuisance."))]
 numbers = st.sampled_from(ALONE).flatmap(
     lambda name: st.tuples(
@@ -47,13 +47,13 @@ numbers = st.sampled_from(ALONE).flatmap(
 )
 
 
-@given(more=st.lists(numbers, max_size=8))
-def test_written_rig_reads_the_same(more: list[tuple[str, float]]) -> None:
-    rig = read_rig(RIGS / "bench.toml").with_values(dict(more))
-    again = parse_rig(rig_text(rig))
-    assert dict(again.values) == dict(rig.values)
-    assert dict(again.uncertainty) == dict(rig.uncertainty)
-    assert dict(again.sensors) == dict(rig.sensors)
+@given(other_values=st.lists(numbers, max_size=8))
+def test_written_rig_reads_the_same(other_values: list[tuple[str, float]]) -> None:
+    rig = read_rig(RIGS / "bench.toml").with_values(dict(other_values))
+    rig_read = parse_rig(rig_text(rig))
+    assert dict(rig_read.values) == dict(rig.values)
+    assert dict(rig_read.uncertainty) == dict(rig.uncertainty)
+    assert dict(rig_read.sensors) == dict(rig.sensors)
 
 
 @given(name=st.sampled_from(MACHINE), side=st.sampled_from([-1, 1]))
@@ -102,7 +102,7 @@ def test_every_missing_value_is_named(name: str) -> None:
         (('name = "bench"', "axis = 3"), "'axis' = 3: expected a section [axis]"),
     ],
 )
-def test_wrong_rigs_are_told_what_and_where(change: tuple[str, str], words: str) -> None:
+def test_wrong_rigs_are_refused_with_key_and_value(change: tuple[str, str], words: str) -> None:
     assert change[0] in BENCH
     with pytest.raises(RigError) as caught:
         parse_rig(BENCH.replace(*change, 1), source="my.toml")
@@ -122,14 +122,14 @@ def test_columns_map_names_and_units() -> None:
     columns = parse_rig(text).columns
     assert (columns["position_m"].name, columns["position_m"].unit) == ("Stroke", "mm")
     assert (columns["command_v"].name, columns["command_v"].unit) == ("u", None)
-    for told, words in (
+    for mapping, words in (
         ('{ name = "S", unit = "kg" }', "expected a unit of the same kind as m"),
         ('{ name = "S", unit = "furlongs per" }', "expected a unit of the same kind as m"),
         ("{ unit = 1 }", 'expected { name = "Stroke", unit = "mm" }'),
         ('{ name = "S", scale = 2 }', "'scale' is not known"),
     ):
         with pytest.raises(RigError) as caught:
-            parse_rig(f"{BENCH}\n[columns]\nposition_m = {told}\n")
+            parse_rig(f"{BENCH}\n[columns]\nposition_m = {mapping}\n")
         assert words in str(caught.value)
 
 

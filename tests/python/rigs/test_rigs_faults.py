@@ -33,16 +33,16 @@ AXIS["uncertainty"] = {"axis.mass_kg": 0.1}
 Keys = tuple[str, ...]
 
 
-def leaves(table: dict[str, Any], above: Keys = ()) -> list[Keys]:
-    found: list[Keys] = []
+def leaves(table: dict[str, Any], parents: Keys = ()) -> list[Keys]:
+    paths: list[Keys] = []
     for key, value in table.items():
-        here = (*above, key)
-        found += leaves(value, here) if isinstance(value, dict) else [here]
-    return found
+        path = (*parents, key)
+        paths += leaves(value, path) if isinstance(value, dict) else [path]
+    return paths
 
 
 def changed(document: dict[str, Any], keys: Keys) -> tuple[dict[str, Any], dict[str, Any]]:
-    """A copy of the document, and the table in it that holds the last key."""
+    """A copy of the document, and the table in it that has the last key."""
     whole = copy.deepcopy(document)
     table = whole
     for key in keys[:-1]:
@@ -55,9 +55,9 @@ def refused(document: dict[str, Any]) -> RigError:
         parse_rig(tomli_w.dumps(document), source="my.toml")
     message = str(caught.value)
     assert message.startswith("my.toml: ")
-    # One problem a line, below the name of the file where there are several.
-    several = len(caught.value.problems) > 1
-    assert len(message.splitlines()) == len(caught.value.problems) + several
+    # Each problem has its own line; several problems stand below the name of the file.
+    any_number = len(caught.value.problems) > 1
+    assert len(message.splitlines()) == len(caught.value.problems) + any_number
     return caught.value
 
 
@@ -69,7 +69,7 @@ NEEDED = [(d, k) for d, k in MACHINE if k[0] not in ("effects", "nuisance")] + [
 
 def test_the_sound_documents_are_read() -> None:
     full, axis = parse_rig(tomli_w.dumps(FULL)), parse_rig(tomli_w.dumps(AXIS))
-    # A parameter that is zero at its typical size (a force in the middle) leaves its effect on.
+    # An effect is on even if one of its parameters is zero at its typical size.
     assert set(full.effects()) == set(EFFECTS)
     assert axis.plant == "axis"
     assert full.columns["position_m"].unit == "mm"
@@ -98,11 +98,11 @@ def test_a_misspelt_key_is_named_with_the_right_one(
     table[wrong] = table.pop(right)
     problems = refused(whole).problems
     assert any(wrong in problem and "not known" in problem for problem in problems) or (
-        right == "name" and keys[0] == "columns"  # the entry as a whole is shown instead
+        right == "name" and keys[0] == "columns"  # the message shows the whole entry instead
     )
-    if len(right) > 4:  # of very short names little is left to recognise
-        twin = right.replace("_a_", "_b_") if "_a_" in right else right.replace("_b_", "_a_")
-        assert any(right in problem or twin in problem for problem in problems)
+    if len(right) > 4:  # a misspelt short name is not similar enough
+        similar_key = right.replace("_a_", "_b_") if "_a_" in right else right.replace("_b_", "_a_")
+        assert any(right in problem or similar_key in problem for problem in problems)
 
 
 @given(
@@ -145,7 +145,7 @@ def test_an_axis_has_no_valve_and_no_oil(effect: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "says"),
+    ("change", "message"),
     [
         ({"effects": {"coulomb_friction": {}}}, "'effects.coulomb_friction' is empty: expected"),
         ({"effects": {"coulomb": {}}}, "did you mean 'coulomb_friction'?"),
@@ -161,16 +161,16 @@ def test_an_axis_has_no_valve_and_no_oil(effect: str) -> None:
         ({"load": {"mass_kg": "x" * 10_000, "viscous_friction_n_s_m": 1.0}}, "xxx...: expected"),
     ],
 )  # fmt: skip
-def test_other_faults(change: dict[str, Any], says: str) -> None:
+def test_other_faults(change: dict[str, Any], message: str) -> None:
     bench = tomllib.loads((RIGS / "bench.toml").read_text(encoding="utf-8"))
     error = refused(bench | change)
     assert len(error.problems) == 1
-    assert says in str(error)
+    assert message in str(error)
     assert len(str(error)) < 300
 
 
 @pytest.mark.parametrize(
-    ("content", "says"),
+    ("content", "message"),
     [
         (b'name = "a"\n[fluid\n', "line 2, column 7"),
         (b'name = "a"\nplant = """', "line 2, column 12, the end of the file"),
@@ -183,13 +183,15 @@ def test_other_faults(change: dict[str, Any], says: str) -> None:
         (b"", "'plant' is missing"),
     ],
 )
-def test_what_is_no_toml_is_told_with_its_place(tmp_path: Path, content: bytes, says: str) -> None:
+def test_a_syntax_error_is_reported_with_line_and_column(
+    tmp_path: Path, content: bytes, message: str
+) -> None:
     path = tmp_path / "r.toml"
     path.write_bytes(content)
     with pytest.raises(RigError) as caught:
         read_rig(path)
     assert str(caught.value).startswith(f"{path}: ")
-    assert says in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_byte_order_mark_is_accepted(tmp_path: Path) -> None:
@@ -198,7 +200,7 @@ def test_a_byte_order_mark_is_accepted(tmp_path: Path) -> None:
     assert read_rig(path).name == "bench"
 
 
-def test_paths_that_are_none(tmp_path: Path) -> None:
+def test_invalid_paths_are_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     bench = read_rig(RIGS / "bench.toml")
     for path in (tmp_path / "file" / "r.toml", tmp_path / "zero\x00byte"):
@@ -211,7 +213,7 @@ def test_paths_that_are_none(tmp_path: Path) -> None:
 
 def test_other_values_are_checked_with_those_that_stay() -> None:
     bench = read_rig(RIGS / "bench.toml")
-    for values, says in (
+    for values, message in (
         ({"cylinder.rod_m": 0.07}, "'cylinder.rod_m' = 0.07 must be below"),
         ({"axis.mass_kg": 9.0}, "has no such value"),
         ({"effects.supply_droop.source_resistance_pa_s_m3": 1e9}, "capacitance_m3_pa' is missing"),
@@ -219,7 +221,7 @@ def test_other_values_are_checked_with_those_that_stay() -> None:
     ):
         with pytest.raises(RigError) as caught:
             bench.with_values(values)
-        assert says in str(caught.value)
+        assert message in str(caught.value)
     assert bench.with_values({"cylinder.rod_m": 0.07, "cylinder.bore_m": 0.1}).plant == "ehs"
 
 
@@ -227,28 +229,28 @@ def test_a_rig_with_everything_survives_writing(tmp_path: Path) -> None:
     for document in (FULL, AXIS):
         rig = parse_rig(tomli_w.dumps(document))
         write_rig(rig, tmp_path / "r.toml")
-        again = read_rig(tmp_path / "r.toml")
+        rig_read = read_rig(tmp_path / "r.toml")
         for part in ("name", "plant", "values", "uncertainty", "sensors", "columns"):
-            assert getattr(again, part) == getattr(rig, part)
+            assert getattr(rig_read, part) == getattr(rig, part)
 
 
 @settings(max_examples=300)
 @given(data=st.data())
-def test_a_damaged_file_never_fails_otherwise(data: st.DataObject) -> None:
-    """Characters replaced, removed or added: a rig comes out that writes again, or a RigError."""
+def test_a_damaged_file_raises_no_other_error(data: st.DataObject) -> None:
+    """A file with replaced, removed or added characters gives a valid rig or a RigError."""
     text = tomli_w.dumps(FULL)
     start = data.draw(st.integers(0, len(text) - 1))
     stop = data.draw(st.integers(start, min(start + 20, len(text))))
-    put = data.draw(st.text(st.characters(exclude_categories=["Cs"]), max_size=6))
+    inserted = data.draw(st.text(st.characters(exclude_categories=["Cs"]), max_size=6))
     try:
-        rig = parse_rig(text[:start] + put + text[stop:])
+        rig = parse_rig(text[:start] + inserted + text[stop:])
     except RigError:
         return
     assert isinstance(parse_rig(rig_text(rig)), Rig)
 
 
-def test_an_error_comes_back_whole_from_another_process() -> None:
+def test_an_error_survives_pickling() -> None:
     error = RigError("a.toml", ["one", "two"])
-    again = pickle.loads(pickle.dumps(error))
-    assert str(again) == str(error)
-    assert again.problems == error.problems
+    unpickled = pickle.loads(pickle.dumps(error))
+    assert str(unpickled) == str(error)
+    assert unpickled.problems == error.problems

@@ -30,7 +30,7 @@ def rig(request: pytest.FixtureRequest) -> Rig:
 
 
 def test_p_loop_is_that_of_the_linear_model() -> None:
-    """The linear rig and a sampled P controller, by matrices."""
+    """The loop of the linear rig and a sampled P controller, computed with matrices."""
     rig = read_rig(RIGS / "linear.toml")
     p = {name.removeprefix("linear."): value for name, value in rig.values.items()}
     stiffness = 4.0 * p["bulk_modulus_pa"] / p["volume_m3"]
@@ -50,15 +50,15 @@ def test_p_loop_is_that_of_the_linear_model() -> None:
     reference = np.repeat([0.0, 0.01, -0.02, 0.005], 500)
     _, expected, _ = dlsim(loop, reference)
     controller = PositionController(gain)
-    found = simulate_closed_loop(rig, reference, controller, dt_s=DT_S).run
-    y = found.record.column("position_m")
-    assert np.max(np.abs(y - expected[:, 0])) < 2.0 * found.error["position_m"] * np.ptp(y)
-    assert found.error["position_m"] < 1e-3
+    run = simulate_closed_loop(rig, reference, controller, dt_s=DT_S).run
+    y = run.record.column("position_m")
+    assert np.max(np.abs(y - expected[:, 0])) < 2.0 * run.error["position_m"] * np.ptp(y)
+    assert run.error["position_m"] < 1e-3
 
 
 def test_the_record_drives_the_rig_to_the_same_motion(rig: Rig) -> None:
     start = 0.5 * rig.values.get("cylinder.stroke_m", 0.0)
-    size = 0.2 if rig.plant == "axis" else 0.005  # the axis has friction to break
+    size = 0.2 if rig.plant == "axis" else 0.005  # the axis has dry friction
     reference = start + size * np.sin(2.0 * np.pi * 0.5 * np.arange(3000) * DT_S)
     closed = simulate_closed_loop(rig, reference, suggested_controller(rig), dt_s=DT_S)
     command = closed.run.record.column("command_v")
@@ -68,21 +68,25 @@ def test_the_record_drives_the_rig_to_the_same_motion(rig: Rig) -> None:
     assert np.ptp(again.record.column("position_m")) > 0.1 * size
 
 
-def test_integral_removes_what_a_bias_leaves() -> None:
+def test_the_integral_removes_the_error_of_a_bias() -> None:
     rig = read_rig(RIGS / "bench.toml")
     bias = 0.02
     values = {"effects.valve_null_bias.offset": bias}
     reference = np.full(6000, 0.15)
-    left = {}
-    p = suggested_controller(rig)
-    for name, controller in (("p", p), ("pi", with_integral(p))):
+    errors = {}
+    p_controller = suggested_controller(rig)
+    for name, controller in (("p", p_controller), ("pi", with_integral(p_controller))):
         closed = simulate_closed_loop(rig, reference, controller, dt_s=DT_S, values=values)
-        left[name] = closed.run.record.column("position_m")[-1] - 0.15
-    # P holds where its command takes back the bias, but for what closed edges let through.
-    rest = simulate_closed_loop(rig, reference, p, dt_s=DT_S).run.record.column("position_m")[-1]
-    assert left["p"] - (rest - 0.15) == pytest.approx(bias * 10.0 / p.gain_v_m, rel=1e-3)
-    # A double pole at w / 2 = 6.3 1/s: after 6 s, exp(-37).
-    assert abs(left["pi"]) < 1e-9
+        errors[name] = closed.run.record.column("position_m")[-1] - 0.15
+    # A P controller stops where its command equals the bias, except for flow through closed edges.
+    error = simulate_closed_loop(rig, reference, p_controller, dt_s=DT_S).run.record.column(
+        "position_m"
+    )[-1]
+    assert errors["p"] - (error - 0.15) == pytest.approx(
+        bias * 10.0 / p_controller.gain_v_m, rel=1e-3
+    )
+    # A double pole at w / 2 = 6.3 1/s leaves exp(-37) after 6 s.
+    assert abs(errors["pi"]) < 1e-9
 
 
 def test_command_stays_within_its_limit_and_the_integral_does_not_wind_up() -> None:
@@ -94,8 +98,8 @@ def test_command_stays_within_its_limit_and_the_integral_does_not_wind_up() -> N
     assert np.abs(command).max() == 10.0
     np.testing.assert_array_equal(closed.limited, np.abs(command) == 10.0)
     assert closed.limited.mean() > 0.1
-    # A step of PI overshoots by exp(-2) = 13.5 % of what was left when the limit ended, that is
-    # limit / gain = 25 mm; wound up, it would be most of the 200 mm.
+    # A PI loop overshoots by exp(-2) = 13.5 % of the error at which the command left its limit,
+    # limit / gain = 25 mm. With windup, it would overshoot by most of the 200 mm.
     assert closed.run.record.column("position_m").max() - 0.25 < 0.15 * 10.0 / controller.gain_v_m
 
 
@@ -111,32 +115,32 @@ def test_clamping_never_integrates_into_the_limit(
     controller = PositionController(20.0, 0.5, 3.0, limit)
     command, after = controller.step(integral, error, 0.0, speed, 0.01)
     assert abs(command) <= limit
-    asked = 20.0 * (error + integral / 0.5) + 3.0 * speed
-    if abs(asked) <= limit:
-        assert command == pytest.approx(asked)
+    unlimited = 20.0 * (error + integral / 0.5) + 3.0 * speed
+    if abs(unlimited) <= limit:
+        assert command == pytest.approx(unlimited)
         assert after == pytest.approx(integral + 0.01 * error)
-    elif asked * error > 0.0:
+    elif unlimited * error > 0.0:
         assert after == integral
     else:
         assert after == pytest.approx(integral + 0.01 * error)
 
 
 def test_velocity_gain_is_that_of_small_commands(rig: Rig) -> None:
-    """Slope over the command, which dry friction does not change, mean of both directions."""
+    """The gain is the slope of speed over command, which does not depend on dry friction."""
 
     def speed(command_v: float) -> float:
         run = simulate(rig, np.full(samples, command_v), dt_s=DT_S)
         return float(run.record.column("velocity_m_s")[-1])
 
-    # The axis takes mass over friction = 0.46 s; thirteen of them leave 2e-6.
+    # The time constant of the axis is mass / friction = 0.46 s; after thirteen of them 2e-6 remain.
     samples = 6000 if rig.plant == "axis" else 2000
     slope = (speed(2.0) - speed(1.0) - speed(-2.0) + speed(-1.0)) / 2.0
-    # Viscous friction of the bench, left out of the gain: 900 N s/m at 0.06 m/s against
-    # p_s A = 37 kN, 0.15 %; rounded edges and laminar flow as much again.
+    # The gain neglects the viscous friction of the bench: 900 N s/m at 0.06 m/s are 0.15 % of
+    # p_s A = 37 kN. Rounded edges and laminar flow have about the same influence.
     assert slope == pytest.approx(velocity_gain(rig), rel=0.005)
 
 
-def test_controller_sees_what_is_recorded() -> None:
+def test_the_controller_reads_the_recorded_position() -> None:
     rig = read_rig(RIGS / "bench.toml")
     rig = Rig("noisy", "ehs", rig.values, sensors={"position_noise_m": 2e-5})
     step = 1e-5
@@ -149,11 +153,11 @@ def test_controller_sees_what_is_recorded() -> None:
         values={"effects.sensor_quantisation.step_m": step},
         noise=noise,
     )
-    shown = closed.run.record.column("position_m")
-    np.testing.assert_allclose(shown / step, np.round(shown / step), atol=1e-9)
+    recorded = closed.run.record.column("position_m")
+    np.testing.assert_allclose(recorded / step, np.round(recorded / step), atol=1e-9)
     gain = suggested_controller(rig).gain_v_m
     np.testing.assert_allclose(
-        closed.run.record.column("command_v"), gain * (0.15 - shown), atol=1e-9
+        closed.run.record.column("command_v"), gain * (0.15 - recorded), atol=1e-9
     )
 
 
@@ -166,7 +170,7 @@ def test_noise_has_the_deviation_of_the_sensors() -> None:
     noisy = simulate(rig, command, dt_s=DT_S, noise=noise).record
     clean = simulate(rig, command, dt_s=DT_S).record
     for name, sigma in (("position_m", 3e-5), ("pressure_a_pa", 2e4)):
-        # Standard error of a deviation: 1 / sqrt(2 n) = 0.5 %; five of them.
+        # The standard error of a deviation is 1 / sqrt(2 n) = 0.5 %; the tolerance is five of them.
         difference = noisy.column(name) - clean.column(name)
         assert np.std(difference) == pytest.approx(sigma, rel=0.025)
     np.testing.assert_array_equal(noisy.column("spool"), clean.column("spool"))
@@ -180,7 +184,7 @@ def test_noise_has_the_deviation_of_the_sensors() -> None:
         ([0.1, 0.31], "beyond the stroke of 0 to 0.3 m"),
     ],
 )
-def test_references_that_cannot_be_followed(reference: list[float], words: str) -> None:
+def test_references_outside_the_stroke_are_refused(reference: list[float], words: str) -> None:
     rig = read_rig(RIGS / "bench.toml")
     with pytest.raises(SimulationError, match=words):
         simulate_closed_loop(rig, reference, suggested_controller(rig), dt_s=DT_S)
@@ -196,6 +200,6 @@ def test_references_that_cannot_be_followed(reference: list[float], words: str) 
         {"feed_forward_v_s_m": math.nan},
     ],
 )
-def test_controllers_that_are_none(change: dict[str, float]) -> None:
+def test_invalid_controllers_are_refused(change: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(change))):
         PositionController(**{"gain_v_m": 1.0, **change})

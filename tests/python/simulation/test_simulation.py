@@ -43,8 +43,8 @@ def test_reported_error_is_that_of_the_integration() -> None:
         for name in ("position_m", "velocity_m_s", "pressure_a_pa"):
             values = run.record.column(name)
             true = np.max(np.abs(values - exact.column(name))) / np.ptp(values)
-            # Second order: the difference to half the step is three quarters of the error; the next
-            # order shifts that by the relative size of a step, some tenths.
+            # The method is of second order: the difference to half the step is three quarters of
+            # the error. The next order changes this by the relative size of a step, some tenths.
             assert 0.5 * true < run.error[name] < true
 
 
@@ -66,15 +66,15 @@ def test_axis_has_no_pressures() -> None:
         ({"command_v": np.full(3000, 5.0), "keep_inside": True}, "reaches an end of its stroke"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_simulated_is_said(change: dict[str, object], words: str) -> None:
+def test_invalid_arguments_are_refused(change: dict[str, object], words: str) -> None:
     arguments: dict[str, object] = {"command_v": steps(), "dt_s": 1e-3} | change
     with pytest.raises(SimulationError, match=words):
         simulate(read_rig(RIG), **arguments)  # type: ignore[arg-type]
 
 
 def test_settings_of_a_command_line() -> None:
-    found = parse_settings(["coulomb_friction.force_n=400", "valve_null_bias.offset=-0.02"])
-    assert found == {
+    values = parse_settings(["coulomb_friction.force_n=400", "valve_null_bias.offset=-0.02"])
+    assert values == {
         "effects.coulomb_friction.force_n": 400.0,
         "effects.valve_null_bias.offset": -0.02,
     }
@@ -126,7 +126,7 @@ def test_every_excitation_runs(name: str) -> None:
         (["--command", "none.csv"], "none.csv"),
     ],
 )
-def test_wrong_use_is_one_message_and_nothing_written(
+def test_wrong_use_gives_a_message_and_no_file(
     arguments: list[str], words: str, tmp_path: Path
 ) -> None:
     out = tmp_path / "rec.csv"
@@ -137,7 +137,7 @@ def test_wrong_use_is_one_message_and_nothing_written(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_noise_that_the_rig_does_not_tell_is_refused() -> None:
+def test_noise_without_a_deviation_in_the_rig_is_refused() -> None:
     outcome = CliRunner().invoke(app, ["simulate", str(AXIS), "--excitation", "prbs", "--noise"])
     assert outcome.exit_code == 2
     assert "add position_noise_m" in outcome.stderr

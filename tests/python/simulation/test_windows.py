@@ -42,45 +42,46 @@ def test_windows_cover_the_record_behind_its_start(samples: int, length: int, sk
 
 
 @pytest.mark.parametrize("reset", ["carry", "estimate"])
-def test_the_true_rig_stays_on_its_own_record(record: Record, reset: str) -> None:
+def test_the_true_rig_reproduces_its_record(record: Record, reset: str) -> None:
     run = simulate_windows(RIG, record, reset=reset, value_sets=[TRUE], substeps=4)
     for name in ("position_m", "pressure_a_pa", "spool"):
         error = run.outputs[name][0] - record.column(name)
-        # Setting a state anew to what it is changes it by rounding; the speed by that of the
-        # half step back and forth.
+        # A reset of a state to the same value changes it by rounding only, the speed by the
+        # rounding of half a step back and forth.
         assert np.max(np.abs(error)) < 1e-9 * np.ptp(record.column(name)), name
 
 
 def test_carrying_over_means_the_position_is_right_at_each_window(record: Record) -> None:
     run = simulate_windows(RIG, record)
-    begins = np.flatnonzero(np.diff(run.window, prepend=-1) > 0)
-    assert begins.size == 4
+    window_starts = np.flatnonzero(np.diff(run.window, prepend=-1) > 0)
+    assert window_starts.size == 4
     error = run.outputs["position_m"][0] - record.column("position_m")
-    assert np.all(np.abs(error[begins]) < 1e-12)
-    # Without the load and the play of the record the windows end elsewhere, and pressures stay off.
-    assert np.all(np.abs(error[begins[1:] - 1]) > 1e-5)
+    assert np.all(np.abs(error[window_starts]) < 1e-12)
+    # Without the load and the play of the record, the windows end elsewhere and the pressures keep
+    # an error.
+    assert np.all(np.abs(error[window_starts[1:] - 1]) > 1e-5)
     p_a = run.outputs["pressure_a_pa"][0] - record.column("pressure_a_pa")
-    assert np.all(np.abs(p_a[begins[1:]]) > 1e4)
+    assert np.all(np.abs(p_a[window_starts[1:]]) > 1e4)
 
 
 def test_estimating_sets_pressures_and_speed_too(record: Record) -> None:
     run = simulate_windows(RIG, record, reset="estimate")
-    begins = np.flatnonzero(np.diff(run.window, prepend=-1) > 0)
+    window_starts = np.flatnonzero(np.diff(run.window, prepend=-1) > 0)
     for name in ("position_m", "pressure_a_pa", "pressure_b_pa"):
         error = run.outputs[name][0] - record.column(name)
-        assert np.all(np.abs(error[begins]) < 1e-9 * np.ptp(record.column(name))), name
-    # The speed at a sample is that told, whatever forces the rig lacks.
+        assert np.all(np.abs(error[window_starts]) < 1e-9 * np.ptp(record.column(name))), name
+    # The speed at the sample is the measured one, whichever forces the rig lacks.
     speed = run.outputs["velocity_m_s"][0] - record.column("velocity_m_s")
-    assert np.all(np.abs(speed[begins]) < 1e-9 * np.ptp(record.column("velocity_m_s")))
+    assert np.all(np.abs(speed[window_starts]) < 1e-9 * np.ptp(record.column("velocity_m_s")))
 
 
-def kept_of_speed(hz: float) -> float:
-    """Share of a sine's slope that a least-squares cubic over 11 samples of 1 ms shows."""
+def speed_gain(hz: float) -> float:
+    """Share of the slope of a sine in a least-squares cubic over 11 samples of 1 ms."""
     k = np.arange(-5, 6)
     # y = c_0 + c_1 k + c_2 k^2 + c_3 k^3: the second row of the pseudo-inverse gives the slope.
     weights = np.linalg.pinv(np.vander(k, 4, increasing=True).astype(float))[1]
     turn = 2.0 * np.pi * hz * DT_S
-    # Weights are odd in k: of sin(w t + phase) they leave sum h_k sin(w k dt) cos(w t + phase).
+    # The weights are odd in k. Of sin(w t + phase) remains sum h_k sin(w k dt) cos(w t + phase).
     return float(weights @ np.sin(turn * k)) / turn
 
 
@@ -95,14 +96,14 @@ def test_speed_from_the_position_where_none_is_measured(hz: float, phase: float)
     assert np.isnan(states[:, 2:]).all()
     np.testing.assert_array_equal(states[:, 0], position)
     speed = 0.01 * w * np.cos(w * time + phase)
-    # Rounding: 0.1 in double over a millisecond, by weights whose sizes sum to less than 1.
-    error = states[5:-5, 1] - kept_of_speed(hz) * speed[5:-5]
+    # Rounding of 0.1 in double over 1 ms, times weights whose absolute sum is less than 1.
+    error = states[5:-5, 1] - speed_gain(hz) * speed[5:-5]
     assert np.max(np.abs(error)) < 1e-9 * 0.01 * w + 1e-12
 
 
-def test_speed_of_an_oil_spring_is_kept() -> None:
-    assert kept_of_speed(70.0) == pytest.approx(0.95, abs=0.005)
-    # And noise is averaged: the share of its deviation over dt that the slope has.
+def test_the_speed_of_an_oil_spring_is_preserved() -> None:
+    assert speed_gain(70.0) == pytest.approx(0.95, abs=0.005)
+    # Noise is averaged: the deviation of the slope is this share of deviation / dt.
     rng = np.random.default_rng(0)
     noise = 1e-6 * rng.standard_normal(20000)
     states = measured_states(
@@ -114,8 +115,8 @@ def test_speed_of_an_oil_spring_is_kept() -> None:
             }
         )
     )
-    # A central difference of neighbours would have 1 / sqrt(2) = 0.71 of it; the root of the sum of
-    # squared weights is 0.25. 20000 draws, hanging together over 11: 5 deviations are 9 %.
+    # A central difference would have 1 / sqrt(2) = 0.71; the root of the sum of squared weights is
+    # 0.25. With 20000 draws that are correlated over 11 samples, five standard errors are 9 %.
     k = np.arange(-5, 6)
     weights = np.linalg.pinv(np.vander(k, 4, increasing=True).astype(float))[1]
     expected = 1e-6 / DT_S * np.sqrt(np.sum(weights**2))
@@ -133,8 +134,8 @@ def test_sensitivities_are_differences(record: Record) -> None:
     )
     for output in ("position_m", "pressure_a_pa"):
         difference = (up.outputs[output] - down.outputs[output])[0] / (2.0 * h)
-        found = run.sensitivities[output][0, :, 0]
-        assert np.max(np.abs(found - difference)) < 1e-3 * np.max(np.abs(difference))
+        sensitivity = run.sensitivities[output][0, :, 0]
+        assert np.max(np.abs(sensitivity - difference)) < 1e-3 * np.max(np.abs(difference))
 
 
 @pytest.mark.parametrize(
@@ -146,7 +147,9 @@ def test_sensitivities_are_differences(record: Record) -> None:
         ({"value_sets": [{"load.mass_kg": -1.0}]}, "'load.mass_kg' = -1"),
     ],
 )
-def test_what_cannot_be_simulated(record: Record, change: dict[str, object], words: str) -> None:
+def test_invalid_arguments_are_refused(
+    record: Record, change: dict[str, object], words: str
+) -> None:
     with pytest.raises(ValueError, match=words):
         simulate_windows(RIG, record, **change)  # type: ignore[arg-type]
 
@@ -154,8 +157,8 @@ def test_what_cannot_be_simulated(record: Record, change: dict[str, object], wor
 def test_a_record_with_a_gap_is_refused(record: Record) -> None:
     time = np.array(record.time_s)
     time[500:] += 0.5
-    broken = make_record(
+    record_with_gap = make_record(
         {"time_s": time, "command_v": np.zeros(time.size), "position_m": np.zeros(time.size)}
     )
     with pytest.raises(ValueError, match="cut the record at its gaps"):
-        simulate_windows(RIG, broken)
+        simulate_windows(RIG, record_with_gap)

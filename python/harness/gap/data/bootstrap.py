@@ -24,8 +24,8 @@ def drawn_counts(windows: int, rng: np.random.Generator) -> npt.NDArray[np.int64
     return rng.multinomial(windows, np.full(windows, 1.0 / windows), size=BOOTSTRAP_DRAWS)
 
 
-def interval(drawn: FloatArray) -> tuple[float, float]:
+def interval(draws: FloatArray) -> tuple[float, float]:
     """Returns the interval of level SHRINKAGE_LEVEL of the values of all draws; NaN is left out."""
     tail = 0.5 * (1.0 - SHRINKAGE_LEVEL)
-    low, high = np.nanquantile(drawn, [tail, 1.0 - tail])
+    low, high = np.nanquantile(draws, [tail, 1.0 - tail])
     return float(low), float(high)

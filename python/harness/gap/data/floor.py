@@ -50,7 +50,7 @@ def noise_floor(signal: npt.ArrayLike) -> NoiseFloor:
     k-th differences of deviation s sqrt(C(2k, k)). If the sensor shows whole steps q and most
     samples do not change, the floor is q / sqrt(12). The differences do not show noise of low
     frequency; the floor is then too low. With a sampling time so long that the motion itself is
-    fast, it is too high: see `sees_motion`.
+    fast, it is too high: see `shows_motion`.
 
     Parameters
     ----------
@@ -68,8 +68,8 @@ def noise_floor(signal: npt.ArrayLike) -> NoiseFloor:
     return NoiseFloor(float(value), float(low), float(high))
 
 
-def sees_motion(signal: npt.ArrayLike) -> bool:
-    """Tells whether the differences in `noise_floor` show motion; the floor is then an upper bound.
+def shows_motion(signal: npt.ArrayLike) -> bool:
+    """Whether the differences in `noise_floor` show motion; the floor is then an upper bound.
 
     White noise gives the same estimate from differences of any order. From order k to k + 2, the
     estimate from a motion of w rad/s changes by the factor
@@ -109,24 +109,24 @@ def floor_of(record: Record, name: str) -> NoiseFloor:
     white = noise_floor(samples)
     # The floor is at least the resolution, because a measured signal always has some noise.
     least = max(sensor_step(samples) / math.sqrt(12.0), LEAST_FLOOR * float(np.std(samples)))
-    if sees_motion(samples):
+    if shows_motion(samples):
         white = NoiseFloor(white.value, min(least, white.low), white.high)
-        blurred = True
+        is_upper_bound = True
     else:
-        blurred = False
+        is_upper_bound = False
     repeated = _of_windows(repeat_errors(record, name))
     rest = _of_windows(rest_errors(record, name))
     if repeated is not None:
-        found = repeated if blurred else _hull(repeated.value, repeated, white)
+        floor = repeated if is_upper_bound else _hull(repeated.value, repeated, white)
     elif rest is not None:
-        found = rest if blurred else _hull(max(rest.value, white.value), rest, white)
+        floor = rest if is_upper_bound else _hull(max(rest.value, white.value), rest, white)
     else:
-        found = white
-    return NoiseFloor(*(max(end, least) for end in (found.value, found.low, found.high)))
+        floor = white
+    return NoiseFloor(*(max(end, least) for end in (floor.value, floor.low, floor.high)))
 
 
-def _hull(value: float, one: NoiseFloor, other: NoiseFloor) -> NoiseFloor:
-    return NoiseFloor(value, min(one.low, other.low, value), max(one.high, other.high, value))
+def _hull(value: float, first: NoiseFloor, second: NoiseFloor) -> NoiseFloor:
+    return NoiseFloor(value, min(first.low, second.low, value), max(first.high, second.high, value))
 
 
 def _of_windows(errors: Sequence[FloatArray]) -> NoiseFloor | None:
@@ -160,9 +160,9 @@ def sensor_step(samples: FloatArray) -> float:
     if real.size == 0:
         return 0.0
     # On a grid, neighbouring levels are a few whole steps apart. Without a grid, the nearest two of
-    # many levels are far closer to each other than the others are.
-    places = real / float(real.min())
-    near = places[places < NEAR_LEVELS]
-    on_grid = np.abs(near - np.round(near)) < 0.1
-    quantised = near.size > 0.5 * places.size and bool(on_grid.all())
+    # many levels are much closer to each other than the others are.
+    level_distances = real / float(real.min())
+    short_distances = level_distances[level_distances < NEAR_LEVELS]
+    on_grid = np.abs(short_distances - np.round(short_distances)) < 0.1
+    quantised = short_distances.size > 0.5 * level_distances.size and bool(on_grid.all())
     return float(real.min()) if quantised else 0.0

@@ -18,7 +18,7 @@ from ehsid.harness.gap.thresholds import FLOORS_DIFFER, WINDOW_S
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
-# The remarks are read in this order: a constant channel, for example, says nothing about signs.
+# The remarks are read in this order: a constant channel, for example, does not show any signs.
 _CHECKS: tuple[Callable[[Record, Rig], list[Remark]], ...] = (
     check_sampling,
     check_constant,
@@ -47,14 +47,14 @@ def gate(records: Sequence[Record], rig: Rig) -> tuple[Remark, ...]:
     Remarks in the order of the records, the serious ones of each record first, then those on the
     differences between records. The diagnosis cannot rest on a record with a serious remark.
     """
-    found: list[Remark] = []
+    all_remarks: list[Remark] = []
     usable = []
     for record in records:
         remarks = _of_record(record, rig)
-        found += sorted(remarks, key=lambda remark: not remark.serious)
+        all_remarks += sorted(remarks, key=lambda remark: not remark.serious)
         if not any(remark.serious for remark in remarks):
             usable.append(longest_stretch(record))
-    return (*found, *_noise_differs(usable), *_sampling_differs(usable))
+    return (*all_remarks, *_noise_differs(usable), *_sampling_differs(usable))
 
 
 def longest_stretch(record: Record) -> Record:
@@ -95,9 +95,9 @@ def _of_record(record: Record, rig: Rig) -> list[Remark]:
     if record.dt_s is None:
         return remarks
     part = longest_stretch(record)
-    short = check_length(part)
-    if short:
-        return remarks + short
+    length_remarks = check_length(part)
+    if length_remarks:
+        return remarks + length_remarks
     for check in _CHECKS:
         remarks += check(part, rig)
     return remarks
@@ -107,20 +107,20 @@ def _noise_differs(records: Sequence[Record]) -> list[Remark]:
     """Checks that the noise of each sensor is the same in all records of the machine."""
     remarks = []
     for name in CHANNELS:
-        having = [record for record in records if name in record.columns and name != COMMAND]
+        with_column = [record for record in records if name in record.columns and name != COMMAND]
         floors = [
             (floor_of(record, name).value, record.name)
-            for record in having
+            for record in with_column
             if np.ptp(record.column(name)) > 0.0
         ]
         if len(floors) < 2:
             continue
-        (low, quiet), (high, loud) = min(floors), max(floors)
+        (low, quiet), (high, noisy) = min(floors), max(floors)
         if high > FLOORS_DIFFER * low:
             remarks.append(
                 Remark(
                     "",
-                    f"the noise of {name} is {high:.2g} in '{loud}' and {low:.2g} in '{quiet}'; "
+                    f"the noise of {name} is {high:.2g} in '{noisy}' and {low:.2g} in '{quiet}'; "
                     "check whether sensor, filter or setting were changed in between",
                 )
             )

@@ -36,7 +36,7 @@ def _runs(column: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int
 def check_constant(record: Record, rig: Rig) -> list[Remark]:
     """Finds constant channels, motion that is below the noise, and stretches of a frozen sensor."""
     remarks = []
-    for name in (one for one in CHANNELS if one in record.columns):
+    for name in (channel for channel in CHANNELS if channel in record.columns):
         column = record.column(name)
         if np.ptp(column) == 0.0:
             meaning = {
@@ -71,9 +71,9 @@ def _frozen(record: Record, name: str) -> list[Remark]:
     starts, ends = _runs(column)
     long = (ends - starts + 1) >= max(10, round(FROZEN_S / record.dt_s))
     steps = np.abs(np.diff(column))
-    usual = float(np.quantile(steps[steps > 0.0], 0.99)) if steps.any() else 0.0
-    waking = np.append(steps[ends[:-1]], 0.0)
-    frozen = long & (waking > FROZEN_STEP * usual)
+    typical_step = float(np.quantile(steps[steps > 0.0], 0.99)) if steps.any() else 0.0
+    step_after = np.append(steps[ends[:-1]], 0.0)
+    frozen = long & (step_after > FROZEN_STEP * typical_step)
     if not frozen.any():
         return []
     seconds = float(np.sum((ends - starts + 1)[frozen])) * record.dt_s
@@ -91,7 +91,7 @@ def _frozen(record: Record, name: str) -> list[Remark]:
 def check_saturated(record: Record, rig: Rig) -> list[Remark]:
     """Finds sensors at the end of their range, which stay at their largest or smallest value."""
     remarks = []
-    for name in (one for one in CHANNELS if one in record.columns):
+    for name in (channel for channel in CHANNELS if channel in record.columns):
         if not CHANNELS[name].moves:
             continue
         column = record.column(name)
@@ -100,19 +100,19 @@ def check_saturated(record: Record, rig: Rig) -> list[Remark]:
         starts, ends = _runs(column)
         long = ends - starts + 1 >= CLIPPED_SAMPLES
         steps = np.abs(np.diff(column))
-        usual = float(np.quantile(steps, 0.95))
-        for word, extreme in (("largest", column.max()), ("least", column.min())):
+        typical_step = float(np.quantile(steps, 0.95))
+        for which, extreme in (("largest", column.max()), ("least", column.min())):
             at = long & (column[starts] == extreme) & (starts >= 2)
             # The signal must have reached the extreme in motion: the last step that the saturation
             # did not cut is not small.
-            before = steps[np.maximum(starts[at] - 2, 0)]
-            moving = before > 0.1 * usual
-            if usual > 0.0 and np.count_nonzero(moving) >= CLIPPED_RUNS:
+            last_step = steps[np.maximum(starts[at] - 2, 0)]
+            moving = last_step > 0.1 * typical_step
+            if typical_step > 0.0 and np.count_nonzero(moving) >= CLIPPED_RUNS:
                 share = float(np.mean(column == extreme))
                 remarks.append(
                     Remark(
                         record.name,
-                        f"{name} stays at its {word} value of {extreme:.4g} for "
+                        f"{name} stays at its {which} value of {extreme:.4g} for "
                         f"{100.0 * share:.2g} % of the time, {np.count_nonzero(moving)} times: the "
                         "sensor is at the end of its range; what is beyond is not compared fairly",
                     )
@@ -121,14 +121,14 @@ def check_saturated(record: Record, rig: Rig) -> list[Remark]:
 
 
 def check_spikes(record: Record, rig: Rig) -> list[Remark]:
-    """Finds single samples that are far from both neighbours, which no motion causes.
+    """Finds single samples that differ from both neighbours by more than any motion causes.
 
     The distances to the median of five samples (F. Hampel, J. Amer. Statist. Assoc. 69(346), 1974)
     and to the cubic through the neighbours are compared with the usual distance in the channel and
     with those nearby.
     """
     remarks = []
-    for name in (one for one in CHANNELS if one in record.columns):
+    for name in (channel for channel in CHANNELS if channel in record.columns):
         if not CHANNELS[name].moves:
             continue
         count = int(np.count_nonzero(spikes(record.column(name))))
@@ -149,19 +149,19 @@ def spikes(column: FloatArray) -> npt.NDArray[np.bool_]:
     # Distance from the cubic through the four neighbours: it is small at reversals of a motion.
     weights = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0
     cubic = np.abs(correlate1d(column, weights, mode="nearest"))
-    usual = float(np.quantile(cubic, 0.95))
-    away = np.abs(column - median_filter(column, size=5, mode="nearest"))
-    away = np.minimum(away, cubic)
+    typical = float(np.quantile(cubic, 0.95))
+    distance = np.abs(column - median_filter(column, size=5, mode="nearest"))
+    distance = np.minimum(distance, cubic)
     # A spike differs from the sample before and the sample after, in the same direction.
     before = np.diff(column, prepend=column[0])
     after = np.diff(column, append=column[-1])
-    alone = np.minimum(np.abs(before), np.abs(after)) > 0.7 * away
+    is_isolated = np.minimum(np.abs(before), np.abs(after)) > 0.7 * distance
     # Largest distance in the eleven samples before and the eleven after, without the two nearest on
     # either side.
-    near = maximum_filter1d(away, 11, mode="nearest")
-    around = np.maximum(np.roll(near, 8), np.roll(near, -8))
+    largest_near = maximum_filter1d(distance, 11, mode="nearest")
+    largest_around = np.maximum(np.roll(largest_near, 8), np.roll(largest_near, -8))
     # A spike also changes the medians of its neighbours, but by less than its own distance.
-    highest = away >= maximum_filter1d(away, 5, mode="nearest")
-    far = away > max(SPIKE_SIZE * usual, SPIKE_MATTERS * float(np.std(column)))
-    alone &= highest & (before * after < 0.0) & (around < SPIKE_ALONE * away)
-    return np.asarray(far & alone)
+    is_highest = distance >= maximum_filter1d(distance, 5, mode="nearest")
+    is_large = distance > max(SPIKE_SIZE * typical, SPIKE_MATTERS * float(np.std(column)))
+    is_isolated &= is_highest & (before * after < 0.0) & (largest_around < SPIKE_ALONE * distance)
+    return np.asarray(is_large & is_isolated)

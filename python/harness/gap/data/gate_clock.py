@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.gap.data.floor import LEAST_SAMPLES, sees_motion
+from ehsid.harness.gap.data.floor import LEAST_SAMPLES, shows_motion
 from ehsid.harness.gap.data.oil_spring import oil_spring_hz
 from ehsid.harness.gap.schema import Remark
 from ehsid.harness.gap.thresholds import (
@@ -69,11 +69,11 @@ def _drift(record: Record) -> list[Remark]:
     edges = np.linspace(0, len(record) - 1, PARTS + 1).astype(int)
     if len(record) < 10 * PARTS:
         return []
-    steps = np.diff(record.time_s[edges]) / np.diff(edges)
-    spread = float(np.ptp(steps) / record.dt_s)
+    sampling_times = np.diff(record.time_s[edges]) / np.diff(edges)
+    spread = float(np.ptp(sampling_times) / record.dt_s)
     # Each end of a part is uncertain by the jitter of a single sample.
-    by_chance = 4.0 * record.jitter.max_relative / float(np.diff(edges).min())
-    if spread <= max(CLOCK_DRIFT, by_chance):
+    by_jitter = 4.0 * record.jitter.max_relative / float(np.diff(edges).min())
+    if spread <= max(CLOCK_DRIFT, by_jitter):
         return []
     return [
         Remark(
@@ -114,28 +114,28 @@ def check_sampling(record: Record, rig: Rig) -> list[Remark]:
     """Checks that the sampling resolves the oil spring and separates noise from motion."""
     assert record.dt_s is not None
     remarks = []
-    spring = oil_spring_hz(rig)
-    if spring is not None and spring * record.dt_s > 1.0 / SAMPLES_A_PERIOD:
+    spring_hz = oil_spring_hz(rig)
+    if spring_hz is not None and spring_hz * record.dt_s > 1.0 / SAMPLES_A_PERIOD:
         remarks.append(
             Remark(
                 record.name,
                 f"sampled every {1e3 * record.dt_s:.4g} ms, too rarely for the oil spring of some "
-                f"{spring:.3g} Hz: oil, lags and delays can hardly be told; sample every "
-                f"{1e3 / (SAMPLES_A_PERIOD * spring):.2g} ms",
+                f"{spring_hz:.3g} Hz: oil, lags and delays can hardly be told; sample every "
+                f"{1e3 / (SAMPLES_A_PERIOD * spring_hz):.2g} ms",
             )
         )
-    blurred = [
+    unresolved = [
         name
         for name, column in record.columns.items()
-        if name in CHANNELS and CHANNELS[name].moves and sees_motion(column)
+        if name in CHANNELS and CHANNELS[name].moves and shows_motion(column)
     ]
-    if blurred:
+    if unresolved:
         remarks.append(
             Remark(
                 record.name,
-                f"the noise of {', '.join(blurred)} is not white, or cannot be told from motion at "
-                "this sampling time: without stretches at rest its floor is a bound only; record a "
-                "few seconds at rest, too",
+                f"the noise of {', '.join(unresolved)} is not white, or cannot be told from motion "
+                "at this sampling time: without stretches at rest its floor is a bound only; "
+                "record a few seconds at rest, too",
             )
         )
     return remarks

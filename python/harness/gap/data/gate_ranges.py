@@ -37,13 +37,13 @@ ATMOSPHERE_PA = 101325.0
 
 def _mapping(rig: Rig, name: str, unit: str) -> str:
     """Returns the line of [columns] in the rig file that would read this column in that unit."""
-    told = rig.columns.get(name)
-    return f'[columns] {name} = {{ name = "{told.name if told else name}", unit = "{unit}" }}'
+    column = rig.columns.get(name)
+    return f'[columns] {name} = {{ name = "{column.name if column else name}", unit = "{unit}" }}'
 
 
 def _nearest(scale: float, units: Mapping[str, float]) -> str | None:
     """Returns the unit whose scale is nearest; None if none is within a factor of three."""
-    unit = min(units, key=lambda one: abs(math.log(units[one] / scale)))
+    unit = min(units, key=lambda name: abs(math.log(units[name] / scale)))
     return unit if abs(math.log(units[unit] / scale)) < math.log(3.0) else None
 
 
@@ -64,23 +64,23 @@ def check_command(record: Record, rig: Rig) -> list[Remark]:
             )
         ]
     remarks = []
-    beyond = float(np.mean(size > (1.0 + COMMAND_BEYOND) * rated))
-    at_limit = float(np.mean(size > (1.0 - COMMAND_BEYOND) * rated))
-    if beyond > 0.0:
+    time_above = float(np.mean(size > (1.0 + COMMAND_BEYOND) * rated))
+    time_at_limit = float(np.mean(size > (1.0 - COMMAND_BEYOND) * rated))
+    if time_above > 0.0:
         remarks.append(
             Remark(
                 record.name,
-                f"command_v is beyond the rated {rated:g} V for {100.0 * beyond:.2g} % of the time "
-                f"(up to {largest:.3g} V): valves do not open further, the simulated one does; "
-                "check valve.rated_command_v",
+                f"command_v is beyond the rated {rated:g} V for {100.0 * time_above:.2g} % of the "
+                f"time (up to {largest:.3g} V): valves do not open further, the simulated one "
+                "does; check valve.rated_command_v",
             )
         )
-    elif at_limit > LIMIT_SHARE:
+    elif time_at_limit > LIMIT_SHARE:
         remarks.append(
             Remark(
                 record.name,
-                f"the command is at its limit for {100.0 * at_limit:.0f} % of the time: there it "
-                "says little; take a smaller reference",
+                f"the command is at its limit for {100.0 * time_at_limit:.0f} % of the time: there "
+                "it says little; take a smaller reference",
             )
         )
     return remarks
@@ -93,33 +93,33 @@ def check_position(record: Record, rig: Rig) -> list[Remark]:
         return []
     position = record.column("position_m")
     low, high = float(position.min()), float(position.max())
-    beyond = max(-low, high - stroke) / stroke
-    if beyond > STROKE_BEYOND:
+    excess = max(-low, high - stroke) / stroke
+    if excess > STROKE_BEYOND:
         unit = None
         for name, size in sorted(LENGTHS.items(), key=lambda item: -item[1]):
             if max(-low, high) * size <= 1.01 * stroke:
                 unit = name
                 break
         if -low > 0.0 and high - low <= 1.01 * stroke:
-            mend = "it is not counted from the cap end: add what is missing to the column"
+            remedy = "it is not counted from the cap end: add what is missing to the column"
         elif unit is not None:
-            mend = f"perhaps it is in another unit: {_mapping(rig, 'position_m', unit)}"
+            remedy = f"perhaps it is in another unit: {_mapping(rig, 'position_m', unit)}"
         else:
-            mend = "check the column and cylinder.stroke_m"
+            remedy = "check the column and cylinder.stroke_m"
         return [
             Remark(
                 record.name,
                 f"position_m runs from {low:.4g} to {high:.4g}, the stroke from 0 to {stroke:g} m; "
-                f"{mend}",
+                f"{remedy}",
                 serious=True,
             )
         ]
     remarks = []
-    if beyond > BEYOND:
+    if excess > BEYOND:
         remarks.append(
             Remark(
                 record.name,
-                f"the rod is {1e3 * beyond * stroke:.2g} mm beyond an end of the stroke of "
+                f"the rod is {1e3 * excess * stroke:.2g} mm beyond an end of the stroke of "
                 f"{stroke:g} m: check the sensor's zero and cylinder.stroke_m",
             )
         )
@@ -149,13 +149,13 @@ def check_pressures(record: Record, rig: Rig) -> list[Remark]:
     if any(remark.serious for remark in remarks) or SUPPLY_PRESSURE not in names:
         return remarks
     measured = float(np.median(record.column(SUPPLY_PRESSURE)))
-    off = measured / supply - 1.0
-    if abs(off) > SUPPLY_SIGMAS * rig.sigma("supply.pressure_pa"):
+    deviation = measured / supply - 1.0
+    if abs(deviation) > SUPPLY_SIGMAS * rig.sigma("supply.pressure_pa"):
         remarks.append(
             Remark(
                 record.name,
                 f"the supply is measured at {measured:.4g} Pa, the rig says {supply:.4g} Pa "
-                f"({100.0 * off:+.0f} %), beyond its uncertainty; correct supply.pressure_pa",
+                f"({100.0 * deviation:+.0f} %), beyond its uncertainty; correct supply.pressure_pa",
             )
         )
     return remarks
@@ -166,9 +166,9 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
     low, top = float(pressure.min()), float(np.quantile(pressure, 0.99))
     if top < PRESSURE_UNIT * supply:
         # The largest pressure in a chamber is some 70 % of the supply pressure.
-        usual = supply if name == SUPPLY_PRESSURE else 0.7 * supply
-        unit = _nearest(usual / top, PRESSURES) if top > 0.0 else None
-        mend = (
+        expected = supply if name == SUPPLY_PRESSURE else 0.7 * supply
+        unit = _nearest(expected / top, PRESSURES) if top > 0.0 else None
+        remedy = (
             f"perhaps it is in another unit: {_mapping(rig, name, unit)}"
             if unit
             else "check the sensor and the unit"
@@ -176,7 +176,7 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
         return [
             Remark(
                 record.name,
-                f"{name} goes up to {top:.3g} Pa, the supply has {supply:.3g} Pa; {mend}",
+                f"{name} goes up to {top:.3g} Pa, the supply has {supply:.3g} Pa; {remedy}",
                 serious=True,
             )
         ]
@@ -184,7 +184,7 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
     # Noise also makes values below zero where the oil is near vacuum.
     if low < -VACUUM_FLOORS * noise_floor(pressure).value:
         gauge = low > -1.05 * ATMOSPHERE_PA
-        mend = (
+        remedy = (
             "the sensor shows pressure above the atmosphere: add 101325 Pa"
             if gauge
             else "check the sensor's zero and sign"
@@ -192,23 +192,26 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
         remarks.append(
             Remark(
                 record.name,
-                f"{name} goes down to {low:.3g} Pa, absolute pressure cannot; {mend}",
+                f"{name} goes down to {low:.3g} Pa, absolute pressure cannot; {remedy}",
                 serious=not gauge,
             )
         )
     # A pulling load can raise the pressure of one chamber above the supply pressure: at standstill,
     # by the ratio of the areas at most.
     bore, rod = rig.values["cylinder.bore_m"], rig.values["cylinder.rod_m"]
-    most = supply * (1.0 if name != "pressure_b_pa" else bore**2 / (bore**2 - rod**2))
-    above = float(
-        np.mean(pressure > (1.0 + SUPPLY_SIGMAS * rig.sigma("supply.pressure_pa")) * most)
+    largest_possible = supply * (1.0 if name != "pressure_b_pa" else bore**2 / (bore**2 - rod**2))
+    time_above = float(
+        np.mean(
+            pressure > (1.0 + SUPPLY_SIGMAS * rig.sigma("supply.pressure_pa")) * largest_possible
+        )
     )
-    if above > BEYOND_SHARE and name in CHAMBER_PRESSURES:
+    if time_above > BEYOND_SHARE and name in CHAMBER_PRESSURES:
         remarks.append(
             Remark(
                 record.name,
-                f"{name} is above what a supply of {supply:.4g} Pa gives for {100.0 * above:.2g} % "
-                "of the time; check the sensor's range and supply.pressure_pa",
+                f"{name} is above what a supply of {supply:.4g} Pa gives for "
+                f"{100.0 * time_above:.2g} % of the time; check the sensor's range and "
+                "supply.pressure_pa",
             )
         )
     return remarks

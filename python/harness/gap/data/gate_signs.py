@@ -58,14 +58,14 @@ def check_directions(record: Record, rig: Rig) -> list[Remark]:
     if np.ptp(command) == 0.0 or np.ptp(speed) == 0.0:
         return []
     # The means are subtracted, because the mean command may hold a load.
-    together = correlation(command, speed)
-    if together > -OPPOSITE:
+    coefficient = correlation(command, speed)
+    if coefficient > -OPPOSITE:
         return []
     return [
         Remark(
             record.name,
-            f"the rod moves against the command (correlation {together:.2f}): position counts from "
-            "the cap end, and a positive command must extend; change the sign of one of them",
+            f"the rod moves against the command (correlation {coefficient:.2f}): position counts "
+            "from the cap end, and a positive command must extend; change the sign of one of them",
             serious=True,
         )
     ]
@@ -87,13 +87,14 @@ def check_ports(record: Record, rig: Rig) -> list[Remark]:
     )
     scale = np.abs(terms).max(axis=0)
     terms = terms / np.where(scale > 0.0, scale, 1.0)
-    named, exchanged = (
-        _balance(terms, cap * one - annulus * other) for one, other in ((p_a, p_b), (p_b, p_a))
+    as_named, exchanged = (
+        _balance(terms, cap * cap_pressure - annulus * rod_pressure)
+        for cap_pressure, rod_pressure in ((p_a, p_b), (p_b, p_a))
     )
     # With nearly equal areas an exchange changes the sign of the force. Then the sign of the fitted
     # mass decides.
-    wrong = exchanged[0] < EXCHANGED * named[0] or (
-        named[1] < 0.0 < exchanged[1] and named[2] > 0.5 and exchanged[0] < 1.5 * named[0]
+    wrong = exchanged[0] < EXCHANGED * as_named[0] or (
+        as_named[1] < 0.0 < exchanged[1] and as_named[2] > 0.5 and exchanged[0] < 1.5 * as_named[0]
     )
     if not wrong:
         return []
@@ -110,6 +111,6 @@ def check_ports(record: Record, rig: Rig) -> list[Remark]:
 def _balance(terms: FloatArray, force: FloatArray) -> tuple[float, float, float]:
     """Fits terms to a force; returns the residual rms, the first weight and the explained share."""
     weights, *_ = np.linalg.lstsq(terms, force, rcond=None)
-    left = float(np.std(force - terms @ weights))
+    residual = float(np.std(force - terms @ weights))
     spread = float(np.std(force))
-    return left, float(weights[0]), 1.0 - (left / spread) ** 2 if spread > 0.0 else 0.0
+    return residual, float(weights[0]), 1.0 - (residual / spread) ** 2 if spread > 0.0 else 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Regimes that a record visits; it says nothing about effects in regimes it does not visit."""
+"""Regimes that a record visits; it has no information on effects in other regimes."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def visited(record: Record, rig: Rig) -> Regimes:
         load = states[:, 2] * cap - states[:, 3] * annulus
         # The load acts in both directions if it acts in each for more than a twentieth of the time.
         load_signs = 2 if 0.05 < float(np.mean(load > 0.0)) < 0.95 else 1
-        # Quantiles keep noise out of the extremes: one sample in a thousand is beyond each.
+        # Quantiles keep noise out of the extremes: a thousandth of the samples exceeds each.
         lowest, highest = (float(end) for end in np.quantile(states[:, 2:], [0.001, 0.999]))
     return Regimes(
         largest_command=float(share.max()),
@@ -128,5 +128,5 @@ def _fast_power(command: FloatArray, dt_s: float) -> float:
     power = np.abs(np.fft.rfft(np.diff(command))) ** 2
     if power.sum() <= 0.0:
         return 0.0
-    place = int(np.searchsorted(np.cumsum(power), 0.99 * power.sum()))
-    return place / ((command.size - 1) * dt_s)
+    index = int(np.searchsorted(np.cumsum(power), 0.99 * power.sum()))
+    return index / ((command.size - 1) * dt_s)

@@ -24,7 +24,7 @@ from ehsid.harness.records import Record
 # Length of the pieces of command (words) that are searched for. A word of this length with several
 # different values does not repeat by chance.
 WORD = 24
-# Number of places from which words are taken: a stretch of a twentieth of the record is found.
+# Number of positions at which words begin. A repeat of a twentieth of the record is detected.
 ANCHORS = 40
 
 
@@ -50,11 +50,11 @@ def find_repeat(command: FloatArray, least: int) -> Repeat | None:
         number of samples that the stretch must have.
     """
     n = command.size
-    found: Repeat | None = None
-    tried: set[int] = set()
+    longest: Repeat | None = None
+    tried_lags: set[int] = set()
     for anchor in np.linspace(0, max(0, n - 2 * WORD), ANCHORS).astype(int).tolist():
         word = command[anchor : anchor + WORD]
-        # A word with few different values is found everywhere.
+        # A word with few different values occurs everywhere.
         if np.unique(word).size < WORD // 4:
             continue
         rest = command[anchor + 1 :]
@@ -62,13 +62,15 @@ def find_repeat(command: FloatArray, least: int) -> Repeat | None:
         for offset in range(1, WORD):
             places = places[rest[places + offset] == word[offset]]
         for lag in (places[:2] + 1).tolist():
-            if lag in tried:
+            if lag in tried_lags:
                 continue
-            tried.add(lag)
+            tried_lags.add(lag)
             first, last = _longest(command[lag:] == command[:-lag])
-            if last - first >= least and (found is None or last - first > found.last - found.first):
-                found = Repeat(lag, first, last)
-    return found
+            if last - first >= least and (
+                longest is None or last - first > longest.last - longest.first
+            ):
+                longest = Repeat(lag, first, last)
+    return longest
 
 
 def _longest(same: npt.NDArray[np.bool_]) -> tuple[int, int]:
@@ -77,8 +79,8 @@ def _longest(same: npt.NDArray[np.bool_]) -> tuple[int, int]:
     starts, ends = edges[::2], edges[1::2]
     if starts.size == 0:
         return 0, 0
-    place = int(np.argmax(ends - starts))
-    return int(starts[place]), int(ends[place])
+    index = int(np.argmax(ends - starts))
+    return int(starts[index]), int(ends[index])
 
 
 def repeat_errors(record: Record, name: str) -> list[FloatArray]:
@@ -99,7 +101,7 @@ def repeat_errors(record: Record, name: str) -> list[FloatArray]:
     Returns
     -------
     Windows of equal length, in the unit of the column; an empty list if the command does not repeat
-    or the rod drifts too far.
+    or the rod drifts too much.
     """
     assert record.dt_s is not None
     length = max(10, round(WINDOW_S / record.dt_s))
@@ -110,9 +112,9 @@ def repeat_errors(record: Record, name: str) -> list[FloatArray]:
     begin = repeat.first + settled
     # If the stretch is longer than a period, the third repeat begins within it.
     samples = repeat.last - repeat.lag - begin
-    weights, most = np.array([1.0, -2.0, 1.0]), REPEAT_DRIFT_EVEN
+    weights, largest_drift = np.array([1.0, -2.0, 1.0]), REPEAT_DRIFT_EVEN
     if samples < 2 * length:
-        samples, weights, most = repeat.last - begin, np.array([1.0, -1.0]), REPEAT_DRIFT
+        samples, weights, largest_drift = repeat.last - begin, np.array([1.0, -1.0]), REPEAT_DRIFT
 
     def repeats(column: FloatArray) -> FloatArray:
         starts = begin + repeat.lag * np.arange(weights.size)
@@ -120,7 +122,7 @@ def repeat_errors(record: Record, name: str) -> list[FloatArray]:
 
     position = repeats(record.column("position_m"))
     drift = np.abs(np.diff(position.mean(axis=1))).max()
-    if drift > most * np.ptp(position, axis=1).max():
+    if drift > largest_drift * np.ptp(position, axis=1).max():
         return []
     difference = weights @ repeats(record.column(name)) / np.linalg.norm(weights)
     count = samples // length

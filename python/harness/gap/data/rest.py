@@ -28,26 +28,26 @@ def rest_windows(record: Record) -> list[slice]:
         return []
     command = record.column("command_v")[: count * length].reshape(count, length)
     position = record.column("position_m")[: count * length].reshape(count, length)
-    quiet = np.ptp(command, axis=1) <= REST_COMMAND * np.ptp(command)
+    command_still = np.ptp(command, axis=1) <= REST_COMMAND * np.ptp(command)
     third = length // 3
     ends = position[:, -third:].mean(axis=1), position[:, :third].mean(axis=1)
     travelled = np.abs(ends[0] - ends[1])
-    still = travelled <= REST_SPEED * travelled.max()
-    settled = np.concatenate([[False], quiet[:-1]])
+    rod_still = travelled <= REST_SPEED * travelled.max()
+    settled = np.concatenate([[False], command_still[:-1]])
     return [
         slice(k * length, (k + 1) * length)
-        for k in np.flatnonzero(quiet & still & settled).tolist()
+        for k in np.flatnonzero(command_still & rod_still & settled).tolist()
     ]
 
 
 def rest_errors(record: Record, name: str) -> list[FloatArray]:
     """Returns a column in the windows at rest, less a straight line in each: creep is no noise."""
     column = record.column(name)
-    found = []
+    errors = []
     for window in rest_windows(record):
         samples = column[window]
         time = np.linspace(-1.0, 1.0, samples.size)
         line = samples.mean() + time * (time @ samples) / (time @ time)
         # The subtraction of the line takes two degrees of freedom.
-        found.append((samples - line) * np.sqrt(samples.size / (samples.size - 2)))
-    return found
+        errors.append((samples - line) * np.sqrt(samples.size / (samples.size - 2)))
+    return errors

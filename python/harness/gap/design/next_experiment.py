@@ -18,7 +18,7 @@ from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import effects, plant_parameters
 from ehsid.harness.gap.data.floor import NoiseFloor
 from ehsid.harness.gap.design.menu import MENU, Experiment, simulate_experiment
-from ehsid.harness.gap.model.separation import Rival, Separation, separations
+from ehsid.harness.gap.model.separation import CandidateModel, Separation, separations
 from ehsid.harness.gap.schema import NextExperiment
 from ehsid.harness.gap.thresholds import (
     DESIGN_FINALISTS,
@@ -43,7 +43,7 @@ ADDED_SENSORS = (CHAMBER_PRESSURES, (SUPPLY_PRESSURE,))
 
 def _weakest_separation(
     rig: Rig,
-    candidates: Sequence[Rival],
+    candidates: Sequence[CandidateModel],
     experiment: Experiment,
     *,
     floors: Mapping[str, float],
@@ -56,7 +56,7 @@ def _weakest_separation(
 
 def next_experiment(
     rig: Rig,
-    candidates: Sequence[Rival],
+    candidates: Sequence[CandidateModel],
     outputs: Sequence[str],
     floors: Mapping[str, NoiseFloor],
     *,
@@ -137,7 +137,7 @@ def next_experiment(
 
 def _most_powerful(
     rig: Rig,
-    candidates: Sequence[Rival],
+    candidates: Sequence[CandidateModel],
     experiments: Sequence[Experiment],
     floors: Mapping[str, float],
 ) -> tuple[float, Experiment]:

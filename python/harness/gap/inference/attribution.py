@@ -94,7 +94,7 @@ def attribute_equations(
         current |= ranked[0].values
         servo_equations = equations(records, rig, current)
     for equation in servo_equations:
-        if not equation.is_loud:
+        if not equation.exceeds_tolerance:
             continue
         share = share_of(equation)
         ratio = float(np.sqrt(np.mean(equation.residual**2)))

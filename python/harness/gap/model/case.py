@@ -85,9 +85,12 @@ class Case:
         return np.array(
             [
                 np.sqrt(
-                    np.mean(np.concatenate([one.centred(one.outputs[n]) for one in records]) ** 2)
+                    np.mean(
+                        np.concatenate([record.centred(record.outputs[name]) for record in records])
+                        ** 2
+                    )
                 )
-                for n in self.outputs
+                for name in self.outputs
             ],
             dtype=np.float64,
         )
@@ -99,14 +102,16 @@ class Case:
 
         `unseen` has the same meaning as in `calibration_parameters`.
         """
-        found = list(calibration_parameters(self.rig, pressures=self.pressures, unseen=unseen))
+        parameters = list(calibration_parameters(self.rig, pressures=self.pressures, unseen=unseen))
         for effect in effects:
             # The effect replaces its nuisance. The nuisance is held but keeps its place in x.
             nuisance = catalogue()[effect].nuisance
-            found = [one.held() if one.name == nuisance else one for one in found]
+            parameters = [p.held() if p.name == nuisance else p for p in parameters]
             start = effect_starts(effect, self.rig)[0]
-            found += [p for p, _ in effect_parameters(effect, start, self.rig.plant)]
-        return tuple(found)
+            parameters += [
+                parameter for parameter, _ in effect_parameters(effect, start, self.rig.plant)
+            ]
+        return tuple(parameters)
 
     def problem(
         self,
@@ -121,11 +126,11 @@ class Case:
         window_s = self.window_s if window_s is None else window_s
         all_states = self.all_states if all_states is None else all_states
         records = self.held_out if held_out else self.training
-        part: Blocks = ("held out" if held_out else "fit") if self.blocks else "all"
+        blocks: Blocks = ("held out" if held_out else "fit") if self.blocks else "all"
         return Problem(
             self.rig,
             [
-                compare(record, window_s=window_s, all_states=all_states, blocks=part)
+                compare(record, window_s=window_s, all_states=all_states, blocks=blocks)
                 for record in records
             ],
             self.parameters(effects, unseen=unseen),
@@ -151,16 +156,18 @@ def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] =
     if not training:
         raise ValueError("the diagnosis needs a record")
     compared = [compare(record) for record in records]
-    common = [name for name in compared[0].outputs if all(name in one.outputs for one in compared)]
+    common = [
+        name for name in compared[0].outputs if all(name in record.outputs for record in compared)
+    ]
     floors = {name: _floor(training, name) for name in common}
     values = {name: floor.value for name, floor in floors.items()}
-    varying = [set(varying_outputs(one, values)) for one in compared]
-    outputs = tuple(name for name in common if all(name in found for found in varying))
+    varying = [set(varying_outputs(record, values)) for record in compared]
+    outputs = tuple(name for name in common if all(name in names for names in varying))
     if not outputs:
         raise ValueError("no output moves by more than its noise: there is nothing to compare")
     left_out = tuple(name for name in common if name not in outputs)
-    kept = {name: floors[name] for name in outputs}
-    dt_s = max(one.dt_s for one in compared)
+    compared_floors = {name: floors[name] for name in outputs}
+    dt_s = max(record.dt_s for record in compared)
     substeps = max(SUBSTEPS, ehsid.plant_substeps(rig.plant, rig.plant_values(), dt_s))
     return Case(
         rig,
@@ -168,7 +175,7 @@ def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] =
         tuple(training if blocks else held_out),
         outputs,
         left_out,
-        kept,
+        compared_floors,
         substeps,
         blocks,
         *_windows(records),
@@ -183,7 +190,9 @@ def _windows(records: Sequence[Record]) -> tuple[float, bool]:
     """
     if min(map(_swings, records)) > MOSTLY_SWINGS:
         return WINDOW_SWINGING_S, True
-    return max(WINDOW_S, LEAST_WINDOW_SAMPLES * max(one.dt_s or 0.0 for one in records)), False
+    return max(
+        WINDOW_S, LEAST_WINDOW_SAMPLES * max(record.dt_s or 0.0 for record in records)
+    ), False
 
 
 def _swings(record: Record) -> float:

@@ -28,8 +28,9 @@ Blocks = Literal["all", "fit", "held out"]
 # Outputs that are compared if the record has them.
 OUTPUTS = tuple(channel.name for channel in CHANNELS.values() if channel.compared)
 
-# An output counts as noise if its variation within the windows is at most VARIES times its floor.
-VARIES = 3.0
+# An output counts as noise if its variation within the windows is at most LEAST_VARIATION times its
+# noise floor.
+LEAST_VARIATION = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,15 +114,15 @@ def compare(
     length = min(max(5, 2 * round(0.5 * SMOOTHED_S / record.dt_s) + 1), (len(record) - 1) | 1)
     smooth = savgol_filter(position, length, polyorder=SMOOTHED_ORDER)
     aligned = np.full((len(record), len(STATES)), np.nan)
-    begins = np.flatnonzero(np.diff(window, prepend=-2) > 0)
+    window_starts = np.flatnonzero(np.diff(window, prepend=-2) > 0)
     if all_states:
-        aligned[begins] = measured_states(record)[begins]
-    aligned[begins, 0] = smooth[begins]
-    first = max(1, round(SMOOTHED_S / record.dt_s))
+        aligned[window_starts] = measured_states(record)[window_starts]
+    aligned[window_starts, 0] = smooth[window_starts]
+    first_samples = max(1, round(SMOOTHED_S / record.dt_s))
     aligned[0, :2] = smooth[0], 0.0
     for column, name in enumerate(STATES[2:], start=2):
         if name in record.columns:
-            aligned[0, column] = float(np.mean(record.column(name)[:first]))
+            aligned[0, column] = float(np.mean(record.column(name)[:first_samples]))
     if blocks != "all":
         # A block consists of whole windows. Their number is the one nearest to its length.
         held_out = window // max(1, round(BLOCK_S / window_s)) % BLOCKS_TURN == 1
@@ -160,19 +161,19 @@ def gap_figure(
     outputs
         names of the compared outputs.
     """
-    figures = {}
+    nrmse = {}
     for name in outputs:
         measured = compared.outputs[name]
         error = (simulated[name] - measured)[compared.used]
         spread = compared.centred(measured)
-        figures[name] = float(np.sqrt(np.mean(error**2) / np.mean(spread**2)))
-    return GapFigure(figures)
+        nrmse[name] = float(np.sqrt(np.mean(error**2) / np.mean(spread**2)))
+    return GapFigure(nrmse)
 
 
 def varying_outputs(compared: Compared, floors: Mapping[str, float]) -> tuple[str, ...]:
-    """Names of the outputs whose variation within the windows exceeds VARIES noise floors."""
+    """Names of the outputs that vary within windows by more than LEAST_VARIATION noise floors."""
     return tuple(
         name
         for name, measured in compared.outputs.items()
-        if np.std(compared.centred(measured)) > VARIES * floors[name]
+        if np.std(compared.centred(measured)) > LEAST_VARIATION * floors[name]
     )

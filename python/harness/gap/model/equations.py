@@ -75,11 +75,11 @@ class Equation:
     centre, weight
         shape (n,), prior of the parameter changes in the regression: its mean, and its weight
         relative to squares of rows.
-    moved
+    changes
         shape (n,), estimated parameter changes, within MOST_SIGMAS of the prior.
     noise
         shape (K,), change of the residual by one draw of sensor noise, in the unit of the equation.
-    largest
+    largest_term
         rms of the largest term, in the unit of the equation.
     block
         shape (K,), number of the window of half a second to which a row belongs.
@@ -93,19 +93,19 @@ class Equation:
     sigma: FloatArray
     centre: FloatArray
     weight: FloatArray
-    moved: FloatArray
+    changes: FloatArray
     noise: FloatArray
-    largest: float
+    largest_term: float
     block: npt.NDArray[np.int64]
     independent: float
 
     @property
     def residual(self) -> FloatArray:
         """Residual after the regression divided by sigma, shape (K,)."""
-        return np.asarray(self.rows + self.columns @ self.moved, dtype=np.float64)
+        return np.asarray(self.rows + self.columns @ self.changes, dtype=np.float64)
 
     @property
-    def is_loud(self) -> bool:
+    def exceeds_tolerance(self) -> bool:
         """Whether the whole bootstrap interval of the rms of `residual` is above EQUATION_LOUD."""
         return _rms(self, self.residual).low > EQUATION_LOUD
 
@@ -128,47 +128,47 @@ def equations(records: Sequence[Record], rig: Rig, values: Values) -> tuple[Equa
         a record has gaps.
     """
     signals = [measured(record, rig) for record in records]
-    told = all_values(rig, values)
-    base = _stacked(signals, told, rig.plant)
-    if not base:
+    base = all_values(rig, values)
+    terms_by_equation = _stacked(signals, base, rig.plant)
+    if not terms_by_equation:
         return ()
-    noisy = _stacked([_with_noise(one, k) for k, one in enumerate(signals)], told, rig.plant)
-    own = [
-        *(_slope(signals, told, rig.plant, p) for p in calibration_parameters(rig)),
-        *_zero_errors(signals, told, rig.plant),
+    noisy = _stacked([_with_noise(record, k) for k, record in enumerate(signals)], base, rig.plant)
+    regressors = [
+        *(_regressor(signals, base, rig.plant, p) for p in calibration_parameters(rig)),
+        *_zero_errors(signals, base, rig.plant),
     ]
-    late, gas = "effects.transport_delay.delay_s", "nuisance.free_gas"
-    unsure = [
-        residuals(signals, {**told, name: value}, rig.plant)
-        for name, value in ((late, told[late] + TIMING_S), (gas, FREE_GAS_TIMES * told[gas]))
+    delay, gas = "effects.transport_delay.delay_s", "nuisance.free_gas"
+    uncertain = [
+        residuals(signals, {**base, name: value}, rig.plant)
+        for name, value in ((delay, base[delay] + TIMING_S), (gas, FREE_GAS_TIMES * base[gas]))
     ]
     block = _blocks(signals)
-    seconds = sum(one.command.size * one.dt_s - SKIP_S for one in signals)
-    found = []
-    for name, terms in base.items():
+    seconds = sum(record.command.size * record.dt_s - SKIP_S for record in signals)
+    fitted = []
+    for name, terms in terms_by_equation.items():
         residual = _sum(terms)
         noise = _sum(noisy[name]) - residual
         largest = max(float(np.sqrt(np.mean(term**2))) for term in terms.values())
         sigma = np.sqrt(
             np.mean(noise**2)
-            + _tolerance(name, largest, told, rig.plant) ** 2
-            + np.sum([(one[name] - residual) ** 2 for one in unsure], axis=0)
+            + _tolerance(name, largest, base, rig.plant) ** 2
+            + np.sum([(shifted[name] - residual) ** 2 for shifted in uncertain], axis=0)
         )
         rows = residual / sigma
-        concerned = [one for one in own if np.any(one.rows[name])]
-        columns = np.array([one.rows[name] / sigma for one in concerned])
+        active = [regressor for regressor in regressors if np.any(regressor.slopes[name])]
+        columns = np.array([regressor.slopes[name] / sigma for regressor in active])
         columns = columns.reshape(-1, rows.size).T
-        centre = np.array([one.centre for one in concerned])
-        precision = np.array([one.sigma**-2 for one in concerned])
-        reach = MOST_SIGMAS * precision**-0.5
+        centre = np.array([regressor.centre for regressor in active])
+        precision = np.array([regressor.sigma**-2 for regressor in active])
+        largest_changes = MOST_SIGMAS * precision**-0.5
         independent = INDEPENDENT_HZ * seconds
-        weight = moved = np.zeros(centre.size)
+        weight = changes = np.zeros(centre.size)
         for _ in range(EQUATION_SETTLES):
             # The prior is weighted against n independent rows with the variance of the residual.
-            variance = float(np.mean((rows + columns @ moved) ** 2)) + 1.0
+            variance = float(np.mean((rows + columns @ changes) ** 2)) + 1.0
             weight = variance * rows.size / independent * precision
-            moved = regress(rows, columns, centre, weight, reach)
-        found.append(
+            changes = regress(rows, columns, centre, weight, largest_changes)
+        fitted.append(
             Equation(
                 name,
                 rows,
@@ -176,29 +176,29 @@ def equations(records: Sequence[Record], rig: Rig, values: Values) -> tuple[Equa
                 sigma,
                 centre,
                 weight,
-                moved,
+                changes,
                 noise,
                 largest,
                 block,
                 independent,
             )
         )
-    return tuple(found)
+    return tuple(fitted)
 
 
 def share_of(equation: Equation) -> EquationShare:
     """Residual and noise of an equation, as shares of its largest term."""
-    rms = _rms(equation, equation.residual * equation.sigma / equation.largest)
-    noise = float(np.sqrt(np.mean(equation.noise**2))) / equation.largest
+    rms = _rms(equation, equation.residual * equation.sigma / equation.largest_term)
+    noise = float(np.sqrt(np.mean(equation.noise**2))) / equation.largest_term
     return EquationShare(equation.name, SUBSYSTEM[equation.name], rms, noise)
 
 
 def _rms(equation: Equation, rows: FloatArray) -> Estimate:
     """Rms of the rows with its bootstrap interval."""
     squares, counts = np.bincount(equation.block, rows**2), np.bincount(equation.block)
-    drawn = drawn_windows(counts.size, np.random.default_rng(0))
-    ends = interval(np.sqrt(squares[drawn].sum(axis=1) / counts[drawn].sum(axis=1)))
-    return Estimate(float(np.sqrt(np.mean(rows**2))), *ends)
+    draws = drawn_windows(counts.size, np.random.default_rng(0))
+    bounds = interval(np.sqrt(squares[draws].sum(axis=1) / counts[draws].sum(axis=1)))
+    return Estimate(float(np.sqrt(np.mean(rows**2))), *bounds)
 
 
 def _tolerance(name: str, largest: float, values: Values, plant: str) -> float:
@@ -213,10 +213,13 @@ def _tolerance(name: str, largest: float, values: Values, plant: str) -> float:
 
 def _stacked(signals: Sequence[Measured], values: Values, plant: str) -> dict[str, Terms]:
     """Terms of the equations that all records have; the records follow each other in the rows."""
-    each = [servo_terms(one, values, plant) for one in signals]
-    common = [name for name in each[0] if all(name in one for one in each)]
+    by_record = [servo_terms(record, values, plant) for record in signals]
+    common = [name for name in by_record[0] if all(name in terms for terms in by_record)]
     return {
-        name: {term: np.concatenate([one[name][term] for one in each]) for term in each[0][name]}
+        name: {
+            term: np.concatenate([terms[name][term] for terms in by_record])
+            for term in by_record[0][name]
+        }
         for name in common
     }
 
@@ -231,53 +234,58 @@ def _sum(terms: Terms) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class _Own:
+class _Regressor:
     """A value that an equation may change: prior of its change, and slopes of the residuals."""
 
     centre: float
     sigma: float
-    rows: Mapping[str, FloatArray]
+    slopes: Mapping[str, FloatArray]
 
 
-def _slope(signals: Sequence[Measured], values: Values, plant: str, parameter: Parameter) -> _Own:
+def _regressor(
+    signals: Sequence[Measured], values: Values, plant: str, parameter: Parameter
+) -> _Regressor:
     """Slopes of the residuals with respect to a parameter, by a central difference.
 
-    It extends over half a standard deviation of the prior, because rounded curves bend within one.
+    The difference extends over half a standard deviation of the prior, because curves such as
+    rounded edges are not linear over a whole one.
     The equations are linear in a value, or in its reciprocal, rather than in its logarithm. For a
     logarithm a change of two standard deviations has the size exp(2 sigma) - 1; half of it counts
     as one standard deviation.
     """
     x = parameter.place(values[parameter.name])
-    reach = min(0.25 * parameter.sigma, 0.1 * (parameter.high - parameter.low))
-    high, low = min(x + reach, parameter.high), max(x - reach, parameter.low)
-    up = residuals(signals, {**values, parameter.name: parameter.value(high)}, plant)
-    down = residuals(signals, {**values, parameter.name: parameter.value(low)}, plant)
-    slopes = {name: (up[name] - down[name]) / (high - low) for name in up}
+    half_step = min(0.25 * parameter.sigma, 0.1 * (parameter.high - parameter.low))
+    high, low = min(x + half_step, parameter.high), max(x - half_step, parameter.low)
+    upper = residuals(signals, {**values, parameter.name: parameter.value(high)}, plant)
+    lower = residuals(signals, {**values, parameter.name: parameter.value(low)}, plant)
+    slopes = {name: (upper[name] - lower[name]) / (high - low) for name in upper}
     sigma = parameter.sigma
     if parameter.logarithmic:
         sigma = 0.5 * math.expm1(2.0 * sigma)
-    return _Own(parameter.centre - x, sigma, slopes)
+    return _Regressor(parameter.centre - x, sigma, slopes)
 
 
-def _zero_errors(signals: Sequence[Measured], values: Values, plant: str) -> list[_Own]:
+def _zero_errors(signals: Sequence[Measured], values: Values, plant: str) -> list[_Regressor]:
     """Zero error of each pressure sensor, as a parameter of the regression.
 
     The unit of the parameter is ZERO_ERROR times the supply pressure.
     """
     if plant != "ehs":
         return []
-    base = residuals(signals, values, plant)
-    found = []
+    before = residuals(signals, values, plant)
+    regressors = []
     for name in PRESSURES:
-        if all(name in one.columns for one in signals):
+        if all(name in record.columns for record in signals):
             step = ZERO_ERROR * values["supply.pressure_pa"]
-            moved = [
-                replace(one, columns={**one.columns, name: one.columns[name] + step})
-                for one in signals
+            shifted = [
+                replace(record, columns={**record.columns, name: record.columns[name] + step})
+                for record in signals
             ]
-            rows = residuals(moved, values, plant)
-            found.append(_Own(0.0, 1.0, {key: rows[key] - base[key] for key in rows}))
-    return found
+            after = residuals(shifted, values, plant)
+            regressors.append(
+                _Regressor(0.0, 1.0, {key: after[key] - before[key] for key in after})
+            )
+    return regressors
 
 
 def _with_noise(signals: Measured, seed: int) -> Measured:
@@ -292,12 +300,12 @@ def _with_noise(signals: Measured, seed: int) -> Measured:
 
 
 def _blocks(signals: Sequence[Measured]) -> npt.NDArray[np.int64]:
-    found: list[npt.NDArray[np.int64]] = []
-    first = 0
-    for one in signals:
-        skipped = int(np.ceil(SKIP_S / one.dt_s))
-        centres = WeakForm(one.dt_s, first=skipped).centres(one.command.size)
-        number = ((centres - skipped) * one.dt_s / WINDOW_S).astype(np.int64)
-        found.append(first + number)
-        first += int(number[-1]) + 1
-    return np.concatenate(found)
+    blocks: list[npt.NDArray[np.int64]] = []
+    first_block = 0
+    for record in signals:
+        skipped = int(np.ceil(SKIP_S / record.dt_s))
+        centres = WeakForm(record.dt_s, first=skipped).centres(record.command.size)
+        block = ((centres - skipped) * record.dt_s / WINDOW_S).astype(np.int64)
+        blocks.append(first_block + block)
+        first_block += int(block[-1]) + 1
+    return np.concatenate(blocks)

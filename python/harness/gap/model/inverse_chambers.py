@@ -27,7 +27,7 @@ from ehsid.harness.gap.model.inverse_valve import EdgeFlows, edge_flows
 from ehsid.harness.gap.model.weak_form import WeakForm
 
 
-def supplied(
+def supply_and_flows(
     signals: Measured, opening: FloatArray, a: FloatArray, b: FloatArray, values: Values
 ) -> tuple[FloatArray, EdgeFlows]:
     """Returns the supply pressure, Pa, shape (N,), and the flows through the metering edges.
@@ -45,8 +45,8 @@ def supplied(
         # C dp/dt = (source - p) / R - q, with q at the supply pressure of the iteration before.
         decay = math.exp(-signals.dt_s / (resistance * capacitance))
         for _ in range(3):
-            lost = resistance * (flows.supply_a + flows.supply_b)
-            supply = source - lfilter([0.0, 1.0 - decay], [1.0, -decay], lost)
+            pressure_loss = resistance * (flows.supply_a + flows.supply_b)
+            supply = source - lfilter([0.0, 1.0 - decay], [1.0, -decay], pressure_loss)
             flows = edge_flows(opening, a, b, supply, values)
     return supply, flows
 
@@ -89,12 +89,12 @@ def continuities(
         (flows.supply_a, flows.a_tank, leaking_a, a),
         (flows.supply_b, flows.b_tank, leaking_b, b),
     )
-    found = []
+    chambers = []
     for volume, (filling, draining, leaking, pressure) in zip(
         (volume_a, volume_b), sides, strict=True
     ):
         middle = volume[weak.centres(volume.size)]
-        found.append(
+        chambers.append(
             {
                 "filling": middle * weak.mean(filling / volume),
                 "draining": -middle * weak.mean(draining / volume),
@@ -103,19 +103,19 @@ def continuities(
                 "leaking": -middle * weak.mean(leaking / volume),
             }
         )
-    return found[0], found[1]
+    return chambers[0], chambers[1]
 
 
 def strain(pressure: FloatArray, values: Values) -> FloatArray:
     """Volumetric strain, the integral of dp / beta_e(p), up to a constant; no unit, shape (N,)."""
     beta = values["fluid.bulk_modulus_pa"]
-    free = values["nuisance.free_gas"] * ATMOSPHERE_PA
+    free_gas = values["nuisance.free_gas"] * ATMOSPHERE_PA
     # Free gas: beta_e q / V = (1 + alpha beta p_0 / p^2) p'.
-    found = pressure / beta - free / pressure
+    basic_strain = pressure / beta - free_gas / pressure
     grid = np.geomspace(0.99 * float(pressure.min()), 1.01 * float(pressure.max()), 2000)
-    softer = beta / terms_of(values).bulk_modulus(beta, grid) - 1.0
-    if not np.any(softer):
-        return np.asarray(found)
-    softer *= 1.0 / beta + free / grid**2
-    added = np.interp(pressure, grid, cumulative_trapezoid(softer, grid, initial=0))
-    return np.asarray(found + added)
+    compliance = beta / terms_of(values).bulk_modulus(beta, grid) - 1.0
+    if not np.any(compliance):
+        return np.asarray(basic_strain)
+    compliance *= 1.0 / beta + free_gas / grid**2
+    added_strain = np.interp(pressure, grid, cumulative_trapezoid(compliance, grid, initial=0))
+    return np.asarray(basic_strain + added_strain)

@@ -12,7 +12,7 @@ from ehsid.harness.gap.model.inverse_signals import (
     Terms,
     Values,
     areas,
-    side,
+    last_direction,
     speed_of,
     terms_of,
     true_position,
@@ -42,7 +42,7 @@ def _friction(signals: Measured, values: Values) -> FloatArray:
     level = terms_of(values).friction(np.abs(speed_of(signals)))
     if not np.any(level):
         return level
-    return np.asarray(level * side(signals, values["nuisance.presliding_m"]))
+    return np.asarray(level * last_direction(signals, values["nuisance.presliding_m"]))
 
 
 def cylinder_force(
@@ -56,8 +56,8 @@ def cylinder_force(
     then push as well.
     """
     area_a, area_b = areas(values)
-    outside = values["nuisance.atmosphere"] * ATMOSPHERE_PA
-    force = (a - outside) * area_a - (b - outside) * area_b
+    ambient_pressure = values["nuisance.atmosphere"] * ATMOSPHERE_PA
+    force = (a - ambient_pressure) * area_a - (b - ambient_pressure) * area_b
     terms = {"drive": weak.mean(force), **_motion(signals, values, "load", weak)}
     position, end = signals.columns["position_m"], STROKE_END * values["cylinder.stroke_m"]
     at_end = (position < end) | (position > values["cylinder.stroke_m"] - end)

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ehsid.harness.gap.model.inverse_chambers import continuities, supplied, supply_line
+from ehsid.harness.gap.model.inverse_chambers import continuities, supply_and_flows, supply_line
 from ehsid.harness.gap.model.inverse_motion import axis_force, cylinder_force
 from ehsid.harness.gap.model.inverse_signals import Measured, Terms, Values
 from ehsid.harness.gap.model.inverse_valve import opening_of, spool_of
@@ -45,22 +45,22 @@ def servo_terms(signals: Measured, values: Values, plant: str) -> dict[str, Term
         return {FORCE: axis_force(signals, values, weak)}
     if plant != "ehs":
         return {}
-    found: dict[str, Terms] = {}
+    terms: dict[str, Terms] = {}
     spool = spool_of(signals, values)
     if "spool" in signals.columns:
-        found[SPOOL] = {
+        terms[SPOOL] = {
             "spool": weak.mean(signals.columns["spool"]),
             "command": -weak.mean(spool),
         }
         spool = signals.columns["spool"]
     if not {"pressure_a_pa", "pressure_b_pa"} <= signals.columns.keys():
-        return found
+        return terms
     pressure_a = np.maximum(signals.columns["pressure_a_pa"], LOWEST_PA)
     pressure_b = np.maximum(signals.columns["pressure_b_pa"], LOWEST_PA)
     opening = opening_of(spool, values)
-    supply, flows = supplied(signals, opening, pressure_a, pressure_b, values)
+    supply, flows = supply_and_flows(signals, opening, pressure_a, pressure_b, values)
     if "supply_pressure_pa" in signals.columns:
-        found[SUPPLY] = supply_line(supply, flows, values, weak)
-    found[CAP], found[ROD] = continuities(signals, flows, pressure_a, pressure_b, values, weak)
-    found[FORCE] = cylinder_force(signals, pressure_a, pressure_b, values, weak)
-    return found
+        terms[SUPPLY] = supply_line(supply, flows, values, weak)
+    terms[CAP], terms[ROD] = continuities(signals, flows, pressure_a, pressure_b, values, weak)
+    terms[FORCE] = cylinder_force(signals, pressure_a, pressure_b, values, weak)
+    return terms

@@ -28,7 +28,7 @@ Terms = dict[str, FloatArray]
 ATMOSPHERE_PA = 101325.0
 
 # Number of cached results of functions that filter a whole signal: most values do not change them.
-KEPT = 16
+CACHE_SIZE = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +65,12 @@ def measured(record: Record, rig: Rig) -> Measured:
         )
     limit = command_limit(rig)
     command = record.column("command_v") / (limit if math.isfinite(limit) else 1.0)
-    every = max(1, round(EQUATIONS_DT_S / record.dt_s))
-    count = len(record) // every
+    stride = max(1, round(EQUATIONS_DT_S / record.dt_s))
+    count = len(record) // stride
     # The command is held from sample to sample. Over n samples its mean acts on the servo.
-    held = command[: count * every].reshape(count, every).mean(axis=1)
-    columns = {name: column[: count * every : every] for name, column in record.columns.items()}
-    return Measured(every * record.dt_s, held, columns)
+    held = command[: count * stride].reshape(count, stride).mean(axis=1)
+    columns = {name: column[: count * stride : stride] for name, column in record.columns.items()}
+    return Measured(stride * record.dt_s, held, columns)
 
 
 def all_values(rig: Rig, values: Values) -> dict[str, float]:
@@ -79,8 +79,8 @@ def all_values(rig: Rig, values: Values) -> dict[str, float]:
     Given values replace those of the rig file. Without either, effects are off and other values are
     typical ones.
     """
-    numbers = rig.plant_values(values)
-    return dict(zip(plant_parameters(), numbers.tolist(), strict=True))
+    plant_values = rig.plant_values(values)
+    return dict(zip(plant_parameters(), plant_values.tolist(), strict=True))
 
 
 def areas(values: Values) -> tuple[float, float]:
@@ -94,7 +94,7 @@ def speed_of(signals: Measured) -> FloatArray:
     return smoothed(signals, 1)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHE_SIZE)
 def smoothed(signals: Measured, order: int) -> FloatArray:
     """Smoothed position, m (order 0), or its slope, m/s (order 1), shape (N,).
 
@@ -105,10 +105,10 @@ def smoothed(signals: Measured, order: int) -> FloatArray:
     return np.asarray(savgol_filter(position, length, polyorder=2, deriv=order, delta=signals.dt_s))
 
 
-@lru_cache(maxsize=KEPT)
-def side(signals: Measured, distance: float) -> FloatArray:
-    """Direction of the last motion of the rod, in [-1, 1], shape (N,), see `bend`."""
-    return bend(smoothed(signals, 0), distance)
+@lru_cache(maxsize=CACHE_SIZE)
+def last_direction(signals: Measured, distance: float) -> FloatArray:
+    """Direction of the last motion of the rod, in [-1, 1], shape (N,), see `motion_direction`."""
+    return motion_direction(smoothed(signals, 0), distance)
 
 
 def terms_of(values: Values) -> EffectTerms:
@@ -124,20 +124,20 @@ def true_position(signals: Measured, values: Values) -> FloatArray:
         position = position + lag * speed_of(signals)
     if half_width > 0.0:
         # The last motion determines which side of the play is in contact.
-        position = position + half_width * side(signals, 0.2 * half_width)
+        position = position + half_width * last_direction(signals, 0.2 * half_width)
     return position
 
 
-def bend(position: FloatArray, distance: float) -> FloatArray:
+def motion_direction(position: FloatArray, distance: float) -> FloatArray:
     """Direction s of the last motion, in [-1, 1]: s' = (v - |v| s) / distance (Dahl 1968).
 
     It is 0 at the start. It approaches +-1 as the motion exceeds `distance`, m.
     """
-    moves = np.diff(position, prepend=position[0])
-    ways = np.sign(moves).tolist()
-    decays = np.exp(-np.abs(moves) / distance).tolist()
-    state, found = 0.0, []
-    for way, decay in zip(ways, decays, strict=True):
-        state = way + (state - way) * decay
-        found.append(state)
-    return np.array(found)
+    increments = np.diff(position, prepend=position[0])
+    signs = np.sign(increments).tolist()
+    decays = np.exp(-np.abs(increments) / distance).tolist()
+    direction, directions = 0.0, []
+    for sign, decay in zip(signs, decays, strict=True):
+        direction = sign + (direction - sign) * decay
+        directions.append(direction)
+    return np.array(directions)

@@ -38,10 +38,10 @@ def second_order(held: FloatArray, bandwidth_hz: float, damping: float, dt_s: fl
 def delayed(held: FloatArray, samples: float) -> FloatArray:
     """Mean of the delayed command over each sample, shape (N,); zero before the first sample."""
     whole = math.floor(samples)
-    share = samples - whole
+    fraction = samples - whole
     padded = np.concatenate([np.zeros(whole + 1), held])
-    late = padded[1 : held.size + 1] * (1.0 - share) + padded[: held.size] * share
-    return np.asarray(late, dtype=np.float64)
+    delayed_command = padded[1 : held.size + 1] * (1.0 - fraction) + padded[: held.size] * fraction
+    return np.asarray(delayed_command, dtype=np.float64)
 
 
 def spool_of(signals: Measured, values: Values) -> FloatArray:
@@ -87,7 +87,8 @@ def edge_flows(
 
         q = K a dp / (dp^2 + dp_l^2)^((1 - e) / 2),  a = (s + sqrt(s^2 + r^2)) / 2
 
-    An edge opens beyond its overlap. Its flow is laminar at small pressure drops.
+    An edge opens where the spool has moved by more than its overlap. Its flow is laminar at small
+    pressure drops.
     Merritt, Hydraulic Control Systems, Wiley 1967, ch. 3 and 5.
     """
     exponent = values["nuisance.flow_exponent"]
@@ -97,21 +98,21 @@ def edge_flows(
     common = terms_of(values).overlap
     tank = values["supply.tank_pressure_pa"]
 
-    def flow(way: float, side: float, to_tank: float, drop: FloatArray) -> FloatArray:
+    def flow(direction: float, side: float, to_tank: float, drop: FloatArray) -> FloatArray:
         overlap = (
             common
             + side * values["nuisance.edge_overlap_sides"]
             + to_tank * values["nuisance.edge_overlap_tank"]
         )
         # An edge with positive `way` opens with a positive spool position and extends the rod.
-        share = (
+        relative_gain = (
             1.0
-            + way * values["nuisance.edge_gain_direction"]
+            + direction * values["nuisance.edge_gain_direction"]
             + side * values["nuisance.edge_gain_sides"]
             + to_tank * values["nuisance.edge_gain_tank"]
         )
-        past = way * opening - overlap
-        area = 0.5 * share * (past + np.sqrt(past**2 + rounding))
+        opened = direction * opening - overlap
+        area = 0.5 * relative_gain * (opened + np.sqrt(opened**2 + rounding))
         return np.asarray(gain * area * drop * (drop**2 + laminar) ** (0.5 * (exponent - 1.0)))
 
     return EdgeFlows(

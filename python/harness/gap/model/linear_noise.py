@@ -48,11 +48,13 @@ def linear_servo(
     middle, beta = 0.5 * values["cylinder.stroke_m"], values["fluid.bulk_modulus_pa"]
     stiff_a = beta / (values["cylinder.dead_volume_a_m3"] + area_a * middle)
     stiff_b = beta / (values["cylinder.dead_volume_b_m3"] + area_b * middle)
-    per_root = values["valve.rated_flow_m3_s"] / math.sqrt(values["valve.rated_pressure_drop_pa"])
+    flow_factor = values["valve.rated_flow_m3_s"] / math.sqrt(
+        values["valve.rated_pressure_drop_pa"]
+    )
     drop = 0.5 * values["supply.pressure_pa"]
     # Pressures are in units of this pressure drop, so that the matrix is well scaled.
-    gain = per_root * math.sqrt(drop) / drop
-    loss = 0.5 * per_root * opening / math.sqrt(drop)
+    gain = flow_factor * math.sqrt(drop) / drop
+    loss = 0.5 * flow_factor * opening / math.sqrt(drop)
     bandwidth_hz, damping = terms_of(values).spool_lag
     if bandwidth_hz == 0.0:
         bandwidth_hz = values["nuisance.spool_bandwidth_hz"]
@@ -77,7 +79,7 @@ def linear_servo(
 
 
 def position_covariance(
-    state: FloatArray, enters: FloatArray, corner_hz: float, dt_s: float, count: int
+    state: FloatArray, input_vector: FloatArray, corner_hz: float, dt_s: float, count: int
 ) -> FloatArray:
     """Covariance of the position at `count` samples after its reset, shape (count, count).
 
@@ -86,27 +88,29 @@ def position_covariance(
     `corner_hz`. The result is scaled to a mean variance of one.
     """
     order = state.shape[0]
-    whole = np.zeros((order + 1, order + 1))
-    whole[0, 0] = -2.0 * math.pi * corner_hz
-    whole[1:, 0], whole[1:, 1:] = enters, state
+    augmented = np.zeros((order + 1, order + 1))
+    augmented[0, 0] = -2.0 * math.pi * corner_hz
+    augmented[1:, 0], augmented[1:, 1:] = input_vector, state
     drive = np.zeros((order + 1, 1))
     drive[0, 0] = 1.0
-    empty = np.zeros((order + 1, 1))
-    step, kick, *_ = cont2discrete((whole, drive, np.eye(order + 1), empty), dt_s / SUBSTEPS)
-    noise = kick @ kick.T
-    p = np.zeros_like(whole)
+    zeros = np.zeros((order + 1, 1))
+    step, noise_input, *_ = cont2discrete(
+        (augmented, drive, np.eye(order + 1), zeros), dt_s / SUBSTEPS
+    )
+    noise = noise_input @ noise_input.T
+    p = np.zeros_like(augmented)
     p[:order, :order] = solve_discrete_lyapunov(
         step[:order, :order], noise[:order, :order], method="direct"
     )
-    many = np.linalg.matrix_power(step, SUBSTEPS)
+    sample_transition = np.linalg.matrix_power(step, SUBSTEPS)
     # Row of the position in many^k for all k, as cov(y_i+k, y_i) = e' many^k P_i e.
     rows = [np.eye(order + 1)[-1]]
     for _ in range(count - 1):
-        rows.append(rows[-1] @ many)
-    ahead = np.array(rows)
-    found = np.empty((count, count))
+        rows.append(rows[-1] @ sample_transition)
+    position_rows = np.array(rows)
+    covariance = np.empty((count, count))
     for i in range(count):
         for _ in range(SUBSTEPS):
             p = step @ p @ step.T + noise
-        found[i, i:] = found[i:, i] = ahead[: count - i] @ p[:, -1]
-    return np.asarray(found * (count / np.trace(found)))
+        covariance[i, i:] = covariance[i:, i] = position_rows[: count - i] @ p[:, -1]
+    return np.asarray(covariance * (count / np.trace(covariance)))

@@ -15,9 +15,8 @@ STROKE = "cylinder.stroke_m"
 def machine_scale(rig: Rig) -> ehsid.MachineScale:
     """Returns the largest force, flow and pressure of a rig, and its stroke.
 
-    The force of an axis is the one at a command of ten volts. A linear servo has no data sheet:
-    its force is that of such an axis of 100 N/V, its pressure the one that its full flow would
-    lose.
+    The force of an axis is its force at a command of 10 V. A linear servo has no data sheet: its
+    force is that of an axis with 100 N/V, its pressure the pressure drop at full flow.
     """
     v = rig.values
     if rig.plant != "ehs":

@@ -84,7 +84,7 @@ def calibration_parameters(
     do nuisances that do not act on the plant. Without measured pressures, nuisances that cannot be
     distinguished from an effect (SEEN_BY_PRESSURES) stay, too, unless `unseen` includes them.
     """
-    found = []
+    parameters = []
     for name, value in rig.values.items():
         if (
             name in HELD
@@ -103,13 +103,13 @@ def calibration_parameters(
                 if info.minimum > 0
                 else centre - reach
             )
-            found.append(Parameter(name, True, centre, sigma, low, high))
+            parameters.append(Parameter(name, True, centre, sigma, low, high))
         else:
-            width = sigma * abs(value)
-            low = max(value - MOST_SIGMAS * width, info.minimum)
-            found.append(Parameter(name, False, value, width, low, value + MOST_SIGMAS * width))
-    out = () if pressures or unseen else SEEN_BY_PRESSURES
-    return (*found, *(one for one in _nuisances(rig, pressures) if one.name not in out))
+            std = sigma * abs(value)
+            low = max(value - MOST_SIGMAS * std, info.minimum)
+            parameters.append(Parameter(name, False, value, std, low, value + MOST_SIGMAS * std))
+    left_out = () if pressures or unseen else SEEN_BY_PRESSURES
+    return (*parameters, *(p for p in _nuisances(rig, pressures) if p.name not in left_out))
 
 
 def _log_within(maximum: float) -> float:
@@ -129,23 +129,23 @@ def _log_above(minimum: float) -> float:
 
 
 def _nuisances(rig: Rig, pressures: bool) -> list[Parameter]:
-    found = []
-    told_lag = EffectTerms(rig.plant_values()).spool_lag[0] > 0.0
+    nuisances = []
+    rig_has_lag = EffectTerms(rig.plant_values()).spool_lag[0] > 0.0
     for name, sigma in NUISANCE_SIGMA.items():
         if rig.plant != "ehs" and name not in FRICTION_NUISANCES:
             continue
-        if name in OF_HIDDEN_SPOOL and told_lag:
+        if name in OF_HIDDEN_SPOOL and rig_has_lag:
             continue
         info = plant_parameters()[name]
-        usual = info.typical if pressures else UNSEEN_CENTRE.get(name, info.typical)
-        typical = rig.values.get(name, usual)
+        default = info.typical if pressures else UNSEEN_CENTRE.get(name, info.typical)
+        typical = rig.values.get(name, default)
         low, high = NUISANCE_ENDS.get(name, (info.minimum, info.maximum))
         if name in LOGARITHMIC_NUISANCES:
             bounds = _log_above(low), _log_within(high)
-            found.append(Parameter(name, True, math.log(typical), sigma, *bounds))
+            nuisances.append(Parameter(name, True, math.log(typical), sigma, *bounds))
         else:
-            found.append(Parameter(name, False, typical, sigma, low, high))
-    return found
+            nuisances.append(Parameter(name, False, typical, sigma, low, high))
+    return nuisances
 
 
 def effect_parameters(
@@ -170,16 +170,16 @@ def effect_parameters(
     info = effects()[effect]
     if not acts_on(info, plant):
         raise ValueError(f"a plant \"{plant}\" has no {info.subsystem}: '{effect}' cannot act")
-    found = []
+    pairs = []
     for parameter in info.parameters:
         name = ParameterKey.of_effect(effect, parameter.name)
         value = start[parameter.name]
         if parameter.minimum < 0.0:
             # A force or a bias can have either sign, so that x cannot be a logarithm.
-            made = Parameter(name, False, 0.0, math.inf, parameter.minimum, parameter.maximum)
+            converted = Parameter(name, False, 0.0, math.inf, parameter.minimum, parameter.maximum)
         else:
             low = max(parameter.minimum, SMALLEST_SHARE * parameter.maximum)
-            made = Parameter(
+            converted = Parameter(
                 name,
                 True,
                 _log_above(low),
@@ -187,5 +187,5 @@ def effect_parameters(
                 _log_above(low),
                 _log_within(parameter.maximum),
             )
-        found.append((made, made.place(value)))
-    return tuple(found)
+        pairs.append((converted, converted.place(value)))
+    return tuple(pairs)

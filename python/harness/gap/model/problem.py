@@ -42,22 +42,22 @@ class Linear:
     errors: Mapping[str, FloatArray]
     slopes: Mapping[str, FloatArray]
 
-    def moved(
-        self, move: FloatArray, errors: Mapping[str, FloatArray], scale: FloatArray
+    def updated(
+        self, step: FloatArray, errors: Mapping[str, FloatArray], scale: FloatArray
     ) -> Linear:
-        """Returns the errors after a step `move` in x, and the slopes with Broyden's update.
+        """Returns the errors after a step `step` in x, and the slopes with Broyden's update.
 
         J + (e - e_0 - J dx) dx' D / (dx' D dx)   (C. G. Broyden, Math. Comput. 19, 1965), with
         D = diag(scale) so that the units of x have no influence. It is the smallest change of J
         that agrees with the new errors e. The slopes are changed in place, but not by a step along
         parameters on which nothing depends.
         """
-        length = float(move @ (scale * move))
+        length = float(step @ (scale * step))
         if length <= 0.0:
             return Linear(errors, self.slopes)
-        along = scale * move / length
+        direction = scale * step / length
         for name, slopes in self.slopes.items():
-            slopes += np.outer(errors[name] - self.errors[name] - slopes @ move, along)
+            slopes += np.outer(errors[name] - self.errors[name] - slopes @ step, direction)
         return Linear(errors, self.slopes)
 
 
@@ -102,7 +102,7 @@ class Problem:
         self.outputs = tuple(outputs)
         self.floors = dict(floors)
         self.substeps = substeps
-        self._places = [names.index(parameter.name) for parameter in parameters]
+        self._indices = [names.index(parameter.name) for parameter in parameters]
         self._base = rig.plant_values(fixed)
         self._independent = INDEPENDENT_HZ * sum(record.seconds for record in records)
         self._centre = np.array([parameter.centre for parameter in parameters])
@@ -122,23 +122,23 @@ class Problem:
         by_window = np.zeros((int(numbers.max()) + 1, x.size))
         for name in self.outputs:
             e = errors[name]
-            share = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
-            np.add.at(by_window, numbers, share * jacobians[name] * e[:, np.newaxis])
+            weight = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
+            np.add.at(by_window, numbers, weight * jacobians[name] * e[:, np.newaxis])
         return step, by_window
 
     def window_squares(self, errors: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Sums of squared errors by window and output, (W, outputs), and sample counts, (W,)."""
-        joined = self._window_numbers()
-        squares = [np.bincount(joined, errors[name] ** 2) for name in self.outputs]
-        return np.stack(squares, axis=1), np.bincount(joined).astype(np.float64)
+        window_numbers = self._window_numbers()
+        squares = [np.bincount(window_numbers, errors[name] ** 2) for name in self.outputs]
+        return np.stack(squares, axis=1), np.bincount(window_numbers).astype(np.float64)
 
     def _window_numbers(self) -> npt.NDArray[np.int64]:
         """Number of the window of each sample of `errors`, counted through all records."""
         numbers, first = [], 0
         for record in self.records:
-            _, inside = np.unique(record.window[record.used], return_inverse=True)
-            numbers.append(inside.astype(np.int64) + first)
-            first += int(inside.max()) + 1
+            _, number_in_record = np.unique(record.window[record.used], return_inverse=True)
+            numbers.append(number_in_record.astype(np.int64) + first)
+            first += int(number_in_record.max()) + 1
         return np.concatenate(numbers)
 
     def centre(self) -> FloatArray:
@@ -148,8 +148,8 @@ class Problem:
     def plant_values(self, x: FloatArray) -> FloatArray:
         """All P values of the plant at x, in the order of `plant_parameters`, shape (P,)."""
         values = self._base.copy()
-        for place, parameter, at in zip(self._places, self.parameters, x, strict=True):
-            values[place] = parameter.value(float(at))
+        for index, parameter, x_value in zip(self._indices, self.parameters, x, strict=True):
+            values[index] = parameter.value(float(x_value))
         return values
 
     def simulate(self, x: FloatArray) -> list[dict[str, FloatArray]]:
@@ -194,8 +194,8 @@ class Problem:
         """
         if first is None:
             return Linear(*self._errors(x, range(x.size)))
-        told = first.slopes[self.outputs[0]].shape[1]
-        errors, slopes = self._errors(x, range(told, x.size))
+        given = first.slopes[self.outputs[0]].shape[1]
+        errors, slopes = self._errors(x, range(given, x.size))
         joined = {n: np.concatenate([first.slopes[n], slopes[n]], axis=1) for n in self.outputs}
         return Linear(errors, joined)
 
@@ -206,11 +206,11 @@ class Problem:
         for name in self.outputs:
             e, j = linear.errors[name], linear.slopes[name]
             # d/dx (n / 2) ln(mse + floor^2) = n / (N (mse + floor^2)) J' e
-            share = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
+            weight = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
             # The sensitivities of a simulation that diverges overflow. No step is taken then.
             with np.errstate(over="ignore", invalid="ignore"):
-                gradient = gradient + share * (j.T @ e)
-                hessian = hessian + share * (j.T @ j)
+                gradient = gradient + weight * (j.T @ e)
+                hessian = hessian + weight * (j.T @ j)
         return Step(self.fit_cost(linear.errors) + self.prior_cost(x), gradient, hessian)
 
     def step(self, x: FloatArray) -> Step:
@@ -243,7 +243,7 @@ class Problem:
     ) -> list[tuple[dict[str, FloatArray], dict[str, FloatArray]]]:
         values = self.plant_values(x)
         slopes = np.array(
-            [self.parameters[place].slope(float(x[place])) for place in varied], dtype=np.float64
+            [self.parameters[index].slope(float(x[index])) for index in varied], dtype=np.float64
         )
         runs = []
         for record in self.records:
@@ -253,15 +253,15 @@ class Problem:
                 record.record.column("command_v"),
                 dt_s=record.dt_s,
                 substeps=self.substeps,
-                varied=[self._places[place] for place in varied],
+                varied=[self._indices[index] for index in varied],
                 aligned=record.aligned,
                 threads=1,
             )
-            places = {name: OUTPUTS.index(name) for name in self.outputs}
+            columns = {name: OUTPUTS.index(name) for name in self.outputs}
             runs.append(
                 (
-                    {name: outputs[0, :, place] for name, place in places.items()},
-                    {name: partials[0, :, :, place] * slopes for name, place in places.items()}
+                    {name: outputs[0, :, column] for name, column in columns.items()},
+                    {name: partials[0, :, :, column] * slopes for name, column in columns.items()}
                     if varied
                     else {},
                 )

@@ -43,7 +43,7 @@ class NoiseNeeded:
     ----------
     deviation
         rms of the position error that each subsystem needs within a window, m.
-    behind
+    deficit
         log-likelihood below that of the best subsystem, nats per averaged error.
     subsystem
         share of bootstrap draws of the windows in which each subsystem explains the error best.
@@ -52,7 +52,7 @@ class NoiseNeeded:
     """
 
     deviation: Mapping[str, float]
-    behind: Mapping[str, float]
+    deficit: Mapping[str, float]
     subsystem: Mapping[str, float]
 
 
@@ -79,7 +79,9 @@ def noise_needed(
         return None
     dt_s = problem.records[0].dt_s
     step = max(1, round(PROCESS_NOISE_S / dt_s))
-    speed = np.concatenate([measured_states(one.record)[one.used, 1] for one in problem.records])
+    speed = np.concatenate(
+        [measured_states(record.record)[record.used, 1] for record in problem.records]
+    )
     windows = [
         (error[part], speed[part])
         for part in _windows(problem)
@@ -88,7 +90,7 @@ def noise_needed(
     longest = max((e.size for e, _ in windows), default=0)
     full = [(e, v) for e, v in windows if e.size == longest]
     count = longest // step
-    if count < 4 or any(one.dt_s != dt_s for one in problem.records):
+    if count < 4 or any(record.dt_s != dt_s for record in problem.records):
         return None
 
     def averaged(samples: FloatArray) -> FloatArray:
@@ -100,28 +102,28 @@ def noise_needed(
     basis = np.linalg.qr(np.column_stack([np.ones(count), np.eye(count)[:, 1:]]))[0][:, 1:]
     white = problem.floors["position_m"] ** 2 / step
     likelihoods, deviations = {}, {}
-    for subsystem, choices in _covariances(problem, values, count, step * dt_s, speeds).items():
-        tried = [_likelihood(errors @ basis, basis, s, white) for s in choices]
-        likelihoods[subsystem], deviations[subsystem] = max(tried, key=lambda one: one[0].sum())
+    for subsystem, covariances in _covariances(problem, values, count, step * dt_s, speeds).items():
+        fits = [_likelihood(errors @ basis, basis, covariance, white) for covariance in covariances]
+        likelihoods[subsystem], deviations[subsystem] = max(fits, key=lambda fit: fit[0].sum())
     per_error = {name: rows / (count - 1) for name, rows in likelihoods.items()}
     best = max(float(rows.mean()) for rows in per_error.values())
-    behind = {name: best - float(rows.mean()) for name, rows in per_error.items()}
-    inside = (errors @ basis) ** 2
-    alone = -0.5 * float(np.mean(np.log(white) + inside / white))
-    if best - alone < NOISE_TELLS:
-        return NoiseNeeded(deviations, behind, {})
-    return NoiseNeeded(deviations, behind, _shares(per_error, np.random.default_rng(seed)))
+    deficit = {name: best - float(rows.mean()) for name, rows in per_error.items()}
+    squares = (errors @ basis) ** 2
+    white_only = -0.5 * float(np.mean(np.log(white) + squares / white))
+    if best - white_only < NOISE_TELLS:
+        return NoiseNeeded(deviations, deficit, {})
+    return NoiseNeeded(deviations, deficit, _shares(per_error, np.random.default_rng(seed)))
 
 
 def _windows(problem: Problem) -> list[slice]:
     """Slice of each window in the samples inside windows, in the order of the records."""
-    found, first = [], 0
-    for one in problem.records:
-        numbers = one.window[one.used]
+    windows, first = [], 0
+    for record in problem.records:
+        numbers = record.window[record.used]
         edges = [*np.flatnonzero(np.diff(numbers, prepend=-1)).tolist(), numbers.size]
-        found += [slice(first + a, first + b) for a, b in pairwise(edges)]
+        windows += [slice(first + a, first + b) for a, b in pairwise(edges)]
         first += numbers.size
-    return found
+    return windows
 
 
 def _covariances(
@@ -132,47 +134,49 @@ def _covariances(
     There is one per corner frequency, and a single one for the sensor. A covariance has the shape
     (count, count), or (windows, count, count) if it differs by window.
     """
-    told = all_values(problem.rig, values)
-    command = np.concatenate([one.record.column("command_v")[one.used] for one in problem.records])
+    plant_values = all_values(problem.rig, values)
+    command = np.concatenate(
+        [record.record.column("command_v")[record.used] for record in problem.records]
+    )
     opening = float(np.sqrt(np.mean(command**2))) / command_limit(problem.rig)
-    state, entries = linear_servo(told, problem.rig.plant, max(opening, 1e-3))
-    found = {
+    state, entries = linear_servo(plant_values, problem.rig.plant, max(opening, 1e-3))
+    covariances = {
         subsystem: [
-            np.sum([position_covariance(state, b, corner_hz, dt_s, count) for b in enters], axis=0)
-            / len(enters)
+            np.sum([position_covariance(state, b, corner_hz, dt_s, count) for b in inputs], axis=0)
+            / len(inputs)
             for corner_hz in DISTURBANCES_HZ
         ]
-        for subsystem, enters in entries.items()
+        for subsystem, inputs in entries.items()
     }
-    found["sensor"] = [np.eye(count)]
+    covariances["sensor"] = [np.eye(count)]
     lags = dt_s * np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
     scale = float(np.mean(speeds**2)) or 1.0
-    found["timing"] = [
+    covariances["timing"] = [
         speeds[:, :, np.newaxis]
         * np.exp(-2.0 * np.pi * corner_hz * lags)
         * speeds[:, np.newaxis, :]
         / scale
         for corner_hz in DISTURBANCES_HZ
     ]
-    return found
+    return covariances
 
 
 def _likelihood(
     errors: FloatArray, basis: FloatArray, covariance: FloatArray, white: float
 ) -> tuple[FloatArray, float]:
     """Log-likelihood of each window at the best intensity q, nats, (W,), and sqrt(q), m."""
-    inside = basis.T @ covariance @ basis
-    if inside.ndim == 2:
-        sizes, ways = eigh(inside)
-        squares = (errors @ ways) ** 2
-        sizes = np.broadcast_to(sizes, squares.shape)
+    reduced = basis.T @ covariance @ basis
+    if reduced.ndim == 2:
+        eigenvalues, eigenvectors = eigh(reduced)
+        squares = (errors @ eigenvectors) ** 2
+        eigenvalues = np.broadcast_to(eigenvalues, squares.shape)
     else:
-        sizes, ways = np.linalg.eigh(inside)
-        squares = np.einsum("wi,wij->wj", errors, ways) ** 2
-    sizes = np.maximum(sizes, 0.0)
+        eigenvalues, eigenvectors = np.linalg.eigh(reduced)
+        squares = np.einsum("wi,wij->wj", errors, eigenvectors) ** 2
+    eigenvalues = np.maximum(eigenvalues, 0.0)
     best: tuple[FloatArray, float] | None = None
     for intensity in white * np.geomspace(*NOISE_INTENSITIES, NOISE_STEPS):
-        variance = intensity * sizes + white
+        variance = intensity * eigenvalues + white
         rows = -0.5 * np.sum(np.log(variance) + squares / variance, axis=1)
         if best is None or rows.sum() > best[0].sum():
             best = rows, float(np.sqrt(intensity))
@@ -188,6 +192,6 @@ def _shares(per_error: Mapping[str, FloatArray], rng: np.random.Generator) -> di
     names = list(per_error)
     rows = np.array([per_error[name] for name in names])
     means = rows[:, drawn_windows(rows.shape[1], rng)].mean(axis=2)
-    near = means > means.max(axis=0) - NOISE_TELLS
-    shares = (near / near.sum(axis=0)).mean(axis=1)
+    near_best = means > means.max(axis=0) - NOISE_TELLS
+    shares = (near_best / near_best.sum(axis=0)).mean(axis=1)
     return dict(zip(names, shares.tolist(), strict=True))

@@ -28,7 +28,7 @@ from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import simulate
 
 # A candidate: its effects, and its values of the plant by full name.
-Rival = tuple[tuple[str, ...], Mapping[str, float]]
+CandidateModel = tuple[tuple[str, ...], Mapping[str, float]]
 
 
 @dataclass(frozen=True)
@@ -58,27 +58,27 @@ class Separation:
         return float(norm.cdf((self.nats - SEPARATED_NATS) / self.deviation))
 
 
-def parameters_of(rig: Rig, rival: Rival) -> tuple[tuple[Parameter, ...], FloatArray]:
+def parameters_of(rig: Rig, candidate: CandidateModel) -> tuple[tuple[Parameter, ...], FloatArray]:
     """Returns the parameters of calibration and effects of a candidate, and their x, shape (n,)."""
-    effects, values = rival
-    found = list(calibration_parameters(rig))
-    x = [one.place(values[one.name]) if one.name in values else one.centre for one in found]
+    effects, values = candidate
+    parameters = list(calibration_parameters(rig))
+    x = [p.place(values[p.name]) if p.name in values else p.centre for p in parameters]
     for effect in effects:
         for parameter, place in effect_parameters(effect, sizes_of(effect, values), rig.plant):
-            found.append(parameter)
+            parameters.append(parameter)
             x.append(place)
-    return tuple(found), np.array(x)
+    return tuple(parameters), np.array(x)
 
 
 def separations(
     rig: Rig,
-    rivals: Sequence[Rival],
+    candidates: Sequence[CandidateModel],
     record: Record,
     floors: Mapping[str, float],
     *,
     iterations: int = ITERATIONS,
 ) -> list[Separation]:
-    """Computes how far a record of the best candidate separates each other candidate from it.
+    """Computes the log-likelihood by which a record separates each candidate from the best one.
 
     All candidates are fitted to the record. With the mean square ms_w of the errors in window w,
     the mean square ms over all windows, and the noise floor f:
@@ -86,9 +86,10 @@ def separations(
         nats = sum_w sum_outputs (n_w / 2) (ms_w(other) - ms_w(best)) / v,
         v = (ms(other) + ms(best)) / 2 + 2 f^2,
 
-    This is the difference of the cost (n / 2) ln(ms + f^2), on records with noise of standard
-    deviation f, to first order about the mean of both ms. Its variance is the sum of the variance
-    over windows and the variance by noise, n_w |ms_w(other) - ms_w(best)| f^2 / v^2.
+    The record is a simulation of the best candidate. The sum is the difference of the cost
+    (n / 2) ln(ms + f^2), on records with noise of standard deviation f, to first order about the
+    mean of both ms. Its variance is the sum of the variance over windows and the variance by noise,
+    n_w |ms_w(other) - ms_w(best)| f^2 / v^2.
 
     A candidate that contains the best one can always reproduce its outputs. The question is then
     whether the best one can reproduce those of the larger candidate. The record is therefore
@@ -98,7 +99,7 @@ def separations(
     ----------
     rig
         the rig as configured in the rig file.
-    rivals
+    candidates
         effects and values of each candidate, the best first; at least two.
     record
         record without noise: the command, and the outputs of the best candidate.
@@ -107,18 +108,21 @@ def separations(
     iterations
         largest number of steps of each fit.
     """
-    best, compared = rivals[0], compare(record)
+    best, compared = candidates[0], compare(record)
     errors = _fitted_errors(rig, best, compared, floors, iterations)
-    found = []
-    for other in rivals[1:]:
+    results = []
+    for other in candidates[1:]:
         if contains(other[0], best[0]):
-            theirs = compare(_replayed(rig, other, record))
-            pair = [_fitted_errors(rig, one, theirs, floors, iterations) for one in (other, best)]
-            found.append(_separation(theirs, floors, *pair))
+            replayed = compare(_replayed(rig, other, record))
+            pair = [
+                _fitted_errors(rig, candidate, replayed, floors, iterations)
+                for candidate in (other, best)
+            ]
+            results.append(_separation(replayed, floors, *pair))
         else:
             fitted = _fitted_errors(rig, other, compared, floors, iterations)
-            found.append(_separation(compared, floors, errors, fitted))
-    return found
+            results.append(_separation(compared, floors, errors, fitted))
+    return results
 
 
 def contains(larger: Sequence[str], smaller: Sequence[str]) -> bool:
@@ -127,19 +131,25 @@ def contains(larger: Sequence[str], smaller: Sequence[str]) -> bool:
     return set(smaller) <= able
 
 
-def _replayed(rig: Rig, rival: Rival, record: Record) -> Record:
+def _replayed(rig: Rig, candidate: CandidateModel, record: Record) -> Record:
     """Simulates a candidate on the command of a record, from the initial position of the record."""
     assert record.dt_s is not None
     start = float(record.column("position_m")[0])
     command = record.column("command_v")
-    return simulate(rig, command, dt_s=record.dt_s, position0_m=start, values=dict(rival[1])).record
+    return simulate(
+        rig, command, dt_s=record.dt_s, position0_m=start, values=dict(candidate[1])
+    ).record
 
 
 def _fitted_errors(
-    rig: Rig, rival: Rival, compared: Compared, floors: Mapping[str, float], iterations: int
+    rig: Rig,
+    candidate: CandidateModel,
+    compared: Compared,
+    floors: Mapping[str, float],
+    iterations: int,
 ) -> dict[str, FloatArray]:
     """Errors inside the windows after a fit that starts at the values of a candidate, by output."""
-    parameters, x = parameters_of(rig, rival)
+    parameters, x = parameters_of(rig, candidate)
     problem = Problem(
         rig,
         [compared],
@@ -147,7 +157,7 @@ def _fitted_errors(
         outputs=tuple(floors),
         floors=floors,
         substeps=SUBSTEPS,
-        fixed=dict(rival[1]),
+        fixed=dict(candidate[1]),
     )
     return problem.errors(fit(problem, x, iterations=iterations).x)
 
@@ -158,7 +168,10 @@ def _separation(
     best: Mapping[str, FloatArray],
     other: Mapping[str, FloatArray],
 ) -> Separation:
-    if any(_rms(best[name]) > _bearable(compared, name, floor) for name, floor in floors.items()):
+    if any(
+        _rms(best[name]) > _largest_acceptable_error(compared, name, floor)
+        for name, floor in floors.items()
+    ):
         # The integration steps of the fits are too long for this record. It has no information.
         return Separation(0.0, 0.0)
     number = compared.window[compared.used]
@@ -168,9 +181,9 @@ def _separation(
     for name, floor in floors.items():
         squares = [np.bincount(number, errors[name] ** 2) for errors in (best, other)]
         v = 0.5 * float(squares[0].sum() + squares[1].sum()) / number.size + 2.0 * floor**2
-        longer = (squares[1] - squares[0]) / counts
-        gains += 0.5 * n_w * longer / v
-        noise += float(np.sum(n_w * np.abs(longer))) * floor**2 / v**2
+        increase = (squares[1] - squares[0]) / counts
+        gains += 0.5 * n_w * increase / v
+        noise += float(np.sum(n_w * np.abs(increase))) * floor**2 / v**2
     scatter = gains.size * float(np.var(gains, ddof=1)) if gains.size > 1 else 0.0
     return Separation(float(gains.sum()), float(np.sqrt(scatter + noise)))
 
@@ -179,7 +192,7 @@ def _rms(errors: FloatArray) -> float:
     return float(np.sqrt(np.mean(errors**2)))
 
 
-def _bearable(compared: Compared, name: str, floor: float) -> float:
+def _largest_acceptable_error(compared: Compared, name: str, floor: float) -> float:
     """Largest acceptable rms error of the best candidate on its own record, unit of the output."""
     spread = _rms(compared.centred(compared.outputs[name]))
     return max(floor, DESIGN_ERROR * spread)

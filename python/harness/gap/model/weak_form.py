@@ -116,5 +116,5 @@ def regress(
     right = np.concatenate([-(rows + columns @ centre), np.zeros(centre.size)])
     q, r = np.linalg.qr(stacked)
     bound = np.full(centre.size, np.inf) if reach is None else reach * scale
-    found = lsq_linear(r, q.T @ right, bounds=(-bound, bound), method="bvls").x
-    return np.asarray(centre + found / scale, dtype=np.float64)
+    solution = lsq_linear(r, q.T @ right, bounds=(-bound, bound), method="bvls").x
+    return np.asarray(centre + solution / scale, dtype=np.float64)

@@ -56,10 +56,10 @@ def read_answers(path: Path) -> dict[str, Answer]:
     where = str(path)
     answers = {}
     try:
-        plain = msgspec.json.decode(path.read_bytes(), type=dict[str, msgspec.Raw])
-        for name in sorted(plain):
+        raw = msgspec.json.decode(path.read_bytes(), type=dict[str, msgspec.Raw])
+        for name in sorted(raw):
             where = f"{path}: case {name}"
-            answers[name] = msgspec.json.decode(plain[name], type=Answer)
+            answers[name] = msgspec.json.decode(raw[name], type=Answer)
     except FileNotFoundError:
         raise ValueError(f"{path}: there is no such file; a check writes it") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:

@@ -38,25 +38,27 @@ def make_check(out: Path, settings: Settings, progress: Progress | None = None) 
     with result_folder(out, RESULT, names) as folder:
         if any(path.name != FOLDER for path in out.iterdir()):
             raise ValueError(f"--out {out}: has files, but no {SEAL} of a check; name a new folder")
-        answers = run_tasks(makings(folder, settings), progress)
+        answers = run_tasks(making_tasks(folder, settings), progress)
         if len(dict(answers)) < settings.count:
             raise ValueError(f"--seed {settings.seed}: two cases drew one name; take another seed")
         write_text(folder / ANSWERS, json.dumps(dict(sorted(answers)), indent=1) + "\n")
         return write_seal(folder, settings)
 
 
-def makings(folder: Path, settings: Settings) -> Sequence[Making]:
+def making_tasks(folder: Path, settings: Settings) -> Sequence[Making]:
     """Returns a task for each case; a task writes the case and returns its name and answer."""
     # The package `reality` needs an optional dependency, so it is imported only here.
-    from ehsid.harness.validation.reality.batch import write_one
+    from ehsid.harness.validation.reality.batch import write_drawn_case
     from ehsid.harness.validation.reality.case import Sensors
     from ehsid.harness.validation.reality.effects import CATALOGUE
     from ehsid.harness.validation.reality.structure import Grade
 
-    ids = [str(one) for one in np.random.default_rng(settings.seed).permutation(list(CATALOGUE))]
+    ids = [
+        str(effect) for effect in np.random.default_rng(settings.seed).permutation(list(CATALOGUE))
+    ]
     return [
         functools.partial(
-            write_one,
+            write_drawn_case,
             folder / CASES,
             SEEDS * settings.seed + i,
             cast(Grade, settings.grades[i % len(settings.grades)]),

@@ -37,8 +37,8 @@ def unfinished_cases(out: Path) -> list[str]:
 
 
 def _is_finished(result: Path) -> bool:
-    there = any((result / name).is_file() for name in (DIAGNOSIS, ERROR))
-    return there and not is_incomplete(result, RESULT)
+    has_result = any((result / name).is_file() for name in (DIAGNOSIS, ERROR))
+    return has_result and not is_incomplete(result, RESULT)
 
 
 def run_check(out: Path, seal: Seal, diagnose: Diagnose) -> Iterator[Outcome]:
@@ -71,7 +71,7 @@ def _task(
         job = read_case(out, name, exclude)
     except Exception as error:  # `run_unordered` demands that the iterable of tasks does not raise
         return functools.partial(Outcome, name, *failure(error), 0.0)
-    return functools.partial(run_job, job, diagnose, write_brief)
+    return functools.partial(run_job, job, diagnose, write_scored_files)
 
 
 def read_case(out: Path, name: str, exclude: tuple[str, ...] = ()) -> Job:
@@ -85,7 +85,7 @@ def read_case(out: Path, name: str, exclude: tuple[str, ...] = ()) -> Job:
     return Job(name, rig, f"{CASES}/{name}/rig.toml", (train,), (validate,), exclude)
 
 
-def write_brief(
+def write_scored_files(
     folder: Path, diagnosis: Diagnosis, records: Sequence[Record], rig_file: str
 ) -> None:
     """Writes the files that scoring reads: `diagnosis.json` and the augmented rig file."""

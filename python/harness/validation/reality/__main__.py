@@ -11,11 +11,11 @@ from rich.progress import Progress
 
 from ehsid.harness.validation.reality.batch import write_cases
 from ehsid.harness.validation.reality.case import COLUMNS, KINDS, Kind, Sensors
+from ehsid.harness.validation.reality.nominal_rig import PLANTS, PlantKind
 from ehsid.harness.validation.reality.structure import GRADES, Grade
-from ehsid.harness.validation.reality.told import PLANTS, PlantKind
 
 
-def _one_of(name: str, value: str | None, known: tuple[str, ...]) -> None:
+def _check_known(name: str, value: str | None, known: tuple[str, ...]) -> None:
     if value is not None and value not in known:
         raise typer.BadParameter(f"'{value}' is not one of {', '.join(known)}", param_hint=name)
 
@@ -33,10 +33,10 @@ def command(
     plant: Annotated[str, typer.Option(help=", ".join(PLANTS))] = "ehs",
 ) -> None:
     """Write blind cases: rig.toml, train.csv and validate.csv of machines with withheld effects."""
-    _one_of("--grade", grade, GRADES)
-    _one_of("--kind", kind, KINDS)
-    _one_of("--sensors", sensors, tuple(COLUMNS))
-    _one_of("--plant", plant, PLANTS)
+    _check_known("--grade", grade, GRADES)
+    _check_known("--kind", kind, KINDS)
+    _check_known("--sensors", sensors, tuple(COLUMNS))
+    _check_known("--plant", plant, PLANTS)
     with Progress(transient=True) as bar:
         task = bar.add_task("cases", total=1.0)
         try:

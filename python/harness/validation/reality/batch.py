@@ -16,8 +16,8 @@ import numpy as np
 from ehsid.harness.files import result_files, result_folder, write_text
 from ehsid.harness.parallel import run_tasks
 from ehsid.harness.validation.reality.case import KINDS, Kind, Sensors, make_case
+from ehsid.harness.validation.reality.nominal_rig import PlantKind
 from ehsid.harness.validation.reality.structure import Grade
-from ehsid.harness.validation.reality.told import PlantKind
 from ehsid.harness.validation.reality.writing import FILES, record_text, write_case
 
 SHARES = {"one": 0.5, "two": 0.15, "none": 0.1, "params": 0.1, "open": 0.15}
@@ -42,7 +42,7 @@ def draw_seconds(seed: int) -> float:
     return round(float(np.random.default_rng((seed, 9)).uniform(8.0, 20.0)), 1)
 
 
-def write_one(
+def write_drawn_case(
     folder: Path,
     seed: int,
     grade: Grade,
@@ -102,21 +102,24 @@ def write_cases(
     ValueError
         the file of answers would lie in the folder of the cases, or as `result_folder`.
     """
-    target, sealed = Path(folder).resolve(), Path(answers).resolve()
-    if target == sealed.parent or target in sealed.parents:
-        raise ValueError(f"answers must not lie among the cases: {sealed} is in {target}")
-    sealed.parent.mkdir(parents=True, exist_ok=True)
+    target, answers_file = Path(folder).resolve(), Path(answers).resolve()
+    if target == answers_file.parent or target in answers_file.parents:
+        raise ValueError(f"answers must not lie among the cases: {answers_file} is in {target}")
+    answers_file.parent.mkdir(parents=True, exist_ok=True)
     names = [f"{glob.escape(target.name)}/*/{name}" for name in FILES]
     # The manifest is not put among the cases: every folder there is a case.
     with (
-        result_files(sealed, "reality") as aside,
-        result_folder(target.parent, f"reality-{target.name}", names) as made,
+        result_files(answers_file, "reality") as answers_folder,
+        result_folder(target.parent, f"reality-{target.name}", names) as cases,
     ):
         tasks = [
             functools.partial(
-                write_one, made / target.name, seed, grade, kind, sensors, plant, seconds
+                write_drawn_case, cases / target.name, seed, grade, kind, sensors, plant, seconds
             )
             for seed in seeds
         ]
-        found = dict(run_tasks(tasks, progress))
-        write_text(aside / sealed.name, json.dumps(dict(sorted(found.items())), indent=1) + "\n")
+        answers_by_name = dict(run_tasks(tasks, progress))
+        write_text(
+            answers_folder / answers_file.name,
+            json.dumps(dict(sorted(answers_by_name.items())), indent=1) + "\n",
+        )

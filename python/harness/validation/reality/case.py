@@ -13,19 +13,19 @@ import numpy as np
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.validation.reality import machine as equations
-from ehsid.harness.validation.reality.effects import CATALOGUE, TWINS, Effect, Sizes
+from ehsid.harness.validation.reality.effects import CATALOGUE, EXCLUSIVE_PAIRS, Effect, Sizes
 from ehsid.harness.validation.reality.excitation import EXCITATIONS, Excitation, Task, draw_task
 from ehsid.harness.validation.reality.noise import Noise, draw_noise
-from ehsid.harness.validation.reality.outside import OUTSIDE, Faults, faults
-from ehsid.harness.validation.reality.structure import Grade, build, draw_structure
-from ehsid.harness.validation.reality.told import (
+from ehsid.harness.validation.reality.nominal_rig import (
     LAG,
+    NominalRig,
     PlantKind,
-    Told,
-    draw_told,
+    draw_nominal_rig,
     draw_true_values,
     rig_text,
 )
+from ehsid.harness.validation.reality.outside import OUTSIDE, Faults, faults
+from ehsid.harness.validation.reality.structure import Grade, build, draw_structure
 from ehsid.harness.validation.reality.truth import Truth
 
 Kind = Literal["one", "two", "none", "params", "open"]
@@ -55,7 +55,7 @@ class RealityCase:
     Attributes
     ----------
     name
-        name of the folder; it is drawn and says nothing about the case.
+        name of the folder; it is random and has no information on the case.
     rig_toml
         text of the rig file.
     train, validate
@@ -110,70 +110,74 @@ def make_case(
     ValueError
         an effect is not known, or the kind has another number of effects.
     """
-    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(7)]
-    rig_stream, inside, asked, noisy, hidden, broken, apart = streams
-    told = draw_told(rig_stream, plant)
-    name = f"{int(rig_stream.integers(2**32)):08x}"
-    chosen = _sizes(hidden, told, kind, effects)
-    if "valve_lag" in chosen:  # a lag that the rig file states would be no gap
-        told = replace(told, values={k: v for k, v in told.values.items() if k not in LAG})
+    streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(7)]
+    rig_rng, value_rng, task_rng, noise_rng, effect_rng, fault_rng, transfer_rng = streams
+    rig = draw_nominal_rig(rig_rng, plant)
+    name = f"{int(rig_rng.integers(2**32)):08x}"
+    sizes_by_effect = _sizes(effect_rng, rig, kind, effects)
+    if "valve_lag" in sizes_by_effect:  # a lag that the rig file states would be no gap
+        rig = replace(rig, values={k: v for k, v in rig.values.items() if k not in LAG})
     accuracy: Literal["exact", "within", "moved"] = "within"
     if kind == "none":
         accuracy = "exact"
     elif kind == "params":
         accuracy = "moved"
-    true = draw_true_values(inside, told, accuracy)
-    structure = draw_structure(inside, told, grade)
-    machine = build(told, true, structure)
+    true_values = draw_true_values(value_rng, rig, accuracy)
+    structure = draw_structure(value_rng, rig, grade)
+    machine = build(rig, true_values, structure)
     if grade == "hard":  # its saturation differs from the tanh by at most 2.2 % of the limit
         machine = machine._replace(limit_power=2.7)
     healthy = machine
-    for one, sizes in chosen.items():
-        machine = _known(one).put(machine, sizes, structure["bristle_m"])
+    for effect, sizes in sizes_by_effect.items():
+        machine = _definition(effect).put(machine, sizes, structure["bristle_m"])
 
-    kinds = excitation or _draw_excitation(asked, grade)
-    opened = (False, bool(asked.random() < 0.25))
+    excitations = excitation or _draw_excitation(task_rng, grade)
+    open_loop = (False, bool(task_rng.random() < 0.25))
     samples = round((seconds + BEFORE_S) / dt_s)
 
     def record(
-        one_kind: Excitation, loop_open: bool, small: bool, draws: Draws
+        excitation_kind: Excitation, is_open: bool, small: bool, draws: Draws
     ) -> dict[str, FloatArray]:
-        task = draw_task(draws.task, told, one_kind, samples, dt_s, small, loop_open)
-        noise = draw_noise(draws.noise, told, samples, dt_s, grade == "hard")
-        wrong = faults(chosen, draws.faults, samples, dt_s)
-        step = max(noise.position_step_m, chosen.get("sensor_quantisation", {}).get("step_m", 0.0))
-        reading = machine._replace(sensor_step_m=step)
-        return _record(reading, told, task, noise, wrong, sensors, dt_s)
+        task = draw_task(draws.task, rig, excitation_kind, samples, dt_s, small, is_open)
+        noise = draw_noise(draws.noise, rig, samples, dt_s, grade == "hard")
+        record_faults = faults(sizes_by_effect, draws.faults, samples, dt_s)
+        step = max(
+            noise.position_step_m, sizes_by_effect.get("sensor_quantisation", {}).get("step_m", 0.0)
+        )
+        quantised = machine._replace(sensor_step_m=step)
+        return _record(quantised, rig, task, noise, record_faults, sensors, dt_s)
 
-    draws, small = Draws(asked, noisy, broken), grade == "confusable"
+    draws, small = Draws(task_rng, noise_rng, fault_rng), grade == "confusable"
     train, validate = (
-        record(one, is_open, small, draws) for one, is_open in zip(kinds, opened, strict=True)
+        record(excitation_kind, is_open, small, draws)
+        for excitation_kind, is_open in zip(excitations, open_loop, strict=True)
     )
-    third = _another_excitation(apart, kinds)
-    transfer = record(third, False, False, Draws(*apart.spawn(3)))
+    transfer_excitation = _another_excitation(transfer_rng, excitations)
+    transfer = record(transfer_excitation, False, False, Draws(*transfer_rng.spawn(3)))
     answer = {
         "kind": kind,
         "plant": plant,
         "grade": grade,
-        "effects": {one: dict(sizes) for one, sizes in chosen.items()},
-        "subsystem": [_known(one).subsystem for one in chosen],
-        "excitation": list(kinds),
-        "transfer_excitation": third,
-        "open_loop": list(opened),
+        "effects": {effect: dict(sizes) for effect, sizes in sizes_by_effect.items()},
+        "subsystem": [_definition(effect).subsystem for effect in sizes_by_effect],
+        "excitation": list(excitations),
+        "transfer_excitation": transfer_excitation,
+        "open_loop": list(open_loop),
         "seconds": seconds,
         "largest_command": [
-            float(np.abs(one["command_v"]).max()) / told.values.get("valve.rated_command_v", 10.0)
-            for one in (train, validate)
+            float(np.abs(record_columns["command_v"]).max())
+            / rig.values.get("valve.rated_command_v", 10.0)
+            for record_columns in (train, validate)
         ],
         "sensors": sensors,
         "seed": seed,
         "dt_s": dt_s,
-        "true": true,
-        "told": dict(told.values),
+        "true": true_values,
+        "told": dict(rig.values),
         "structure": structure,
     }
     return RealityCase(
-        name, rig_text(told, f"rig-{name}"), train, validate, transfer, answer, machine, healthy
+        name, rig_text(rig, f"rig-{name}"), train, validate, transfer, answer, machine, healthy
     )
 
 
@@ -185,33 +189,33 @@ class Draws(NamedTuple):
     faults: np.random.Generator
 
 
-def _known(effect: str) -> Effect:
-    found = CATALOGUE.get(effect) or OUTSIDE.get(effect)
-    if found is None:
+def _definition(effect: str) -> Effect:
+    definition = CATALOGUE.get(effect) or OUTSIDE.get(effect)
+    if definition is None:
         raise ValueError(
             f"effect '{effect}' is not known; there are {', '.join([*CATALOGUE, *OUTSIDE])}"
         )
-    return found
+    return definition
 
 
 def _sizes(
     rng: np.random.Generator,
-    told: Told,
+    rig: NominalRig,
     kind: Kind,
-    wanted: Sequence[str] | Mapping[str, Sizes] | None,
+    requested: Sequence[str] | Mapping[str, Sizes] | None,
 ) -> dict[str, Sizes]:
     """Returns the sizes of the wanted or drawn effects, by id and parameter."""
     count = {"one": 1, "two": 2, "none": 0, "params": 0, "open": 1}[kind]
     pool = OUTSIDE if kind == "open" else CATALOGUE
-    names = [name for name, one in pool.items() if one.axis or told.plant == "ehs"]
+    names = [name for name, definition in pool.items() if definition.axis or rig.plant == "ehs"]
     drawn = [str(name) for name in rng.permutation(names)[:count]]
-    if frozenset(drawn) in TWINS:
+    if frozenset(drawn) in EXCLUSIVE_PAIRS:
         drawn[1] = "transport_delay"
-    chosen = list(wanted) if wanted is not None else drawn
+    chosen = list(requested) if requested is not None else drawn
     if len(chosen) != count:
         raise ValueError(f"kind '{kind}' has {count} effects, {len(chosen)} are given: {chosen}")
-    given = wanted if isinstance(wanted, Mapping) else {}
-    return {name: given.get(name) or _known(name).draw(rng, told) for name in chosen}
+    given = requested if isinstance(requested, Mapping) else {}
+    return {name: given.get(name) or _definition(name).draw(rng, rig) for name in chosen}
 
 
 def _draw_excitation(rng: np.random.Generator, grade: Grade) -> tuple[Excitation, Excitation]:
@@ -225,28 +229,28 @@ def _another_excitation(
     rng: np.random.Generator, used: tuple[Excitation, Excitation]
 ) -> Excitation:
     """Draws a kind of excitation that the first two records do not use."""
-    free = [kind for kind in EXCITATIONS if kind not in used]
-    return free[int(rng.integers(len(free)))]
+    unused = [kind for kind in EXCITATIONS if kind not in used]
+    return unused[int(rng.integers(len(unused)))]
 
 
 def _record(
     machine: Truth,
-    told: Told,
+    rig: NominalRig,
     task: Task,
     noise: Noise,
-    wrong: Faults,
+    record_faults: Faults,
     sensors: Sensors,
     dt_s: float,
 ) -> dict[str, FloatArray]:
-    sent, out = _run(machine, task, noise, wrong, dt_s)
+    sent, out = _run(machine, task, noise, record_faults, dt_s)
     first = round(BEFORE_S / dt_s)
-    rated = told.values.get("valve.rated_command_v", 10.0)
+    rated = rig.values.get("valve.rated_command_v", 10.0)
     record: dict[str, FloatArray] = {
         "time_s": np.asarray(dt_s * np.arange(sent.size - first)),
         "command_v": rated * sent[first:],
         "position_m": out[first:, equations.OUT_Y],
     }
-    if told.plant == "axis":
+    if rig.plant == "axis":
         return record
     for name, column in (
         ("pressure_a_pa", equations.OUT_P_A),
@@ -262,15 +266,15 @@ def _record(
 
 
 def _run(
-    machine: Truth, task: Task, noise: Noise, wrong: Faults, dt_s: float
+    machine: Truth, task: Task, noise: Noise, record_faults: Faults, dt_s: float
 ) -> tuple[FloatArray, FloatArray]:
     """Simulates the machine and returns its commands (n,) and outputs (n, 6).
 
     The integration step is chosen from the state before a sample. A large step of the command
     makes a stiff machine stiffer within the sample than that state shows, and once in hundreds of
-    records the integration diverges. Then it is repeated with `fine` four times as large.
+    records the integration diverges. Then it is repeated with `refinement` four times as large.
     """
-    for fine in (2, 8):
+    for refinement in (2, 8):
         try:
             sent, out = equations.run(
                 machine,
@@ -280,10 +284,10 @@ def _run(
                 task.reference,
                 task.gain,
                 noise.command_step,
-                noise.position_m + wrong.error,
+                noise.position_m + record_faults.error,
                 noise.late_s,
-                wrong.lost,
-                fine,
+                record_faults.lost,
+                refinement,
             )
         except ZeroDivisionError:
             continue

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ehsid.harness.validation.reality.nominal_rig import NominalRig, spread
 from ehsid.harness.validation.reality.structure import balance, with_friction
-from ehsid.harness.validation.reality.told import Told, spread
 from ehsid.harness.validation.reality.truth import Truth
 
 Sizes = Mapping[str, float]
@@ -28,7 +28,7 @@ class Effect:
     """
 
     subsystem: str
-    draw: Callable[[np.random.Generator, Told], dict[str, float]]
+    draw: Callable[[np.random.Generator, NominalRig], dict[str, float]]
     put: Callable[[Truth, Sizes, float], Truth]
     axis: bool = False  # it acts on a motor-driven axis, too
 
@@ -37,9 +37,9 @@ def _signed(rng: np.random.Generator, low: float, high: float) -> float:
     return float(rng.choice([-1.0, 1.0]) * rng.uniform(low, high))
 
 
-def _rated(told: Told) -> float:
+def full_flow(rig: NominalRig) -> float:
     """Flow at full opening and half the pressure difference of supply and tank, m^3/s."""
-    v = told.values
+    v = rig.values
     drop = 0.5 * (v["supply.pressure_pa"] - v["supply.tank_pressure_pa"])
     return v["valve.rated_flow_m3_s"] * math.sqrt(drop / v["valve.rated_pressure_drop_pa"])
 
@@ -77,8 +77,8 @@ def _droop(machine: Truth, sizes: Sizes, _: float) -> Truth:
     )
 
 
-def _draw_droop(rng: np.random.Generator, told: Told) -> dict[str, float]:
-    resistance = rng.uniform(0.1, 0.35) * told.values["supply.pressure_pa"] / _rated(told)
+def _draw_droop(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
+    resistance = rng.uniform(0.1, 0.35) * rig.values["supply.pressure_pa"] / full_flow(rig)
     return {
         "source_resistance_pa_s_m3": float(resistance),
         "accumulator_capacitance_m3_pa": spread(rng, 5e-3, 1e-1) / float(resistance),
@@ -95,12 +95,12 @@ def _stribeck(machine: Truth, sizes: Sizes, bristle_m: float) -> Truth:
     )
 
 
-def _draw_stribeck(rng: np.random.Generator, told: Told) -> dict[str, float]:
-    coulomb = told.force_n * rng.uniform(0.015, 0.05)
+def _draw_stribeck(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
+    coulomb = rig.force_n * rng.uniform(0.015, 0.05)
     return {
         "coulomb_n": float(coulomb),
         "static_n": float(coulomb * rng.uniform(1.5, 2.2)),
-        "stribeck_velocity_m_s": told.speed_m_s * spread(rng, 0.02, 0.08),
+        "stribeck_velocity_m_s": rig.speed_m_s * spread(rng, 0.02, 0.08),
     }
 
 
@@ -110,30 +110,30 @@ def _spring(machine: Truth, sizes: Sizes, _: float) -> Truth:
     )
 
 
-def _draw_spring(rng: np.random.Generator, told: Told) -> dict[str, float]:
+def _draw_spring(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
     return {
-        "stiffness_n_m": told.force_n * float(rng.uniform(0.06, 0.2)) / (0.5 * told.stroke_m),
-        "force_at_mid_stroke_n": told.force_n * _signed(rng, 0.0, 0.05),
+        "stiffness_n_m": rig.force_n * float(rng.uniform(0.06, 0.2)) / (0.5 * rig.stroke_m),
+        "force_at_mid_stroke_n": rig.force_n * _signed(rng, 0.0, 0.05),
     }
 
 
 CATALOGUE: Mapping[str, Effect] = {
     "valve_dead_band": Effect(
-        "valve", lambda rng, told: {"overlap": float(rng.uniform(0.02, 0.06))}, _dead_band
+        "valve", lambda rng, rig: {"overlap": float(rng.uniform(0.02, 0.06))}, _dead_band
     ),
     "valve_hysteresis": Effect(
         "valve",
-        lambda rng, told: {"half_width": float(rng.uniform(0.01, 0.05))},
+        lambda rng, rig: {"half_width": float(rng.uniform(0.01, 0.05))},
         lambda machine, sizes, _: machine._replace(play=sizes["half_width"]),
     ),
     "valve_null_bias": Effect(
         "valve",
-        lambda rng, told: {"offset": _signed(rng, 0.01, 0.05)},
+        lambda rng, rig: {"offset": _signed(rng, 0.01, 0.05)},
         lambda machine, sizes, _: machine._replace(null_bias=sizes["offset"]),
     ),
     "valve_lag": Effect(
         "valve",
-        lambda rng, told: {
+        lambda rng, rig: {
             "bandwidth_hz": float(rng.uniform(15.0, 40.0)),
             "damping": float(rng.uniform(0.5, 1.0)),
         },
@@ -142,34 +142,34 @@ CATALOGUE: Mapping[str, Effect] = {
         ),
     ),
     "valve_flow_saturation": Effect(
-        "valve", lambda rng, told: {"limit": float(rng.uniform(0.3, 0.8))}, _saturation
+        "valve", lambda rng, rig: {"limit": float(rng.uniform(0.3, 0.8))}, _saturation
     ),
     "internal_leakage": Effect(
         "hydraulics",
-        lambda rng, told: {
+        lambda rng, rig: {
             "coefficient_m3_s_pa": spread(rng, 0.15, 0.6)
-            * _rated(told)
-            / told.values["supply.pressure_pa"]
+            * full_flow(rig)
+            / rig.values["supply.pressure_pa"]
         },
         lambda machine, sizes, _: machine._replace(leak_ab_m3_s_pa=sizes["coefficient_m3_s_pa"]),
     ),
     "external_leakage": Effect(
         "hydraulics",
-        lambda rng, told: {
+        lambda rng, rig: {
             f"coefficient_{side}_m3_s_pa": spread(rng, 0.03, 0.15)
-            * _rated(told)
-            / (0.5 * told.values["supply.pressure_pa"])
+            * full_flow(rig)
+            / (0.5 * rig.values["supply.pressure_pa"])
             for side in "ab"
         },
         _external_leakage,
     ),
     "entrained_air": Effect(
-        "hydraulics", lambda rng, told: {"volume_fraction": spread(rng, 0.005, 0.03)}, _air
+        "hydraulics", lambda rng, rig: {"volume_fraction": spread(rng, 0.005, 0.03)}, _air
     ),
     "supply_droop": Effect("hydraulics", _draw_droop, _droop),
     "coulomb_friction": Effect(
         "mechanics",
-        lambda rng, told: {"force_n": told.force_n * float(rng.uniform(0.02, 0.08))},
+        lambda rng, rig: {"force_n": rig.force_n * float(rng.uniform(0.02, 0.08))},
         _coulomb,
         axis=True,
     ),
@@ -177,38 +177,38 @@ CATALOGUE: Mapping[str, Effect] = {
     "load_spring": Effect("mechanics", _draw_spring, _spring, axis=True),
     "load_force": Effect(
         "mechanics",
-        lambda rng, told: {"force_n": told.force_n * _signed(rng, 0.03, 0.12)},
+        lambda rng, rig: {"force_n": rig.force_n * _signed(rng, 0.03, 0.12)},
         lambda machine, sizes, _: machine._replace(load_n=sizes["force_n"]),
         axis=True,
     ),
     "transport_delay": Effect(
         "timing",
-        lambda rng, told: {"delay_s": round(float(rng.uniform(2e-3, 1e-2)), 4)},
+        lambda rng, rig: {"delay_s": round(float(rng.uniform(2e-3, 1e-2)), 4)},
         lambda machine, sizes, _: machine._replace(delay_s=sizes["delay_s"]),
         axis=True,
     ),
     "sensor_lag": Effect(
         "sensor",
-        lambda rng, told: {"time_constant_s": float(rng.uniform(2e-3, 1e-2))},
+        lambda rng, rig: {"time_constant_s": float(rng.uniform(2e-3, 1e-2))},
         lambda machine, sizes, _: machine._replace(sensor_lag_s=sizes["time_constant_s"]),
         axis=True,
     ),
     "sensor_quantisation": Effect(
         "sensor",
-        lambda rng, told: {"step_m": float(f"{told.stroke_m / 0.3 * spread(rng, 5e-5, 2e-4):.2g}")},
+        lambda rng, rig: {"step_m": float(f"{rig.stroke_m / 0.3 * spread(rng, 5e-5, 2e-4):.2g}")},
         lambda machine, sizes, _: machine._replace(sensor_step_m=sizes["step_m"]),
         axis=True,
     ),
     "sensor_backlash": Effect(
         "sensor",
-        lambda rng, told: {"half_width_m": told.stroke_m / 0.3 * spread(rng, 5e-5, 3e-4)},
+        lambda rng, rig: {"half_width_m": rig.stroke_m / 0.3 * spread(rng, 5e-5, 3e-4)},
         lambda machine, sizes, _: machine._replace(sensor_play_m=sizes["half_width_m"]),
         axis=True,
     ),
 }
 
 # Pairs that are not drawn together: one effect contains the other, or both set the same field.
-TWINS = (
+EXCLUSIVE_PAIRS = (
     frozenset({"coulomb_friction", "stribeck_friction"}),
     frozenset({"load_spring", "load_force"}),
 )

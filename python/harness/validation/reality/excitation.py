@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.validation.reality.told import Told, spread
+from ehsid.harness.validation.reality.nominal_rig import NominalRig, spread
 
 Excitation = Literal["multisine", "steps", "triangle", "chirp", "prbs"]
 EXCITATIONS: tuple[Excitation, ...] = ("multisine", "steps", "triangle", "chirp", "prbs")
@@ -35,7 +35,7 @@ class Task:
 
 def draw_task(
     rng: np.random.Generator,
-    told: Told,
+    rig: NominalRig,
     kind: Excitation,
     samples: int,
     dt_s: float,
@@ -51,39 +51,39 @@ def draw_task(
     open_loop
         whether the feed-forward is the command; the loop only keeps the rod from drifting away.
     """
-    place = told.stroke_m * float(rng.uniform(0.42, 0.58)) if told.plant == "ehs" else 0.0
-    bandwidth = float(np.clip(rng.uniform(0.25, 0.6) * told.damping_1_s, 1.5, 25.0))
+    working_point = rig.stroke_m * float(rng.uniform(0.42, 0.58)) if rig.plant == "ehs" else 0.0
+    bandwidth = float(np.clip(rng.uniform(0.25, 0.6) * rig.damping_1_s, 1.5, 25.0))
     if open_loop:
         bandwidth = 1.5
-    gain = bandwidth / told.speed_m_s
+    gain = bandwidth / rig.speed_m_s
     size = float(rng.uniform(0.05, 0.15) if small else rng.uniform(0.6, 1.0))
-    speed = told.speed_m_s
+    speed = rig.speed_m_s
     if kind == "steps":
-        levels = place + _steps(rng, told, samples, dt_s, size / gain)
+        levels = working_point + _steps(rng, rig, samples, dt_s, size / gain)
         return Task(np.zeros(samples), levels, gain)
-    wish = {
+    relative_speed = {
         "multisine": _multisine,
         "triangle": _triangle,
         "chirp": _chirp,
         "prbs": _prbs,
-    }[kind](rng, told, samples, dt_s, size, small)
-    wish = wish - wish.mean()
-    path = speed * dt_s * np.concatenate(([0.0], np.cumsum(wish)[:-1]))
+    }[kind](rng, rig, samples, dt_s, size, small)
+    relative_speed = relative_speed - relative_speed.mean()
+    path = speed * dt_s * np.concatenate(([0.0], np.cumsum(relative_speed)[:-1]))
     path -= 0.5 * (path.max() + path.min())
-    shrink = min(1.0, TRAVEL * told.stroke_m / max(float(np.abs(path).max()), 1e-9))
-    return Task(shrink * wish, place + shrink * path, gain)
+    reduction = min(1.0, TRAVEL * rig.stroke_m / max(float(np.abs(path).max()), 1e-9))
+    return Task(reduction * relative_speed, working_point + reduction * path, gain)
 
 
-def _lowest_hz(told: Told, size: float) -> float:
+def _lowest_hz(rig: NominalRig, size: float) -> float:
     """Frequency, Hz, at which a sine of this size just stays within the travel."""
-    return told.speed_m_s * size / (2.0 * math.pi * TRAVEL * told.stroke_m)
+    return rig.speed_m_s * size / (2.0 * math.pi * TRAVEL * rig.stroke_m)
 
 
 def _multisine(
-    rng: np.random.Generator, told: Told, samples: int, dt_s: float, size: float, small: bool
+    rng: np.random.Generator, rig: NominalRig, samples: int, dt_s: float, size: float, small: bool
 ) -> FloatArray:
     """Multisine of the speed: odd multiples of a base frequency, flat spectrum, random phases."""
-    low = max(0.15, 0.5 * _lowest_hz(told, size))
+    low = max(0.15, 0.5 * _lowest_hz(rig, size))
     high = min(1.5 if small else spread(rng, 4.0, 14.0), 0.2 / dt_s)
     count = 6 if small else int(rng.integers(10, 25))
     base = 1.0 / float(rng.choice([5.0, 10.0]))
@@ -95,27 +95,27 @@ def _multisine(
 
 
 def _triangle(
-    rng: np.random.Generator, told: Told, samples: int, dt_s: float, size: float, small: bool
+    rng: np.random.Generator, rig: NominalRig, samples: int, dt_s: float, size: float, small: bool
 ) -> FloatArray:
     """Slow motion back and forth; the speed is drawn anew after every four strokes."""
-    wish = np.empty(samples)
+    relative_speed = np.empty(samples)
     k = 0
     direction = float(rng.choice([-1.0, 1.0]))
     while k < samples:
         speed = (0.3 if not small else 0.6) * size * float(rng.uniform(0.15, 1.0))
         half = int(rng.uniform(0.5, 2.0) / dt_s)
         for _ in range(4):
-            wish[k : k + half] = direction * speed
+            relative_speed[k : k + half] = direction * speed
             direction = -direction
             k += half
-    return wish
+    return relative_speed
 
 
 def _chirp(
-    rng: np.random.Generator, told: Told, samples: int, dt_s: float, size: float, small: bool
+    rng: np.random.Generator, rig: NominalRig, samples: int, dt_s: float, size: float, small: bool
 ) -> FloatArray:
     """Sine sweep whose frequency rises exponentially with time."""
-    low = max(0.2, 1.1 * _lowest_hz(told, size))
+    low = max(0.2, 1.1 * _lowest_hz(rig, size))
     high = min(1.5 if small else spread(rng, 5.0, 15.0), 0.2 / dt_s)
     high = max(high, 2.0 * low)
     share = np.arange(samples) / samples
@@ -125,13 +125,13 @@ def _chirp(
 
 
 def _prbs(
-    rng: np.random.Generator, told: Told, samples: int, dt_s: float, size: float, small: bool
+    rng: np.random.Generator, rig: NominalRig, samples: int, dt_s: float, size: float, small: bool
 ) -> FloatArray:
     """Random binary sequence; its amplitude is drawn anew after every 20 clock periods."""
     clock = max(int(rng.uniform(0.03, 0.1) / dt_s), 1) * (8 if small else 1)
     count = samples // clock + 1
     signs = rng.choice([-1.0, 1.0], count)
-    # Every second bit has the opposite sign of the bit before, so the rod never moves far.
+    # Every second bit has the opposite sign of the bit before, so the rod stays near its start.
     signs[1::2] = -signs[: 2 * (count // 2) : 2]
     levels = np.repeat(rng.uniform(0.2, 1.0, count // 20 + 1), 20)[:count]
     # Instant reversals at full command would pull the rod side empty; no operator drives so.
@@ -139,13 +139,13 @@ def _prbs(
 
 
 def _steps(
-    rng: np.random.Generator, told: Told, samples: int, dt_s: float, largest: float
+    rng: np.random.Generator, rig: NominalRig, samples: int, dt_s: float, largest: float
 ) -> FloatArray:
     """Levels, m, each held for 0.3 to 1.6 s; a step is at most `largest`, m.
 
     A larger step is more than the controller can command.
     """
-    travel = TRAVEL * told.stroke_m
+    travel = TRAVEL * rig.stroke_m
     level, k = 0.0, 0
     out = np.empty(samples)
     while k < samples:

@@ -114,14 +114,14 @@ def sliding_friction(v: float, t: Truth) -> float:
 
 
 @compiled
-def tightness(y: float, t: Truth) -> float:
+def friction_factor(y: float, t: Truth) -> float:
     """Factor by which local friction increases the friction force at the position y."""
     r = (y - t.local_at_m) / t.local_width_m
     return 1.0 + t.local_share * math.exp(-r * r)
 
 
 @compiled
-def warmth(time: float, t: Truth) -> float:
+def warming_share(time: float, t: Truth) -> float:
     """Share of the warming that is complete at this time, 0 to 1."""
     return 1.0 - math.exp(-time / t.warming_s)
 
@@ -129,7 +129,7 @@ def warmth(time: float, t: Truth) -> float:
 @compiled
 def chamber_pressures(time: float, s: FloatArray, t: Truth) -> tuple[float, float]:
     """Pressures of the chambers A and B, Pa."""
-    bulk = t.bulk_modulus_0_pa * (1.0 + t.warming_bulk * warmth(time, t))
+    bulk = t.bulk_modulus_0_pa * (1.0 + t.warming_bulk * warming_share(time, t))
     return (
         pressure(s[C_A], t.bulk_slope, bulk, t.gas_fraction, t.balance_pa),
         pressure(s[C_B], t.bulk_slope, bulk, t.gas_fraction, t.balance_pa),
@@ -144,15 +144,15 @@ def valve_pressure(time: float, s: FloatArray, t: Truth) -> float:
 
 @compiled
 def slope_of(
-    time: float, s: FloatArray, command: float, seen: float, t: Truth, d: FloatArray
+    time: float, s: FloatArray, command: float, sensor_position: float, t: Truth, d: FloatArray
 ) -> None:
     """Writes the time derivative of the state s to d; both have the shape (12,).
 
-    `command` is the command to the spool or motor as a fraction, `seen` the position that the
-    sensor reads through its play, m.
+    `command` is the command to the spool or motor as a fraction. `sensor_position` is the position
+    that the sensor reads through its play, m.
     """
     y, v = s[Y], s[V]
-    warm = warmth(time, t)
+    warming = warming_share(time, t)
     if t.force_per_unit_n > 0.0:  # a motor drives the load in place of the hydraulics
         drive = t.force_per_unit_n * command
         for i in (X, X_RATE, C_A, C_B, P_S, DRIVE):
@@ -177,7 +177,7 @@ def slope_of(
         q_at = k * t.gain_at * edge(-o - t.overlap_at, w) * orifice(p_a - t.tank_pa, e, tr)
         q_pb = k * t.gain_pb * edge(-o - t.overlap_pb, w) * orifice(p_v - p_b, e, tr)
         q_bt = k * t.gain_bt * edge(o - t.overlap_bt, w) * orifice(p_b - t.tank_pa, e, tr)
-        q_ab = (t.leak_ab_m3_s_pa + t.warming_leak_m3_s_pa * warm) * (p_a - p_b)
+        q_ab = (t.leak_ab_m3_s_pa + t.warming_leak_m3_s_pa * warming) * (p_a - p_b)
         q_a = q_pa - q_at - q_ab - t.leak_a_m3_s_pa * (p_a - t.tank_pa)
         q_b = q_pb - q_bt + q_ab - t.leak_b_m3_s_pa * (p_b - t.tank_pa)
         # c' = (q -+ A v) / V
@@ -192,26 +192,26 @@ def slope_of(
         drive = t.area_a_m2 * (p_a - ATMOSPHERE_PA) - t.area_b_m2 * (p_b - ATMOSPHERE_PA)
 
     force = drive - t.load_n - t.spring_n_m * (y - 0.5 * t.stroke_m)
-    force -= t.viscous_n_s_m * (1.0 + t.warming_viscous * warm) * v
+    force -= t.viscous_n_s_m * (1.0 + t.warming_viscous * warming) * v
     # LuGre: z' = v - s0 |v| z / g(v);  F = s0 z + s1(v) z',  s1 fading with speed
     g = sliding_friction(v, t)
     if g > 0.0:
         d[Z] = v - t.bristle_n_m * abs(v) * s[Z] / g
         r = v / t.stribeck_m_s
         bristle = t.bristle_n_m * s[Z] + t.bristle_n_s_m * math.exp(-r * r) * d[Z]
-        force -= tightness(y, t) * bristle
+        force -= friction_factor(y, t) * bristle
     else:
         d[Z] = 0.0
     if t.force_per_unit_n == 0.0:
-        beyond = y if y < 0.0 else max(y - t.stroke_m, 0.0)
-        if beyond != 0.0:
+        overtravel = y if y < 0.0 else max(y - t.stroke_m, 0.0)
+        if overtravel != 0.0:
             stiffness = t.mass_kg * STOP_RAD_S * STOP_RAD_S
-            force -= stiffness * beyond + 0.6 * t.mass_kg * STOP_RAD_S * v
+            force -= stiffness * overtravel + 0.6 * t.mass_kg * STOP_RAD_S * v
     if t.second_mass_kg > 0.0:
-        pull = t.second_spring_n_m * (s[Y_2] - y) + t.second_damper_n_s_m * (s[V_2] - v)
-        force += pull
+        coupling_force = t.second_spring_n_m * (s[Y_2] - y) + t.second_damper_n_s_m * (s[V_2] - v)
+        force += coupling_force
         d[Y_2] = s[V_2]
-        d[V_2] = -pull / t.second_mass_kg
+        d[V_2] = -coupling_force / t.second_mass_kg
     else:
         d[Y_2] = 0.0
         d[V_2] = 0.0
@@ -219,80 +219,88 @@ def slope_of(
     d[V] = force / t.mass_kg
     # m' = (y with play - m) / T
     if t.sensor_lag_s > 0.0:
-        played = min(max(seen, y - t.sensor_play_m), y + t.sensor_play_m)
-        d[M] = (played - s[M]) / t.sensor_lag_s
+        contact = min(max(sensor_position, y - t.sensor_play_m), y + t.sensor_play_m)
+        d[M] = (contact - s[M]) / t.sensor_lag_s
     else:
         d[M] = 0.0
 
 
 @compiled
-def steps_per_second(s: FloatArray, t: Truth, fine: int) -> float:
+def steps_per_second(s: FloatArray, t: Truth, refinement: int) -> float:
     """Number of integration steps per second that the state s needs.
 
-    In one step an oscillation turns by 1 / (3 fine) rad at most, and a decay falls by exp(-1.3) at
-    most. A mode that decays so fast has long settled to its input, so only stability matters: the
-    method is stable up to exp(-2.78).
+    In one step an oscillation turns by 1 / (3 refinement) rad at most, and a decay falls by
+    exp(-1.3) at most. A mode that decays so fast has long settled to its input, so only stability
+    matters: the method is stable up to exp(-2.78).
     """
-    swing = 0.0
-    decay = 0.0
+    fastest_rad_s = 0.0
+    decay_1_s = 0.0
     if t.force_per_unit_n == 0.0:
         volume_a = t.dead_volume_a_m3 + t.area_a_m2 * max(s[Y], 0.0)
         volume_b = t.dead_volume_b_m3 + t.area_b_m2 * max(t.stroke_m - s[Y], 0.0)
         bulk = t.bulk_modulus_0_pa + t.bulk_slope * t.source_pa
-        stiff = bulk * (t.area_a_m2**2 / volume_a + t.area_b_m2**2 / volume_b)
-        swing = math.sqrt(stiff / t.mass_kg)
+        stiffness = bulk * (t.area_a_m2**2 / volume_a + t.area_b_m2**2 / volume_b)
+        fastest_rad_s = math.sqrt(stiffness / t.mass_kg)
         steepest = (2.0 - t.flow_exponent) * t.transition_pa ** (t.flow_exponent - 1.0)
         conductance = t.flow_gain * steepest * (abs(opening(s[X], t)) + 0.05)
-        decay = conductance * max(bulk / min(volume_a, volume_b), 1.0 / t.accumulator_m3_pa)
-        decay = max(decay, 1.0 / (t.source_resistance_pa_s_m3 * t.accumulator_m3_pa))
+        decay_1_s = conductance * max(bulk / min(volume_a, volume_b), 1.0 / t.accumulator_m3_pa)
+        decay_1_s = max(decay_1_s, 1.0 / (t.source_resistance_pa_s_m3 * t.accumulator_m3_pa))
         if t.amplifier_s > 0.0:
-            decay = max(decay, 1.0 / t.amplifier_s)
-        swing = max(swing, t.spool_rad_s, 2.0 * math.pi * t.hum_hz if t.hum_share > 0.0 else 0.0)
+            decay_1_s = max(decay_1_s, 1.0 / t.amplifier_s)
+        fastest_rad_s = max(
+            fastest_rad_s, t.spool_rad_s, 2.0 * math.pi * t.hum_hz if t.hum_share > 0.0 else 0.0
+        )
         if s[Y] < 0.002 * t.stroke_m or s[Y] > 0.998 * t.stroke_m:
-            swing = max(swing, STOP_RAD_S)
+            fastest_rad_s = max(fastest_rad_s, STOP_RAD_S)
     if t.static_n > 0.0:
-        tight = 1.0 + t.local_share
-        swing = max(swing, math.sqrt(tight * t.bristle_n_m / t.mass_kg))
-        decay = max(decay, t.bristle_n_m * abs(s[V]) / sliding_friction(s[V], t))
-        decay = max(decay, tight * t.bristle_n_s_m / t.mass_kg)
+        largest_factor = 1.0 + t.local_share
+        fastest_rad_s = max(fastest_rad_s, math.sqrt(largest_factor * t.bristle_n_m / t.mass_kg))
+        decay_1_s = max(decay_1_s, t.bristle_n_m * abs(s[V]) / sliding_friction(s[V], t))
+        decay_1_s = max(decay_1_s, largest_factor * t.bristle_n_s_m / t.mass_kg)
     if t.second_mass_kg > 0.0:
-        lighter = min(t.mass_kg, t.second_mass_kg)
-        swing = max(swing, math.sqrt(2.0 * t.second_spring_n_m / lighter))
+        smaller_mass = min(t.mass_kg, t.second_mass_kg)
+        fastest_rad_s = max(fastest_rad_s, math.sqrt(2.0 * t.second_spring_n_m / smaller_mass))
     if t.sensor_lag_s > 0.0:
-        decay = max(decay, 1.0 / t.sensor_lag_s)
-    return max(3.0 * fine * swing, decay / 1.3)
+        decay_1_s = max(decay_1_s, 1.0 / t.sensor_lag_s)
+    return max(3.0 * refinement * fastest_rad_s, decay_1_s / 1.3)
 
 
 @compiled
 def advance(
-    time: float, span: float, s: FloatArray, command: float, seen: float, t: Truth, fine: int
+    time: float,
+    span: float,
+    s: FloatArray,
+    command: float,
+    sensor_position: float,
+    t: Truth,
+    refinement: int,
 ) -> float:
     """Integrates the state s in place over `span`, s; returns the state of the sensor's play, m.
 
     The command is held. The method is the classical one of fourth order; the state at the start
     decides the number of steps.
     """
-    n = math.ceil(span * steps_per_second(s, t, fine))
-    n = min(max(n, fine), 5000)
+    n = math.ceil(span * steps_per_second(s, t, refinement))
+    n = min(max(n, refinement), 5000)
     h = span / n
     d1, d2, d3, d4 = np.empty(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
     w = np.empty(STATES)
     for _ in range(n):
-        slope_of(time, s, command, seen, t, d1)
+        slope_of(time, s, command, sensor_position, t, d1)
         for i in range(STATES):
             w[i] = s[i] + 0.5 * h * d1[i]
-        slope_of(time + 0.5 * h, w, command, seen, t, d2)
+        slope_of(time + 0.5 * h, w, command, sensor_position, t, d2)
         for i in range(STATES):
             w[i] = s[i] + 0.5 * h * d2[i]
-        slope_of(time + 0.5 * h, w, command, seen, t, d3)
+        slope_of(time + 0.5 * h, w, command, sensor_position, t, d3)
         for i in range(STATES):
             w[i] = s[i] + h * d3[i]
-        slope_of(time + h, w, command, seen, t, d4)
+        slope_of(time + h, w, command, sensor_position, t, d4)
         for i in range(STATES):
             s[i] += h / 6.0 * (d1[i] + 2.0 * (d2[i] + d3[i]) + d4[i])
         time += h
-        seen = min(max(seen, s[Y] - t.sensor_play_m), s[Y] + t.sensor_play_m)
-    return seen
+        sensor_position = min(max(sensor_position, s[Y] - t.sensor_play_m), s[Y] + t.sensor_play_m)
+    return sensor_position
 
 
 @compiled
@@ -307,7 +315,7 @@ def run(
     error: FloatArray,
     late: FloatArray,
     lost: npt.NDArray[np.bool_],
-    fine: int,
+    refinement: int,
 ) -> tuple[FloatArray, FloatArray]:
     """Simulates controller, machine and sensor, sample by sample.
 
@@ -329,7 +337,7 @@ def run(
         (n,) time by which a sample is taken late, s; small against dt_s.
     lost
         (n,) whether a command does not arrive; the command before it is then held.
-    fine
+    refinement
         factor by which the integration step of an oscillation is shortened.
 
     Returns
@@ -342,17 +350,17 @@ def run(
     out = np.empty((n, OUTPUTS))
     s = start.copy()
     d = np.empty(STATES)
-    seen = s[Y]
-    whole = math.floor(t.delay_s / dt_s)
-    part = t.delay_s - whole * dt_s
-    asked = 0.0  # command to the spool, after play or stiction
+    sensor_position = s[Y]
+    whole_samples = math.floor(t.delay_s / dt_s)
+    fraction_s = t.delay_s - whole_samples * dt_s
+    spool_command = 0.0  # command to the spool, after play or stiction
     for k in range(n):
         time = k * dt_s
-        played = min(max(seen, s[Y] - t.sensor_play_m), s[Y] + t.sensor_play_m)
+        contact = min(max(sensor_position, s[Y] - t.sensor_play_m), s[Y] + t.sensor_play_m)
         # One Euler step gives the late sample; its error is of second order in microseconds.
-        slope_of(time, s, asked, seen, t, d)
-        moved = d[M] * late[k] if t.sensor_lag_s > 0.0 else s[V] * late[k]
-        reading = (s[M] if t.sensor_lag_s > 0.0 else played) + moved + error[k]
+        slope_of(time, s, spool_command, sensor_position, t, d)
+        motion_until_sampled = d[M] * late[k] if t.sensor_lag_s > 0.0 else s[V] * late[k]
+        reading = (s[M] if t.sensor_lag_s > 0.0 else contact) + motion_until_sampled + error[k]
         reading = t.sensor_step_m * np.rint(reading / t.sensor_step_m)
         u = min(max(forward[k] + gain * (reference[k] - reading), -1.0), 1.0)
         sent[k] = command_step * np.rint(u / command_step)
@@ -368,15 +376,15 @@ def run(
         out[k, OUT_V] = s[V]
         # The delayed command changes at t_k + part, so the period is integrated in two pieces.
         for piece in range(2):
-            span = part if piece == 0 else dt_s - part
+            span = fraction_s if piece == 0 else dt_s - fraction_s
             if span <= 0.0:
                 continue
-            u = arrived[max(k - whole - (1 if piece == 0 else 0), 0)]
+            u = arrived[max(k - whole_samples - (1 if piece == 0 else 0), 0)]
             if t.stick > 0.0:
-                if abs(u - asked) > t.stick:
-                    asked = u
+                if abs(u - spool_command) > t.stick:
+                    spool_command = u
             else:
-                asked = min(max(asked, u - t.play), u + t.play)
-            seen = advance(time, span, s, asked, seen, t, fine)
+                spool_command = min(max(spool_command, u - t.play), u + t.play)
+            sensor_position = advance(time, span, s, spool_command, sensor_position, t, refinement)
             time += span
     return sent, out

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.validation.reality.told import Told, spread
+from ehsid.harness.validation.reality.nominal_rig import NominalRig, spread
 
 POSITION_STEPS_M = (1e-7, 2e-7, 5e-7, 1e-6, 2e-6)
 PRESSURE_STEPS_PA = (1000.0, 2000.0, 2500.0, 5000.0)
@@ -40,7 +40,7 @@ def coloured(rng: np.random.Generator, samples: int, share: float, pole: float) 
 
 
 def draw_noise(
-    rng: np.random.Generator, told: Told, samples: int, dt_s: float, hard: bool
+    rng: np.random.Generator, rig: NominalRig, samples: int, dt_s: float, hard: bool
 ) -> Noise:
     """Draws the noise of one record; its size is proportional to that of the machine.
 
@@ -48,10 +48,10 @@ def draw_noise(
     for pressures, each times a factor of 0.6 to 1.6.
     """
     share, pole = (0.5, 0.9) if hard else (0.15, 0.6)
-    position = 2e-5 * told.stroke_m * spread(rng, 0.6, 1.6)
-    supply = told.values.get("supply.pressure_pa", 1e7)
+    position = 2e-5 * rig.stroke_m * spread(rng, 0.6, 1.6)
+    supply = rig.values.get("supply.pressure_pa", 1e7)
     pressure = 1e-3 * supply * spread(rng, 0.6, 1.6)
-    late = (0.02 if hard else 0.002) * dt_s
+    largest_delay = (0.02 if hard else 0.002) * dt_s
     return Noise(
         position_m=position * coloured(rng, samples, share, pole),
         pressures_pa={
@@ -59,8 +59,8 @@ def draw_noise(
             for name in ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
         },
         spool=2e-3 * coloured(rng, samples, share, pole),
-        late_s=late * rng.random(samples),
-        position_step_m=min(POSITION_STEPS_M, key=lambda step: abs(step - 3e-6 * told.stroke_m)),
+        late_s=largest_delay * rng.random(samples),
+        position_step_m=min(POSITION_STEPS_M, key=lambda step: abs(step - 3e-6 * rig.stroke_m)),
         pressure_step_pa=min(PRESSURE_STEPS_PA, key=lambda step: abs(step - 2e-4 * supply)),
         command_step=2.0**-15,
     )

@@ -11,18 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.validation.reality.effects import Effect, Sizes, _rated
+from ehsid.harness.validation.reality.effects import Effect, Sizes, full_flow
+from ehsid.harness.validation.reality.nominal_rig import NominalRig, spread
 from ehsid.harness.validation.reality.structure import with_friction
-from ehsid.harness.validation.reality.told import Told, spread
 from ehsid.harness.validation.reality.truth import Truth
 
 
-def _same(machine: Truth, sizes: Sizes, _: float) -> Truth:
+def _unchanged(machine: Truth, sizes: Sizes, _: float) -> Truth:
     return machine
 
 
-def _draw_second_mass(rng: np.random.Generator, told: Told) -> dict[str, float]:
-    total = told.values["load.mass_kg" if told.plant == "ehs" else "axis.mass_kg"]
+def _draw_second_mass(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
+    total = rig.values["load.mass_kg" if rig.plant == "ehs" else "axis.mass_kg"]
     share = float(rng.uniform(0.3, 0.6))
     natural = 2.0 * math.pi * float(rng.uniform(4.0, 12.0))
     mass = share * total
@@ -61,7 +61,7 @@ OUTSIDE: Mapping[str, Effect] = {
     "second_load_mass": Effect("mechanics", _draw_second_mass, _second_mass, axis=True),
     "supply_ripple": Effect(
         "hydraulics",
-        lambda rng, told: {
+        lambda rng, rig: {
             "amplitude": float(rng.uniform(0.06, 0.15)),
             "frequency_hz": float(rng.uniform(4.0, 25.0)),
         },
@@ -71,18 +71,18 @@ OUTSIDE: Mapping[str, Effect] = {
     ),
     "lost_command_frames": Effect(
         "timing",
-        lambda rng, told: {"share": float(rng.uniform(0.15, 0.4)), "burst_s": 0.02},
-        _same,
+        lambda rng, rig: {"share": float(rng.uniform(0.15, 0.4)), "burst_s": 0.02},
+        _unchanged,
         axis=True,
     ),
     "warming_oil": Effect(
         "hydraulics",
-        lambda rng, told: {
+        lambda rng, rig: {
             "viscous": float(rng.uniform(-0.7, -0.5)),
             "bulk": float(rng.uniform(-0.25, -0.15)),
             "leak_m3_s_pa": float(rng.uniform(0.4, 0.8))
-            * _rated(told)
-            / told.values["supply.pressure_pa"],
+            * full_flow(rig)
+            / rig.values["supply.pressure_pa"],
         },
         lambda machine, sizes, _: machine._replace(
             warming_viscous=sizes["viscous"],
@@ -92,35 +92,35 @@ OUTSIDE: Mapping[str, Effect] = {
     ),
     "position_dependent_friction": Effect(
         "mechanics",
-        lambda rng, told: {
-            "force_n": told.force_n * float(rng.uniform(0.06, 0.12)),
-            "at_m": told.stroke_m * float(rng.uniform(0.42, 0.58)),
-            "width_m": told.stroke_m * float(rng.uniform(0.03, 0.07)),
+        lambda rng, rig: {
+            "force_n": rig.force_n * float(rng.uniform(0.06, 0.12)),
+            "at_m": rig.stroke_m * float(rng.uniform(0.42, 0.58)),
+            "width_m": rig.stroke_m * float(rng.uniform(0.03, 0.07)),
         },
         _local_friction,
         axis=True,
     ),
     "valve_stiction": Effect(
         "valve",
-        lambda rng, told: {"band": float(rng.uniform(0.04, 0.09))},
+        lambda rng, rig: {"band": float(rng.uniform(0.04, 0.09))},
         lambda machine, sizes, _: machine._replace(stick=sizes["band"]),
     ),
     "drifting_sensor": Effect(
         "sensor",
-        lambda rng, told: {
-            "amplitude_m": told.stroke_m * float(rng.uniform(0.01, 0.02)),
+        lambda rng, rig: {
+            "amplitude_m": rig.stroke_m * float(rng.uniform(0.01, 0.02)),
             "period_s": float(rng.uniform(4.0, 10.0)),
         },
-        _same,
+        _unchanged,
         axis=True,
     ),
     "spiking_sensor": Effect(
         "sensor",
-        lambda rng, told: {
-            "amplitude_m": told.stroke_m * spread(rng, 0.004, 0.015),
+        lambda rng, rig: {
+            "amplitude_m": rig.stroke_m * spread(rng, 0.004, 0.015),
             "rate_1_s": float(rng.uniform(2.0, 6.0)),
         },
-        _same,
+        _unchanged,
         axis=True,
     ),
 }
@@ -130,8 +130,8 @@ OUTSIDE: Mapping[str, Effect] = {
 class Faults:
     """Faults that are not in the equations.
 
-    `error`, (n,), is the error of the measured position, m; `lost`, (n,), tells whether a command
-    is lost.
+    `error`, (n,), is the error of the measured position, m; `lost`, (n,), is true where a
+    command is lost.
     """
 
     error: FloatArray
@@ -149,16 +149,16 @@ def faults(
         phase = rng.uniform(0.0, 2.0 * math.pi)
         error += sizes["amplitude_m"] * np.sin(2.0 * math.pi * time / sizes["period_s"] + phase)
     if sizes := effects.get("spiking_sensor"):
-        for at in np.flatnonzero(rng.random(samples) < sizes["rate_1_s"] * dt_s):
+        for start in np.flatnonzero(rng.random(samples) < sizes["rate_1_s"] * dt_s):
             size = sizes["amplitude_m"] * rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 1.5)
-            error[at : at + int(rng.integers(1, 4))] += size
+            error[start : start + int(rng.integers(1, 4))] += size
     if sizes := effects.get("lost_command_frames"):
         # A Markov chain of two states has the given mean length of a burst and share of time.
         leave = min(dt_s / sizes["burst_s"], 1.0)
         enter = leave * sizes["share"] / (1.0 - sizes["share"])
-        chance = rng.random(samples)
+        draws = rng.random(samples)
         state = False
         for k in range(samples):
-            state = chance[k] < enter if not state else chance[k] >= leave
+            state = draws[k] < enter if not state else draws[k] >= leave
             lost[k] = state
     return Faults(error, lost)

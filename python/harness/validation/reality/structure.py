@@ -10,109 +10,117 @@ from typing import Literal
 import numpy as np
 
 from ehsid.harness.validation.reality.machine import compression
-from ehsid.harness.validation.reality.told import LAG, Told
+from ehsid.harness.validation.reality.nominal_rig import LAG, NominalRig
 from ehsid.harness.validation.reality.truth import Truth
 
 Grade = Literal["plain", "hard", "confusable"]
 GRADES: tuple[Grade, ...] = ("plain", "hard", "confusable")
 
 
-def draw_structure(rng: np.random.Generator, told: Told, grade: Grade) -> dict[str, float]:
+def draw_structure(rng: np.random.Generator, rig: NominalRig, grade: Grade) -> dict[str, float]:
     """Draws the deviations of the true machine from the simulator that are not effects.
 
     They are small in plain and confusable machines, and large, all at once, in hard ones. Every
     grade takes the same draws from the stream.
     """
-    d = {name: float(rng.uniform(-1.0, 1.0)) for name in _EVEN}
+    draws = {name: float(rng.uniform(-1.0, 1.0)) for name in _DRAWS}
     hard = grade == "hard"
 
-    def between(name: str, plain: tuple[float, float], rough: tuple[float, float]) -> float:
-        low, high = rough if hard else plain
-        return low * math.pow(high / low, 0.5 + 0.5 * d[name])
+    def between(
+        name: str, plain_range: tuple[float, float], hard_range: tuple[float, float]
+    ) -> float:
+        low, high = hard_range if hard else plain_range
+        return low * math.pow(high / low, 0.5 + 0.5 * draws[name])
 
     bristle_m = between("bristle", (8e-6, 2e-5), (1.5e-5, 4e-5))  # deflection when it slides
     structure = {"bristle_m": bristle_m}
-    if told.plant == "axis":
+    if rig.plant == "axis":
         return structure
-    edges = 0.03 if hard else 0.003
-    laps = 0.004 if hard else 0.0005
+    gain_deviation = 0.03 if hard else 0.003
+    overlap = 0.004 if hard else 0.0005
     structure |= {
         "spool_rad_s": 2.0 * math.pi * between("spool", (250.0, 400.0), (150.0, 260.0)),
-        "spool_damping": 0.8 + 0.15 * d["damping"],
+        "spool_damping": 0.8 + 0.15 * draws["damping"],
         "spool_slew_1_s": between("slew", (1500.0, 3000.0), (90.0, 200.0)),
-        "flow_exponent": 0.5 + (0.0225 + 0.0175 * d["exponent"] if hard else 0.0),
+        "flow_exponent": 0.5 + (0.0225 + 0.0175 * draws["exponent"] if hard else 0.0),
         "transition_pa": between("transition", (1e4, 3e4), (3e4, 2e5)),
         "round_width": between("round", (8e-4, 2e-3), (2e-3, 8e-3)),
         "bulk_slope": between("slope", (3.0, 6.0), (8.0, 16.0)),
         "gas_fraction": between("gas", (5e-6, 2e-5), (5e-5, 4e-4)),
         "hum_share": between("hum", (1e-4, 4e-4), (1e-3, 4e-3)),
-        "hum_hz": 225.0 + 75.0 * d["hum_hz"],
+        "hum_hz": 225.0 + 75.0 * draws["hum_hz"],
         # Pressure lost at full flow, as a share of the supply pressure, and its time constant.
         "droop_share": between("droop", (5e-4, 1.5e-3), (2e-3, 6e-3)),
         "droop_s": between("droop_s", (3e-3, 1e-2), (3e-3, 3e-2)),
-        "warming_viscous": -abs(d["warming"]) * (0.15 if hard else 0.02),
-        "warming_bulk": -abs(d["warming"]) * (0.03 if hard else 0.004),
+        "warming_viscous": -abs(draws["warming"]) * (0.15 if hard else 0.02),
+        "warming_bulk": -abs(draws["warming"]) * (0.03 if hard else 0.004),
     }
     for name in ("pa", "at", "pb", "bt"):
-        structure[f"gain_{name}"] = 1.0 + edges * d[f"gain_{name}"]
-        structure[f"overlap_{name}"] = laps * d[f"overlap_{name}"]
+        structure[f"gain_{name}"] = 1.0 + gain_deviation * draws[f"gain_{name}"]
+        structure[f"overlap_{name}"] = overlap * draws[f"overlap_{name}"]
     if hard:
-        structure["amplifier_s"] = 2.75e-4 + 1.25e-4 * d["amplifier"]
-        structure["seal_n"] = told.force_n * between("seal", (1.0, 1.0), (2e-4, 1e-3))
+        structure["amplifier_s"] = 2.75e-4 + 1.25e-4 * draws["amplifier"]
+        structure["seal_n"] = rig.force_n * between("seal", (1.0, 1.0), (2e-4, 1e-3))
     return structure
 
 
 # Names of the draws; each is uniform between -1 and 1.
-_EVEN = (
+_DRAWS = (
     *("bristle", "spool", "damping", "slew", "exponent", "transition", "round", "slope", "gas"),
     *("hum", "hum_hz", "droop", "droop_s", "warming", "seal", "amplifier"),
     *(f"{kind}_{name}" for kind in ("gain", "overlap") for name in ("pa", "at", "pb", "bt")),
 )
 
 
-def build(told: Told, true: Mapping[str, float], structure: Mapping[str, float]) -> Truth:
+def build(
+    rig: NominalRig, true_values: Mapping[str, float], structure: Mapping[str, float]
+) -> Truth:
     """Returns the constants of the machine with these true values and this structure."""
-    extra = dict(structure)
-    bristle_m = extra.pop("bristle_m")
-    if told.plant == "axis":
+    constants = dict(structure)
+    bristle_m = constants.pop("bristle_m")
+    if rig.plant == "axis":
         machine = Truth(
-            mass_kg=true["axis.mass_kg"],
-            viscous_n_s_m=true["axis.viscous_friction_n_s_m"],
-            stroke_m=told.stroke_m,
-            force_per_unit_n=10.0 * true["axis.force_per_volt"],
+            mass_kg=true_values["axis.mass_kg"],
+            viscous_n_s_m=true_values["axis.viscous_friction_n_s_m"],
+            stroke_m=rig.stroke_m,
+            force_per_unit_n=10.0 * true_values["axis.force_per_volt"],
         )
         return with_friction(machine, 0.0, 0.0, 0.01, bristle_m)
-    bore, rod = true["cylinder.bore_m"], true["cylinder.rod_m"]
+    bore, rod = true_values["cylinder.bore_m"], true_values["cylinder.rod_m"]
     area_a = math.pi / 4.0 * bore**2
-    supply, tank = true["supply.pressure_pa"], true["supply.tank_pressure_pa"]
-    flow = true["valve.rated_flow_m3_s"]
+    supply, tank = true_values["supply.pressure_pa"], true_values["supply.tank_pressure_pa"]
+    flow = true_values["valve.rated_flow_m3_s"]
     # The rig file gives the flow at one pressure drop. Whatever the exponent, the flow equals that
     # of the square-root law at the middle of the pressure drops that occur.
-    exponent = extra["flow_exponent"]
+    exponent = constants["flow_exponent"]
     middle = 0.5 * (supply - tank)
-    gain = flow * math.sqrt(middle / true["valve.rated_pressure_drop_pa"]) / middle**exponent
-    lost, lost_s, seal = extra.pop("droop_share"), extra.pop("droop_s"), extra.pop("seal_n", 0.0)
+    gain = flow * math.sqrt(middle / true_values["valve.rated_pressure_drop_pa"]) / middle**exponent
+    droop_share, droop_s, seal = (
+        constants.pop("droop_share"),
+        constants.pop("droop_s"),
+        constants.pop("seal_n", 0.0),
+    )
     full_flow = gain * middle**exponent
-    resistance = lost * supply / full_flow
-    if LAG[0] in true:
-        extra["spool_rad_s"] = 2.0 * math.pi * true[LAG[0]]
-        extra["spool_damping"] = true[LAG[1]]
-    slope, bulk = extra["bulk_slope"], true["fluid.bulk_modulus_pa"]
+    resistance = droop_share * supply / full_flow
+    if LAG[0] in true_values:
+        constants["spool_rad_s"] = 2.0 * math.pi * true_values[LAG[0]]
+        constants["spool_damping"] = true_values[LAG[1]]
+    slope, bulk = constants["bulk_slope"], true_values["fluid.bulk_modulus_pa"]
     machine = Truth(
-        mass_kg=true["load.mass_kg"],
-        viscous_n_s_m=true["load.viscous_friction_n_s_m"],
-        stroke_m=true["cylinder.stroke_m"],
+        mass_kg=true_values["load.mass_kg"],
+        viscous_n_s_m=true_values["load.viscous_friction_n_s_m"],
+        stroke_m=true_values["cylinder.stroke_m"],
         area_a_m2=area_a,
         area_b_m2=area_a - math.pi / 4.0 * rod**2,
-        dead_volume_a_m3=true["cylinder.dead_volume_a_m3"],
-        dead_volume_b_m3=true["cylinder.dead_volume_b_m3"],
+        dead_volume_a_m3=true_values["cylinder.dead_volume_a_m3"],
+        dead_volume_b_m3=true_values["cylinder.dead_volume_b_m3"],
         bulk_modulus_0_pa=bulk - slope * 0.5 * supply,  # `bulk` holds at half the supply pressure
         flow_gain=gain,
         source_pa=supply,
         tank_pa=tank,
         source_resistance_pa_s_m3=resistance,
-        accumulator_m3_pa=lost_s / resistance,
-        **extra,
+        accumulator_m3_pa=droop_s / resistance,
+        **constants,
     )
     machine = machine._replace(balance_pa=balance(machine))
     return with_friction(machine, seal, seal, 0.02, bristle_m)

@@ -11,7 +11,7 @@ from ehsid.harness.gap.thresholds import BOOTSTRAP_DRAWS, SHRINKAGE_LEVEL
 
 def test_intervals_are_those_of_scipy() -> None:
     values = np.random.default_rng(1).lognormal(size=30)
-    theirs = stats.bootstrap(
+    expected = stats.bootstrap(
         (values,),
         np.mean,
         n_resamples=BOOTSTRAP_DRAWS,
@@ -19,18 +19,19 @@ def test_intervals_are_those_of_scipy() -> None:
         method="percentile",
         rng=np.random.default_rng(7),
     ).confidence_interval
-    drawn = values[drawn_windows(30, np.random.default_rng(7))].mean(axis=1)
-    assert interval(drawn) == pytest.approx((theirs.low, theirs.high), rel=1e-12)
+    draws = values[drawn_windows(30, np.random.default_rng(7))].mean(axis=1)
+    assert interval(draws) == pytest.approx((expected.low, expected.high), rel=1e-12)
 
 
 def test_counts_are_those_of_draws_with_replacement() -> None:
     counts = drawn_counts(20, np.random.default_rng(2))
-    drawn = drawn_windows(20, np.random.default_rng(3))
+    draws = drawn_windows(20, np.random.default_rng(3))
     assert (counts.sum(axis=1) == 20).all()
-    # A window is taken k times in binomial draws of 20 with p = 1/20: variance 0.95. The variance
-    # of 500 x 20 counts is known to sqrt((kurtosis - 1) / 10^4), about 2 %; three times that.
-    of_draws = np.array([np.bincount(draw, minlength=20) for draw in drawn])
-    for each in (counts, of_draws):
+    # The count of a window is binomial with 20 draws and p = 1/20: its variance is 0.95. The
+    # standard error of the variance of 500 x 20 counts is sqrt((kurtosis - 1) / 10^4), about 2 %;
+    # the tolerance is three of them.
+    expected_counts = np.array([np.bincount(draw, minlength=20) for draw in draws])
+    for each in (counts, expected_counts):
         assert each.var() == pytest.approx(0.95, rel=0.06)
 
 

@@ -8,36 +8,36 @@ from ehsid.harness.gap import noise_floor
 
 
 @given(seed=st.integers(0, 500), sigma=st.floats(1e-6, 1e3))
-def test_white_noise_on_motion_is_found(seed: int, sigma: float) -> None:
+def test_the_floor_of_white_noise_on_motion_is_its_deviation(seed: int, sigma: float) -> None:
     rng = np.random.default_rng(seed)
     time = np.arange(8000) * 1e-3
-    # Slow motion, and an oil spring of 70 Hz of five hundred times the noise: third differences
-    # would leave ten times the noise of it, seventh a thirtieth.
+    # Slow motion, and an oil spring of 70 Hz with five hundred times the noise. Third differences
+    # would leave ten times the noise, seventh differences leave a thirtieth.
     motion = 2.0e3 * sigma * np.sin(2.0 * np.pi * 0.5 * time) + 500.0 * sigma * np.sin(440.0 * time)
-    found = noise_floor(motion + sigma * rng.standard_normal(time.size))
-    # Medians of 400 strongly correlated differences scatter by some 8 %, the median of twenty
-    # blocks by 2.5 %; four of them.
-    assert found.value == pytest.approx(sigma, rel=0.1)
-    assert found.low <= found.value <= found.high
-    # Second and nineteenth of twenty: 1.65 of those scatters apart on either side, some 1.3;
-    # five times their own scatter more.
-    assert found.high < 1.8 * found.low
+    floor = noise_floor(motion + sigma * rng.standard_normal(time.size))
+    # Medians of 400 strongly correlated differences scatter by about 8 %, the median of twenty
+    # blocks by 2.5 %; the tolerance is four of these.
+    assert floor.value == pytest.approx(sigma, rel=0.1)
+    assert floor.low <= floor.value <= floor.high
+    # The second and the nineteenth of twenty blocks are about 1.65 standard deviations from the
+    # median, a ratio of about 1.3; the tolerance adds five times the scatter of the quantiles.
+    assert floor.high < 1.8 * floor.low
 
 
-def test_whole_steps_are_their_own_floor() -> None:
+def test_the_floor_of_a_quantised_signal_follows_from_its_step() -> None:
     time = np.arange(4000) * 1e-3
     step = 1e-4
-    shown = step * np.round(1e-2 * np.sin(2.0 * np.pi * 0.3 * time) / step)
-    # A sensor that stands still between steps has no noise in most differences.
-    assert noise_floor(shown).value == pytest.approx(step / np.sqrt(12.0), rel=0.05)
+    quantised = step * np.round(1e-2 * np.sin(2.0 * np.pi * 0.3 * time) / step)
+    # A quantised signal that mostly stays constant has no noise in most differences.
+    assert noise_floor(quantised).value == pytest.approx(step / np.sqrt(12.0), rel=0.05)
 
 
 def test_floor_of_noise_that_grows_is_an_interval() -> None:
     rng = np.random.default_rng(0)
     sigma = np.repeat([1.0, 4.0], 4000)
-    found = noise_floor(sigma * rng.standard_normal(8000))
-    assert found.low == pytest.approx(1.0, rel=0.15)
-    assert found.high == pytest.approx(4.0, rel=0.15)
+    floor = noise_floor(sigma * rng.standard_normal(8000))
+    assert floor.low == pytest.approx(1.0, rel=0.15)
+    assert floor.high == pytest.approx(4.0, rel=0.15)
 
 
 def test_short_signals_are_refused() -> None:

@@ -49,12 +49,12 @@ CLEAN = columns_of()
 def remarks(change: Callable[[Columns], None], rig: Rig = RIG) -> list[tuple[str, bool]]:
     columns = {name: column.copy() for name, column in CLEAN.items()}
     change(columns)
-    found = gate([make_record(columns, name="one")], rig)
-    assert all(remark.record == "one" for remark in found)
-    return [(remark.what, remark.serious) for remark in found]
+    result = gate([make_record(columns, name="one")], rig)
+    assert all(remark.record == "one" for remark in result)
+    return [(remark.what, remark.serious) for remark in result]
 
 
-def test_clean_records_pass_without_a_word() -> None:
+def test_clean_records_have_no_remarks() -> None:
     records = [make_record(CLEAN, name="one"), make_record(columns_of(2), name="two")]
     assert gate(records, RIG) == ()
 
@@ -138,13 +138,21 @@ UNIT = '[columns] {} = {{ name = "{}", unit = "{}" }}'.format
             "there is no motion to compare",
             True,
         ),
-        (_set("pressure_a_pa", lambda c: 0.0 * c + 5e6), "pressure_a_pa is constant", False),
+        (
+            _set("pressure_a_pa", lambda c: 0.0 * c + 5e6),
+            "pressure_a_pa is constant",
+            False,
+        ),
         (
             _set("command_v", lambda c: 10.0 * c),
             "beyond the rated 10 V for 31 %",
             False,
         ),
-        (_set("command_v", lambda c: 100.0 / AMPLITUDE * c), "with per cent, rated is 100", True),
+        (
+            _set("command_v", lambda c: 100.0 / AMPLITUDE * c),
+            "with per cent, rated is 100",
+            True,
+        ),
         (_each("position_m", by=1e3), UNIT("position_m", "position_m", "mm"), True),
         (_each("position_m", by=1e2), UNIT("position_m", "position_m", "cm"), True),
         (_each("pressure_a_pa", by=1e-5), UNIT("pressure_a_pa", "pressure_a_pa", "bar"), True),
@@ -172,15 +180,17 @@ UNIT = '[columns] {} = {{ name = "{}", unit = "{}" }}'.format
     ],
 )
 def test_each_fault_is_named(change: Callable[[Columns], None], words: str, serious: bool) -> None:
-    found = remarks(change)
-    named = [one for one in found if words in one[0]]
-    assert [one[1] for one in named] == [serious], found
-    # The serious ones come first, and a fault that is not serious brings none that is.
-    assert [one[1] for one in found] == sorted((one[1] for one in found), reverse=True)
-    assert serious or not any(one[1] for one in found)
+    result = remarks(change)
+    matching = [remark for remark in result if words in remark[0]]
+    assert [remark[1] for remark in matching] == [serious], result
+    # Serious remarks come first. A fault that is not serious has no serious remark.
+    assert [remark[1] for remark in result] == sorted(
+        (remark[1] for remark in result), reverse=True
+    )
+    assert serious or not any(remark[1] for remark in result)
 
 
-def test_equal_areas_tell_exchanged_ports_by_the_mass() -> None:
+def test_with_equal_areas_the_mass_shows_exchanged_ports() -> None:
     rig = RIG.with_values({"cylinder.rod_m": 0.0})
     rng = np.random.default_rng(5)
     command = multisine(N, DT_S, band_hz=(0.5, 10.0), peak=3.0, rng=rng)
@@ -190,18 +200,18 @@ def test_equal_areas_tell_exchanged_ports_by_the_mass() -> None:
     columns = {"time_s": run.time_s, **dict(run.columns)}
     assert gate([make_record(columns)], rig) == ()
     _exchanged(columns)
-    (found,) = gate([make_record(columns)], rig)
-    assert found.serious
-    assert "are exchanged" in found.what
+    (result,) = gate([make_record(columns)], rig)
+    assert result.serious
+    assert "are exchanged" in result.what
 
 
-def test_a_gap_is_said_and_the_rest_is_looked_at() -> None:
-    keep = np.r_[0:1500, 1900:N]
-    columns = {name: column[keep] for name, column in CLEAN.items()}
+def test_a_gap_has_a_remark_and_the_longest_part_is_checked() -> None:
+    is_present = np.r_[0:1500, 1900:N]
+    columns = {name: column[is_present] for name, column in CLEAN.items()}
     record = make_record(columns, name="one")
-    (found,) = gate([record], RIG)
-    assert not found.serious
-    assert "missing at 1 places, the longest for 0.401 s after 1.499 s" in found.what
+    (result,) = gate([record], RIG)
+    assert not result.serious
+    assert "missing at 1 places, the longest for 0.401 s after 1.499 s" in result.what
     part = longest_stretch(record)
     assert len(part) == N - 1900
     assert part.time_s is not None
@@ -209,32 +219,32 @@ def test_a_gap_is_said_and_the_rest_is_looked_at() -> None:
     assert len(part.segments) == 1
     first = stretch(record, record.segments[0])
     assert np.array_equal(first.column("position_m"), CLEAN["position_m"][:1500])
-    # Parts that are all too short are no record.
-    keep = np.concatenate([np.arange(k, k + 900) for k in range(0, N - 900, 1000)])
-    short = make_record({name: column[keep] for name, column in CLEAN.items()}, name="one")
+    # If all parts are too short, there is a serious remark.
+    is_present = np.concatenate([np.arange(k, k + 900) for k in range(0, N - 900, 1000)])
+    short = make_record({name: column[is_present] for name, column in CLEAN.items()}, name="one")
     assert any(remark.serious and "too short" in remark.what for remark in gate([short], RIG))
 
 
 def test_records_that_differ_in_noise_or_sampling_are_named() -> None:
-    louder = columns_of(2)
-    louder["pressure_a_pa"] += 1e5 * np.random.default_rng(0).standard_normal(N)
-    (found,) = gate([make_record(CLEAN, name="one"), make_record(louder, name="two")], RIG)
-    assert found.record == ""
-    # Two digits of medians that scatter by 2.5 %.
+    noisier = columns_of(2)
+    noisier["pressure_a_pa"] += 1e5 * np.random.default_rng(0).standard_normal(N)
+    (result,) = gate([make_record(CLEAN, name="one"), make_record(noisier, name="two")], RIG)
+    assert result.record == ""
+    # The message has two digits; the medians scatter by 2.5 %.
     numbers = re.match(
-        r"the noise of pressure_a_pa is (\S+) in 'two' and (\S+) in 'one'", found.what
+        r"the noise of pressure_a_pa is (\S+) in 'two' and (\S+) in 'one'", result.what
     )
     assert numbers is not None
     assert [float(number) for number in numbers.groups()] == pytest.approx([1e5, 1e4], rel=0.1)
-    half = {name: column[::2] for name, column in columns_of(2).items()}
-    found = gate([make_record(CLEAN, name="one"), make_record(half, name="two")], RIG)[-1]
-    assert "sampled every 1 to 2 ms" in found.what
+    halved = {name: column[::2] for name, column in columns_of(2).items()}
+    result = gate([make_record(CLEAN, name="one"), make_record(halved, name="two")], RIG)[-1]
+    assert "sampled every 1 to 2 ms" in result.what
 
 
 def test_noise_near_vacuum_is_no_fault_of_the_sensor() -> None:
     def near_vacuum(column: np.ndarray) -> np.ndarray:
-        emptied = np.maximum(column - np.quantile(column, 0.1), 0.0) + 2e3
-        return emptied + 1e4 * np.random.default_rng(0).standard_normal(N)
+        low_pressure = np.maximum(column - np.quantile(column, 0.1), 0.0) + 2e3
+        return low_pressure + 1e4 * np.random.default_rng(0).standard_normal(N)
 
     assert remarks(_set("pressure_a_pa", near_vacuum)) == []
 
@@ -243,27 +253,27 @@ def test_noise_near_vacuum_is_no_fault_of_the_sensor() -> None:
     seed=st.integers(0, 1000),
     size=st.floats(60.0, 1e4),
     sign=st.sampled_from([-1.0, 1.0]),
-    place=st.integers(60, 3900),
+    index=st.integers(60, 3900),
     frequency=st.floats(0.1, 40.0),
 )
-def test_spikes_are_found_and_motion_is_not(
-    seed: int, size: float, sign: float, place: int, frequency: float
+def test_spikes_are_marked_and_motion_is_not(
+    seed: int, size: float, sign: float, index: int, frequency: float
 ) -> None:
     rng = np.random.default_rng(seed)
-    # Motion of a thousand times the noise at up to 40 Hz: within the five samples of the median it
-    # bends by less than the spike is high.
+    # The motion has up to a thousand times the noise at up to 40 Hz. Within the five samples of the
+    # median its curvature is smaller than the spike.
     amplitude = min(1000.0, 20.0 / (2.0 * np.pi * frequency * 2.0 * DT_S) ** 2)
     signal = amplitude * np.sin(2.0 * np.pi * frequency * np.arange(4000) * DT_S)
     signal += rng.standard_normal(4000)
     assert not spikes(signal).any()
-    signal[place] += sign * size
+    signal[index] += sign * size
     if size > 200.0:
-        assert np.flatnonzero(spikes(signal)).tolist() == [place]
+        assert np.flatnonzero(spikes(signal)).tolist() == [index]
 
 
 @pytest.mark.parametrize("unit", [1e-300, 1.0, 1e150, 1e300])
 def test_a_correlation_does_not_depend_on_the_unit(unit: float) -> None:
-    # Both sum 400 products, each with an error of a few 1e-16 of the sum of their sizes.
+    # Both functions sum 400 products, with an error of a few 1e-16 of the sum of their sizes.
     rng = np.random.default_rng(3)
     speed = rng.standard_normal(400)
     noisy = speed + rng.standard_normal(400)
@@ -280,13 +290,15 @@ def test_a_correlation_does_not_depend_on_the_unit(unit: float) -> None:
     plant=st.sampled_from(["bench", "axis", "linear"]),
     scale=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 1e7, 1e150]),
 )
-def test_whatever_comes_nothing_is_raised(
+def test_the_gate_never_raises(
     data: st.DataObject, n: int, dt_s: float, plant: str, scale: float
 ) -> None:
     rng = np.random.default_rng(data.draw(st.integers(0, 1000)))
     names = ["command_v", "position_m", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa"]
-    kept = data.draw(st.lists(st.sampled_from([*names, "velocity_m_s", "spool"]), min_size=1))
-    columns = {name: scale * rng.standard_normal(n) for name in kept}
+    names_in_record = data.draw(
+        st.lists(st.sampled_from([*names, "velocity_m_s", "spool"]), min_size=1)
+    )
+    columns = {name: scale * rng.standard_normal(n) for name in names_in_record}
     if data.draw(st.booleans()):
         time = np.arange(n) * dt_s
         if data.draw(st.booleans()):
@@ -296,21 +308,26 @@ def test_whatever_comes_nothing_is_raised(
     record = make_record(columns, name="one")
     for remark in gate([record, record], rig):
         assert remark.record in ("", "one")
-        # A sentence: what was found, and what to do.
+        # A remark states the fault and a remedy.
         assert len(remark.what) > 40
-    # Too short, or without what is needed, is never passed over.
-    if n * dt_s < 2.3 or "time_s" not in columns or not {"command_v", "position_m"} <= set(kept):
+    # A record that is too short or lacks a column always has a serious remark.
+    if (
+        n * dt_s < 2.3
+        or "time_s" not in columns
+        or not {"command_v", "position_m"} <= set(names_in_record)
+    ):
         assert any(remark.serious for remark in gate([record], rig))
 
 
 def test_the_oil_spring_is_that_of_the_linear_servo() -> None:
     linear = read_rig(RIGS / "linear.toml")
-    # Equal chambers at mid-stroke: (1) of the servo model, beta (A^2/V + A^2/V) / m with V = V_t/2.
+    # Equal chambers at mid-stroke, Eq. (1) of the servo model:
+    # w^2 = beta (A^2/V + A^2/V) / m with V = V_t/2.
     v = linear.values
     half = 0.5 * v["linear.volume_m3"]
     area = v["linear.area_m2"]
     bore = np.sqrt(4.0 * area / np.pi)
-    like = RIG.with_values(
+    rig = RIG.with_values(
         {
             "cylinder.bore_m": bore,
             "cylinder.rod_m": 0.0,
@@ -320,5 +337,5 @@ def test_the_oil_spring_is_that_of_the_linear_servo() -> None:
             "fluid.bulk_modulus_pa": v["linear.bulk_modulus_pa"],
         }
     )
-    assert oil_spring_hz(like) == pytest.approx(oil_spring_hz(linear))
+    assert oil_spring_hz(rig) == pytest.approx(oil_spring_hz(linear))
     assert oil_spring_hz(read_rig(RIGS / "axis.toml")) is None

@@ -25,16 +25,16 @@ DT_S = 1e-3
 def test_reversals_of_a_triangle_are_counted_through_noise(
     turns: int, amplitude: float, offset: float, noise: float
 ) -> None:
-    # A quarter period from zero, then half a period for each turn.
+    # A quarter period from zero, then half a period for each reversal.
     n = 100 * (2 * turns + 1)
     signal = triangle(n, 1.0, amplitude=amplitude, period_s=400.0)
     rng = np.random.default_rng(turns)
-    shaken = offset + signal + noise * amplitude * rng.uniform(-1.0, 1.0, n)
-    # Turns by 5 % of the range; noise moves by 1 % of it at most.
-    assert reversals(shaken, 0.05) == turns
+    noisy = offset + signal + noise * amplitude * rng.uniform(-1.0, 1.0, n)
+    # Reversals are by 5 % of the range; the noise is at most 1 % of it.
+    assert reversals(noisy, 0.05) == turns
 
 
-def test_a_constant_never_turns() -> None:
+def test_a_constant_has_no_reversals() -> None:
     assert reversals(np.full(100, 3.0), 0.05) == 0
     assert reversals(np.linspace(0.0, 1.0, 100), 0.05) == 0
 
@@ -42,56 +42,56 @@ def test_a_constant_never_turns() -> None:
 def test_a_slow_triangle_is_slow_near_null_and_has_no_fast_power() -> None:
     rig = read_rig(RIGS / "bench.toml")
     command = triangle(8000, DT_S, amplitude=0.4, period_s=2.0)
-    found = visited(simulate(rig, command, dt_s=DT_S).record, rig)
-    assert found.largest_command == pytest.approx(0.04)
-    assert found.near_null == 1.0
-    assert found.command_reversals == 8
-    assert found.motion_reversals >= 7
-    assert found.travel is not None
-    assert found.travel < 0.1
-    assert found.at_ends == 0.0
-    # The harmonics of a triangle's slope, a square wave of 0.5 Hz, fall with 1 / f^2 in power: 99 %
-    # lie below 40 of them.
-    assert found.fast_power_hz < 25.0
-    assert found.load_signs in (1, 2)
+    regimes = visited(simulate(rig, command, dt_s=DT_S).record, rig)
+    assert regimes.largest_command == pytest.approx(0.04)
+    assert regimes.near_null == 1.0
+    assert regimes.command_reversals == 8
+    assert regimes.motion_reversals >= 7
+    assert regimes.travel is not None
+    assert regimes.travel < 0.1
+    assert regimes.at_ends == 0.0
+    # The slope of the triangle is a square wave of 0.5 Hz. The power of its harmonics falls with
+    # 1 / f^2: 99 % of it is below the 40th harmonic.
+    assert regimes.fast_power_hz < 25.0
+    assert regimes.load_signs in (1, 2)
 
 
-def test_a_driven_stop_is_seen() -> None:
+def test_time_at_an_end_stop_is_counted() -> None:
     rig = read_rig(RIGS / "bench.toml")
-    found = visited(simulate(rig, np.full(4000, 10.0), dt_s=DT_S).record, rig)
-    assert found.largest_command == 1.0
-    assert found.near_null == 0.0
-    assert found.at_ends is not None
-    assert found.at_ends > 0.5
-    assert found.command_reversals == 0
+    regimes = visited(simulate(rig, np.full(4000, 10.0), dt_s=DT_S).record, rig)
+    assert regimes.largest_command == 1.0
+    assert regimes.near_null == 0.0
+    assert regimes.at_ends is not None
+    assert regimes.at_ends > 0.5
+    assert regimes.command_reversals == 0
 
 
 def test_white_commands_have_fast_power_up_to_half_the_sampling_rate() -> None:
     rig = read_rig(RIGS / "bench.toml")
     command = np.random.default_rng(0).uniform(-1.0, 1.0, 4000)
-    found = visited(simulate(rig, command, dt_s=DT_S).record, rig)
-    assert found.fast_power_hz > 400.0
+    regimes = visited(simulate(rig, command, dt_s=DT_S).record, rig)
+    assert regimes.fast_power_hz > 400.0
 
 
 def test_an_axis_has_neither_stroke_nor_pressures() -> None:
     rig = read_rig(RIGS / "axis.toml")
     command = 3.0 * np.sin(np.arange(4000) * DT_S * 6.0)
-    found = visited(simulate(rig, command, dt_s=DT_S).record, rig)
-    assert found.travel is None
-    assert found.load_signs is None
-    assert found.lowest_pressure_pa is None
-    # No limit is told: by the record's own largest command.
-    assert found.largest_command == 1.0
+    regimes = visited(simulate(rig, command, dt_s=DT_S).record, rig)
+    assert regimes.travel is None
+    assert regimes.load_signs is None
+    assert regimes.lowest_pressure_pa is None
+    # The drive has no limit: the largest command of the record replaces it.
+    assert regimes.largest_command == 1.0
 
 
-def test_pressures_tell_the_sign_of_the_load() -> None:
+def test_pressures_show_the_sign_of_the_load() -> None:
     rig = read_rig(RIGS / "bench.toml")
     time = np.arange(2000) * DT_S
     bore, rod = rig.values["cylinder.bore_m"], rig.values["cylinder.rod_m"]
     balance = (bore**2 - rod**2) / bore**2
-    for swing, signs in ((1e6, 2), (0.0, 1)):
+    for amplitude, signs in ((1e6, 2), (0.0, 1)):
         p_b = np.full(time.size, 5e6)
-        p_a = balance * p_b + 1e5 + swing * np.sin(20.0 * time)
+        p_a = balance * p_b + 1e5 + amplitude * np.sin(20.0 * time)
         record = make_record(
             {
                 "time_s": time,
@@ -101,9 +101,9 @@ def test_pressures_tell_the_sign_of_the_load() -> None:
                 "pressure_b_pa": p_b,
             }
         )
-        found = visited(record, rig)
-        assert found.load_signs == signs
-        # One sample in a thousand of both chambers is beyond.
-        both = np.sort(np.concatenate([p_a, p_b]))
-        assert found.lowest_pressure_pa == pytest.approx(both[4], rel=1e-3)
-        assert found.highest_pressure_pa == pytest.approx(both[-5], rel=1e-3)
+        regimes = visited(record, rig)
+        assert regimes.load_signs == signs
+        # A thousandth of the samples of both chambers exceeds each value.
+        signs_both = np.sort(np.concatenate([p_a, p_b]))
+        assert regimes.lowest_pressure_pa == pytest.approx(signs_both[4], rel=1e-3)
+        assert regimes.highest_pressure_pa == pytest.approx(signs_both[-5], rel=1e-3)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from ehsid.harness.excitation import multisine
-from ehsid.harness.gap.data.floor import floor_of, noise_floor, sees_motion, sensor_step
+from ehsid.harness.gap.data.floor import floor_of, noise_floor, sensor_step, shows_motion
 from ehsid.harness.gap.data.repeats import find_repeat, repeat_errors
 from ehsid.harness.gap.data.rest import rest_errors, rest_windows
 from ehsid.harness.records import Record, make_record
@@ -37,39 +37,45 @@ def record_of(command: np.ndarray, position: np.ndarray, dt_s: float = DT_S) -> 
     after=st.integers(0, 1500),
     seed=st.integers(0, 1000),
 )
-def test_a_stretch_that_comes_again_is_found(
-    period: int, before: int, after: int, seed: int
-) -> None:
+def test_a_repeated_stretch_is_detected(period: int, before: int, after: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    one = rng.standard_normal(period)
+    period_samples = rng.standard_normal(period)
     command = np.concatenate(
-        [rng.standard_normal(before), one, one, one, rng.standard_normal(after), np.zeros(300)]
+        [
+            rng.standard_normal(before),
+            period_samples,
+            period_samples,
+            period_samples,
+            rng.standard_normal(after),
+            np.zeros(300),
+        ]
     )
-    found = find_repeat(command, 2 * period)
-    assert found is not None
-    assert (found.lag, found.first, found.last) == (period, before, before + 2 * period)
+    repeat = find_repeat(command, 2 * period)
+    assert repeat is not None
+    assert (repeat.lag, repeat.first, repeat.last) == (period, before, before + 2 * period)
     assert find_repeat(command, 2 * period + 1) is None
 
 
-def test_standing_still_is_no_repeat_and_neither_is_noise() -> None:
+def test_constant_commands_and_noise_are_no_repeats() -> None:
     steps = np.repeat([0.0, 1.0, 0.0, 1.0, 0.0], 1000)
     assert find_repeat(steps, 100) is None
     assert find_repeat(np.random.default_rng(0).standard_normal(5000), 100) is None
 
 
-def test_coloured_noise_in_motion_is_found_from_repeats() -> None:
+def test_repeats_show_coloured_noise_in_motion() -> None:
     rng = np.random.default_rng(1)
     period = multisine(4000, DT_S, band_hz=(0.5, 20.0), peak=2.0, rng=rng)
     run = simulate(RIG, np.tile(period, 4), dt_s=DT_S, position0_m=0.15).record
     sigma = 1e-5
     noise = coloured(16000, sigma, 30.0, 2)
     record = record_of(np.tile(period, 4), run.column("position_m") + noise)
-    found = floor_of(record, "position_m")
-    # The differences see the top of the spectrum only; repeats see all but what is slower than a
-    # window. Some 2 x 30 Hz x 12 s / 2 independent samples: 2.6 %; four of them.
+    floor = floor_of(record, "position_m")
+    # The differences contain only the highest frequencies; repeats contain all frequencies above
+    # that of a window. There are about 2 x 30 Hz x 12 s / 2 independent samples, which gives a
+    # standard error of 2.6 %; the tolerance is four of these.
     assert noise_floor(record.column("position_m")).value < 0.6 * sigma
-    assert found.value == pytest.approx(sigma, rel=0.12)
-    assert found.low < sigma < found.high
+    assert floor.value == pytest.approx(sigma, rel=0.12)
+    assert floor.low < sigma < floor.high
 
 
 @pytest.mark.parametrize("count", [2, 4])
@@ -83,7 +89,7 @@ def test_repeats_elsewhere_in_the_stroke_are_not_compared(count: int) -> None:
 
 
 @pytest.mark.parametrize("step", [0.0, 1e-5])
-def test_coloured_noise_is_found_at_rest(step: float) -> None:
+def test_rest_shows_coloured_noise(step: float) -> None:
     rng = np.random.default_rng(3)
     moving = multisine(4000, DT_S, band_hz=(0.5, 10.0), peak=2.0, rng=rng)
     command = np.concatenate([np.zeros(6000), moving, np.zeros(6000)])
@@ -97,7 +103,7 @@ def test_coloured_noise_is_found_at_rest(step: float) -> None:
     assert len(windows) >= 20
     assert all(np.ptp(command[window]) == 0.0 for window in windows)
     assert len(rest_errors(record, "position_m")) == len(windows)
-    # A straight line over half a second takes what is slower than 2 Hz or so: a first-order
+    # The straight line over half a second removes frequencies below about 2 Hz. A first-order
     # spectrum of 30 Hz has 4 % of its power there.
     expected = np.hypot(sigma, step / np.sqrt(12.0))
     assert floor_of(record, "position_m").value == pytest.approx(expected, rel=0.1)
@@ -108,12 +114,12 @@ def test_spikes_at_rest_do_not_count() -> None:
     rng = np.random.default_rng(0)
     position = np.cumsum(command) * 1e-5 + 1e-6 * rng.standard_normal(command.size)
     position[5100] += 1e-3
-    found = floor_of(record_of(command, position), "position_m")
-    assert found.value == pytest.approx(1e-6, rel=0.1)
+    floor = floor_of(record_of(command, position), "position_m")
+    assert floor.value == pytest.approx(1e-6, rel=0.1)
 
 
-@pytest.mark.parametrize(("dt_s", "seen"), [(0.05, True), (1e-3, False), (1e-4, False)])
-def test_motion_at_coarse_sampling_is_not_taken_for_noise(dt_s: float, seen: bool) -> None:
+@pytest.mark.parametrize(("dt_s", "is_motion"), [(0.05, True), (1e-3, False), (1e-4, False)])
+def test_motion_at_coarse_sampling_is_not_taken_for_noise(dt_s: float, is_motion: bool) -> None:
     time = np.arange(0.0, 60.0, dt_s)
     rng = np.random.default_rng(0)
     motion = 0.02 * (np.sin(2.0 * np.pi * 0.7 * time) + 0.3 * np.sin(2.0 * np.pi * 3.1 * time))
@@ -122,29 +128,30 @@ def test_motion_at_coarse_sampling_is_not_taken_for_noise(dt_s: float, seen: boo
     position = np.where(moving, motion, 0.0) + sigma * rng.standard_normal(time.size)
     command = np.where(moving, rng.standard_normal(time.size), 0.0)
     in_motion = position[moving]
-    assert sees_motion(in_motion) == seen
-    if seen:
+    assert shows_motion(in_motion) == is_motion
+    if is_motion:
         assert noise_floor(in_motion).value > 10.0 * sigma
     record = record_of(command, position, dt_s)
-    # Rest has 18 windows of at least ten samples less two: 6 %; at 0.1 ms far less.
+    # At rest there are 18 windows of at least ten samples less two: a standard error of 6 %, and
+    # much less at 0.1 ms.
     assert floor_of(record, "position_m").value == pytest.approx(sigma, rel=0.2)
-    # Without rest the floor is what the differences say, as a bound: anything below it.
-    alone = floor_of(record_of(command[moving], in_motion, dt_s), "position_m")
-    assert alone.value == pytest.approx(noise_floor(in_motion).value)
-    assert (alone.low < 0.1 * alone.value) == seen
+    # Without rest, the estimate from differences is an upper bound of the floor.
+    floor = floor_of(record_of(command[moving], in_motion, dt_s), "position_m")
+    assert floor.value == pytest.approx(noise_floor(in_motion).value)
+    assert (floor.low < 0.1 * floor.value) == is_motion
 
 
-@given(step=st.floats(1e-7, 1e-2), seed=st.integers(0, 100), wide=st.booleans())
-def test_steps_of_a_sensor_are_found_however_far_it_moves(
-    step: float, seed: int, wide: bool
+@given(step=st.floats(1e-7, 1e-2), seed=st.integers(0, 100), is_wide=st.booleans())
+def test_the_step_of_a_sensor_does_not_depend_on_the_range(
+    step: float, seed: int, is_wide: bool
 ) -> None:
     rng = np.random.default_rng(seed)
-    reach = 4000.0 if wide else 40.0
-    signal = step * reach * np.cumsum(rng.standard_normal(4000)) / 60.0
-    shown = step * np.round(signal / step)
-    assert sensor_step(shown) == pytest.approx(step, rel=1e-6)
-    # As a text file has it.
-    assert sensor_step(np.array([float(f"{value:.9g}") for value in shown])) == pytest.approx(
+    range_m = 4000.0 if is_wide else 40.0
+    signal = step * range_m * np.cumsum(rng.standard_normal(4000)) / 60.0
+    quantised = step * np.round(signal / step)
+    assert sensor_step(quantised) == pytest.approx(step, rel=1e-6)
+    # A text file rounds the values.
+    assert sensor_step(np.array([float(f"{value:.9g}") for value in quantised])) == pytest.approx(
         step, rel=1e-2
     )
     assert sensor_step(signal) == 0.0

@@ -15,7 +15,7 @@ from ehsid.harness.gap.design.next_experiment import next_experiment, runnable
 from ehsid.harness.gap.model.comparison import compare
 from ehsid.harness.gap.model.problem import Problem
 from ehsid.harness.gap.model.separation import (
-    Rival,
+    CandidateModel,
     Separation,
     contains,
     parameters_of,
@@ -40,7 +40,7 @@ FLOORS = {"position_m": NoiseFloor(NOISE_M, 0.9 * NOISE_M, 1.1 * NOISE_M)}
 VALUES = {name: floor.value for name, floor in FLOORS.items()}
 
 
-def explanation(effect: str, **values: float) -> Rival:
+def explanation(effect: str, **values: float) -> CandidateModel:
     return (effect,), {f"effects.{effect}.{name}": value for name, value in values.items()}
 
 
@@ -57,7 +57,7 @@ DROOP = explanation(
 SATURATION = explanation("valve_flow_saturation", limit=0.8)
 
 
-def problem_of(explained: Rival, record: Record) -> tuple[Problem, np.ndarray]:
+def problem_of(explained: CandidateModel, record: Record) -> tuple[Problem, np.ndarray]:
     parameters, x = parameters_of(RIG, explained)
     problem = Problem(
         RIG,
@@ -71,7 +71,7 @@ def problem_of(explained: Rival, record: Record) -> tuple[Problem, np.ndarray]:
 
 
 def simulated(
-    explained: Rival, command: np.ndarray, start_m: float, seed: int | None = None
+    explained: CandidateModel, command: np.ndarray, start_m: float, seed: int | None = None
 ) -> Record:
     noise = None
     if seed is not None:
@@ -81,7 +81,7 @@ def simulated(
     ).record
 
 
-def refitted(explained: Rival, record: Record) -> Rival:
+def refitted(explained: CandidateModel, record: Record) -> CandidateModel:
     """The explanation with the size that fits a record best."""
     problem, x = problem_of(explained, record)
     fitted = fit(problem, x, iterations=20).x
@@ -103,7 +103,7 @@ def refitted(explained: Rival, record: Record) -> Rival:
     ],
 )
 def test_the_next_experiment_separates_what_a_smooth_small_record_cannot(
-    best: Rival, other: Rival, band_hz: tuple[float, float], peak_v: float
+    best: CandidateModel, other: CandidateModel, band_hz: tuple[float, float], peak_v: float
 ) -> None:
     rng = np.random.default_rng(1)
     command = multisine(8000, DT_S, band_hz=band_hz, peak=peak_v, rng=rng)

@@ -21,8 +21,8 @@ from ehsid.harness.records import Record, make_record
 from ehsid.harness.simulation import PositionController, draw_noise, simulate_closed_loop
 
 
-def swinging(seed: int, names: tuple[str, ...] = made.PRESSURES) -> Record:
-    """A position loop of too high a gain: from limit to limit at the oil spring."""
+def limit_cycle_record(seed: int, names: tuple[str, ...] = made.PRESSURES) -> Record:
+    """Record of a position loop whose gain is so high that the oil spring shows a limit cycle."""
     rng = np.random.default_rng(seed)
     reference = 0.15 + multisine(2000, 1e-3, band_hz=(0.5, 3.0), peak=0.01, rng=rng)
     run = simulate_closed_loop(
@@ -37,14 +37,14 @@ def swinging(seed: int, names: tuple[str, ...] = made.PRESSURES) -> Record:
     )
 
 
-def test_it_goes_to_another_process_as_it_is() -> None:
+def test_a_case_survives_pickling() -> None:
     case = made.case_of({})
-    again = pickle.loads(pickle.dumps(case))
-    assert again.outputs == case.outputs
-    assert again.rig.values == case.rig.values
+    unpickled = pickle.loads(pickle.dumps(case))
+    assert unpickled.outputs == case.outputs
+    assert unpickled.rig.values == case.rig.values
     problem = case.problem()
     x = problem.centre()
-    assert again.problem().cost(x) == problem.cost(x)
+    assert unpickled.problem().cost(x) == problem.cost(x)
 
 
 def test_outputs_that_do_not_move_are_left_out() -> None:
@@ -53,61 +53,63 @@ def test_outputs_that_do_not_move_are_left_out() -> None:
     assert case.left_out == ("supply_pressure_pa",)
 
 
-def test_a_record_of_its_own_is_held_out_whole() -> None:
+def test_a_separate_record_is_held_out_completely() -> None:
     training, held_out = made.record({}, 1), made.record({}, 2)
     case = make_case(made.RIG, [training], [held_out])
     assert not case.blocks
     assert case.records == (training, held_out)
-    for part, record in ((False, training), (True, held_out)):
-        (compared,) = case.problem(held_out=part).records
+    for held_out_part, record in ((False, training), (True, held_out)):
+        (compared,) = case.problem(held_out=held_out_part).records
         assert compared.record is record
-        # All behind the start, which is skipped.
+        # All samples are used, except those at the start.
         assert np.count_nonzero(compared.used) == len(record) - 150
 
 
-def test_without_one_blocks_are_held_out() -> None:
-    # 12.3 s: six blocks of two seconds behind the start.
+def test_without_a_held_out_record_blocks_are_held_out() -> None:
+    # After the start, which is skipped, there are six blocks of two seconds.
     record = made.record({}, 1, seconds=12.4)
     case = make_case(made.RIG, [record])
     assert case.blocks
     assert case.records == (record,)
-    (fitted,), (held_out,) = (case.problem(held_out=part).records for part in (False, True))
+    (fitted,), (held_out,) = (
+        case.problem(held_out=held_out_part).records for held_out_part in (False, True)
+    )
     assert not np.any(fitted.used & held_out.used)
-    # The first 0.3 s are in neither.
+    # The first 0.3 s are in neither part.
     np.testing.assert_array_equal(np.flatnonzero(fitted.used | held_out.used), np.arange(150, 6200))
-    # A third of the whole turns, and of the last one what there is.
+    # One block of each group of three is held out.
     assert np.count_nonzero(held_out.used) == 2000
-    # No window is in both.
+    # No window is in both parts.
     assert not set(fitted.window[fitted.used]) & set(held_out.window[held_out.used])
 
 
 @pytest.mark.parametrize("names", [made.PRESSURES, ("position_m",)])
-def test_a_record_that_swings_is_compared_in_short_windows(names: tuple[str, ...]) -> None:
-    records = [swinging(seed, names) for seed in (1, 2)]
-    # It does: from limit to limit, tens of times a second.
-    turns = np.count_nonzero(np.diff(np.sign(records[0].column("command_v"))))
-    assert turns > 50
+def test_a_record_of_a_limit_cycle_is_compared_in_short_windows(names: tuple[str, ...]) -> None:
+    records = [limit_cycle_record(seed, names) for seed in (1, 2)]
+    # The command reverses tens of times a second.
+    reversals = np.count_nonzero(np.diff(np.sign(records[0].column("command_v"))))
+    assert reversals > 50
     case = make_case(made.RIG, records[:1], records[1:])
     assert (case.window_s, case.all_states) == (WINDOW_SWINGING_S, True)
     (compared,) = case.problem().records
-    begins = np.flatnonzero(np.diff(compared.window, prepend=-1) > 0)
-    assert set(np.diff(begins)) == {round(WINDOW_SWINGING_S / 1e-3)}
-    # All that is measured is put right in each.
-    columns = len(names) + 1  # the speed from the position
-    assert np.all(np.isfinite(compared.aligned[begins, :columns]))
+    window_starts = np.flatnonzero(np.diff(compared.window, prepend=-1) > 0)
+    assert set(np.diff(window_starts)) == {round(WINDOW_SWINGING_S / 1e-3)}
+    # Each window starts with all measured states.
+    columns = len(names) + 1  # the speed is computed from the position
+    assert np.all(np.isfinite(compared.aligned[window_starts, :columns]))
 
 
-def test_one_that_follows_its_command_is_compared_in_long_windows() -> None:
+def test_a_record_that_follows_its_command_is_compared_in_long_windows() -> None:
     case = made.case_of({})
     assert (case.window_s, case.all_states) == (WINDOW_S, False)
     (compared,) = case.problem().records
-    begins = np.flatnonzero(np.diff(compared.window, prepend=-1) > 0)
-    assert set(np.diff(begins)) == {round(WINDOW_S / made.DT_S)}
-    # Only the position is put right; the rest carries over.
-    assert np.all(np.isfinite(compared.aligned[begins, 0]))
-    assert np.all(np.isnan(compared.aligned[begins, 1:]))
-    # One that swings beside one that does not: both in long windows.
-    mixed = make_case(made.RIG, [swinging(1)], [made.record({}, 2)])
+    window_starts = np.flatnonzero(np.diff(compared.window, prepend=-1) > 0)
+    assert set(np.diff(window_starts)) == {round(WINDOW_S / made.DT_S)}
+    # Each window starts with the measured position; the other states carry over.
+    assert np.all(np.isfinite(compared.aligned[window_starts, 0]))
+    assert np.all(np.isnan(compared.aligned[window_starts, 1:]))
+    # If only one of the records shows a limit cycle, both have long windows.
+    mixed = make_case(made.RIG, [limit_cycle_record(1)], [made.record({}, 2)])
     assert (mixed.window_s, mixed.all_states) == (WINDOW_S, False)
 
 
@@ -127,19 +129,19 @@ def test_steps_of_integration_follow_the_oil_spring() -> None:
     assert case.problem().substeps == needed
 
 
-def test_floor_is_the_noise_that_went_in() -> None:
+def test_floor_is_the_simulated_sensor_noise() -> None:
     case = made.case_of({})
-    told = (5e-6, 1e4, 1e4)
-    for name, noise in zip(made.PRESSURES, told, strict=True):
+    sigmas = (5e-6, 1e4, 1e4)
+    for name, sigma in zip(made.PRESSURES, sigmas, strict=True):
         floor = case.floors[name]
-        # 20 blocks of 150 samples. The deviation of a median of |x| is 1.17 of x's own over sqrt(n)
-        # (asymptotic, normal), n some tenth of the samples, for seventh differences hang together:
-        # 7 % over all, 30 % in one block.
-        assert floor.low < noise < floor.high
-        assert floor.value == pytest.approx(noise, rel=0.2)
+        # There are 20 blocks of 150 samples. The median of |x| has the standard deviation
+        # 1.17 sigma / sqrt(n) (asymptotic, normal). Seventh differences are correlated, so that n
+        # is about a tenth of the samples. This gives 7 % for the record and 30 % for a block.
+        assert floor.low < sigma < floor.high
+        assert floor.value == pytest.approx(sigma, rel=0.2)
 
 
-def test_floor_is_that_of_the_noisiest_record_that_is_fitted() -> None:
+def test_floor_is_that_of_the_noisiest_training_record() -> None:
     quiet, held_out = made.record({}, 1), made.record({}, 2)
     rng = np.random.default_rng(0)
     columns = {name: quiet.column(name) for name in ("command_v", *made.PRESSURES)}
@@ -149,9 +151,9 @@ def test_floor_is_that_of_the_noisiest_record_that_is_fitted() -> None:
     assert expected.value > 5.0 * floor_of(quiet, "position_m").value
     for training in ([quiet, noisy], [noisy, quiet]):
         assert make_case(made.RIG, training, [held_out]).floors["position_m"] == expected
-    # The held-out data are the judge: they do not set their own measure.
-    alone = make_case(made.RIG, [quiet], [noisy])
-    assert alone.floors["position_m"] == floor_of(quiet, "position_m")
+    # The held-out records do not change the noise floor.
+    case = make_case(made.RIG, [quiet], [noisy])
+    assert case.floors["position_m"] == floor_of(quiet, "position_m")
 
 
 def test_parameters_are_those_of_the_calibration_and_then_the_effects() -> None:
@@ -166,14 +168,14 @@ def test_parameters_are_those_of_the_calibration_and_then_the_effects() -> None:
         "effects.stribeck_friction.stribeck_velocity_m_s",
         "effects.transport_delay.delay_s",
     ]
-    # Without pressures what only they show stays as it is.
+    # Without pressures, the nuisances that only pressures show are left out.
     position_only = replace(case, outputs=("position_m",))
     assert [p.name for p in position_only.parameters()] == [
         name for name in calibration if name not in SEEN_BY_PRESSURES
     ]
 
 
-def test_what_cannot_be_diagnosed_is_said() -> None:
+def test_records_without_information_are_refused() -> None:
     with pytest.raises(ValueError, match="the diagnosis needs a record"):
         make_case(made.RIG, [])
     still = make_record(

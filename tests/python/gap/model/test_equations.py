@@ -12,9 +12,10 @@ from ehsid.harness.gap.schema import EquationShare
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 
-# Largest residual, and how many times as much without the effect, where a smoothed position counts.
+# Largest residual with the effect, as a share of the largest term, and the smallest ratio of the
+# residual without the effect to it. These effects depend on the smoothed position.
 LOSSY = {
-    # At rest friction is what the drive asks for, at a creep that no position shows.
+    # At rest, friction balances the drive; the rod creeps by less than the position shows.
     "coulomb_friction": (0.4, 2.0),
     "stribeck_friction": (0.4, 2.0),
     "sensor_backlash": (0.15, 2.0),
@@ -25,7 +26,7 @@ LOSSY = {
 def equation_shares(
     records: Sequence[Record], rig: Rig, values: Mapping[str, float]
 ) -> tuple[EquationShare, ...]:
-    """Residual of every equation beside what the noise of the sensors leaves."""
+    """Residual of every equation, with the residual that the sensor noise causes."""
     return tuple(share_of(equation) for equation in equations(records, rig, values))
 
 
@@ -34,42 +35,42 @@ def rms(rows: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
-def test_equations_hold_for_what_the_simulator_made(effect: str) -> None:
-    """With the effect told they are left with next to nothing; without it, with far more."""
+def test_equations_hold_for_simulated_records(effect: str) -> None:
+    """The residual is small at the values of the simulation and large without the effect."""
     record = made(full(effect), noisy=False)
     signals = measured(record, RIG)
-    told = servo_terms(signals, all_values(RIG, full(effect)), "ehs")
+    terms_with_effect = servo_terms(signals, all_values(RIG, full(effect)), "ehs")
     shares = {
         name: rms(np.sum(list(terms.values()), axis=0)) / max(map(rms, terms.values()))
-        for name, terms in told.items()
+        for name, terms in terms_with_effect.items()
     }
-    # At 1 kHz the trapezoidal rule over a spool of 250 Hz errs by some 1e-3. Seals give within 20
-    # um, a tenth of what a moving rod does in the 20 ms over which position is smoothed; that
-    # smooths what a sensor's lag or play did, too.
-    most, least = LOSSY.get(effect, (0.002, 20.0))
-    assert max(shares.values()) < most, shares
-    untold = residuals([signals], all_values(RIG, {}), "ehs")
-    more = {
-        name: rms(rows) / rms(np.sum(list(told[name].values()), axis=0))
-        for name, rows in untold.items()
+    # At 1 kHz the trapezoidal rule has an error of about 1e-3 for a spool of 250 Hz. Presliding of
+    # the seals takes 20 um, a tenth of the motion of the rod in the 20 ms over which the position
+    # is smoothed. The smoothing also affects the lag and the play of a sensor.
+    largest_share, least_ratio = LOSSY.get(effect, (0.002, 20.0))
+    assert max(shares.values()) < largest_share, shares
+    residuals_without_effect = residuals([signals], all_values(RIG, {}), "ehs")
+    ratios = {
+        name: rms(rows) / rms(np.sum(list(terms_with_effect[name].values()), axis=0))
+        for name, rows in residuals_without_effect.items()
     }
-    assert max(more.values()) > least, more
+    assert max(ratios.values()) > least_ratio, ratios
 
 
-def test_noise_alone_leaves_noise() -> None:
+def test_the_residual_without_an_effect_is_the_noise() -> None:
     for share in equation_shares([made(OTHER)], RIG, {}):
-        # What the regression cannot take and the linear spool between samples: some per cent.
+        # The regression and the linear motion of the spool between samples add a few per cent.
         assert 0.8 * share.noise < share.residual.value < 1.35 * share.noise, share
         assert share.residual.low <= share.residual.value <= share.residual.high
 
 
-def test_equations_are_those_that_are_measured() -> None:
+def test_only_equations_with_measured_signals_are_used() -> None:
     names = [share.equation for share in equation_shares([made({})], RIG, {})]
     assert sorted(names) == sorted([CAP, ROD, SUPPLY, FORCE])
     with_spool = made({}, columns=(*WITH_PRESSURES, "spool"))
     assert SPOOL in [share.equation for share in equation_shares([with_spool], RIG, {})]
     assert equation_shares([made({}, columns=("position_m",))], RIG, {}) == ()
-    # One of two records without pressures: nothing in common.
+    # One of two records has no pressures: no equation is common to both.
     both = [made({}), made({}, columns=("position_m",))]
     assert equation_shares(both, RIG, {}) == ()
 
@@ -84,10 +85,12 @@ def test_equations_are_those_that_are_measured() -> None:
         ("supply_droop", {SUPPLY}),
     ],
 )
-def test_only_the_equation_of_an_effect_is_left_with_more(effect: str, equation: set[str]) -> None:
+def test_an_effect_raises_the_residual_of_its_own_equation_only(
+    effect: str, equation: set[str]
+) -> None:
     shares = equation_shares([made({**OTHER, **full(effect)})], RIG, {})
-    loud = {share.equation for share in shares if share.residual.low > 1.5 * share.noise}
-    assert loud == equation
+    above_noise = {share.equation for share in shares if share.residual.low > 1.5 * share.noise}
+    assert above_noise == equation
 
 
 def test_an_axis_has_a_force_balance_from_its_position() -> None:
@@ -106,17 +109,17 @@ def test_units_of_the_command_change_nothing() -> None:
     columns = {"time_s": record.time_s, **record.columns}
     tenfold = make_record({**columns, "command_v": 10.0 * record.column("command_v")})
     scaled = RIG.with_values({"valve.rated_command_v": 10.0 * RIG.values["valve.rated_command_v"]})
-    for one, other in zip(shares, equation_shares([tenfold], scaled, {}), strict=True):
-        assert one.residual.value == pytest.approx(other.residual.value, rel=1e-9)
+    for share, share_scaled in zip(shares, equation_shares([tenfold], scaled, {}), strict=True):
+        assert share.residual.value == pytest.approx(share_scaled.residual.value, rel=1e-9)
 
 
 def test_gaps_are_refused() -> None:
     record = made({})
     time_s = np.array(record.time_s)
     time_s[3000:] += 0.5
-    torn = make_record({"time_s": time_s, **record.columns})
+    record_with_gap = make_record({"time_s": time_s, **record.columns})
     with pytest.raises(ValueError, match="cut the record at its gaps"):
-        equation_shares([torn], RIG, {})
+        equation_shares([record_with_gap], RIG, {})
 
 
 def test_fine_samples_are_thinned() -> None:
@@ -124,12 +127,12 @@ def test_fine_samples_are_thinned() -> None:
     fine = make_record(
         {
             "time_s": np.arange(4 * len(record)) * 0.25e-3,
-            # Each held, or drawn on, over four samples.
+            # Each value is held over four samples.
             "command_v": np.repeat(record.column("command_v"), 4),
             **{name: np.repeat(record.column(name), 4) for name in WITH_PRESSURES},
         }
     )
-    for one, other in zip(
+    for share, share_fine in zip(
         equation_shares([record], RIG, {}), equation_shares([fine], RIG, {}), strict=True
     ):
-        assert one.residual.value == pytest.approx(other.residual.value, rel=1e-6)
+        assert share.residual.value == pytest.approx(share_fine.residual.value, rel=1e-6)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The optimiser alone, on costs whose minimum scipy knows."""
+"""The optimiser on costs whose minimum scipy computes, too."""
 
 from collections.abc import Mapping
 from typing import cast
@@ -15,19 +15,19 @@ from ehsid.harness.gap.model.problem import Linear, Step
 
 
 class Quadratic:
-    """|A x - b|^2 / 2 in a box, with the calls that a fit makes; slopes may be bent."""
+    """The cost |A (x + cubic x^3) - b|^2 / 2 inside bounds, with the interface of `Problem`."""
 
-    def __init__(self, a: np.ndarray, b: np.ndarray, half: float, bend: float = 0.0) -> None:
-        self.a, self.b, self.bend = a, b, bend
+    def __init__(self, a: np.ndarray, b: np.ndarray, half: float, cubic: float = 0.0) -> None:
+        self.a, self.b, self.cubic = a, b, cubic
         self.low, self.high = np.full(a.shape[1], -half), np.full(a.shape[1], half)
-        self.exact = 0  # how often sensitivities were asked for
+        self.exact = 0  # number of evaluations of sensitivities
 
     def errors(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        return {"y": self.a @ (x + self.bend * x**3) - self.b}
+        return {"y": self.a @ (x + self.cubic * x**3) - self.b}
 
     def linear(self, x: np.ndarray, first: Linear | None = None) -> Linear:
         self.exact += 1
-        slopes = self.a * (1.0 + 3.0 * self.bend * x**2)
+        slopes = self.a * (1.0 + 3.0 * self.cubic * x**2)
         if first is not None:
             slopes[:, : first.slopes["y"].shape[1]] = first.slopes["y"]
         return Linear(self.errors(x), {"y": slopes})
@@ -46,41 +46,42 @@ class Quadratic:
 @given(seed=st.integers(0, 500), half=st.floats(0.05, 5.0))
 def test_minimum_in_a_box_is_that_of_scipy(seed: int, half: float) -> None:
     rng = np.random.default_rng(seed)
-    # Correlated columns: a step that ignores which parameters are held at a bound goes astray.
+    # The columns are correlated, so that a step must take into account which parameters are held at
+    # a bound.
     a = rng.standard_normal((12, 4)) @ (np.eye(4) + 2.0 * rng.standard_normal((4, 4)))
     subject = Quadratic(a, 3.0 * rng.standard_normal(12), half)
-    found = fit(cast(Problem, subject), rng.uniform(-half, half, 4), iterations=200)
+    result = fit(cast(Problem, subject), rng.uniform(-half, half, 4), iterations=200)
     expected = lsq_linear(a, subject.b, (-half, half), tol=1e-14)
-    assert np.all(np.abs(found.x) <= half)
-    # A fit ends where a step gains less than 1e-2; damping leaves a few such steps.
-    assert found.cost < expected.cost + 0.05 * (1.0 + expected.cost)
+    assert np.all(np.abs(result.x) <= half)
+    # A fit ends where a step reduces the cost by less than 1e-2; damping leaves a few such steps.
+    assert result.cost < expected.cost + 0.05 * (1.0 + expected.cost)
 
 
-def test_a_start_outside_is_brought_in_and_no_step_is_worse() -> None:
+def test_a_start_outside_the_bounds_is_clipped_and_the_cost_never_rises() -> None:
     subject = Quadratic(np.eye(2), np.array([10.0, 0.0]), 1.0)
-    found = fit(cast(Problem, subject), np.array([-50.0, 50.0]))
-    np.testing.assert_allclose(found.x, [1.0, 0.0], atol=0.05)
-    assert found.converged
-    assert found.cost <= subject.cost(np.array([-1.0, 1.0]))
+    result = fit(cast(Problem, subject), np.array([-50.0, 50.0]))
+    np.testing.assert_allclose(result.x, [1.0, 0.0], atol=0.05)
+    assert result.converged
+    assert result.cost <= subject.cost(np.array([-1.0, 1.0]))
 
 
-def test_iterations_are_kept() -> None:
+def test_the_limit_of_iterations_holds() -> None:
     subject = Quadratic(np.diag([1.0, 1e3]), np.array([1.0, 1.0]), 5.0)
-    found = fit(cast(Problem, subject), np.array([4.0, 4.0]), iterations=1)
-    assert found.iterations == 1
-    assert not found.converged
-    assert found.cost == pytest.approx(subject.cost(found.x))
+    result = fit(cast(Problem, subject), np.array([4.0, 4.0]), iterations=1)
+    assert result.iterations == 1
+    assert not result.converged
+    assert result.cost == pytest.approx(subject.cost(result.x))
 
 
 @given(seed=st.integers(0, 500))
-@example(seed=298)  # six tries do not shorten its steps enough
-def test_bent_errors_end_where_scipy_ends_with_fewer_sensitivities(seed: int) -> None:
+@example(seed=298)  # six tries do not shorten the steps enough
+def test_the_minimum_of_a_nonlinear_cost_is_that_of_scipy(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    # x + x^3 / 2 is monotone and the columns are independent: there is one minimum.
+    # x + x^3 / 2 is monotone and the columns are independent: there is a single minimum.
     a = np.linalg.qr(rng.standard_normal((12, 4)))[0] * np.array([1.0, 3.0, 10.0, 30.0])
-    subject = Quadratic(a, 3.0 * rng.standard_normal(12), 2.0, bend=0.5)
+    subject = Quadratic(a, 3.0 * rng.standard_normal(12), 2.0, cubic=0.5)
     start = rng.uniform(-2.0, 2.0, 4)
-    found = fit(cast(Problem, subject), start, iterations=100)
+    result = fit(cast(Problem, subject), start, iterations=100)
     expected = least_squares(
         lambda x: subject.errors(x)["y"],
         start,
@@ -89,46 +90,48 @@ def test_bent_errors_end_where_scipy_ends_with_fewer_sensitivities(seed: int) ->
         xtol=1e-12,
         ftol=1e-12,
     )
-    # It ends where an exact step gains less than 1e-2.
-    assert found.cost < expected.cost + 0.05 * (1.0 + expected.cost)
+    # The fit ends where a step with exact sensitivities reduces the cost by less than 1e-2.
+    assert result.cost < expected.cost + 0.05 * (1.0 + expected.cost)
 
 
-def test_sensitivities_are_not_asked_for_in_every_step() -> None:
+def test_sensitivities_are_not_computed_in_every_step() -> None:
     rng = np.random.default_rng(0)
-    subject = Quadratic(rng.standard_normal((12, 4)), rng.standard_normal(12), 9.0, bend=0.01)
-    found = fit(cast(Problem, subject), np.full(4, 2.0), iterations=30)
-    assert found.converged
-    assert subject.exact < found.iterations
+    subject = Quadratic(rng.standard_normal((12, 4)), rng.standard_normal(12), 9.0, cubic=0.01)
+    result = fit(cast(Problem, subject), np.full(4, 2.0), iterations=30)
+    assert result.converged
+    assert subject.exact < result.iterations
 
 
-def test_sensitivities_of_a_point_nearby_do_to_begin_with() -> None:
+def test_a_fit_can_start_with_sensitivities_of_a_nearby_point() -> None:
     rng = np.random.default_rng(1)
-    subject = Quadratic(rng.standard_normal((12, 4)), rng.standard_normal(12), 9.0, bend=0.01)
+    subject = Quadratic(rng.standard_normal((12, 4)), rng.standard_normal(12), 9.0, cubic=0.01)
     near = subject.linear(np.zeros(4))
     first = Linear(near.errors, {"y": near.slopes["y"][:, :3]})
     start = np.full(4, 1.0)
-    told = fit(cast(Problem, subject), start, iterations=30, first=first)
+    approximate = fit(cast(Problem, subject), start, iterations=30, first=first)
     exact = fit(cast(Problem, subject), start, iterations=30)
-    assert told.cost == pytest.approx(exact.cost, abs=1e-2 * 30)
+    assert approximate.cost == pytest.approx(exact.cost, abs=1e-2 * 30)
 
 
-def test_a_move_along_what_nothing_depends_on_says_nothing() -> None:
+def test_a_step_without_influence_leaves_the_slopes_unchanged() -> None:
     slopes = np.array([[1.0, 0.0], [2.0, 0.0]])
     before = Linear({"y": np.zeros(2)}, {"y": slopes.copy()})
-    after = before.moved(np.array([0.0, 3.0]), {"y": np.ones(2)}, np.array([5.0, 0.0]))
+    after = before.updated(np.array([0.0, 3.0]), {"y": np.ones(2)}, np.array([5.0, 0.0]))
     np.testing.assert_array_equal(after.slopes["y"], slopes)
     np.testing.assert_array_equal(after.errors["y"], np.ones(2))
 
 
 @given(seed=st.integers(0, 100))
-def test_a_secant_fits_the_last_move_in_any_units(seed: int) -> None:
+def test_the_secant_condition_holds_in_any_units(seed: int) -> None:
     rng = np.random.default_rng(seed)
     before, slopes = rng.standard_normal(9), rng.standard_normal((9, 3))
-    move, after = rng.standard_normal(3), rng.standard_normal(9)
+    step, after = rng.standard_normal(3), rng.standard_normal(9)
     scale, units = rng.uniform(0.1, 10.0, 3), np.array([1.0, 1e-6, 1e4])
-    plain = Linear({"y": before}, {"y": slopes.copy()}).moved(move, {"y": after}, scale)
-    np.testing.assert_allclose(plain.slopes["y"] @ move, after - before, atol=1e-9)
-    # x in other units: slopes by 1 / unit, weights by 1 / unit^2.
-    other = Linear({"y": before}, {"y": slopes / units})
-    other = other.moved(move * units, {"y": after}, scale / units**2)
-    np.testing.assert_allclose(other.slopes["y"] * units, plain.slopes["y"], rtol=1e-6, atol=1e-9)
+    plain = Linear({"y": before}, {"y": slopes.copy()}).updated(step, {"y": after}, scale)
+    np.testing.assert_allclose(plain.slopes["y"] @ step, after - before, atol=1e-9)
+    # With x in other units, slopes change by 1 / unit and weights by 1 / unit^2.
+    rescaled = Linear({"y": before}, {"y": slopes / units})
+    rescaled = rescaled.updated(step * units, {"y": after}, scale / units**2)
+    np.testing.assert_allclose(
+        rescaled.slopes["y"] * units, plain.slopes["y"], rtol=1e-6, atol=1e-9
+    )

@@ -28,15 +28,15 @@ def rig(request: pytest.FixtureRequest) -> Rig:
     return read_rig(RIGS / f"{request.param}.toml")
 
 
-def test_what_moves_is_what_is_told_and_uncertain(rig: Rig) -> None:
-    found = calibration_parameters(rig)
-    names = [parameter.name for parameter in found]
+def test_parameters_are_the_uncertain_values_of_the_rig_and_nuisances(rig: Rig) -> None:
+    parameters = calibration_parameters(rig)
+    names = [parameter.name for parameter in parameters]
     assert len(set(names)) == len(names)
     assert not set(names) & set(HELD)
-    told = {name for name, value in rig.values.items() if value != 0.0} - set(HELD)
-    assert told <= set(names)
-    assert set(names) - told <= set(NUISANCE_SIGMA)
-    for parameter in found:
+    rig_names = {name for name, value in rig.values.items() if value != 0.0} - set(HELD)
+    assert rig_names <= set(names)
+    assert set(names) - rig_names <= set(NUISANCE_SIGMA)
+    for parameter in parameters:
         assert parameter.low <= parameter.centre <= parameter.high
         info = plant_parameters()[parameter.name]
         rounding = 1e-12 * abs(info.maximum)
@@ -46,7 +46,7 @@ def test_what_moves_is_what_is_told_and_uncertain(rig: Rig) -> None:
             assert parameter.value(parameter.centre) == pytest.approx(rig.values[parameter.name])
 
 
-def test_a_value_moves_by_its_own_uncertainty() -> None:
+def test_the_prior_is_the_uncertainty_of_the_value() -> None:
     rig = read_rig(RIGS / "bench.toml")
     bulk = next(p for p in calibration_parameters(rig) if p.name == "fluid.bulk_modulus_pa")
     sigma = rig.sigma("fluid.bulk_modulus_pa")
@@ -55,41 +55,45 @@ def test_a_value_moves_by_its_own_uncertainty() -> None:
     assert bulk.high - bulk.centre == pytest.approx(MOST_SIGMAS * sigma)
 
 
-def test_a_lag_that_is_told_takes_the_place_of_the_hidden_spool() -> None:
-    told = read_rig(RIGS / "bench.toml")
-    untold = told.with_values(
+def test_a_lag_in_the_rig_file_replaces_the_hidden_spool() -> None:
+    with_lag = read_rig(RIGS / "bench.toml")
+    without_lag = with_lag.with_values(
         {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
     )
-    names = {p.name for p in calibration_parameters(told)}
+    names = {parameter.name for parameter in calibration_parameters(with_lag)}
     assert "effects.valve_lag.bandwidth_hz" in names
     assert names.isdisjoint({"nuisance.spool_bandwidth_hz", "nuisance.spool_damping"})
-    # Its speed has a limit all the same.
+    # The spool speed of the valve has a limit nevertheless.
     assert "nuisance.spool_slew_1_s" in names
-    names = {p.name for p in calibration_parameters(untold)}
+    names = {parameter.name for parameter in calibration_parameters(without_lag)}
     assert "effects.valve_lag.bandwidth_hz" not in names
     assert {"nuisance.spool_bandwidth_hz", "nuisance.spool_damping"} <= names
 
 
-def test_without_pressures_what_only_they_show_stays_typical(rig: Rig) -> None:
-    seen = calibration_parameters(rig)
-    unseen = calibration_parameters(rig, pressures=False)
-    kept = [one for one in seen if one.name not in SEEN_BY_PRESSURES]
-    assert [one.name for one in unseen] == [one.name for one in kept]
-    for one, other in zip(unseen, kept, strict=True):
-        if one.name not in UNSEEN_CENTRE:
-            assert one == other
+def test_without_pressures_some_nuisances_are_left_out(rig: Rig) -> None:
+    with_pressures = calibration_parameters(rig)
+    without_pressures = calibration_parameters(rig, pressures=False)
+    expected = [
+        parameter for parameter in with_pressures if parameter.name not in SEEN_BY_PRESSURES
+    ]
+    assert [parameter.name for parameter in without_pressures] == [
+        parameter.name for parameter in expected
+    ]
+    for parameter, expected_parameter in zip(without_pressures, expected, strict=True):
+        if parameter.name not in UNSEEN_CENTRE:
+            assert parameter == expected_parameter
         else:
-            assert one.centre == UNSEEN_CENTRE[one.name]
+            assert parameter.centre == UNSEEN_CENTRE[parameter.name]
     if rig.plant == "ehs":
-        assert set(SEEN_BY_PRESSURES) <= {one.name for one in seen}
+        assert set(SEEN_BY_PRESSURES) <= {parameter.name for parameter in with_pressures}
 
 
-def test_nuisances_have_a_place_for_each_name() -> None:
-    """Every nuisance of the plant is given room, and none that is not of the plant."""
+def test_every_nuisance_has_a_prior() -> None:
+    """The priors are those of the nuisances of the plant, without exception or addition."""
     names = {name for name in plant_parameters() if name.startswith("nuisance.")}
     assert set(NUISANCE_SIGMA) == names
     assert set(LOGARITHMIC_NUISANCES) | set(SEEN_BY_PRESSURES) <= names
-    # A size that is positive is known by a factor, what may be of either sign by an amount.
+    # The uncertainty of a positive value is a factor; that of a value of either sign an amount.
     for name in LOGARITHMIC_NUISANCES:
         assert plant_parameters()[name].minimum > 0.0
 
@@ -99,17 +103,21 @@ def test_nuisances_have_a_place_for_each_name() -> None:
 def test_effects_start_at_their_size_and_stay_in_range(effect: str, share: float) -> None:
     info = next(e for e in ehsid.effects() if e.id == effect)
     start = {p.name: p.minimum + share * (p.maximum - p.minimum) for p in info.parameters}
-    for (parameter, x), told in zip(effect_parameters(effect, start), info.parameters, strict=True):
+    for (parameter, x), plant_parameter in zip(
+        effect_parameters(effect, start), info.parameters, strict=True
+    ):
         assert parameter.low <= x <= parameter.high
         assert parameter.sigma == math.inf
         value = parameter.value(x)
-        assert value == pytest.approx(max(start[told.name], parameter.value(parameter.low)))
+        assert value == pytest.approx(
+            max(start[plant_parameter.name], parameter.value(parameter.low))
+        )
         h = 1e-6
         slope = (parameter.value(x + h) - parameter.value(x - h)) / (2.0 * h)
         assert parameter.slope(x) == pytest.approx(slope, rel=1e-6)
 
 
-def test_an_axis_has_no_valve_to_blame() -> None:
+def test_an_axis_has_no_effects_of_a_valve() -> None:
     with pytest.raises(ValueError, match="'valve_dead_band' cannot act"):
         effect_parameters("valve_dead_band", {"overlap": 0.02}, "axis")
 
@@ -123,12 +131,12 @@ def test_forces_have_either_sign() -> None:
 
 @pytest.mark.parametrize("effect", [info.id for info in ehsid.effects()])
 def test_ends_of_a_logarithm_are_inside_the_range_of_the_plant(effect: str) -> None:
-    """A fit that stops at a bound gives a rig that can be written and run."""
+    """The values at the bounds of a fit can be written to a rig file and simulated."""
     rig = read_rig(RIGS / "bench.toml")
     ranges = {info.name: info for info in ehsid.plant_parameters()}
-    start = {one.name: one.typical for one in effects()[effect].parameters}
-    found = [one for one, _ in effect_parameters(effect, start)]
-    for one in (*found, *calibration_parameters(rig)):
-        info = ranges[one.name]
-        assert info.minimum <= one.value(one.low), one.name
-        assert one.value(one.high) <= info.maximum, one.name
+    start = {parameter.name: parameter.typical for parameter in effects()[effect].parameters}
+    parameters = [parameter for parameter, _ in effect_parameters(effect, start)]
+    for parameter in (*parameters, *calibration_parameters(rig)):
+        info = ranges[parameter.name]
+        assert info.minimum <= parameter.value(parameter.low), parameter.name
+        assert parameter.value(parameter.high) <= info.maximum, parameter.name

@@ -36,7 +36,7 @@ RIG = Rig(
         "spool_noise": 1e-3,
     },
 )
-# A rig that differs from what is told by about one deviation each.
+# Values that differ from those of the rig by about one standard deviation each.
 TRUE = {
     "fluid.bulk_modulus_pa": 0.9e9,
     "load.viscous_friction_n_s_m": 1200.0,
@@ -45,7 +45,7 @@ TRUE = {
 }
 
 
-def made(values: dict[str, float], seed: int = 0, seconds: float = 4.0) -> Compared:
+def compared_record(values: dict[str, float], seed: int = 0, seconds: float = 4.0) -> Compared:
     rng = np.random.default_rng(seed)
     n = round(seconds / DT_S)
     command = multisine(n, DT_S, band_hz=(0.5, 25.0), rms=2.0, rng=rng)
@@ -68,145 +68,145 @@ def problem(record: Compared, extra: tuple = (), substeps: int = 4) -> Problem:
 
 
 def test_outputs_that_are_noise_do_not_count() -> None:
-    record = made({})
-    # Supply pressure is constant, spool and pressures move.
+    record = compared_record({})
+    # The supply pressure is constant; spool and chamber pressures vary.
     assert problem(record).outputs == ("position_m", "pressure_a_pa", "pressure_b_pa", "spool")
 
 
 def test_gradient_is_that_of_the_cost() -> None:
-    record = made(TRUE)
+    record = compared_record(TRUE)
     subject = problem(record)
     x = subject.centre()
     step = subject.step(x)
     assert step.cost == pytest.approx(subject.cost(x), rel=1e-12)
     scale = np.array([min(p.sigma, 1.0) for p in subject.parameters])
     by_differences = approx_fprime(x, subject.cost, 1e-5 * scale)
-    # One-sided differences of 1e-5 sigma: rounding of a cost of 1e4 by 1e-12 over 1e-5, and the
-    # curvature, up to 1e4 a sigma^2, times half the step.
+    # One-sided differences over 1e-5 sigma have the rounding error of a cost of 1e4, 1e-12 of it,
+    # divided by 1e-5, and the curvature, up to 1e4 per sigma^2, times half the step.
     np.testing.assert_allclose(step.gradient * scale, by_differences * scale, rtol=5e-3, atol=1.0)
 
 
 @pytest.fixture(scope="module")
-def of_two_records() -> Problem:
-    """Two records of different length, the second with a window that is shorter."""
-    records = [made(TRUE, 1, 3.3), made({}, 2, 2.5)]
+def two_record_problem() -> Problem:
+    """Problem with two records of different length; the last window of the second is shorter."""
+    records = [compared_record(TRUE, 1, 3.3), compared_record({}, 2, 2.5)]
     floors = {"position_m": 5e-6, "pressure_a_pa": 1e4, "spool": 1e-3}
     parameters = calibration_parameters(RIG)
     return Problem(RIG, records, parameters, outputs=tuple(floors), floors=floors, substeps=4)
 
 
-def test_squares_of_the_windows_add_up_to_the_errors(of_two_records: Problem) -> None:
-    subject = of_two_records
+def test_squares_of_the_windows_add_up_to_the_errors(two_record_problem: Problem) -> None:
+    subject = two_record_problem
     errors = subject.errors(subject.centre())
     squares, counts = subject.window_squares(errors)
-    # 3 s are 6 windows of half a second, 2.2 s are 4 and one of 0.2 s.
+    # 3 s are 6 windows of 0.5 s; 2.2 s are 4 windows and another of 0.2 s.
     np.testing.assert_array_equal(counts, [500.0] * 10 + [200.0])
     assert squares.shape == (11, 3)
     for column, name in enumerate(subject.outputs):
         assert squares[:, column].sum() == pytest.approx(np.sum(errors[name] ** 2), rel=1e-12)
-        # The first window of the second record, by hand.
+        # The first window of the second record is summed directly.
         by_hand = np.sum(errors[name][3000:3500] ** 2)
         assert squares[6, column] == pytest.approx(by_hand, rel=1e-12)
 
 
-def test_gradients_of_the_windows_add_up_to_that_of_the_cost(of_two_records: Problem) -> None:
-    subject = of_two_records
+def test_gradients_of_the_windows_add_up_to_that_of_the_cost(two_record_problem: Problem) -> None:
+    subject = two_record_problem
     x = subject.centre()
     x[:5] += 0.01
     step, by_window = subject.window_gradients(x)
     assert by_window.shape == (11, x.size)
-    # What the windows do not have is the prior: of x - centre over sigma^2.
+    # The gradient of the prior, (x - centre) / sigma^2, is not in the windows.
     prior = subject.information() * (x - subject.centre())
     scale = np.max(np.abs(step.gradient))
     np.testing.assert_allclose(by_window.sum(axis=0) + prior, step.gradient, atol=1e-9 * scale)
-    alone = subject.step(x)
-    np.testing.assert_array_equal(step.gradient, alone.gradient)
-    # One window by finite differences of its own squares, weighted as in the cost:
+    expected_step = subject.step(x)
+    np.testing.assert_array_equal(step.gradient, expected_step.gradient)
+    # The gradient by window from differences of its squares, weighted as in the cost:
     #   n / (2 N (mse + floor^2)) d(sum of squares) / dx
     errors = subject.errors(x)
     independent = 20.0 * sum(record.seconds for record in subject.records)
-    place = [one.name for one in subject.parameters].index("fluid.bulk_modulus_pa")
+    index = [parameter.name for parameter in subject.parameters].index("fluid.bulk_modulus_pa")
     shift = np.zeros_like(x)
-    shift[place] = 1e-4
-    ends = [subject.window_squares(subject.errors(x + side * shift))[0] for side in (1.0, -1.0)]
-    slopes = (ends[0] - ends[1]) / 2e-4
+    shift[index] = 1e-4
+    squares = [subject.window_squares(subject.errors(x + sign * shift))[0] for sign in (1.0, -1.0)]
+    slopes = (squares[0] - squares[1]) / 2e-4
     expected = np.zeros(11)
     for column, name in enumerate(subject.outputs):
         e = errors[name]
         weight = 0.5 * independent / (e.size * (np.mean(e**2) + subject.floors[name] ** 2))
         expected += weight * slopes[:, column]
-    # Central differences over 1e-4 of ln: their error is some 1e-6 of the largest.
+    # Central differences over 1e-4 of ln have an error of about 1e-6 of the largest.
     worst = np.max(np.abs(expected))
     assert worst > 1.0
-    np.testing.assert_allclose(by_window[:, place], expected, atol=1e-4 * worst)
+    np.testing.assert_allclose(by_window[:, index], expected, atol=1e-4 * worst)
 
 
 def test_hessian_is_positive_and_symmetric() -> None:
-    subject = problem(made(TRUE))
+    subject = problem(compared_record(TRUE))
     hessian = subject.step(subject.centre()).hessian
     np.testing.assert_allclose(hessian, hessian.T, rtol=1e-9)
     assert np.linalg.eigvalsh(hessian).min() > 0.0
 
 
-def test_calibration_finds_the_rig_behind_a_record() -> None:
-    record = made(TRUE)
+def test_calibration_estimates_the_rig_of_a_record() -> None:
+    record = compared_record(TRUE)
     subject = problem(record)
-    found = fit(subject, subject.centre())
-    assert found.converged
-    values = dict(zip([p.name for p in subject.parameters], found.x, strict=True))
+    result = fit(subject, subject.centre())
+    assert result.converged
+    values = dict(zip([parameter.name for parameter in subject.parameters], result.x, strict=True))
     for parameter in subject.parameters:
-        told = TRUE.get(parameter.name)
-        if told is not None:
-            away = parameter.value(values[parameter.name]) / told - 1.0
-            assert abs(away) < 0.02, parameter.name
-    # What is left is the noise: white, of the deviation that went in.
-    errors = subject.errors(found.x)
+        true_value = TRUE.get(parameter.name)
+        if true_value is not None:
+            deviation = parameter.value(values[parameter.name]) / true_value - 1.0
+            assert abs(deviation) < 0.02, parameter.name
+    # The remaining errors are the simulated white noise.
+    errors = subject.errors(result.x)
     assert np.std(errors["position_m"]) == pytest.approx(5e-6, rel=0.1)
     assert np.std(errors["pressure_a_pa"]) == pytest.approx(1e4, rel=0.1)
 
 
-def test_an_effect_is_found_with_its_size_and_without_it_the_gap_stays() -> None:
-    record = made({**TRUE, "effects.coulomb_friction.force_n": 400.0})
-    alone = problem(record)
-    calibrated = fit(alone, alone.centre())
-    added = effect_parameters("coulomb_friction", {"force_n": 150.0})
-    joint = problem(record, tuple(parameter for parameter, _ in added))
-    found = fit(joint, np.concatenate([calibrated.x, [x for _, x in added]]))
-    # Hundreds of nats; one is a standard error.
-    assert calibrated.cost - found.cost > 100.0
-    assert joint.parameters[-1].value(found.x[-1]) == pytest.approx(400.0, rel=0.05)
+def test_the_size_of_an_effect_is_estimated_and_reduces_the_cost() -> None:
+    record = compared_record({**TRUE, "effects.coulomb_friction.force_n": 400.0})
+    without_effect = problem(record)
+    calibrated = fit(without_effect, without_effect.centre())
+    effect = effect_parameters("coulomb_friction", {"force_n": 150.0})
+    with_effect = problem(record, tuple(parameter for parameter, _ in effect))
+    result = fit(with_effect, np.concatenate([calibrated.x, [x for _, x in effect]]))
+    # The difference is hundreds of nats; a standard error is about one.
+    assert calibrated.cost - result.cost > 100.0
+    assert with_effect.parameters[-1].value(result.x[-1]) == pytest.approx(400.0, rel=0.05)
 
 
 def test_bounds_hold() -> None:
-    record = made({"fluid.bulk_modulus_pa": 0.2e9})
+    record = compared_record({"fluid.bulk_modulus_pa": 0.2e9})
     subject = problem(record)
-    found = fit(subject, subject.centre())
-    assert np.all(found.x >= subject.low)
-    assert np.all(found.x <= subject.high)
+    result = fit(subject, subject.centre())
+    assert np.all(result.x >= subject.low)
+    assert np.all(result.x <= subject.high)
 
 
 def test_gap_is_that_of_the_contract() -> None:
-    """Recomputed sample by sample from the words of the contract."""
-    record = made(TRUE, seconds=2.0)
+    """The gap is computed sample by sample from its definition in the contract."""
+    record = compared_record(TRUE, seconds=2.0)
     run = simulate_windows(RIG, record.record)
     simulated = {name: run.outputs[name][0] for name in record.outputs}
-    found = gap_figure(record, simulated, ("position_m", "pressure_a_pa"))
+    gap = gap_figure(record, simulated, ("position_m", "pressure_a_pa"))
     for name in ("position_m", "pressure_a_pa"):
         squares, spread, count = 0.0, 0.0, 0
         measured = record.outputs[name]
         for number in range(int(record.window.max()) + 1):
-            inside = [k for k in range(measured.size) if record.window[k] == number]
-            mean = sum(measured[k] for k in inside) / len(inside)
-            squares += sum((simulated[name][k] - measured[k]) ** 2 for k in inside)
-            spread += sum((measured[k] - mean) ** 2 for k in inside)
-            count += len(inside)
-        assert found.per_output[name] == pytest.approx(np.sqrt(squares / spread))
+            indices = [k for k in range(measured.size) if record.window[k] == number]
+            mean = sum(measured[k] for k in indices) / len(indices)
+            squares += sum((simulated[name][k] - measured[k]) ** 2 for k in indices)
+            spread += sum((measured[k] - mean) ** 2 for k in indices)
+            count += len(indices)
+        assert gap.per_output[name] == pytest.approx(np.sqrt(squares / spread))
         assert count == np.count_nonzero(record.used)
-    assert found.mean == pytest.approx(np.mean(list(found.per_output.values())))
+    assert gap.mean == pytest.approx(np.mean(list(gap.per_output.values())))
 
 
 def test_centred_errors_have_no_mean_in_any_window() -> None:
-    record = made({}, seconds=2.0)
+    record = compared_record({}, seconds=2.0)
     rng = np.random.default_rng(1)
     errors = rng.standard_normal((len(record.record), 3)) + 5.0
     centred = record.centred(errors)
@@ -224,7 +224,7 @@ def test_records_with_gaps_are_refused() -> None:
 
 
 def test_sensitivities_that_overflow_give_no_warning() -> None:
-    subject = problem(made(TRUE))
+    subject = problem(compared_record(TRUE))
     x = subject.centre()
     errors = subject.errors(x)
     huge = {name: np.full((error.size, x.size), 1e200) for name, error in errors.items()}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A check is made and sealed once, runs case by case, and a kill loses only what was under way."""
+"""A check is made and sealed once and runs case by case; a kill loses only unfinished cases."""
 
 import json
 import os
@@ -30,7 +30,7 @@ from ehsid.harness.validation.reality.effects import CATALOGUE
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A check nobody may change."""
+    """A check that all tests share; they must not change it."""
     out = tmp_path_factory.mktemp("made") / "check"
     with workers(1):
         tiny_check(out)
@@ -39,7 +39,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def check(made: Path, tmp_path: Path) -> Path:
-    """A copy of it."""
+    """A copy of the shared check, which a test may change."""
     return Path(shutil.copytree(made, tmp_path / "check"))
 
 
@@ -48,14 +48,14 @@ def answers_of(out: Path) -> dict[str, dict[str, object]]:
 
 
 def results(out: Path) -> dict[str, dict[str, object]]:
-    """Settings of each diagnosis: what the stand-in saw."""
+    """Settings of each diagnosis, as the stand-in for the diagnosis wrote them."""
     return {
         path.parent.name: json.loads(path.read_text(encoding="utf-8"))["provenance"]["settings"]
         for path in sorted((out / "results").glob("*/diagnosis.json"))
     }
 
 
-def test_settings_know_what_the_generator_knows() -> None:
+def test_settings_have_the_grades_and_sensors_of_the_generator() -> None:
     assert GRADES == structure.GRADES
     assert tuple(COLUMNS) == SENSORS
 
@@ -73,24 +73,24 @@ def test_settings_know_what_the_generator_knows() -> None:
         ({"seconds": 1.0}, "--seconds 1: expected 2 to 120"),
     ],
 )
-def test_settings_out_of_range_are_told(wrong: dict[str, object], words: str) -> None:
+def test_settings_out_of_range_are_refused(wrong: dict[str, object], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         Settings(**wrong)  # type: ignore[arg-type]
 
 
-def test_settings_survive_a_file_and_tell_differences() -> None:
-    one = Settings(3, 20, ("hard", "plain"), "position", 4.0, True)
-    assert msgspec.json.decode(json_text(one), type=Settings) == one
-    other = replace(one, count=40, grades=("hard",), seconds=None)
-    assert one.differences(other) == [
+def test_settings_survive_a_file_and_list_differences() -> None:
+    settings = Settings(3, 20, ("hard", "plain"), "position", 4.0, True)
+    assert msgspec.json.decode(json_text(settings), type=Settings) == settings
+    other = replace(settings, count=40, grades=("hard",), seconds=None)
+    assert settings.differences(other) == [
         "count 20, not 40",
         "grades hard+plain, not hard",
         "seconds 4.0, not drawn",
     ]
-    assert one.differences(one) == []
+    assert settings.differences(settings) == []
 
 
-def test_a_check_has_all_grades_and_its_answers_apart(made: Path) -> None:
+def test_a_check_has_all_grades_and_a_separate_file_of_answers(made: Path) -> None:
     names = sorted(path.name for path in (made / "cases").iterdir())
     answers = answers_of(made)
     assert sorted(answers) == names
@@ -122,18 +122,18 @@ def test_an_intact_check_passes(made: Path) -> None:
     check_file(made / "seal.json")
     seal = verify(made)
     assert seal.settings == TINY
-    # Three files a case, and its transfer record.
+    # Each case has three files and a transfer record.
     assert len(seal.files) == 4 * TINY.count
 
 
 @pytest.mark.parametrize("pattern", ["answers.json", "cases/*/rig.toml", "transfer/*.csv"])
-def test_whatever_is_changed_or_missing_breaks_the_seal(pattern: str, check: Path) -> None:
+def test_a_changed_or_missing_file_breaks_the_seal(pattern: str, check: Path) -> None:
     file = next(check.glob(pattern))
     text = file.read_text(encoding="utf-8")
     file.write_text(text + " ", encoding="utf-8")
-    with pytest.raises(ValueError, match="changed since it was sealed") as found:
+    with pytest.raises(ValueError, match="changed since it was sealed") as error:
         verify(check)
-    assert str(file) in str(found.value)
+    assert str(file) in str(error.value)
     file.unlink()
     with pytest.raises(ValueError, match="now missing"):
         verify(check)
@@ -149,7 +149,7 @@ def test_an_added_case_breaks_the_seal(check: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "{}", '{"answers_sha256": "0", "files": []}', "[1]"])
-def test_a_seal_that_cannot_be_read_is_told(text: str, tmp_path: Path) -> None:
+def test_a_seal_that_cannot_be_read_is_refused(text: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="no such file"):
         verify(tmp_path)
     (tmp_path / "seal.json").write_text(text, encoding="utf-8")
@@ -176,26 +176,26 @@ def test_a_check_that_cannot_be_made_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_cases_run_and_are_kept(check: Path) -> None:
+def test_cases_run_and_their_results_are_written(check: Path) -> None:
     names = unfinished_cases(check)
     assert len(names) == TINY.count
     with workers(2):
         outcomes = list(run_check(check, verify(check), StandIn()))
-    assert sorted(one.name for one in outcomes) == names
-    assert {one.word for one in outcomes} == {"effects"}
+    assert sorted(outcome.name for outcome in outcomes) == names
+    assert {outcome.word for outcome in outcomes} == {"effects"}
     assert unfinished_cases(check) == []
-    for name, saw in results(check).items():
-        assert saw["rig"] == f"rig-{name}"
-        assert (saw["fitted"], saw["held_out"]) == (["train"], ["validate"])
-        assert saw["exclude"] == []
-        assert saw["workers"] == 1, "one core for each case"
-        assert saw["process"] != os.getpid()
+    for name, settings in results(check).items():
+        assert settings["rig"] == f"rig-{name}"
+        assert (settings["fitted"], settings["held_out"]) == (["train"], ["validate"])
+        assert settings["exclude"] == []
+        assert settings["workers"] == 1, "one core for each case"
+        assert settings["process"] != os.getpid()
         files = sorted(path.name for path in (check / "results" / name).iterdir())
         assert files == [".ehsid", "diagnosis.json", "rig.augmented.toml"]
     assert list(run_check(check, verify(check), StandIn())) == []
 
 
-def test_a_task_is_handed_neither_paths_nor_answers(check: Path) -> None:
+def test_a_task_has_neither_paths_nor_answers(check: Path) -> None:
     for name, answer in answers_of(check).items():
         task = pickle.dumps(read_case(check, name))
         assert str(check).encode() not in task
@@ -209,7 +209,7 @@ def test_an_error_is_a_result_and_the_others_go_on(check: Path) -> None:
     names = unfinished_cases(check)
     with workers(1):
         outcomes = list(run_check(check, verify(check), StandIn(fails=(f"rig-{names[1]}",))))
-    assert [one.failed for one in outcomes] == [False, True, False, False]
+    assert [outcome.failed for outcome in outcomes] == [False, True, False, False]
     text = (check / "results" / names[1] / ERROR).read_text(encoding="utf-8")
     assert f"no root for rig-{names[1]}" in text
     assert "Traceback" in text
@@ -222,7 +222,7 @@ def test_a_case_that_cannot_be_read_is_an_error_of_its_own(check: Path) -> None:
     (check / "cases" / names[0] / "train.csv").unlink()
     with workers(1):
         outcomes = list(run_check(check, seal, StandIn()))
-    assert [one.failed for one in outcomes] == [True, False, False, False]
+    assert [outcome.failed for outcome in outcomes] == [True, False, False, False]
     assert "no such file" in outcomes[0].word
 
 
@@ -232,12 +232,12 @@ def test_the_true_effect_is_left_out(tmp_path: Path) -> None:
     with workers(1):
         seal = make_check(out, settings)
         list(run_check(out, seal, StandIn()))
-    answers, seen = answers_of(out), results(out)
-    assert len(seen) == 6
+    answers, settings_by_case = answers_of(out), results(out)
+    assert len(settings_by_case) == 6
     for name, answer in answers.items():
         assert answer["kind"] == "one"
-        assert seen[name]["exclude"] == list(answer["effects"])  # type: ignore[call-overload]
-    # In turn: no effect comes twice before all came once.
+        assert settings_by_case[name]["exclude"] == list(answer["effects"])  # type: ignore[call-overload]
+    # Each effect is used once before any is used again.
     effects = {next(iter(answer["effects"])) for answer in answers.values()}  # type: ignore[call-overload]
     assert len(effects) == 6
     assert effects <= set(CATALOGUE)
@@ -247,8 +247,10 @@ def test_a_result_replaces_an_earlier_one_and_nothing_else(tmp_path: Path) -> No
     keep(Outcome("a", {"one": b"1", "two": b"2"}, "", 0.0), tmp_path)
     (tmp_path / "a" / "notes").write_text("mine")
     keep(Outcome("a", {"one": b"3"}, "", 0.0), tmp_path)
-    found = {path.name: path.read_text() for path in (tmp_path / "a").iterdir() if path.is_file()}
-    assert found == {"one": "3", "notes": "mine"}
+    contents = {
+        path.name: path.read_text() for path in (tmp_path / "a").iterdir() if path.is_file()
+    }
+    assert contents == {"one": "3", "notes": "mine"}
     with pytest.raises(ValueError, match=r"a/notes: is there already"):
         keep(Outcome("a", {"notes": b"4"}, "", 0.0), tmp_path)
     assert (tmp_path / "a" / "notes").read_text() == "mine"
@@ -271,8 +273,8 @@ with workers(2):
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals to a process")
-def test_a_kill_loses_only_what_was_under_way(check: Path) -> None:
-    """Four cases of a second, two at a time: killed when the first is told; the rest runs here."""
+def test_a_kill_loses_only_unfinished_cases(check: Path) -> None:
+    """Of four cases, two at a time, the run is killed after the first; the test runs the others."""
     names = unfinished_cases(check)
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     run = subprocess.Popen(
@@ -286,18 +288,18 @@ def test_a_kill_loses_only_what_was_under_way(check: Path) -> None:
     first = run.stdout.readline().strip()
     run.send_signal(signal.SIGKILL)
     run.wait(timeout=10)
-    os.killpg(run.pid, signal.SIGKILL)  # its workers, which nothing else ends soon
+    os.killpg(run.pid, signal.SIGKILL)  # its workers, which would otherwise continue
     run.stdout.close()
     assert first in names
-    kept = results(check)
-    assert first in kept
-    assert len(kept) < len(names)
-    assert set(unfinished_cases(check)) == set(names) - set(kept)
+    results_before = results(check)
+    assert first in results_before
+    assert len(results_before) < len(names)
+    assert set(unfinished_cases(check)) == set(names) - set(results_before)
     with workers(1):
-        again = list(run_check(check, verify(check), StandIn()))
-    assert sorted(one.name for one in again) == sorted(set(names) - set(kept))
-    finished = results(check)
-    assert sorted(finished) == names
-    for name, saw in kept.items():
-        assert finished[name] == saw, "a finished case is not run again"
+        outcomes = list(run_check(check, verify(check), StandIn()))
+    assert sorted(outcome.name for outcome in outcomes) == sorted(set(names) - set(results_before))
+    results_after = results(check)
+    assert sorted(results_after) == names
+    for name, settings in results_before.items():
+        assert results_after[name] == settings, "a finished case is not run again"
     verify(check)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is withheld of a case beside its answer, and how long its records are."""
+"""The transfer record, which is withheld like the answer, and the length of the records."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ import pytest
 from ehsid.harness.records import read_record
 from ehsid.harness.validation.reality import case as cases
 from ehsid.harness.validation.reality import make_case
-from ehsid.harness.validation.reality.batch import draw_seconds, write_cases, write_one
+from ehsid.harness.validation.reality.batch import draw_seconds, write_cases, write_drawn_case
 from ehsid.harness.validation.reality.excitation import EXCITATIONS
 from ehsid.harness.validation.reality.structure import GRADES
 
@@ -22,7 +22,7 @@ SHORT: dict[str, Any] = {"seconds": 1.0}
 
 @pytest.mark.parametrize("grade", GRADES)
 @pytest.mark.parametrize("seed", range(4))
-def test_the_third_record_is_excited_in_another_way(seed: int, grade: Any) -> None:
+def test_the_transfer_record_has_another_excitation(seed: int, grade: Any) -> None:
     case = make_case(seed, grade, "one", **SHORT)
     assert case.answer["transfer_excitation"] in EXCITATIONS
     assert case.answer["transfer_excitation"] not in case.answer["excitation"]
@@ -33,29 +33,31 @@ def test_the_third_record_is_excited_in_another_way(seed: int, grade: Any) -> No
     assert not np.array_equal(case.transfer["command_v"], case.validate["command_v"])
 
 
-def test_the_third_record_is_never_small() -> None:
-    """A wrong cause may shrink the gap at small amplitudes: there it must not be asked."""
+def test_the_transfer_record_is_never_small() -> None:
+    """At small amplitudes a wrong effect can reduce the gap, too."""
     ratios = []
     for seed in range(6):
         case = make_case(seed, "confusable", "none", seconds=4.0)
         rated = case.answer["told"]["valve.rated_command_v"]
         small = max(case.answer["largest_command"])
-        # Small records ask for 15 % of rated at most; the loop adds some.
+        # Small records have 15 % of the rated command at most; the loop adds to it.
         assert small < 0.3
-        if case.answer["transfer_excitation"] != "triangle":  # slow of itself: 30 % of the size
+        if case.answer["transfer_excitation"] != "triangle":  # a triangle is slow: 30 % of the size
             ratios.append(float(np.abs(case.transfer["command_v"]).max()) / rated / small)
     assert len(ratios) >= 3
     assert min(ratios) > 1.5
 
 
-def test_the_other_records_know_nothing_of_the_third(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_two_records_do_not_depend_on_the_transfer_record(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     before = make_case(5, "hard", "two", **SHORT)
-    third = next(
+    transfer = next(
         kind
         for kind in EXCITATIONS
         if kind not in (*before.answer["excitation"], before.answer["transfer_excitation"])
     )
-    monkeypatch.setattr(cases, "_another_excitation", lambda rng, used: third)
+    monkeypatch.setattr(cases, "_another_excitation", lambda rng, used: transfer)
     after = make_case(5, "hard", "two", **SHORT)
     assert not np.array_equal(after.transfer["command_v"], before.transfer["command_v"])
     for name in before.train:
@@ -63,27 +65,30 @@ def test_the_other_records_know_nothing_of_the_third(monkeypatch: pytest.MonkeyP
         np.testing.assert_array_equal(after.validate[name], before.validate[name])
 
 
-def test_the_third_record_is_written_apart(tmp_path: Path) -> None:
-    folder, apart = tmp_path / "cases", tmp_path / "transfer"
-    name, answer = write_one(folder, 3, "plain", "one", "pressures", seconds=1.0, transfer=apart)
+def test_the_transfer_record_is_written_to_its_own_folder(tmp_path: Path) -> None:
+    folder, transfer = tmp_path / "cases", tmp_path / "transfer"
+    name, answer = write_drawn_case(
+        folder, 3, "plain", "one", "pressures", seconds=1.0, transfer=transfer
+    )
     names = sorted(path.name for path in (folder / name).iterdir())
     assert names == ["rig.toml", "train.csv", "validate.csv"]
-    assert [path.name for path in apart.iterdir()] == [f"{name}.csv"]
+    assert [path.name for path in transfer.iterdir()] == [f"{name}.csv"]
     case = make_case(3, "plain", "one", sensors="pressures", seconds=1.0)
     assert case.answer == answer
-    record = read_record(apart / f"{name}.csv")
-    # Half of the last digit written.
+    record = read_record(transfer / f"{name}.csv")
+    # The tolerance is half of the last digit in the file.
     np.testing.assert_allclose(
         record.column("position_m"), case.transfer["position_m"], atol=0.51e-7, rtol=0.0
     )
 
 
 @pytest.mark.slow
-def test_lengths_are_drawn_apart_from_everything_else(tmp_path: Path) -> None:
+def test_lengths_are_drawn_independently(tmp_path: Path) -> None:
     lengths = [draw_seconds(seed) for seed in range(500)]
     assert 8.0 <= min(lengths) < 8.5
     assert 19.5 < max(lengths) <= 20.0
-    # Uniform: the mean of 500 has a deviation of 12 / sqrt(12 * 500) = 0.155 s; four of them.
+    # The mean of 500 uniform draws has a standard error of 12 / sqrt(12 * 500) = 0.155 s; the
+    # tolerance is four of them.
     assert np.mean(lengths) == pytest.approx(14.0, abs=0.62)
     write_cases(tmp_path / "cases", tmp_path / "answers.json", [11, 12], seconds=None)
     answers = json.loads((tmp_path / "answers.json").read_text(encoding="utf-8"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The blind machine's solution against scipy's, term by term and whole."""
+"""The solution of the blind machine is that of scipy, for single terms and whole runs."""
 
 import math
 
@@ -54,9 +54,9 @@ def test_air_softens_the_oil_as_the_catalogue_says(fraction: float, p: float) ->
     bulk = 2.0 * h / (equations.compression(p + h, *args) - equations.compression(p - h, *args))
     beta = t.bulk_modulus_0_pa + t.bulk_slope * p
     r = (101325.0 / p) ** (1.0 / 1.3)
-    told = beta * (1.0 + fraction * r) / (1.0 + fraction * r * beta / (1.3 * p))
-    # Murnaghan's oil is not thinned by the gas beside it: the difference is the factor 1 + alpha r.
-    assert bulk == pytest.approx(told, rel=1.01 * fraction * r + 1e-6)
+    expected = beta * (1.0 + fraction * r) / (1.0 + fraction * r * beta / (1.3 * p))
+    # The gas does not take volume from the oil in Murnaghan's law: the factor 1 + alpha r.
+    assert bulk == pytest.approx(expected, rel=1.01 * fraction * r + 1e-6)
 
 
 @given(
@@ -82,48 +82,52 @@ def test_orifice_is_odd_increasing_and_meets_the_power_law(
 def test_edge_is_between_sharp_and_a_quarter_of_its_width_more(s: float, width: float) -> None:
     sharp = max(s, 0.0)
     assert sharp <= equations.edge(s, width) <= sharp + 0.25 * width * (1.0 + 1e-12)
-    # What opens on one side closes on the other.
+    # An edge opens by as much as the opposite edge closes.
     both = equations.edge(s, width) - equations.edge(-s, width)
     assert both == pytest.approx(s, abs=1e-15)
 
 
-def asked_of_the_spool(t: Truth, times: FloatArray, commands: FloatArray) -> FloatArray:
-    """Command at each interval's start after delay and play or stiction, written apart."""
-    asked = 0.0
+def spool_commands(t: Truth, times: FloatArray, commands: FloatArray) -> FloatArray:
+    """Command after delay and play or stiction at the start of each interval."""
+    spool_command = 0.0
     out = []
     for time in times:
         k = max(math.floor((time - t.delay_s) / DT_S + 1e-9), 0)
         u = commands[k]
         if t.stick > 0.0:
-            asked = u if abs(u - asked) > t.stick else asked
+            spool_command = u if abs(u - spool_command) > t.stick else spool_command
         else:
-            asked = float(np.clip(asked, u - t.play, u + t.play))
-        out.append(asked)
+            spool_command = float(np.clip(spool_command, u - t.play, u + t.play))
+        out.append(spool_command)
     return np.array(out)
 
 
 def scipy_run(t: Truth, start: FloatArray, commands: FloatArray) -> FloatArray:
-    """The states at the samples, by LSODA; the sensor's play by dense output."""
+    """States at the samples by LSODA; the play of the sensor from the steps of the solver."""
     grid = DT_S * np.arange(commands.size + 1)
     switches = np.unique(np.round(np.concatenate((grid, grid + t.delay_s % DT_S)), 12))
     switches = switches[switches <= grid[-1] + 1e-12]
-    asked = asked_of_the_spool(t, switches[:-1], commands)
-    state, seen = start.copy(), start[equations.Y]
-    kept = [np.append(state, seen)]
-    for begin, end, u in zip(switches[:-1], switches[1:], asked, strict=True):
+    commands_of_spool = spool_commands(t, switches[:-1], commands)
+    state, sensor_position = start.copy(), start[equations.Y]
+    states = [np.append(state, sensor_position)]
+    for begin, end, u in zip(switches[:-1], switches[1:], commands_of_spool, strict=True):
 
-        def slope(time: float, s: FloatArray, u: float = u, seen: float = seen) -> FloatArray:
+        def slope(
+            time: float, s: FloatArray, u: float = u, sensor_position: float = sensor_position
+        ) -> FloatArray:
             d = np.empty(equations.STATES)
-            equations.slope_of(time, s, u, seen, t, d)
+            equations.slope_of(time, s, u, sensor_position, t, d)
             return d
 
-        found = solve_ivp(slope, (begin, end), state, method="LSODA", rtol=1e-8, atol=1e-13)
-        state = found.y[:, -1]
-        for y in found.y[equations.Y]:
-            seen = float(np.clip(seen, y - t.sensor_play_m, y + t.sensor_play_m))
+        solution = solve_ivp(slope, (begin, end), state, method="LSODA", rtol=1e-8, atol=1e-13)
+        state = solution.y[:, -1]
+        for y in solution.y[equations.Y]:
+            sensor_position = float(
+                np.clip(sensor_position, y - t.sensor_play_m, y + t.sensor_play_m)
+            )
         if np.abs(grid - end).min() < 1e-9:
-            kept.append(np.append(state, seen))
-    return np.array(kept)
+            states.append(np.append(state, sensor_position))
+    return np.array(states)
 
 
 def wave(n: int) -> FloatArray:
@@ -141,7 +145,7 @@ def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
     t = make_case(5, grade, kind, [effect], seconds=0.01).truth  # type: ignore[arg-type]
     start = start_state(t, 0.5 * t.stroke_m)
     commands = wave(120)
-    own = own_run(t, start, commands)
+    outputs = own_run(t, start, commands)
     reference = scipy_run(t, start, commands)
     position = reference[:, equations.Y]
     pressures = np.array(
@@ -152,27 +156,30 @@ def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
         read = reference[:, equations.M]
     elif t.sensor_play_m > 0.0:
         read = reference[:, -1]
-    travel, swing = np.ptp(position), np.ptp(pressures)
-    # In a step the fastest swing turns by a sixth of a radian: (1/6)^5 / 120 = 1e-6 of its size a
-    # step, a hundred steps before it has died. Kinks of friction and slew are no worse.
+    travel, pressure_range = np.ptp(position), np.ptp(pressures)
+    # In a step the fastest oscillation turns by 1/6 rad, with an error of (1/6)^5 / 120 = 1e-6 of
+    # its amplitude. It decays within a hundred steps. Friction and slew rate have no larger errors.
     tolerance = 1e-4
-    np.testing.assert_allclose(own[:, equations.OUT_Y], read, atol=tolerance * travel)
+    np.testing.assert_allclose(outputs[:, equations.OUT_Y], read, atol=tolerance * travel)
     for column, p in ((equations.OUT_P_A, pressures[:, 0]), (equations.OUT_P_B, pressures[:, 1])):
-        np.testing.assert_allclose(own[:, column], p, atol=tolerance * swing)
+        np.testing.assert_allclose(outputs[:, column], p, atol=tolerance * pressure_range)
 
 
 def test_solution_is_of_fourth_order() -> None:
     t = make_case(5, "plain", "none", seconds=0.01).truth
-    # Nothing with a kink: no slew, edges so round that the spool stays within.
+    # All equations are smooth: no slew limit, and the edges are rounded over the whole travel.
     t = t._replace(spool_slew_1_s=1e9, round_width=2.0, hum_share=0.0, transition_pa=1e8)
     start = start_state(t, 0.5 * t.stroke_m)
     commands = 0.3 * np.sin(2.0 * np.pi * 9.0 * DT_S * np.arange(60))
-    fines = (1, 2, 4, 8)
+    refinements = (1, 2, 4, 8)
     exact = own_run(t, start, commands, 64)[:, equations.OUT_P_A]
     errors = [
-        np.abs(own_run(t, start, commands, fine)[:, equations.OUT_P_A] - exact).max()
-        for fine in fines
+        np.abs(own_run(t, start, commands, refinement)[:, equations.OUT_P_A] - exact).max()
+        for refinement in refinements
     ]
-    steps = [math.ceil(DT_S * equations.steps_per_second(start, t, fine)) for fine in fines]
+    steps = [
+        math.ceil(DT_S * equations.steps_per_second(start, t, refinement))
+        for refinement in refinements
+    ]
     order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert order == pytest.approx(4.0, abs=0.2)

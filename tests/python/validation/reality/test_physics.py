@@ -20,7 +20,7 @@ ATMOSPHERE_PA = 101325.0
 
 
 def servo(**changes: float) -> Truth:
-    """A plain machine with ideal edges and supply; changes: fields of it."""
+    """A plain machine with ideal edges and supply; `changes` replace its fields."""
     t = make_case(11, "plain", "none", seconds=0.01).truth
     ideal = {f"overlap_{name}": 0.0 for name in ("pa", "at", "pb", "bt")}
     ideal |= {f"gain_{name}": 1.0 for name in ("pa", "at", "pb", "bt")}
@@ -37,7 +37,7 @@ def test_steady_speed_follows_from_orifices_and_forces(u: float, load: float) ->
     gain = t.flow_gain * abs(u)
 
     def forces(v: float) -> float:
-        """What is left over at speed v; the pressures follow from the flows A v = K sqrt(dp)."""
+        """Net force, N, at the speed v; the pressures follow from the flows A v = K sqrt(dp)."""
         drop_a, drop_b = (t.area_a_m2 * v / gain) ** 2, (t.area_b_m2 * v / gain) ** 2
         if u > 0.0:
             p_a, p_b = t.source_pa - drop_a, t.tank_pa + drop_b
@@ -51,14 +51,14 @@ def test_steady_speed_follows_from_orifices_and_forces(u: float, load: float) ->
     start = start_state(t, (0.3 if u > 0.0 else 0.7) * t.stroke_m)
     n = min(int(0.4 * t.stroke_m / speed / DT_S), 600)
     out = own_run(t, start, np.full(n, u))
-    # The fall of the chamber's volume with the piston adds compression: dp/dt = 0 at steady state.
+    # At steady state dp/dt = 0, although the volumes of the chambers change.
     assert out[-1, equations.OUT_V] == pytest.approx(math.copysign(speed, u), rel=2e-3)
 
 
 def closed(t: Truth) -> Truth:
-    """Valve shut for good, no friction."""
-    laps = {f"overlap_{name}": 0.5 for name in ("pa", "at", "pb", "bt")}
-    return t._replace(viscous_n_s_m=0.0, **laps)
+    """The machine with a closed valve and without friction."""
+    overlaps = {f"overlap_{name}": 0.5 for name in ("pa", "at", "pb", "bt")}
+    return t._replace(viscous_n_s_m=0.0, **overlaps)
 
 
 def test_oil_spring_rings_at_its_natural_frequency() -> None:
@@ -69,17 +69,17 @@ def test_oil_spring_rings_at_its_natural_frequency() -> None:
     volume_b = t.dead_volume_b_m3 + t.area_b_m2 * (t.stroke_m - start[equations.Y])
     stiffness = (t.bulk_modulus_0_pa + t.bulk_slope * p_a) * t.area_a_m2**2 / volume_a
     stiffness += (t.bulk_modulus_0_pa + t.bulk_slope * p_b) * t.area_b_m2**2 / volume_b
-    start[equations.V] = 1e-3  # small: the oil is linear
+    start[equations.V] = 1e-3  # small, so that the oil is linear
     out = own_run(t, start, np.zeros(500), 8)
     v = out[:, equations.OUT_V]
     up = np.flatnonzero((v[:-1] < 0.0) & (v[1:] >= 0.0))
     crossings = up + v[up] / (v[up] - v[up + 1])
     period = DT_S * (crossings[-1] - crossings[0]) / (crossings.size - 1)
-    # Crossings by straight lines: 1e-3 of a period of some 15 samples.
+    # Linear interpolation of the crossings has an error of 1e-3 of a period of about 15 samples.
     assert 2.0 * math.pi / period == pytest.approx(math.sqrt(stiffness / t.mass_kg), rel=1e-3)
 
 
-def test_energy_of_the_closed_machine_is_kept() -> None:
+def test_energy_of_the_closed_machine_is_constant() -> None:
     t = closed(servo())
     start = start_state(t, 0.5 * t.stroke_m)
     start[equations.V] = 0.05
@@ -87,25 +87,25 @@ def test_energy_of_the_closed_machine_is_kept() -> None:
     mass_a = start[equations.C_A]
 
     def work(y: float) -> float:
-        """Of the oil and the atmosphere on the piston on its way to y; c + ln V is kept."""
+        """Work of oil and atmosphere on the piston up to y, J; c + ln V is constant."""
 
-        def force(at: float) -> float:
+        def force(position: float) -> float:
             total = 0.0
-            for c, dead, area, way, begin in (
-                (mass_a, t.dead_volume_a_m3, t.area_a_m2, at, out[0, 0]),
+            for c, dead, area, length, initial_length in (
+                (mass_a, t.dead_volume_a_m3, t.area_a_m2, position, out[0, 0]),
                 (
                     start[equations.C_B],
                     t.dead_volume_b_m3,
                     t.area_b_m2,
-                    t.stroke_m - at,
+                    t.stroke_m - position,
                     t.stroke_m - out[0, 0],
                 ),
             ):
-                now = c - math.log((dead + area * way) / (dead + area * begin))
+                compression = c - math.log((dead + area * length) / (dead + area * initial_length))
                 p = equations.pressure(
-                    now, t.bulk_slope, t.bulk_modulus_0_pa, t.gas_fraction, t.balance_pa
+                    compression, t.bulk_slope, t.bulk_modulus_0_pa, t.gas_fraction, t.balance_pa
                 )
-                sign = 1.0 if way == at else -1.0
+                sign = 1.0 if length == position else -1.0
                 total += sign * area * (p - ATMOSPHERE_PA)
             return total
 
@@ -113,9 +113,9 @@ def test_energy_of_the_closed_machine_is_kept() -> None:
 
     kinetic = 0.5 * t.mass_kg * out[:, equations.OUT_V] ** 2
     samples = range(0, 300, 23)
-    kept = np.array([kinetic[k] - work(out[k, equations.OUT_Y]) for k in samples])
-    # The run reads positions in steps of 1e-12 m, forces are below 1e5 N: 1e-7 J of rounding.
-    np.testing.assert_allclose(kept, kinetic[0], rtol=1e-4)
+    energies = np.array([kinetic[k] - work(out[k, equations.OUT_Y]) for k in samples])
+    # Positions have steps of 1e-12 m and forces are below 1e5 N: rounding is below 1e-7 J.
+    np.testing.assert_allclose(energies, kinetic[0], rtol=1e-4)
 
 
 def axis(coulomb: float, static: float) -> Truth:
@@ -124,42 +124,42 @@ def axis(coulomb: float, static: float) -> Truth:
 
 
 @pytest.mark.parametrize("share", [0.5, 0.9])
-def test_below_break_away_the_bristles_bend_as_far_as_they_must(share: float) -> None:
+def test_below_break_away_the_bristles_carry_the_force(share: float) -> None:
     t = axis(10.0, 15.0)
     ramp = 0.5 - 0.5 * np.cos(np.pi * np.minimum(np.arange(4000) / 3000.0, 1.0))
-    slowly = share * 0.15 * ramp
-    out = own_run(t, np.zeros(equations.STATES), slowly)
-    # At rest F = s0 z; on the way dz/dy = 1 - s0 z / F_s, hence y = -(F_s / s0) ln(1 - F / F_s).
-    # Inertia, a hundredth of the force at most, adds to the bend near break-away.
+    commands = share * 0.15 * ramp
+    out = own_run(t, np.zeros(equations.STATES), commands)
+    # At rest F = s0 z. Before that dz/dy = 1 - s0 z / F_s, hence y = -(F_s / s0) ln(1 - F / F_s).
+    # Inertia, a hundredth of the force at most, adds to the deflection near break-away.
     assert out[-1, equations.OUT_Y] == pytest.approx(-1e-5 * math.log(1.0 - share), rel=1e-2)
     assert abs(out[-1, equations.OUT_V]) < 1e-8
 
 
 @pytest.mark.parametrize("force", [20.0, 60.0])
-def test_above_it_the_steady_speed_is_on_the_stribeck_curve(force: float) -> None:
+def test_above_break_away_the_steady_speed_is_on_the_stribeck_curve(force: float) -> None:
     t = axis(10.0, 15.0)
     out = own_run(t, np.zeros(equations.STATES), np.full(6000, force / 100.0))
 
-    def left(v: float) -> float:
+    def net_force(v: float) -> float:
         return force - 10.0 - 5.0 * math.exp(-((v / 0.02) ** 2)) - 40.0 * v
 
-    # m / b = 0.5 s: after 6 s the rest is exp(-12).
-    assert out[-1, equations.OUT_V] == pytest.approx(brentq(left, 0.1, 5.0), rel=1e-4)
+    # With m / b = 0.5 s, exp(-12) of the difference remains after 6 s.
+    assert out[-1, equations.OUT_V] == pytest.approx(brentq(net_force, 0.1, 5.0), rel=1e-4)
 
 
 def test_friction_and_drive_balance_the_kinetic_energy() -> None:
-    """LuGre with damping that fades is passive: friction never gives more than it took."""
+    """LuGre friction is passive if its damping fades with speed: it never generates energy."""
     t = axis(10.0, 15.0)
     commands = 0.3 * np.sin(2.0 * np.pi * 1.3 * DT_S * np.arange(3000))
     out = own_run(t, np.zeros(equations.STATES), commands)
     v, y = out[:, equations.OUT_V], out[:, equations.OUT_Y]
     drive = np.concatenate(([0.0], np.cumsum(100.0 * commands * np.diff(y))))
-    taken = drive - 0.5 * t.mass_kg * v**2
-    assert taken.min() > -1e-9
-    slid = float(np.sum(np.abs(np.diff(y))))
+    dissipated = drive - 0.5 * t.mass_kg * v**2
+    assert dissipated.min() > -1e-9
+    distance = float(np.sum(np.abs(np.diff(y))))
     viscous = 40.0 * float(np.sum(v**2)) * DT_S
-    # Between Coulomb and static friction on all of the way slid, but for presliding.
-    assert 9.9 * slid < taken[-1] - viscous < 15.0 * slid
+    # Friction is between Coulomb and static friction over the whole distance, except in presliding.
+    assert 9.9 * distance < dissipated[-1] - viscous < 15.0 * distance
 
 
 def test_supply_droops_by_its_resistance() -> None:
@@ -167,8 +167,8 @@ def test_supply_droops_by_its_resistance() -> None:
     t = servo(source_resistance_pa_s_m3=resistance, accumulator_m3_pa=5e-3 / resistance)
     start = start_state(t, 0.3 * t.stroke_m)
     out = own_run(t, start, np.full(300, 0.3))
-    lost = t.source_pa - out[-1, equations.OUT_P_S]
-    assert lost == pytest.approx(resistance * t.area_a_m2 * out[-1, equations.OUT_V], rel=2e-2)
+    droop = t.source_pa - out[-1, equations.OUT_P_S]
+    assert droop == pytest.approx(resistance * t.area_a_m2 * out[-1, equations.OUT_V], rel=2e-2)
 
 
 def test_slew_limits_the_spool() -> None:
@@ -180,13 +180,13 @@ def test_slew_limits_the_spool() -> None:
 
 
 def test_delay_shifts_the_spool_by_itself() -> None:
-    late = 0.0037
+    delay_s = 0.0037
     t = servo()
-    rest = start_state(t, 0.5 * t.stroke_m)
+    start = start_state(t, 0.5 * t.stroke_m)
     commands = np.concatenate((np.zeros(10), np.full(40, 0.3)))
-    fine = own_run(t, rest, commands)[:, equations.OUT_X]
-    delayed = own_run(t._replace(delay_s=late), rest, commands)[:, equations.OUT_X]
-    shifted = own_run(t._replace(delay_s=0.003), rest, commands)[:, equations.OUT_X]
-    np.testing.assert_allclose(shifted[3:], fine[:-3], atol=1e-9)
-    # Area between two steps is their distance in time.
-    assert DT_S * float(np.sum(fine - delayed)) == pytest.approx(0.3 * late, rel=1e-2)
+    undelayed = own_run(t, start, commands)[:, equations.OUT_X]
+    delayed = own_run(t._replace(delay_s=delay_s), start, commands)[:, equations.OUT_X]
+    shifted = own_run(t._replace(delay_s=0.003), start, commands)[:, equations.OUT_X]
+    np.testing.assert_allclose(shifted[3:], undelayed[:-3], atol=1e-9)
+    # The area between two steps is their height times the delay.
+    assert DT_S * float(np.sum(undelayed - delayed)) == pytest.approx(0.3 * delay_s, rel=1e-2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Blind cases: drawn apart from the effect, told within what the rig states, and sealed."""
+"""Blind cases: rig and records do not depend on the effect except through the machine."""
 
 import ast
 import json
@@ -23,33 +23,34 @@ from ehsid.harness.validation.reality import make_case, write_case
 from ehsid.harness.validation.reality.__main__ import app
 from ehsid.harness.validation.reality.batch import draw_kind, write_cases
 from ehsid.harness.validation.reality.case import COLUMNS, KINDS, start_state
-from ehsid.harness.validation.reality.effects import CATALOGUE, TWINS
+from ehsid.harness.validation.reality.effects import CATALOGUE, EXCLUSIVE_PAIRS
+from ehsid.harness.validation.reality.nominal_rig import UNCERTAINTY
 from ehsid.harness.validation.reality.outside import OUTSIDE
 from ehsid.harness.validation.reality.structure import GRADES
-from ehsid.harness.validation.reality.told import UNCERTAINTY
 
 pytestmark = pytest.mark.usefixtures("one_process")
 
 SHORT: dict[str, Any] = {"seconds": 1.0}
-# Where only the answer and the rig are looked at.
-HARDLY: dict[str, Any] = {"seconds": 0.05}
+# For tests of the answer and the rig only.
+VERY_SHORT: dict[str, Any] = {"seconds": 0.05}
 
 
-def test_the_parallel_runs_use_nothing_of_ours() -> None:
-    """They are all that this room imports of the rest: see test_walls."""
+def test_the_parallel_runs_import_no_other_module_of_ehsid() -> None:
+    """The package `reality` imports them, but no other module that computes: see test_walls."""
     parallel = imported((HARNESS / "parallel.py").read_text(encoding="utf-8"))
     assert not [name for name in parallel if name.startswith("ehsid")]
 
 
-def test_compiled_functions_stand_in_one_file() -> None:
-    """Numba's cache would not see a change in another one."""
+def test_compiled_functions_are_in_a_single_file() -> None:
+    """The cache of numba does not detect changes in other files."""
     users = [
         path.name
         for path in sorted((HARNESS / "validation" / "reality").glob("*.py"))
         if any(
             isinstance(node, ast.FunctionDef)
             and any(
-                isinstance(one, ast.Name) and one.id == "compiled" for one in node.decorator_list
+                isinstance(decorator, ast.Name) and decorator.id == "compiled"
+                for decorator in node.decorator_list
             )
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         )
@@ -58,15 +59,18 @@ def test_compiled_functions_stand_in_one_file() -> None:
 
 
 def test_the_catalogue_is_that_of_the_diagnosis() -> None:
-    told = {one.id: {p.name.rsplit(".", 1)[-1] for p in one.parameters} for one in ehsid.effects()}
+    catalogue = {
+        effect.id: {parameter.name.rsplit(".", 1)[-1] for parameter in effect.parameters}
+        for effect in ehsid.effects()
+    }
     drawn = {
-        name: set(make_case(1, "plain", "one", [name], **HARDLY).answer["effects"][name])
+        name: set(make_case(1, "plain", "one", [name], **VERY_SHORT).answer["effects"][name])
         for name in CATALOGUE
     }
-    assert drawn == told
-    subsystems = {one.id: one.subsystem for one in ehsid.effects()}
-    assert {name: one.subsystem for name, one in CATALOGUE.items()} == subsystems
-    assert not set(OUTSIDE) & set(told)
+    assert drawn == catalogue
+    subsystems = {effect.id: effect.subsystem for effect in ehsid.effects()}
+    assert {name: effect.subsystem for name, effect in CATALOGUE.items()} == subsystems
+    assert not set(OUTSIDE) & set(catalogue)
 
 
 def test_the_same_arguments_make_the_same_case() -> None:
@@ -79,18 +83,18 @@ def test_the_same_arguments_make_the_same_case() -> None:
 
 
 def arguments_of_runs(**options: Any) -> tuple[str, str, list[Any]]:
-    """Name, rig text, and what `run` is given beside the machine and its start."""
-    given: list[Any] = []
+    """Name, text of the rig, and arguments of `run` other than the machine and its start."""
+    run_arguments: list[Any] = []
     run = equations.run
 
     def spy(*arguments: Any) -> Any:
-        given.append(arguments[2:])
+        run_arguments.append(arguments[2:])
         return run(*arguments)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(equations, "run", spy)
         case = make_case(21, **options, **SHORT)
-    return case.name, case.rig_toml, given
+    return case.name, case.rig_toml, run_arguments
 
 
 @pytest.fixture(scope="module")
@@ -104,16 +108,16 @@ def without_effect() -> tuple[str, str, list[Any]]:
     + [{"kind": kind} for kind in KINDS if kind != "open"]
     + [{"kind": "open", "effects": [name]} for name in ("valve_stiction", "warming_oil")],
 )
-def test_nothing_but_the_machine_knows_of_the_effect(
+def test_only_the_machine_depends_on_the_effect(
     options: dict[str, Any], without_effect: tuple[str, str, list[Any]]
 ) -> None:
     name, rig, runs = without_effect
     other_name, other_rig, other_runs = arguments_of_runs(**options)
     assert other_name == name
     assert other_rig == rig
-    for mine, yours in zip(runs, other_runs, strict=True):
-        for one, two in zip(mine, yours, strict=True):
-            np.testing.assert_array_equal(one, two)
+    for arguments, other_arguments in zip(runs, other_runs, strict=True):
+        for argument, other_argument in zip(arguments, other_arguments, strict=True):
+            np.testing.assert_array_equal(argument, other_argument)
 
 
 @pytest.mark.parametrize("plant", ["ehs", "axis"])
@@ -121,12 +125,15 @@ def test_nothing_but_the_machine_knows_of_the_effect(
 def test_true_values_lie_where_the_kind_says(seed: int, plant: str) -> None:
     sigmas = UNCERTAINTY[plant]  # type: ignore[index]
     for kind, low, high in (("none", 0.0, 0.0), ("one", 0.0, 2.0), ("params", 2.0, 3.0)):
-        case = make_case(seed, "plain", kind, plant=plant, **HARDLY)  # type: ignore[arg-type]
-        true, told = case.answer["true"], case.answer["told"]
+        case = make_case(seed, "plain", kind, plant=plant, **VERY_SHORT)  # type: ignore[arg-type]
+        true_values, nominal_values = case.answer["true"], case.answer["told"]
         rig = parse_rig(case.rig_toml)
-        assert {name: rig.values[name] for name in told} == told
-        away = {name: abs(true[name] / told[name] - 1.0) / rig.sigma(name) for name in sigmas}
-        assert low - 1e-9 <= max(away.values()) <= high + 1e-9
+        assert {name: rig.values[name] for name in nominal_values} == nominal_values
+        deviations = {
+            name: abs(true_values[name] / nominal_values[name] - 1.0) / rig.sigma(name)
+            for name in sigmas
+        }
+        assert low - 1e-9 <= max(deviations.values()) <= high + 1e-9
         assert {name: rig.sigma(name) for name in sigmas} == dict(sigmas)
 
 
@@ -142,7 +149,7 @@ def test_any_case_stays_inside_the_machine(seed: int, grade: Any, kind: Any) -> 
         assert 0.0 < record["position_m"].min() <= record["position_m"].max() < stroke
         assert np.abs(record["command_v"]).max() <= rig.values["valve.rated_command_v"]
         for side in ("a", "b"):
-            # Never below zero but for noise of 1.6e-3 of the supply, 6 sigma.
+            # A pressure is above zero, except for noise of 1.6e-3 of the supply pressure: 6 sigma.
             least = -0.01 * rig.values["supply.pressure_pa"]
             assert record[f"pressure_{side}_pa"].min() > least
 
@@ -150,26 +157,27 @@ def test_any_case_stays_inside_the_machine(seed: int, grade: Any, kind: Any) -> 
 def test_kinds_have_their_number_of_effects() -> None:
     for kind, count in zip(KINDS, (1, 2, 0, 0, 1), strict=True):
         for seed in range(8):
-            effects = make_case(seed, "plain", kind, **HARDLY).answer["effects"]
+            effects = make_case(seed, "plain", kind, **VERY_SHORT).answer["effects"]
             assert len(effects) == count
-            assert frozenset(effects) not in TWINS
+            assert frozenset(effects) not in EXCLUSIVE_PAIRS
             assert set(effects) <= set(OUTSIDE if kind == "open" else CATALOGUE)
 
 
-def test_faults_of_effects_are_told() -> None:
+def test_unknown_effects_and_wrong_numbers_are_refused() -> None:
     with pytest.raises(ValueError, match="'dead_band' is not known; there are valve_dead_band"):
         make_case(1, effects=["dead_band"], **SHORT)
     with pytest.raises(ValueError, match="kind 'two' has 2 effects, 1 are given"):
         make_case(1, kind="two", effects=["load_force"], **SHORT)
 
 
-def test_given_sizes_are_taken() -> None:
+def test_given_sizes_are_used() -> None:
     case = make_case(3, effects={"valve_null_bias": {"offset": 0.0123}}, **SHORT)
     assert case.answer["effects"] == {"valve_null_bias": {"offset": 0.0123}}
     assert case.truth.null_bias == 0.0123
 
 
-# One of each subsystem every day, with one seed; in the whole all of them, with a second seed.
+# The everyday tests have one effect of each subsystem and one seed; the slow ones all effects and
+# two seeds.
 EVERY_DAY = (
     "valve_dead_band",
     "internal_leakage",
@@ -185,27 +193,27 @@ EVERY_DAY = (
     + [pytest.param(effect, 2, marks=pytest.mark.slow) for effect in (*CATALOGUE, *OUTSIDE)],
 )
 def test_each_effect_stands_out_of_the_noise(effect: str, seeds: int) -> None:
-    """On the same commands, without the effect, a window of half a second looks different."""
+    """The record differs by more than noise from a run without the effect on the same command."""
     options: dict[str, Any] = {"seconds": 3.0, "sensors": "pressures"}
     kind = "one" if effect in CATALOGUE else "open"
     excitation = ("prbs", "steps")
     ratios = []
     for seed in range(seeds):
         case = make_case(seed, "plain", kind, [effect], excitation=excitation, **options)  # type: ignore[arg-type]
-        told, record = case.answer["told"], case.validate
+        nominal_values, record = case.answer["told"], case.validate
         n = record["time_s"].size
-        quiet = np.zeros(n)
-        commands = record["command_v"] / told["valve.rated_command_v"]
+        zeros = np.zeros(n)
+        commands = record["command_v"] / nominal_values["valve.rated_command_v"]
         start = start_state(case.healthy, float(record["position_m"][0]))
         _, out = equations.run(
             case.healthy._replace(sensor_step_m=1e-9),
-            *(start, 1e-3, commands, quiet, 0.0, 1e-9, quiet, quiet),
+            *(start, 1e-3, commands, zeros, 0.0, 1e-9, zeros, zeros),
             *(np.zeros(n, dtype=np.bool_), 1),
         )
         windows = np.arange(500, n) // 500
         noise = {
-            "position_m": 2e-5 * told["cylinder.stroke_m"],
-            "pressure_a_pa": 1e-3 * told["supply.pressure_pa"],
+            "position_m": 2e-5 * nominal_values["cylinder.stroke_m"],
+            "pressure_a_pa": 1e-3 * nominal_values["supply.pressure_pa"],
         }
         for name, column in (
             ("position_m", equations.OUT_Y),
@@ -230,7 +238,7 @@ def test_files_are_read_and_hold_no_answer(tmp_path: Path) -> None:
     np.testing.assert_allclose(record.time_s, case.train["time_s"], atol=1e-6)
     for name in list(case.train)[1:]:
         column = case.train[name]
-        # Half of the last digit written.
+        # The tolerance is half of the last digit in the file.
         digit = {"command_v": 1e-5, "position_m": 1e-7, "spool": 1e-5}.get(name, 1.0)
         np.testing.assert_allclose(record.column(name), column, atol=0.51 * digit, rtol=0.0)
     text = "".join(path.read_text(encoding="utf-8") for path in (tmp_path / case.name).iterdir())
@@ -240,25 +248,25 @@ def test_files_are_read_and_hold_no_answer(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("two_processes")
-def test_batch_keeps_answers_apart(tmp_path: Path) -> None:
+def test_a_batch_writes_answers_to_a_separate_file(tmp_path: Path) -> None:
     write_cases(tmp_path / "cases", tmp_path / "answers.json", [1, 2], seconds=1.0)
     answers = json.loads((tmp_path / "answers.json").read_text(encoding="utf-8"))
     assert sorted(answers) == sorted(path.name for path in (tmp_path / "cases").iterdir())
     seeds = sorted(answer["seed"] for answer in answers.values())
     assert seeds == [1, 2]
     for name, answer in answers.items():
-        again = make_case(
+        case = make_case(
             answer["seed"], "plain", answer["kind"], sensors=answer["sensors"], seconds=1.0
         )
-        assert again.name == name
-        assert again.answer["effects"] == answer["effects"]
+        assert case.name == name
+        assert case.answer["effects"] == answer["effects"]
     with pytest.raises(ValueError, match="must not lie among the cases"):
         write_cases(tmp_path / "cases", tmp_path / "cases" / "x" / "answers.json", [1])
 
 
 def test_mix_has_all_kinds_half_of_them_with_one_effect() -> None:
     kinds = [draw_kind(seed) for seed in range(2000)]
-    # Binomial: 0.5 and 2000 draws have a deviation of 0.011; four of them.
+    # The standard error of a share of 0.5 of 2000 draws is 0.011; the tolerance is four of them.
     assert kinds.count("one") / 2000 == pytest.approx(0.5, abs=0.045)
     assert set(kinds) == set(KINDS)
 
@@ -298,8 +306,8 @@ def test_sampling_period_is_free() -> None:
 
 
 @pytest.mark.slow
-def test_a_machine_too_stiff_for_its_steps_gets_smaller_ones() -> None:
-    """With the steps of the others this one went to infinity."""
+def test_a_stiff_machine_gets_smaller_steps() -> None:
+    """With the usual integration steps this machine diverged."""
     case = make_case(
         200162, "plain", "two", ["coulomb_friction", "sensor_lag"], "pressures", seconds=4.0
     )

@@ -34,7 +34,7 @@ LAG = ("effects.valve_lag.bandwidth_hz", "effects.valve_lag.damping")
 
 
 @dataclass(frozen=True)
-class Told:
+class NominalRig:
     """Values by full name, as the rig file states them, and figures that follow from them.
 
     Attributes
@@ -64,12 +64,12 @@ def _four_digits(values: Mapping[str, float]) -> dict[str, float]:
     return {name: float(f"{value:.4g}") for name, value in values.items()}
 
 
-def draw_told(rng: np.random.Generator, plant: PlantKind) -> Told:
+def draw_nominal_rig(rng: np.random.Generator, plant: PlantKind) -> NominalRig:
     """Draws the values in the rig file of a machine of this kind, of any size."""
     return _draw_axis(rng) if plant == "axis" else _draw_servo(rng)
 
 
-def _draw_servo(rng: np.random.Generator) -> Told:
+def _draw_servo(rng: np.random.Generator) -> NominalRig:
     bore = round(spread(rng, 0.032, 0.125), 3)
     rod = round(bore * rng.uniform(0.5, 0.72), 3)
     stroke = round(max(bore * rng.uniform(3.0, 7.0), 0.12), 2)
@@ -105,14 +105,14 @@ def _draw_servo(rng: np.random.Generator) -> Told:
             "fluid.bulk_modulus_pa": bulk,
         }
     )
-    lag_told = rng.random() < 0.4
+    has_lag = rng.random() < 0.4
     lag = dict(zip(LAG, (round(spread(rng, 50.0, 140.0)), 0.85), strict=True))
-    if lag_told:
+    if has_lag:
         values |= {name: float(value) for name, value in lag.items()}
-    return Told("ehs", values, speed, supply * area_a, viscous / mass, stroke)
+    return NominalRig("ehs", values, speed, supply * area_a, viscous / mass, stroke)
 
 
-def _draw_axis(rng: np.random.Generator) -> Told:
+def _draw_axis(rng: np.random.Generator) -> NominalRig:
     mass = spread(rng, 2.0, 200.0)
     speed = spread(rng, 0.5, 2.0)
     viscous = mass * spread(rng, 1.0, 6.0)
@@ -124,51 +124,51 @@ def _draw_axis(rng: np.random.Generator) -> Told:
             "axis.force_per_volt": force / 10.0,
         }
     )
-    return Told("axis", values, speed, force, viscous / mass, spread(rng, 0.3, 1.0))
+    return NominalRig("axis", values, speed, force, viscous / mass, spread(rng, 0.3, 1.0))
 
 
 def draw_true_values(
-    rng: np.random.Generator, told: Told, kind: Literal["exact", "within", "moved"]
+    rng: np.random.Generator, rig: NominalRig, kind: Literal["exact", "within", "moved"]
 ) -> dict[str, float]:
     """Draws true values about the values in the rig file.
 
     "exact": the values in the rig file. "within": normally distributed with the stated sigma and
     at most two sigma away. "moved": as "within", but one to three of them are 2 to 3 sigma away.
     """
-    sigma = dict(UNCERTAINTY[told.plant])
+    sigma = dict(UNCERTAINTY[rig.plant])
     draws = {name: float(np.clip(rng.standard_normal(), -2.0, 2.0)) for name in sigma}
     count = int(rng.integers(1, 4))
     moved = [str(name) for name in rng.permutation(list(sigma))[:count]]
-    far = {name: float(rng.choice([-1.0, 1.0]) * rng.uniform(2.0, 3.0)) for name in moved}
+    outliers = {name: float(rng.choice([-1.0, 1.0]) * rng.uniform(2.0, 3.0)) for name in moved}
     lag = float(np.clip(0.1 * rng.standard_normal(), -0.2, 0.2))
     if kind == "moved":
-        draws |= far
+        draws |= outliers
     if kind == "exact":
-        return dict(told.values)
-    true = {
+        return dict(rig.values)
+    true_values = {
         name: value * (1.0 + sigma.get(name, 0.0) * draws.get(name, 0.0))
-        for name, value in told.values.items()
+        for name, value in rig.values.items()
     }
-    if LAG[0] in true:
-        true[LAG[0]] *= 1.0 + lag
-    return true
+    if LAG[0] in true_values:
+        true_values[LAG[0]] *= 1.0 + lag
+    return true_values
 
 
-def rig_text(told: Told, name: str) -> str:
+def rig_text(rig: NominalRig, name: str) -> str:
     """Returns the text of the rig file."""
-    lines = [f'name = "{name}"', f'plant = "{told.plant}"']
+    lines = [f'name = "{name}"', f'plant = "{rig.plant}"']
     section = ""
-    tail: list[str] = []
-    for full, value in told.values.items():
-        head, key = full.rsplit(".", 1)
-        block = tail if head.startswith("effects") else lines
-        if head != section:
-            block += ["", f"[{head}]"]
-            section = head
-        block.append(f"{key} = {_number(value)}")
+    effect_lines: list[str] = []
+    for full_name, value in rig.values.items():
+        section_name, key = full_name.rsplit(".", 1)
+        target = effect_lines if section_name.startswith("effects") else lines
+        if section_name != section:
+            target += ["", f"[{section_name}]"]
+            section = section_name
+        target.append(f"{key} = {_number(value)}")
     lines += ["", "[uncertainty]"]
-    lines += [f'"{full}" = {value}' for full, value in UNCERTAINTY[told.plant].items()]
-    return "\n".join([*lines, *tail]) + "\n"
+    lines += [f'"{full_name}" = {value}' for full_name, value in UNCERTAINTY[rig.plant].items()]
+    return "\n".join([*lines, *effect_lines]) + "\n"
 
 
 def _number(value: float) -> str:
