@@ -6,15 +6,19 @@ The fields are those of the tables in `messages`, which have their units and mea
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
+import ehsid
 from ehsid.harness.deploy.hil import messages
 from ehsid.harness.deploy.hil.errors import BadFrame, HilError
 from ehsid.harness.deploy.hil.frames import Packet
 from ehsid.harness.deploy.hil.layout import Message
 from ehsid.harness.deploy.hil.messages import VERSION, Flags, Kind, Reason, State
+
+_STATUSES = {int(status) for status in ehsid.Status}
 
 
 class _Answer:
@@ -76,7 +80,7 @@ class Identity:
             (values["major"], values["minor"], values["patch"]),
             _bits(values["policies"]),
             _bits(values["parameters"]),
-            values["board"].rstrip(b"\0").decode("ascii", "replace"),
+            _printable(values["board"].rstrip(b"\0").decode("ascii", "replace")),
         )
 
 
@@ -119,17 +123,33 @@ class Result:
 
     @classmethod
     def parse(cls, body: bytes) -> Self:
-        """Reads the body of `result`; raises BadFrame if it is not valid."""
-        values, theta = messages.RESULT.unpack(body)
+        """Reads the body of `result`.
+
+        Raises
+        ------
+        BadFrame
+            the body has a wrong length.
+        HilError
+            a number is not finite, or the estimator has no such status. The check sum was right, so
+            the target means it, and would answer the same again.
+        """
+        values, theta_bytes = messages.RESULT.unpack(body)
         n, flags = values.pop("n"), values.pop("flags")
-        if len(theta) != 4 * n:
-            raise BadFrame(f"{len(theta)} bytes for theta of {n} numbers")
+        if len(theta_bytes) != 4 * n:
+            raise BadFrame(f"{len(theta_bytes)} bytes for theta of {n} numbers")
+        theta = struct.unpack(f"<{n}f", theta_bytes)
+        named = {**values, **{f"theta[{i}]": number for i, number in enumerate(theta)}}
+        for name, value in named.items():
+            if not math.isfinite(value):
+                raise _wrong(name, value, "a finite number")
+        if values["status"] not in _STATUSES:
+            raise _wrong("status", values["status"], "a status of the estimator")
         return cls(
             **values,
             converged=bool(flags & Flags.CONVERGED),
             gain_estimated=bool(flags & Flags.GAIN_FROM_ESTIMATE),
             limited=bool(flags & Flags.AT_LIMIT),
-            theta=struct.unpack(f"<{n}f", theta),
+            theta=theta,
         )
 
 
@@ -183,3 +203,15 @@ def parse_answer(packet: Packet) -> Answer:
 
 def _bits(word: int) -> frozenset[int]:
     return frozenset(bit for bit in range(word.bit_length()) if word >> bit & 1)
+
+
+def _printable(text: str) -> str:
+    """Returns the text with '?' for control characters, which could rewrite the user's terminal."""
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
+def _wrong(name: str, value: float, expected: str) -> HilError:
+    return HilError(
+        f"the target answered a sample with {name} = {value:g}: expected {expected}; is the "
+        "firmware of examples/firmware/servo on it, of the same release as this host?"
+    )

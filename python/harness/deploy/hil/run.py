@@ -94,8 +94,8 @@ def run_plan(
     Raises
     ------
     HilError
-        the target does not answer, refuses a request, or was reset too often, or the simulated
-        position is not finite.
+        the target does not answer, refuses a request, was reset too often, or answers with values
+        that cannot be, or the simulated position is not finite.
     SimulationError
         the rig cannot be simulated.
     """
@@ -104,6 +104,7 @@ def run_plan(
     )
     plant = start.plant(quantised=False)
     outputs = OUTPUTS_OF[plan.rig.plant]
+    n_parameters = plan.configuration.estimator.orders.n_parameters
     speed = plan.reference_speed_m_s
     results: list[Result] = []
     positions = np.empty(plan.samples)
@@ -133,6 +134,12 @@ def run_plan(
             if real_time:
                 time.sleep(max(0.0, began + k * plan.dt_s - time.monotonic()))
             result = _answer(session, plan, sample, restarts)
+            if len(result.theta) != n_parameters:
+                raise HilError(
+                    f"{plan.name}: the target answered sample {k} with an estimate of "
+                    f"{len(result.theta)} parameters: expected the {n_parameters} of its "
+                    "configuration; is the firmware of examples/firmware/servo on it?"
+                )
             results.append(result)
             counters = _since(session.counters, before)
             recording.add(

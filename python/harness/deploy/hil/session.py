@@ -18,6 +18,9 @@ from ehsid.harness.deploy.hil.requests import Hello, Resume, Sample, Start, Stop
 from ehsid.harness.deploy.hil.transport import Line
 
 MOST_TRIPS = 10
+# Frames that are read after the deadline, at most: where this process was delayed, the answer may be
+# behind others that have arrived. A target that floods the line has no more time than a silent one.
+MOST_OVERDUE = 100
 START_UP_S = 5.0  # start-up time of a board that was reset when its port was opened
 UNREQUESTED = 0  # sequence number of a packet that the target sends without a request
 
@@ -225,10 +228,11 @@ class Session:
     def _answer(self, wanted: type[A], request: Request) -> A | Refused | None:
         """Returns the answer to the request; None if no answer arrives within the timeout."""
         deadline = time.monotonic() + self._timeout_s
-        while True:
-            # After the deadline the line is read once more, without waiting: if this process was
-            # delayed, the answer may have arrived.
-            frame = self._line.receive(max(deadline - time.monotonic(), 0.0))
+        overdue = 0
+        while overdue <= MOST_OVERDUE:
+            left = deadline - time.monotonic()
+            overdue += left < 0.0
+            frame = self._line.receive(max(left, 0.0))
             if frame is None:
                 return None
             try:
@@ -246,6 +250,7 @@ class Session:
                 return answer
             else:
                 self.counters.late += 1
+        return None
 
     def _unrequested(self, answer: Answer, request: Request) -> None:
         """Raises TargetReset if the target announces a reset without a request.

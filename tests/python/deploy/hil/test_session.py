@@ -3,8 +3,12 @@
 
 import math
 import os
+import socket
 import struct
+import threading
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 
 import hil_line
@@ -26,6 +30,8 @@ from ehsid.harness.deploy.hil import (
     open_line,
 )
 from ehsid.harness.deploy.hil import session as session_module
+from ehsid.harness.deploy.hil.answers import Done
+from ehsid.harness.deploy.hil.requests import Resume
 from ehsid.harness.identification import ArxOrders
 
 SAMPLES = 8
@@ -440,3 +446,30 @@ def test_a_line_that_is_cut(bench: Bench) -> None:
 def test_settings_of_a_session(bench: Bench, timeout_s: float, attempts: int) -> None:
     with pytest.raises(ValueError, match="expected > 0 s and at least 1"):
         Session(bench.line, timeout_s=timeout_s, attempts=attempts)
+
+
+# Targets that mean harm
+
+
+@pytest.mark.parametrize("flood", [b"\x03ab\0", encode(0x81, 0x1234, b"?"), b"\1" * 700 + b"\0"])
+def test_a_flood_of_frames_ends_like_silence(flood: bytes) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        port = listening.getsockname()[1]
+        with open_line(f"socket://127.0.0.1:{port}") as line:
+            end, _ = listening.accept()
+
+            def pour() -> None:
+                with end, suppress(OSError):
+                    while True:
+                        end.sendall(flood * 1000)
+
+            target = threading.Thread(target=pour)
+            target.start()
+            session = Session(line, timeout_s=TIMEOUT_S, attempts=2)
+            began = time.monotonic()
+            with pytest.raises(HilError, match="no answer to resume, asked 2 times"):
+                session._ask(Resume(), Done, "resume")
+            assert time.monotonic() - began < 5.0
+            assert session.counters.bad_frames + session.counters.late > 0
+        target.join(10.0)
+        assert not target.is_alive()
