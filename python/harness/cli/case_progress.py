@@ -6,10 +6,9 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator
 
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
 
+from ehsid.harness.cli.console import Console, PlainColumn
 from ehsid.harness.validation.jobs import Outcome
 
 
@@ -37,7 +36,7 @@ def shown(
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
-        TextColumn("{task.description}"),
+        PlainColumn("{task.description}"),
         console=console,
         disable=not console.is_terminal,
         transient=True,
@@ -47,7 +46,7 @@ def shown(
         for i, outcome in enumerate(outcomes, 1):
             rest = todo - i
             left = in_words((time.monotonic() - began) / i * rest)
-            line = f"{escape(outcome.name)}: {escape(outcome.word)}, {in_words(outcome.seconds)}"
+            line = f"{outcome.name}: {outcome.word}, {in_words(outcome.seconds)}"
             if not console.is_terminal or outcome.failed:
                 tail = f"; {left} left" if rest else ""
                 console.print(f"{done + i} of {total}, {line}{tail}", soft_wrap=True)

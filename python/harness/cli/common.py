@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 import typer
 from rich.table import Table
 
+from ehsid.harness.cli.console import printable
 from ehsid.harness.files import write_text
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 def refuse(message: str) -> NoReturn:
     """Prints an error message on stderr and ends the program with exit code 2."""
-    typer.echo(f"ehsid: {message}", err=True)
+    typer.echo(f"ehsid: {printable(message)}", err=True)
     raise typer.Exit(2)
 
 

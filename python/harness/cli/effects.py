@@ -7,10 +7,10 @@ import json
 from typing import Any
 
 import typer
-from rich.console import Console
 
 import ehsid
 from ehsid.harness.cli.common import make_table
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import AsJson
 
 # Attributes of an effect and of a parameter in the JSON output, in its order.

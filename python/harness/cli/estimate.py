@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from ehsid.harness.cli.common import make_table, read_io, write_results
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RecordFile, Reset
 from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 from ehsid.harness.files import result_folder

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 import ehsid
 from ehsid.harness.cli.common import parse_range
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RigOrPublished
 from ehsid.harness.cli.progress import stages
 from ehsid.harness.files import result_folder
@@ -109,7 +109,7 @@ def experiment_command(
     else:
         console = Console()
         for sentence in report.lead:
-            console.print(f"- {sentence}", highlight=False)
+            console.print(f"- {sentence}")
         console.print(f"report: {out / 'experiment.html'}", soft_wrap=True)
     if report.problems:
         raise typer.Exit(2)

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from ehsid.harness.cli.common import read_io
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import InputColumn, OutputColumn, RecordFile, Reset
 from ehsid.harness.cli.policy_option import (
     POLICIES,
@@ -137,7 +137,6 @@ def export_command(
     Console().print(
         f"{path}: {orders}, {policy!r}; started from {export.model.n_rows} equations that count "
         f"for {export.counts_for:.0f} samples; {tested}",
-        highlight=False,
         soft_wrap=True,
     )
     if policy.forgets_the_start:
@@ -147,6 +146,5 @@ def export_command(
         Console(stderr=True).print(
             f"note: {policy!r} forgets from the first sample on, the offline model too; "
             f"{', '.join(others)} and {last} keep it, see docs/export.md",
-            highlight=False,
             soft_wrap=True,
         )

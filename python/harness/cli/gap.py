@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
 from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import AsJson, ExcludedEffects, RigFile, Workers
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import result_folder

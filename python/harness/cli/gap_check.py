@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 
 import ehsid
 from ehsid.harness.cli.common import refuse
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import AsJson, Dask, Workers
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import is_incomplete, result_folder
@@ -170,7 +170,7 @@ def _print(score: Score, page: Path, console: Console) -> None:
     from ehsid.harness.report.check_words import lead
 
     for sentence in lead(score):
-        console.print(sentence, highlight=False)
+        console.print(sentence)
     spent = sum(case.findings.seconds for case in score.cases if case.findings.seconds > 0.0)
-    console.print(f"{in_words(spent)} of one core in all", highlight=False)
-    console.print(f"\nreport: {page}", soft_wrap=True, highlight=False)
+    console.print(f"{in_words(spent)} of one core in all")
+    console.print(f"\nreport: {page}", soft_wrap=True)

@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
 
 from ehsid.harness.cli.common import make_table, refuse
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.gap import check_excluded, read_for, told_apart
 from ehsid.harness.cli.gap_check import on
 from ehsid.harness.cli.options import AsJson, Dask, ExcludedEffects, Workers
@@ -137,14 +136,14 @@ def _print(fleet: Fleet, page: Path, console: Console) -> None:
     from ehsid.harness.report.gap_words import percent
 
     for sentence in fleet_lead(fleet):
-        console.print(sentence, highlight=False, markup=False)
+        console.print(sentence)
     rows = [
-        (escape(machine.name), percent(machine.structural), verdict_text(machine))
+        (machine.name, percent(machine.structural), verdict_text(machine))
         for machine in fleet.ranked[:MOST_LINES]
     ]
     if rows:
         headings = ("machine", "structural gap", "verdict")
         console.print(make_table(headings, rows, justify="left"))
     if len(fleet.ranked) > MOST_LINES:
-        console.print(f"and {len(fleet.ranked) - MOST_LINES} more", highlight=False)
-    console.print(f"\nreport: {page}", soft_wrap=True, highlight=False)
+        console.print(f"and {len(fleet.ranked) - MOST_LINES} more")
+    console.print(f"\nreport: {page}", soft_wrap=True)

@@ -6,14 +6,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from rich.console import Console
-from rich.markup import escape
 from rich.padding import Padding
 from rich.table import Table
 
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.cli.common import make_table
+from ehsid.harness.cli.console import Console
 from ehsid.harness.gap.schema import Diagnosis, HowFar
 from ehsid.harness.report.gap_words import (
     SIMULATIONS,
@@ -35,10 +34,10 @@ MOST_CANDIDATES = 5
 def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> None:
     """Prints the verdict in a sentence and then its reasons; the details are in the report."""
     title, _ = VERDICTS[diagnosis.verdict]
-    console.print(f"\n[bold]{title}[/bold]", highlight=False)
-    console.print(f"[bold]{escape(diagnosis.sentence)}[/bold]", highlight=False)
+    console.print(f"\n{title}", style="bold")
+    console.print(diagnosis.sentence, style="bold")
     for reason in diagnosis.reasons:
-        console.print(Padding(f"- {escape(reason)}", (0, 0, 0, 2)), highlight=False)
+        console.print(Padding(f"- {reason}", (0, 0, 0, 2)))
     for table in _tables(diagnosis):
         console.print()
         console.print(table)
@@ -46,21 +45,20 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> Non
     if coming is not None:
         rivals = " from ".join(effect_set(tuple(names.split("+"))) for names in coming.separates)
         console.print(
-            f"\nNext experiment: {escape(coming.description)}; it separates {rivals} with a "
+            f"\nNext experiment: {coming.description}; it separates {rivals} with a "
             f"predicted probability of {percent(coming.power)}: "
-            f"{escape(str(folder / 'next_experiment.csv'))}",
-            highlight=False,
+            f"{folder / 'next_experiment.csv'}",
         )
     if diagnosis.cannot_judge:
-        console.print("\nCould not be judged:", highlight=False)
+        console.print("\nCould not be judged:")
         for effect in diagnosis.cannot_judge:
-            line = f"- {plain_name(effect.id)}: {escape(effect.why)}"
-            console.print(Padding(line, (0, 0, 0, 2)), highlight=False)
+            line = f"- {plain_name(effect.id)}: {effect.why}"
+            console.print(Padding(line, (0, 0, 0, 2)))
     for remark in diagnosis.remarks:
-        sign = "[bold red]serious[/bold red]" if remark.serious else "note"
-        about = f"{escape(remark.record)}: " if remark.record else ""
-        console.print(f"{sign}: {about}{escape(remark.what)}", highlight=False)
-    console.print(f"\nreport: {folder / 'report.html'}", soft_wrap=True, highlight=False)
+        sign, style = ("serious", "red") if remark.serious else ("note", None)
+        about = f"{remark.record}: " if remark.record else ""
+        console.print(f"{sign}: {about}{remark.what}", style=style)
+    console.print(f"\nreport: {folder / 'report.html'}", soft_wrap=True)
 
 
 def _tables(diagnosis: Diagnosis) -> Iterator[Table]:

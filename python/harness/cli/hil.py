@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 import ehsid
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import AsJson, HilLoop, RigOrPublished, SignalName
 from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 from ehsid.harness.files import free_folder, result_folder
@@ -141,7 +141,7 @@ def hil_command(
         samples = free_folder(out, UNFINISHED)
         try:
             with target(port, qemu, machine) as address, open_line(address, baud) as line:
-                session = Session(line, on_event=lambda text: console.print(text, highlight=False))
+                session = Session(line, on_event=console.print)
                 identity = session.hello()
                 runs = run_all(plans, session, samples, console, real_time)
         except KeyboardInterrupt:

@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
 import ehsid
+from ehsid.harness.cli.console import Console, PlainColumn
 from ehsid.harness.deploy.hil.answers import Result
 from ehsid.harness.deploy.hil.session import Counters
 
@@ -42,10 +42,10 @@ def live(
     That function returns another one, which the caller calls after each sample.
     """
     bar = Progress(
-        TextColumn("{task.description}"),
+        PlainColumn("{task.description}"),
         BarColumn(bar_width=24),
         MofNCompleteColumn(),
-        TextColumn("{task.fields[state]}"),
+        PlainColumn("{task.fields[state]}"),
         TimeRemainingColumn(compact=True),
         console=console,
         transient=True,
@@ -70,7 +70,6 @@ def live(
                 left = (samples - done) / rate
                 console.print(
                     f"{name}: {done} of {samples}, {left:.0f} s left, {state}",
-                    highlight=False,
                     soft_wrap=True,
                 )
 

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 
 import ehsid
 from ehsid.harness.cli.common import make_table
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.hil_progress import live
 from ehsid.harness.cli.options import HilLoop
 from ehsid.harness.cli.signal_options import SignalOptions, as_command, as_reference
@@ -159,7 +159,7 @@ def show(identity: Identity, runs: Runs, file: HilFile, out: Path) -> None:
     """Prints the result in a few sentences and a table."""
     console = Console()
     for sentence in lead(identity, runs):
-        console.print(f"- {sentence}", highlight=False)
+        console.print(f"- {sentence}")
     rows = [_row(run) for run in file.runs]
     console.print(make_table(list(rows[0]), [list(row.values()) for row in rows]))
     console.print(f"report: {out / REPORTS[0]}", soft_wrap=True)

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import AsJson
 from ehsid.harness.files import result_files
 
@@ -23,11 +23,11 @@ def _print(answer: Answer, out: Path, console: Console) -> None:
         text = ", ".join(f"{name} {value:g}" for name, value in sizes.items())
         console.print(f"{effect}: {text}")
     for remark in answer.not_exact:
-        console.print(f"not exact: {remark}", highlight=False)
+        console.print(f"not exact: {remark}")
     for remark in answer.remarks:
-        console.print(remark, highlight=False)
+        console.print(remark)
     before, after = answer.command["largest_v_before"], answer.command["largest_v"]
-    console.print(f"largest command: {before:.4g} V before, {after:.4g} V now", highlight=False)
+    console.print(f"largest command: {before:.4g} V before, {after:.4g} V now")
     console.print(f"{out}: {answer.samples['written']} samples; answer in {answer_path(out)}")
 
 

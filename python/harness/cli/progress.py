@@ -10,8 +10,15 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
-from rich.progress import Progress, TaskID
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TaskProgressColumn,
+    TimeRemainingColumn,
+)
+
+from ehsid.harness.cli.console import Console, PlainColumn
 
 QUICK_S = 2.0
 LINE_EVERY_S = 10.0
@@ -49,7 +56,13 @@ def stages() -> Iterator[Callable[[str, float], None]]:
     The caller passes the name of a stage and the share of it that is done, 0 to 1.
     """
     console = Console(stderr=True)
-    bar = Progress(console=console, transient=True)
+    columns = (
+        PlainColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+    )
+    bar = Progress(*columns, console=console, transient=True)
     shown: dict[str, _Shown] = {}
 
     def report(what: str, share: float) -> None:

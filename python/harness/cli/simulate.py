@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from ehsid.harness.cli.common import make_table, write_figure
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import AsJson, SignalName
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import result_files

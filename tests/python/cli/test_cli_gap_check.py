@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 from check_runs import StandIn
-from rich.console import Console
 from typer.testing import CliRunner
 
 import ehsid
 from ehsid.harness.cli import app
 from ehsid.harness.cli.case_progress import in_words, shown
+from ehsid.harness.cli.console import Console
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.validation.jobs import Outcome
 

@@ -18,8 +18,8 @@ from ehsid.harness.deploy.hil.requests import Hello, Resume, Sample, Start, Stop
 from ehsid.harness.deploy.hil.transport import Line
 
 MOST_TRIPS = 10
-# Frames that are read after the deadline, at most: where this process was delayed, the answer may be
-# behind others that have arrived. A target that floods the line has no more time than a silent one.
+# Largest number of frames that are read after the deadline. If this process was delayed, the answer
+# may have arrived behind other frames; a target that floods the line must not gain time by it.
 MOST_OVERDUE = 100
 START_UP_S = 5.0  # start-up time of a board that was reset when its port was opened
 UNREQUESTED = 0  # sequence number of a packet that the target sends without a request

@@ -304,12 +304,15 @@ def test_done_refused_and_safe() -> None:
     assert answer(0x86, "HIf", 2, 17, 0.0) == Safe(2, 17, 0.0)
 
 
+single_numbers = st.floats(width=32, allow_nan=False, allow_infinity=False)
+
+
 @given(
-    st.tuples(u32, *[st.floats(width=32, allow_nan=False)] * 3),
-    st.tuples(st.integers(0, 255), st.integers(0, 7), u16),
-    st.tuples(*[st.floats(width=32, allow_nan=False)] * 5),
+    st.tuples(u32, *[single_numbers] * 3),
+    st.tuples(st.sampled_from([int(status) for status in ehsid.Status]), st.integers(0, 7), u16),
+    st.tuples(*[single_numbers] * 5),
     st.tuples(u32, u16, u16, u16),
-    st.lists(st.floats(width=32, allow_nan=False), max_size=13),
+    st.lists(single_numbers, max_size=13),
 )
 def test_results(
     first: tuple[Any, ...],
@@ -324,6 +327,29 @@ def test_results(
     expected = (*first, flags[0], *bits, flags[2], *reals_, *counts, tuple(theta))
     assert isinstance(made, Result)
     assert astuple(made) == expected
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize(
+    ("place", "name"),
+    [(4, "command_v"), (8, "gain_v_m"), (20, "innovation_m"), (51, "theta\\[0\\]")],
+)
+def test_a_result_that_is_not_finite_is_refused(place: int, name: str, value: float) -> None:
+    body = bytearray(50) + b"\1" + bytes(4)
+    struct.pack_into("<f", body, place, value)
+    with pytest.raises(HilError, match=f"{name} = {value:g}: expected a finite number"):
+        parse_answer(Packet(0x84, 1, bytes(body)))
+
+
+def test_a_status_that_there_is_not_is_refused() -> None:
+    with pytest.raises(HilError, match="status = 77: expected a status of the estimator"):
+        parse_answer(Packet(0x84, 1, bytes(16) + b"\x4d" + bytes(34)))
+
+
+def test_the_name_of_a_board_cannot_steer_the_terminal() -> None:
+    made = parse_answer(Packet(0x81, 1, b"\1\0" + bytes(6) + b"\x1b[31m\r\nx\0\0\0"))
+    assert isinstance(made, Identity)
+    assert made.board == "?[31m??x"
 
 
 @pytest.mark.parametrize(

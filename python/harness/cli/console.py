@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: MIT
+"""The console of all commands: what it prints is data, never markup or control sequences.
+
+Names of rigs, records and boards, and paths, are text of others. The console of rich would take
+`[/red]` in them for markup, and a terminal would carry out escape sequences.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import rich.console
+from rich.progress import TextColumn
+from rich.text import Text
+
+
+def printable(text: str) -> str:
+    r"""Returns the text with control characters written out, such as \x1b; line ends stay."""
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+
+
+class Console(rich.console.Console):
+    """A console that prints every text as it is; use `style` for emphasis."""
+
+    def __init__(self, *, stderr: bool = False, **settings: Any) -> None:
+        super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False, **settings)
+
+    def render_str(self, text: str, **settings: Any) -> Text:
+        """Returns the text as rich prints it; every str comes through here, cells too."""
+        return super().render_str(printable(text), **settings)
+
+
+class PlainColumn(TextColumn):
+    """A column of a progress bar that shows a text as it is."""
+
+    def __init__(self, text_format: str) -> None:
+        super().__init__(text_format, markup=False)
+
+    def render(self, task: Any) -> Text:
+        """Returns the text of the task."""
+        text = super().render(task)
+        return Text(printable(text.plain), style=text.style, justify="left")
