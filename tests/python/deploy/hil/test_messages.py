@@ -347,7 +347,7 @@ def test_a_status_that_there_is_not_is_refused() -> None:
 
 
 def test_the_name_of_a_board_cannot_steer_the_terminal() -> None:
-    made = parse_answer(Packet(0x81, 1, b"\1\0" + bytes(6) + b"\x1b[31m\r\nx\0\0\0"))
+    made = parse_answer(Packet(0x81, 1, b"\1\0" + bytes(6) + b"\x1b[31m\r\nx\0\0\0\0"))
     assert isinstance(made, Identity)
     assert made.board == "?[31m??x"
 
