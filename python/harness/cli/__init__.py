@@ -75,5 +75,5 @@ def _options(
 
 
 def main() -> None:
-    """Runs the command `ehsid`; its entry point."""
+    """Runs the command `ehsid`."""
     app()

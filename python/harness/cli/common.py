@@ -21,18 +21,31 @@ if TYPE_CHECKING:
     from ehsid.harness.identification import IoData
 
 
+# Beyond these a search over orders and delays takes hours, and its models have no meaning.
+MOST_ORDER, MOST_DELAY = 50, 1000
+
+
 def refuse(message: str) -> NoReturn:
     """Prints an error message on stderr and ends the program with exit code 2."""
     typer.echo(f"ehsid: {printable(message)}", err=True)
     raise typer.Exit(2)
 
 
-def parse_range(text: str, option: str) -> range:
-    """Returns the range that a text such as "2-5" or "3" names, upper end included."""
-    match = re.fullmatch(r"(\d+)(?:-(\d+))?", text.strip())
-    if match is None or int(match[2] or match[1]) < int(match[1]):
-        raise ValueError(f"{option} {text!r}: expected a number or a range such as 2-5")
-    return range(int(match[1]), int(match[2] or match[1]) + 1)
+def parse_range(text: str, option: str, most: int) -> range:
+    """Returns the range that a text such as "2-5" or "3" names, upper end included.
+
+    Raises
+    ------
+    ValueError
+        the text is no range of whole numbers from 0 to `most`.
+    """
+    match = re.fullmatch(r"([0-9]{1,9})(?:-([0-9]{1,9}))?", text.strip())
+    low, high = (int(match[1]), int(match[2] or match[1])) if match else (0, -1)
+    if not low <= high <= most:
+        raise ValueError(
+            f"{option} {text!r}: expected a number or a range such as 2-5, at most {most}"
+        )
+    return range(low, high + 1)
 
 
 def read_io(path: Path, input_name: str, output_name: str) -> IoData:

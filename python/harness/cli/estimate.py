@@ -13,7 +13,16 @@ from rich.table import Table
 
 from ehsid.harness.cli.common import make_table, read_io, write_results
 from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RecordFile, Reset
+from ehsid.harness.cli.options import (
+    AsJson,
+    Delay,
+    InputColumn,
+    OutputColumn,
+    PastInputs,
+    PastOutputs,
+    RecordFile,
+    Reset,
+)
 from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 from ehsid.harness.files import result_folder
 
@@ -33,9 +42,9 @@ def estimate_command(
     record: RecordFile,
     input_name: InputColumn = "command_v",
     output_name: OutputColumn = "position_m",
-    na: Annotated[int, typer.Option(help="past outputs, 1 to 6")] = 3,
-    nb: Annotated[int, typer.Option(help="past inputs, 1 to 6")] = 3,
-    nk: Annotated[int, typer.Option(help="delay in samples, 0 to 20")] = 1,
+    na: PastOutputs = 3,
+    nb: PastInputs = 3,
+    nk: Delay = 1,
     forgetting: Annotated[
         PolicyName, typer.Option(help="forgetting policy; exponential is Eq. (15)")
     ] = "exponential",

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 import ehsid
-from ehsid.harness.cli.common import parse_range
+from ehsid.harness.cli.common import MOST_DELAY, MOST_ORDER, parse_range
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RigOrPublished
 from ehsid.harness.cli.progress import stages
@@ -74,8 +74,8 @@ def experiment_command(
 
     began = time.monotonic()
     offline = Offline(
-        parse_range(orders, "--orders"),
-        parse_range(delays, "--delays"),
+        parse_range(orders, "--orders", MOST_ORDER),
+        parse_range(delays, "--delays", MOST_DELAY),
         Preprocessing(trend.value, outliers, scaling),
     )
     inputs = [path for path in (record, rig_file) if path is not None]

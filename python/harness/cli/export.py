@@ -62,13 +62,14 @@ def export_command(
     input_name: InputColumn = "command_v",
     output_name: OutputColumn = "position_m",
     na: Annotated[
-        int | None, typer.Option(help="past outputs, 1 to 6; default 3", show_default=False)
+        int | None, typer.Option(min=1, max=6, help="past outputs; default 3", show_default=False)
     ] = None,
     nb: Annotated[
-        int | None, typer.Option(help="past inputs, 1 to 6; default 3", show_default=False)
+        int | None, typer.Option(min=1, max=6, help="past inputs; default 3", show_default=False)
     ] = None,
     nk: Annotated[
-        int | None, typer.Option(help="delay in samples, 0 to 20; default 1", show_default=False)
+        int | None,
+        typer.Option(min=0, max=20, help="delay in samples; default 1", show_default=False),
     ] = None,
     choose: Annotated[
         bool, typer.Option("--identify", help="let offline identification choose na, nb, nk")

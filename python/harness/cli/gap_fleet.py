@@ -57,11 +57,9 @@ def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
     ------
     ValueError
         `out` or the place of a result lies in `folder`, where the next run would take it for a
-        machine or a record; a machine has the name of a file of the fleet; or a file that is not of
-        an earlier result is in the way.
+        machine or a record; or a file that is not of an earlier result is in the way.
     """
     from ehsid.harness.report.diagnosis_files import FILES
-    from ehsid.harness.report.fleet_page import FILES as OF_THE_FLEET
     from ehsid.harness.validation.fleet.running import INPUTS
     from ehsid.harness.validation.jobs import ERROR, RESULT
 
@@ -69,10 +67,6 @@ def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
         if place.resolve().is_relative_to(folder.resolve()):
             raise ValueError(f"--out {place}: lies in {folder}; name a folder outside of it")
     for machine in machines:
-        if machine.name in OF_THE_FLEET:
-            raise ValueError(
-                f"{machine}: a file of the results has this name; give the folder another one"
-            )
         check_result_folder(out / machine.name, RESULT, (*FILES, INPUTS, ERROR))
 
 
@@ -108,7 +102,14 @@ def gap_fleet_command(
 
     excluded = tuple(dict.fromkeys(exclude_effect or ()))
     check_excluded(excluded)
-    folders = machine_folders(folder)
+    folders, refused = [], {}
+    for machine in machine_folders(folder):
+        if machine.name in FILES:
+            refused[machine.name] = (
+                f"{machine}: a file of the results has this name; give the folder another one"
+            )
+        else:
+            folders.append(machine)
     todo = unfinished_machines(folders, out, excluded)
     check_results(folder, out, todo)
     with result_folder(out, "gap-fleet", FILES) as made:
@@ -120,7 +121,7 @@ def gap_fleet_command(
                 outcomes = run_fleet(todo, out, excluded, read_machine, diagnose, write_diagnosis)
                 for _ in shown(outcomes, len(todo), len(folders)):
                     pass
-        fleet = read_fleet(out, [machine.name for machine in folders])
+        fleet = read_fleet(out, [machine.name for machine in folders], refused)
         write_fleet(fleet, made)
     page = out / "fleet.html"
     if as_json:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import time
 from contextlib import suppress
@@ -13,7 +14,15 @@ import typer
 
 import ehsid
 from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.options import AsJson, HilLoop, RigOrPublished, SignalName
+from ehsid.harness.cli.options import (
+    AsJson,
+    Delay,
+    HilLoop,
+    PastInputs,
+    PastOutputs,
+    RigOrPublished,
+    SignalName,
+)
 from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 from ehsid.harness.files import free_folder, result_folder
 
@@ -64,9 +73,9 @@ def hil_command(
     ] = "f-ratio",
     lambda0: Lambda0 = None,
     setting: PolicySettings = None,
-    na: Annotated[int, typer.Option(help="past outputs")] = 3,
-    nb: Annotated[int, typer.Option(help="past commands")] = 3,
-    nk: Annotated[int, typer.Option(help="delay in samples")] = 1,
+    na: PastOutputs = 3,
+    nb: PastInputs = 3,
+    nk: Delay = 1,
     actual: Annotated[
         Path | None,
         typer.Option(
@@ -121,8 +130,8 @@ def hil_command(
     from ehsid.harness.simulation import parse_settings
 
     began = time.monotonic()
-    if not dt > 0.0:
-        raise ValueError(f"--dt {dt:g}: expected > 0")
+    if not 0.0 < dt < math.inf:
+        raise ValueError(f"--dt {dt:g}: expected a finite number of seconds > 0")
     rig = published_rig() if rig_file is None else read_rig(rig_file)
     options = HilOptions(
         loop,

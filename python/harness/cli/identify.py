@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from ehsid.harness.cli.common import make_table, parse_range, read_io, write_figure, write_results
+from ehsid.harness.cli.common import (
+    MOST_DELAY,
+    MOST_ORDER,
+    make_table,
+    parse_range,
+    read_io,
+    write_figure,
+    write_results,
+)
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RecordFile
 from ehsid.harness.files import result_folder
@@ -83,7 +91,9 @@ def identify_command(
     ):
         data = read_io(record, input_name, output_name)
         result = identify(
-            data, orders=parse_range(orders, "--orders"), delays=parse_range(delays, "--delays")
+            data,
+            orders=parse_range(orders, "--orders", MOST_ORDER),
+            delays=parse_range(delays, "--delays", MOST_DELAY),
         )
         lines = [
             result.reason,

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-import functools
 import importlib
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,9 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from ehsid.harness.cli.common import refuse
+
+# How the messages begin that pybind11 gives to values which a C++ type cannot hold.
+OF_PYBIND = ("incompatible function arguments", "incompatible constructor arguments")
 
 
 @dataclass(frozen=True)
@@ -40,28 +43,50 @@ class Verb:
         stem = self.name.replace("-", "_")
         module = importlib.import_module(f"ehsid.harness.cli.{stem}")
         app = typer.Typer(add_completion=False)
-        function = errors_as_messages(getattr(module, f"{stem}_command"))
+        function = errors_as_messages()(getattr(module, f"{stem}_command"))
         app.command(self.name, cls=self.command_class)(function)
         return typer.main.get_command(app)
 
 
-def errors_as_messages(function: Callable[..., None]) -> Callable[..., None]:
-    """Wraps the function of a command so that bad input ends in one message and exit code 2.
+@contextmanager
+def errors_as_messages() -> Iterator[None]:
+    """Makes bad input end in one message and exit code 2, and Ctrl-C in one line and 130.
 
     There is no traceback. The errors of records, rigs, identification and simulation are all
-    ValueErrors.
+    ValueErrors. The others come from numbers, sizes and nesting that no check has foreseen.
     """
-
-    @functools.wraps(function)
-    def guarded(*arguments: Any, **options: Any) -> None:
-        try:
-            function(*arguments, **options)
-        except BrokenPipeError:  # From `ehsid ... | head`; typer then ends without a message.
+    try:
+        yield
+    except BrokenPipeError:  # From `ehsid ... | head`; typer then ends without a message.
+        raise
+    except KeyboardInterrupt:
+        typer.echo("ehsid: interrupted", err=True)
+        raise typer.Exit(130) from None
+    except (ValueError, OSError) as error:
+        refuse(str(error))
+    except MemoryError as error:
+        why = str(error).rstrip(".") or "no more memory"
+        refuse(
+            f"the memory of this machine is not enough ({why}): expected a smaller task; "
+            "take shorter records or signals, a longer sampling time, or fewer --workers"
+        )
+    except OverflowError as error:
+        refuse(
+            f"a number is too large to compute with ({error}): expected ordinary numbers in SI "
+            "units; check the options and the rig file"
+        )
+    except RecursionError:
+        refuse(
+            "the input is nested too deeply: expected the few levels of the documented formats; "
+            "check the rig file"
+        )
+    except TypeError as error:
+        if not any(words in str(error) for words in OF_PYBIND):
             raise
-        except (ValueError, OSError) as error:
-            refuse(str(error))
-
-    return guarded
+        refuse(
+            f"a number does not fit its type ({str(error).splitlines()[0]}): expected whole "
+            "numbers below 2^31 and finite real numbers; check the options"
+        )
 
 
 # The contexts and commands of click have the type `Any` here, because some versions of typer bring
@@ -77,7 +102,8 @@ class DeferredCommand(TyperCommand):
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
     ) -> Any:
         """Returns the context of the actual command, which then runs in place of this one."""
-        return self.verb.load().make_context(info_name, args, parent, **extra)
+        with errors_as_messages():
+            return self.verb.load().make_context(info_name, args, parent, **extra)
 
 
 def lazy_group(verbs: Iterable[Verb]) -> type[TyperGroup]:

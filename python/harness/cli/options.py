@@ -41,6 +41,9 @@ Reset = Annotated[
 ExcludedEffects = Annotated[
     list[str] | None, typer.Option(metavar="ID...", help="effects of the catalogue to leave out")
 ]
+PastOutputs = Annotated[int, typer.Option("--na", min=1, max=6, help="past outputs")]
+PastInputs = Annotated[int, typer.Option("--nb", min=1, max=6, help="past inputs")]
+Delay = Annotated[int, typer.Option("--nk", min=0, max=20, help="delay in samples")]
 Workers = Annotated[int | None, typer.Option(min=1, help="processes; default: one for each core")]
 Dask = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler: tcp://HOST:PORT")

@@ -18,6 +18,7 @@ from ehsid.harness.excitation import (
     random_steps,
     triangle,
 )
+from ehsid.harness.records.limits import SAMPLES
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import PositionController, command_limit, velocity_gain
 
@@ -46,12 +47,17 @@ class SignalOptions:
 
     @property
     def samples(self) -> int:
-        """Number of samples."""
+        """Number of samples; not more than a record may have."""
+        given = f"--duration {self.duration:g}, --dt {self.dt:g}"
         if not (self.dt > 0.0 and 2.0 * self.dt <= self.duration < math.inf):
+            raise ValueError(f"{given}: expected 0 < 2 dt <= duration")
+        count = self.duration / self.dt  # infinite where dt is tiny
+        if count > SAMPLES.most:
             raise ValueError(
-                f"--duration {self.duration:g}, --dt {self.dt:g}: expected 0 < 2 dt <= duration"
+                f"{given}: {count:.3g} samples: expected at most {SAMPLES.most}; take a shorter "
+                f"signal or a longer sampling time, or {SAMPLES.remedy}"
             )
-        return round(self.duration / self.dt)
+        return round(count)
 
     def make(self, *, default: float, top_hz: float) -> FloatArray:
         """Returns the signal, shape (samples,); its peak is `default` if no amplitude is given."""

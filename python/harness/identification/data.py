@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.arrays import masked_count
 from ehsid.harness.identification.errors import IdentificationError
 from ehsid.harness.records import Record
 
@@ -55,8 +56,13 @@ class IoData:
         Raises
         ------
         IdentificationError
-            input and output are not vectors of equal length, or not finite.
+            input and output are not vectors of equal length, not finite, or partly masked.
         """
+        if masked_count(u) or masked_count(y):
+            raise IdentificationError(
+                "input or output have masked values: expected finite numbers throughout; give the "
+                "parts without them as segments, or fill them in with filled()"
+            )
         u, y = np.asarray(u, dtype=np.float64), np.asarray(y, dtype=np.float64)
         if u.ndim != 1 or u.shape != y.shape:
             raise IdentificationError(

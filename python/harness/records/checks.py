@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.arrays import masked_count
 from ehsid.harness.records.errors import RecordError
 
 MIN_SAMPLES = 2
@@ -32,6 +33,15 @@ def check_columns(
 
 
 def _as_numbers(name: str, values: npt.ArrayLike, file: Path | str) -> npt.NDArray[np.float64]:
+    masked = masked_count(values)
+    if masked:
+        raise RecordError(
+            file,
+            f"{masked} values are masked",
+            column=name,
+            expected="a number in every row",
+            mend="remove these rows (the hole in time then splits the record), or fill in the values",
+        )
     array = np.asarray(values)
     if array.ndim == 2 and (1 in array.shape or array.size == 0):
         array = array.reshape(-1)  # row and column vectors of MATLAB, and its empty 0 x 0 array

@@ -70,12 +70,14 @@ class CsvTable:
         if not text:
             return float("nan")
         try:
-            if "_" not in text:  # Python would accept 1_000 as a number
+            if text.isascii() and "_" not in text:  # Python also accepts 1_000 and Arabic digits
                 return float(text)
         except ValueError:
             pass
         shown = text if len(text) <= 40 else text[:37] + "..."
         mend = "correct the cell, or name the columns to use"
+        if not text.isascii():
+            mend = "write the number with the digits 0 to 9 and a decimal point"
         if text.replace(",", ".", 1).lstrip("+-").replace(".", "", 1).isdigit():
             mend = "write the number with a decimal point"
         raise RecordError(

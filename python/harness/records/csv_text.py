@@ -7,13 +7,17 @@ import csv
 import gzip
 import zlib
 from collections import Counter
+from io import BytesIO
 from pathlib import Path
 
 from ehsid.harness.records.errors import RecordError
+from ehsid.harness.records.limits import BYTES, COLUMNS, LINE, SAMPLES
 
 GZIP_MAGIC = b"\x1f\x8b"
 UTF8_BOM = b"\xef\xbb\xbf"
 UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
+# So many rows with the same number of decimals are taken for a fixed form of numbers.
+ROWS_OF_ONE_FORM = 50
 EXPECTED_CSV = "comma-separated UTF-8 text with column names in row 1 and a decimal point"
 
 
@@ -23,7 +27,7 @@ def decompress(data: bytes, path: Path) -> bytes:
     Raises
     ------
     RecordError
-        the data are empty, not gzip, cut short, or damaged.
+        the data are empty, not gzip, cut short, or damaged, or their content is beyond the limit.
     """
     if not data:
         raise RecordError(path, "the file is empty", expected="a gzip file", mend="export it again")
@@ -35,7 +39,11 @@ def decompress(data: bytes, path: Path) -> bytes:
             mend="rename it to .csv if it is plain text, or compress it again",
         )
     try:
-        return gzip.decompress(data)
+        # One byte more than allowed tells; what comes behind it is never decompressed.
+        with gzip.GzipFile(fileobj=BytesIO(data)) as file:
+            content = file.read(BYTES.most + 1)
+        BYTES.check(len(content), path, at_least=True)
+        return content
     except EOFError:
         problem = "the compressed file is cut short"
     except (gzip.BadGzipFile, zlib.error) as error:
@@ -52,11 +60,14 @@ def split_header(data: bytes, path: Path) -> tuple[list[str], bytes]:
     ------
     RecordError
         the file is empty, is not text or not UTF-8, has a wrong delimiter, no usable column names,
-        or no data rows.
+        no data rows, ends within a number, or is beyond a limit.
     """
     data = _clean_text(data, path)
+    _check_size(data, path)
     first_line, _, body = data.partition(b"\n")
     names = _names(first_line.decode("utf-8").rstrip("\r"), body, path)
+    if not body.endswith((b"\n", b"\r")):
+        _check_end(body, path, row=data.count(b"\n") + 1)
     body = body.rstrip(b"\r\n\t ")
     if not body:
         raise RecordError(
@@ -67,6 +78,28 @@ def split_header(data: bytes, path: Path) -> tuple[list[str], bytes]:
             mend="export the record again, with its data",
         )
     return names, body
+
+
+def _check_end(body: bytes, path: Path, *, row: int) -> None:
+    """Checks that a last line without a line end does not stop within its last number.
+
+    This shows only where the last column has the same number of decimals in all rows before.
+    """
+    *before, last = (line.rpartition(b",")[2] for line in body.rsplit(b"\n", ROWS_OF_ONE_FORM + 1))
+    counts = {len(cell.strip().partition(b".")[2]) for cell in before[-ROWS_OF_ONE_FORM:]}
+    if len(before) < ROWS_OF_ONE_FORM or len(counts) > 1:
+        return
+    (usual,) = counts
+    if len(last.strip().partition(b".")[2]) < usual:
+        raise RecordError(
+            path,
+            f"the file ends within the number '{last.decode().strip()}': the numbers above have "
+            f"{usual} decimals",
+            row=row,
+            expected="a line end behind the last row",
+            mend="copy or export the file again; if the number is whole, end the file with a line "
+            "end",
+        )
 
 
 def _clean_text(data: bytes, path: Path) -> bytes:
@@ -113,11 +146,25 @@ def _clean_text(data: bytes, path: Path) -> bytes:
     return data
 
 
+def _check_size(data: bytes, path: Path) -> None:
+    """Checks the number of lines and their lengths before any line is divided into cells."""
+    SAMPLES.check(data.count(b"\n") - 1, path)
+    longest, start = LINE.most, 0
+    while len(data) - start > longest:
+        # The last line end that is near enough: all lines before it are short enough.
+        end = data.rfind(b"\n", start, start + longest + 1)
+        if end < 0:
+            row = data.count(b"\n", 0, start) + 1
+            LINE.check(len(data) - start, path, row=row, at_least=True)
+        start = end + 1
+
+
 def _names(line: str, body: bytes, path: Path) -> list[str]:
     try:
         names = [name.strip() for name in next(csv.reader([line]), [])]
     except csv.Error as error:
         raise unreadable_line(path, 1, error) from None
+    COLUMNS.check(len(names), path)
     if not any(names):
         raise RecordError(
             path, "the first row is blank", row=1, expected=EXPECTED_CSV, mend="remove that row"

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import scipy.io
 import scipy.sparse
 
 from ehsid.harness.records.errors import RecordError, damaged
+from ehsid.harness.records.limits import BYTES, COLUMNS
 from ehsid.harness.records.mat_elements import check_elements
 
 
@@ -26,7 +28,7 @@ class MatTable:
     def __init__(self, data: bytes, path: Path) -> None:
         self._path = path
         try:
-            check_elements(data)
+            check_elements(data, partial(BYTES.check, file=path))
             # Some versions of the type stubs accept only paths; the function reads any binary file.
             file: Any = BytesIO(data)
             with warnings.catch_warnings():
@@ -34,6 +36,8 @@ class MatTable:
                 # matter here, because all sparse variables are refused.
                 warnings.filterwarnings("ignore", ".*`spmatrix`", DeprecationWarning)
                 content = scipy.io.loadmat(file)
+        except RecordError:
+            raise
         except NotImplementedError:
             raise RecordError(
                 path,
@@ -45,6 +49,7 @@ class MatTable:
             raise damaged(path, "MAT", error) from None
         self._variables = {k: v for k, v in content.items() if not k.startswith("__")}
         self.names = list(self._variables)
+        COLUMNS.check(len(self.names), path)
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
         """Returns the variables `wanted` as they are in the file.

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ehsid.harness.records.errors import RecordError, damaged, first_line
+from ehsid.harness.records.limits import BYTES, COLUMNS
 
 
 class NpzTable:
@@ -35,6 +36,10 @@ class NpzTable:
             )
         self._archive = archive
         self.names = list(archive.files)
+        COLUMNS.check(len(self.names), path)
+        # The reader of an archive gives no more bytes of a file than the archive says it has.
+        files = archive.zip.infolist() if archive.zip else []
+        BYTES.check(sum(int(file.file_size) for file in files), path)
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays `wanted` as they are in the file.

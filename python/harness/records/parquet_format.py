@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,9 @@ import numpy.typing as npt
 import polars as pl
 
 from ehsid.harness.records.errors import RecordError, damaged
+from ehsid.harness.records.limits import BYTES, COLUMNS, SAMPLES
+
+FLOAT64_BYTES = 8
 
 
 class ParquetTable:
@@ -21,12 +25,14 @@ class ParquetTable:
 
     def __init__(self, data: bytes, path: Path) -> None:
         self._path = path
-        try:
-            self._frame = pl.read_parquet(BytesIO(data))
-        except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
-            # The reader does not detect some damaged sizes and then raises PanicException.
-            raise damaged(path, "Parquet", error) from None
-        self.names = self._frame.columns
+        self._data = data
+        with self._damage_named():
+            self._schema = pl.read_parquet_schema(BytesIO(data))
+            rows = pl.scan_parquet(BytesIO(data)).select(pl.len()).collect().item()
+        self.names = list(self._schema)
+        self._rows = int(rows)
+        SAMPLES.check(self._rows, path)
+        COLUMNS.check(len(self.names), path)
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
         """Returns the columns `wanted` as float64 arrays.
@@ -34,17 +40,31 @@ class ParquetTable:
         Raises
         ------
         RecordError
-            a column does not hold numbers or Boolean values.
+            a column does not hold numbers or Boolean values, or is damaged, or all together are
+            beyond the limit.
         """
-        return {name: self._numbers(self._frame[name]) for name in wanted}
+        for name in wanted:
+            self._check_type(name)
+        BYTES.check(self._rows * len(wanted) * FLOAT64_BYTES, self._path)
+        with self._damage_named():
+            frame = pl.read_parquet(BytesIO(self._data), columns=list(wanted))
+        return {name: frame[name].cast(pl.Float64).to_numpy() for name in wanted}
 
-    def _numbers(self, series: pl.Series) -> npt.NDArray[Any]:
-        if series.dtype.is_numeric() or series.dtype == pl.Boolean:
-            return series.cast(pl.Float64).to_numpy()
-        raise RecordError(
-            self._path,
-            f"the values are of type {series.dtype}",
-            column=series.name,
-            expected="real numbers (time in seconds as a number)",
-            mend="convert the column to numbers, or name the columns to use",
-        )
+    def _check_type(self, name: str) -> None:
+        dtype = self._schema[name]
+        if not dtype.is_numeric() and dtype != pl.Boolean:
+            raise RecordError(
+                self._path,
+                f"the values are of type {dtype}",
+                column=name,
+                expected="real numbers (time in seconds as a number)",
+                mend="convert the column to numbers, or name the columns to use",
+            )
+
+    @contextmanager
+    def _damage_named(self) -> Iterator[None]:
+        try:
+            yield
+        except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
+            # The reader does not detect some damaged sizes and then raises PanicException.
+            raise damaged(self._path, "Parquet", error) from None

@@ -26,6 +26,7 @@ from ehsid.harness.records.layout import (
     layout_of,
     names_in_file,
 )
+from ehsid.harness.records.limits import read_file
 from ehsid.harness.records.record import Record, make_record
 
 if TYPE_CHECKING:
@@ -121,7 +122,7 @@ def _bytes(path: Path) -> bytes:
         )
     format_of(path)
     try:
-        return path.read_bytes()
+        return read_file(path)
     except FileNotFoundError:
         problem, mend = "there is no such file", "check the path"
     except OSError as error:

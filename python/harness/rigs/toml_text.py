@@ -7,8 +7,13 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from ehsid.harness.records import RecordError
+from ehsid.harness.records.limits import Limit, read_file
 from ehsid.harness.rigs.errors import RigError
 
+RIG_BYTES = Limit("EHSID_MAX_RIG_BYTES", 2**20, "bytes in a rig file")
+# More dots than this are in no key of a rig. The parser takes time with the square of their number.
+MOST_DOTS = 100
 UTF8_BOM = b"\xef\xbb\xbf"
 UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
 
@@ -22,11 +27,15 @@ def read_text(path: Path) -> str:
         the path does not exist, is a directory, or cannot be read, or the text is not UTF-8.
     """
     try:
-        data = path.read_bytes()
+        if path.is_dir():
+            raise RigError(path, ["this is a directory; name a rig file (TOML) in it"])
+        data = read_file(path, RIG_BYTES)
     except FileNotFoundError:
         raise RigError(path, ["there is no such file"]) from None
-    except IsADirectoryError:
-        raise RigError(path, ["this is a directory; name a rig file (TOML) in it"]) from None
+    except RecordError as error:  # the limits speak of records
+        raise RigError(path, [f"{error.problem}; expected {error.expected}"]) from None
+    except RigError:
+        raise
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the path
         reason = error.strerror if isinstance(error, OSError) else error
         raise RigError(path, [f"cannot be read ({reason})"]) from None
@@ -53,8 +62,15 @@ def parse_toml(text: str, source: object) -> dict[str, Any]:
     Raises
     ------
     RigError
-        the text is not TOML; the message gives line and column of a syntax error.
+        the text is not TOML, and the message gives line and column of a syntax error; or keys or
+        brackets are nested too deeply.
     """
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.count(".") > MOST_DOTS and not line.lstrip().startswith("#"):
+            raise RigError(
+                source,
+                [f"line {number}: {line.count('.')} dots; expected keys of a few parts"],
+            )
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

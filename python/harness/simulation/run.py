@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
+from ehsid.harness.arrays import FloatArray, masked_count
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
@@ -202,8 +202,13 @@ def simulate(
 def checked_samples(what: str, samples: npt.ArrayLike) -> FloatArray:
     """Returns the samples as an array of shape (N,); raises SimulationError if they are unusable.
 
-    At least two samples are needed, and all must be finite. `what` names them in the message.
+    At least two samples are needed; all must be finite and none masked. `what` names them in the message.
     """
+    if masked_count(samples):
+        raise SimulationError(
+            f"the {what} has {masked_count(samples)} masked values: expected finite numbers; fill "
+            "them in with filled()"
+        )
     array = np.asarray(samples, dtype=np.float64)
     if array.ndim != 1 or array.size < 2:
         raise SimulationError(f"the {what} has shape {array.shape}: expected at least 2 samples")

@@ -119,15 +119,17 @@ class Fleet:
     shared: tuple[Shared, ...]
 
 
-def read_fleet(out: Path, names: Iterable[str]) -> Fleet:
+def read_fleet(out: Path, names: Iterable[str], refused: Mapping[str, str] | None = None) -> Fleet:
     """Reads the results of these machines and ranks the machines.
+
+    `refused` has the messages of the other machines, which were not diagnosed, by name.
 
     Raises
     ------
     ValueError
         a result cannot be read.
     """
-    machines, failed = [], {}
+    machines, failed = [], dict(refused or {})
     for name in names:
         folder = out / name
         if (folder / DIAGNOSIS).is_file():

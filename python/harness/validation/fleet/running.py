@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import ehsid
 from ehsid.harness.files import is_incomplete
+from ehsid.harness.manifest import sha256_of
 from ehsid.harness.records.formats import FORMATS
 from ehsid.harness.validation.blind.running import DIAGNOSIS, run_and_keep
 from ehsid.harness.validation.jobs import (
@@ -21,6 +21,7 @@ from ehsid.harness.validation.jobs import (
     Job,
     Outcome,
     Write,
+    failure,
     one_line,
     run_job,
 )
@@ -77,11 +78,7 @@ def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
 
 def inputs_of(folder: Path, exclude: Sequence[str]) -> bytes:
     """Returns what determines a result, as JSON: digests of files, effects left out, version."""
-    files = {
-        path.name: hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.iterdir())
-        if path.is_file()
-    }
+    files = {path.name: sha256_of(path) for path in sorted(folder.iterdir()) if path.is_file()}
     plain = {"files": files, "exclude": list(exclude), "ehsid_version": ehsid.__version__}
     return (json.dumps(plain, indent=1) + "\n").encode()
 
@@ -94,12 +91,18 @@ def is_finished(result: Path, inputs: bytes) -> bool:
 
 
 def unfinished_machines(folders: Iterable[Path], out: Path, exclude: Sequence[str]) -> list[Path]:
-    """Returns the machines without a diagnosis of their present files; errors are tried again."""
-    return [
-        folder
-        for folder in folders
-        if not is_finished(out / folder.name, inputs_of(folder, exclude))
-    ]
+    """Returns the machines without a diagnosis of their present files; errors are tried again.
+
+    A machine whose files cannot be read is among them: its diagnosis then says why.
+    """
+
+    def finished(folder: Path) -> bool:
+        try:
+            return is_finished(out / folder.name, inputs_of(folder, exclude))
+        except OSError:
+            return False
+
+    return [folder for folder in folders if not finished(folder)]
 
 
 def run_fleet(
@@ -124,7 +127,9 @@ def _task(
     except (ValueError, OSError) as error:
         message = one_line(str(error))
         files = {ERROR: f"{message}\n".encode()}
-        return functools.partial(Outcome, folder.name, files, message, 0.0)
+    except Exception as error:  # whatever a machine has, it does not end the others
+        files, message = failure(error)
+    return functools.partial(Outcome, folder.name, files, message, 0.0)
 
 
 def run_machine(job: Job, diagnose: Diagnose, write: Write, inputs: bytes) -> Outcome:

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""Limits on the size of input, so that a damaged or malicious file cannot exhaust the memory.
+
+Each limit is a generous default that an environment variable replaces.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+
+from ehsid.harness.records.errors import RecordError
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit.
+
+    Attributes
+    ----------
+    variable
+        environment variable that replaces the default; a whole number above 0.
+    default
+        the limit without that variable.
+    unit
+        what is counted, as the message names it.
+    """
+
+    variable: str
+    default: int
+    unit: str
+
+    @property
+    def most(self) -> int:
+        """The largest allowed number.
+
+        Raises
+        ------
+        ValueError
+            the environment variable is not a whole number above 0.
+        """
+        text = os.environ.get(self.variable, str(self.default))
+        # No number of bytes that a machine can hold has more digits than this.
+        if not (text.isascii() and text.isdigit() and len(text) < 19 and int(text) > 0):
+            raise ValueError(
+                f"{self.variable}={text}: expected a whole number above 0; correct the environment "
+                f"variable, or unset it for the default of {self.default}"
+            )
+        return int(text)
+
+    @property
+    def remedy(self) -> str:
+        """What the user can do, for a message."""
+        return f"set the environment variable {self.variable} to a larger number"
+
+    def check(
+        self, count: int, file: Path | str, *, row: int | None = None, at_least: bool = False
+    ) -> None:
+        """Checks a number; with `at_least` it is only known that there are so many or more.
+
+        Raises
+        ------
+        RecordError
+            the number is above the limit.
+        """
+        if count > self.most:
+            raise RecordError(
+                file,
+                f"{'more than ' if at_least else ''}{self.most if at_least else count} {self.unit}",
+                row=row,
+                expected=f"at most {self.most} {self.unit}",
+                mend=f"divide the record, or, if it is meant to be so large, {self.remedy}",
+            )
+
+
+BYTES = Limit("EHSID_MAX_BYTES", 2**30, "bytes of content")
+SAMPLES = Limit("EHSID_MAX_SAMPLES", 20_000_000, "samples")
+COLUMNS = Limit("EHSID_MAX_COLUMNS", 2_000, "columns")
+LINE = Limit("EHSID_MAX_LINE", 2**20, "bytes in one line")
+
+
+def read_file(path: Path, limit: Limit = BYTES) -> bytes:
+    """Returns the content of a regular file; devices and pipes may have no end.
+
+    Raises
+    ------
+    RecordError
+        the path is not a regular file, or the file is larger than the limit.
+    OSError
+        the file cannot be read.
+    """
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise RecordError(
+            path,
+            "this is a device or a pipe, not a regular file",
+            expected="a file",
+            mend="write the data to a file first",
+        )
+    with path.open("rb") as file:
+        data = file.read(limit.most + 1)
+    limit.check(len(data), path, at_least=True)
+    return data
