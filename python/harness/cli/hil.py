@@ -88,7 +88,7 @@ def hil_command(
         list[str] | None,
         typer.Option(help="EFFECT.PARAMETER=NUMBER in the simulated machine; again for more"),
     ] = None,
-    seed: Annotated[int, typer.Option(help="of the test signal and the noise")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="of the test signal and the noise")] = 0,
     real_time: Annotated[
         bool, typer.Option("--real-time", help="at the sampling time, not as fast as it goes")
     ] = False,

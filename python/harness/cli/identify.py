@@ -89,12 +89,10 @@ def identify_command(
     with (
         nullcontext() if out is None else result_folder(out, "identify", FILES, [record]) as folder
     ):
+        wanted_orders = parse_range(orders, "--orders", MOST_ORDER)
+        wanted_delays = parse_range(delays, "--delays", MOST_DELAY)
         data = read_io(record, input_name, output_name)
-        result = identify(
-            data,
-            orders=parse_range(orders, "--orders", MOST_ORDER),
-            delays=parse_range(delays, "--delays", MOST_DELAY),
-        )
+        result = identify(data, orders=wanted_orders, delays=wanted_delays)
         lines = [
             result.reason,
             result.delay_reason,

@@ -91,7 +91,7 @@ def simulate_command(
     noise: Annotated[
         bool, typer.Option("--noise", help="with the noise that the rig tells of its sensors")
     ] = False,
-    seed: Annotated[int, typer.Option(help="of the test signal and the noise")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="of the test signal and the noise")] = 0,
     effect: Annotated[
         list[str] | None, typer.Option(help="EFFECT.PARAMETER=NUMBER, again for more")
     ] = None,

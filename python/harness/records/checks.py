@@ -40,7 +40,8 @@ def _as_numbers(name: str, values: npt.ArrayLike, file: Path | str) -> npt.NDArr
             f"{masked} values are masked",
             column=name,
             expected="a number in every row",
-            mend="remove these rows (the hole in time then splits the record), or fill in the values",
+            mend="remove these rows (the hole in time then splits the record), or fill in the "
+            "values",
         )
     array = np.asarray(values)
     if array.ndim == 2 and (1 in array.shape or array.size == 0):

@@ -202,7 +202,8 @@ def simulate(
 def checked_samples(what: str, samples: npt.ArrayLike) -> FloatArray:
     """Returns the samples as an array of shape (N,); raises SimulationError if they are unusable.
 
-    At least two samples are needed; all must be finite and none masked. `what` names them in the message.
+    At least two samples are needed; all must be finite and none masked. `what` names them in the
+    message.
     """
     if masked_count(samples):
         raise SimulationError(

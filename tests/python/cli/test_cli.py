@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from ehsid.harness.cli import app
 
 CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"
+BENCH = CRANE.parents[1] / "rigs" / "bench.toml"
 COLUMNS = ["--input", "valve_opening", "--output", "oil_pressure"]
 
 
@@ -55,10 +56,64 @@ def test_missing_file_is_one_message_and_code_2(verb: str) -> None:
     assert "Traceback" not in outcome.output
 
 
-def test_order_outside_the_compiled_range_names_the_range() -> None:
-    outcome = CliRunner().invoke(app, ["estimate", str(CRANE), *COLUMNS, "--na", "7"])
+@pytest.mark.parametrize("verb", ["estimate", "export", "hil"])
+@pytest.mark.parametrize(
+    ("option", "value"), [("--na", "7"), ("--nb", "0"), ("--nk", "-1"), ("--na", "1" + 21 * "0")]
+)
+def test_orders_outside_the_compiled_range_are_refused(verb: str, option: str, value: str) -> None:
+    record = [] if verb == "hil" else [str(CRANE)]
+    outcome = CliRunner().invoke(app, [verb, *record, option, value])
     assert outcome.exit_code == 2
-    assert "na must be in 1..6, got 7" in outcome.stderr
+    assert f"'{option}'" in outcome.stderr
+    assert "Traceback" not in outcome.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--orders", "1-99999999999999999999"], "expected a number or a range such as 2-5"),
+        (
+            ["--orders", "2-51"],
+            "--orders '2-51': expected a number or a range such as 2-5, at most",
+        ),
+        (["--delays", "5-1"], "--delays '5-1': expected"),
+        (["--delays", "\u0661"], "expected a number or a range"),
+    ],
+)
+def test_ranges_of_orders_and_delays(arguments: list[str], said: str) -> None:
+    outcome = CliRunner().invoke(app, ["identify", str(CRANE), *COLUMNS, *arguments])
+    assert outcome.exit_code == 2
+    assert said in outcome.stderr
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--duration", "1e9"),
+        ("--duration", "1e300"),
+        ("--duration", "1e300", "--dt", "1e-300"),
+        ("--dt", "1e-12"),
+        ("--dt", "inf"),
+        ("--dt", "nan"),
+        ("--seed", "-1"),
+        ("--amplitude", "1e308"),
+    ],
+)
+def test_extreme_test_signals_take_no_memory(options: tuple[str, ...]) -> None:
+    outcome = CliRunner().invoke(app, ["simulate", str(BENCH), "--excitation", "steps", *options])
+    assert outcome.exit_code == 2
+    assert "expected" in outcome.stderr or "Invalid value" in outcome.stderr
+
+
+def test_the_limit_of_samples_is_settable(monkeypatch: pytest.MonkeyPatch) -> None:
+    arguments = ["simulate", str(BENCH), "--excitation", "steps", "--duration", "0.2"]
+    monkeypatch.setenv("EHSID_MAX_SAMPLES", "199")
+    outcome = CliRunner().invoke(app, arguments)
+    assert outcome.exit_code == 2
+    assert "200 samples: expected at most 199" in outcome.stderr
+    assert "EHSID_MAX_SAMPLES" in outcome.stderr
+    monkeypatch.setenv("EHSID_MAX_SAMPLES", "200")
+    assert CliRunner().invoke(app, arguments).exit_code == 0
 
 
 def test_constant_input_is_named(tmp_path: Path) -> None:

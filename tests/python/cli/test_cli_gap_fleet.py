@@ -13,6 +13,7 @@ from made_diagnoses import bench, measured_record
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
+from ehsid.harness.cli.gap_fleet import read_machine
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import write_rig
@@ -181,6 +182,47 @@ def test_a_folder_with_an_error_is_listed_and_the_others_go_on(
     assert sorted(plain["failed"]) == ["empty", "held", "twice"]
 
 
+@pytest.mark.usefixtures("blank_pictures")
+def test_a_hostile_machine_does_not_end_the_others(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fleet = here / "fleet"
+    saw = fleet / "saw"
+    shutil.copytree(saw, fleet / "fleet.html")
+    for name, text in {
+        "deep": "[uncertainty]\n" + ".".join(5000 * ["a"]) + " = 1\n",
+        "brackets": "a = " + 5000 * "[",
+        "broken": "[[[",
+        "markup": "[/red] \x1b[2J",
+    }.items():
+        shutil.copytree(saw, fleet / name)
+        (fleet / name / "rig.toml").write_text(text)
+    shutil.copytree(saw, fleet / "memory")
+
+    def read(folder: Path) -> Any:
+        if folder.name == "memory":
+            raise MemoryError("no more")
+        return read_machine(folder)
+
+    monkeypatch.setattr("ehsid.harness.cli.gap_fleet.read_machine", read)
+    outcome = run("fleet", "--out", "out")
+    assert outcome.exit_code == 0, outcome.output
+    plain = json.loads((here / "out" / "fleet.json").read_text(encoding="utf-8"))
+    assert {machine["name"] for machine in plain["ranked"]} == set(MACHINES)
+    expected = {
+        "fleet.html": "a file of the results has this name",
+        "deep": "4999 dots",
+        "brackets": "nested too deeply",
+        "broken": "not TOML",
+        "markup": "not TOML",
+        "memory": "MemoryError: no more",
+    }
+    assert sorted(plain["failed"]) == sorted(expected)
+    for name, message in expected.items():
+        assert message in plain["failed"][name]
+    assert "a file of the results has this name" in (here / "out" / "fleet.html").read_text("utf-8")
+
+
 def test_nothing_diagnosed_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "fleet" / "empty").mkdir(parents=True)
     outcome = run(str(tmp_path / "fleet"), "--out", str(tmp_path / "out"))
@@ -198,7 +240,6 @@ def test_nothing_diagnosed_is_an_error(tmp_path: Path) -> None:
         (["fleet", "--out", "fleet/out"], "lies in fleet; name a folder outside of it"),
         (["fleet", "--out", "fleet"], "lies in fleet; name a folder outside of it"),
         (["fleet", "--out", "mine"], "is there already and is not an earlier result"),
-        (["other", "--out", "out"], "a file of the results has this name"),
         (["fleet", "--out", "linked"], "linked/saw: lies in fleet"),
         (["fleet", "--out", "out", "--exclude-effect", "load_forse"], "did you mean 'load_force'"),
         (["fleet", "--out", "out", "--dask", "tcp://127.0.0.1:1"], "--workers is of this machine"),
@@ -209,7 +250,6 @@ def test_bad_input_is_one_message_and_nothing_written(
 ) -> None:
     (here / "mine" / "saw").mkdir(parents=True)
     (here / "mine" / "saw" / "error.txt").write_text("all I have")
-    (here / "other" / "fleet.html").mkdir(parents=True)
     (here / "linked").mkdir()
     (here / "linked" / "saw").symlink_to(here / "fleet" / "saw")
     before = sorted(path for path in here.rglob("*"))

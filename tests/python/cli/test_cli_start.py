@@ -11,8 +11,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from click.testing import Result
 from typer.testing import CliRunner
 
+import ehsid
 from ehsid.harness.cli import VERBS, app
 from ehsid.harness.cli.lazy import Verb
 
@@ -112,18 +114,81 @@ def test_an_unknown_verb_is_told_with_the_nearest() -> None:
     assert "'identify'" in outcome.output
 
 
+def raised_in(verb: str, error: BaseException, monkeypatch: pytest.MonkeyPatch) -> Result:
+    """Run a command whose function raises this error."""
+
+    def fails() -> None:
+        raise error
+
+    stem = verb.replace("-", "_")
+    monkeypatch.setattr(f"ehsid.harness.cli.{stem}.{stem}_command", fails)
+    return CliRunner().invoke(app, [verb])
+
+
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
 def test_errors_of_every_verb_end_in_one_place(verb: Verb, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever it is asked for: what its function raises becomes a message."""
-
-    def fails() -> None:
-        raise ValueError("no such thing")
-
-    stem = verb.name.replace("-", "_")
-    monkeypatch.setattr(f"ehsid.harness.cli.{stem}.{stem}_command", fails)
-    outcome = CliRunner().invoke(app, [verb.name])
+    outcome = raised_in(verb.name, ValueError("no such thing"), monkeypatch)
     assert outcome.exit_code == 2
     assert outcome.stderr == "ehsid: no such thing\n"
+
+
+def of_pybind() -> TypeError:
+    try:
+        ehsid.ServoEstimator(10**21, 1, 1)
+    except TypeError as error:
+        return error
+    raise AssertionError
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (OverflowError("cannot convert float infinity to integer"), "a number is too large"),
+        (MemoryError("Unable to allocate 7.45 GiB for an array"), "is not enough (Unable to"),
+        (MemoryError(), "is not enough (no more memory)"),
+        (RecursionError("maximum recursion depth exceeded"), "the input is nested too deeply"),
+        (of_pybind(), "a number does not fit its type"),
+    ],
+)
+def test_unforeseen_numbers_and_sizes_end_in_one_sentence(
+    error: Exception, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outcome = raised_in("effects", error, monkeypatch)
+    assert outcome.exit_code == 2
+    assert said in outcome.stderr
+    assert "expected" in outcome.stderr
+    assert outcome.stderr.count("\n") == 1
+
+
+def test_a_mistake_of_ours_is_no_message(monkeypatch: pytest.MonkeyPatch) -> None:
+    outcome = raised_in("effects", TypeError("unsupported operand type(s)"), monkeypatch)
+    assert isinstance(outcome.exception, TypeError)
+
+
+def test_ctrl_c_in_a_command_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    outcome = raised_in("effects", KeyboardInterrupt(), monkeypatch)
+    assert outcome.exit_code == 130
+    assert outcome.stderr == "ehsid: interrupted\n"
+
+
+@pytest.mark.parametrize("place", ["ehsid.harness.cli", "ehsid.harness.cli.effects"])
+def test_ctrl_c_while_the_command_is_imported_is_one_line(place: str) -> None:
+    script = f"""
+import sys
+class Interrupts:
+    def find_spec(self, name, *_):
+        if name == {place!r}:
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupts())
+sys.argv = ["ehsid", "effects"]
+from ehsid.__main__ import main
+main()
+"""
+    command = [sys.executable, "-c", script]
+    outcome = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert outcome.returncode == 130
+    assert outcome.stderr == "ehsid: interrupted\n"
 
 
 def test_a_reader_that_has_gone_is_no_error() -> None:
