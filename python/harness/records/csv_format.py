@@ -78,7 +78,7 @@ class CsvTable:
         mend = "correct the cell, or name the columns to use"
         if not text.isascii():
             mend = "write the number with the digits 0 to 9 and a decimal point"
-        if text.replace(",", ".", 1).lstrip("+-").replace(".", "", 1).isdigit():
+        elif text.replace(",", ".", 1).lstrip("+-").replace(".", "", 1).isdigit():
             mend = "write the number with a decimal point"
         raise RecordError(
             self._path,

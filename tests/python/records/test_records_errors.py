@@ -99,6 +99,11 @@ CSV_CASES = [
         "cannot be divided into cells", "mixed line ends"),
     csv("endless cell", GOOD.replace("0.3,3,", "0.3," + "x" * 200_000 + ","), 5, None,
         "cannot be divided into cells", "control characters"),
+    csv("Arabic digits", GOOD.replace("0.3,3,", "0.3,\u0663,"), 5, "command_v", "'\u0663'",
+        "digits 0 to 9"),
+    csv("cut within a number", "time_s,command_v\n" + "".join(
+        f"{k / 10},{k / 7:.4f}\n" for k in range(60))[:-3], 61, None,
+        "the file ends within the number '8.42'", "export the file again"),
     csv("date", GOOD.replace("0.3,3", "2024-01-01,3"), 5, "time_s", "'2024-01-01'", "correct"),
     Case("UTF-16", "bad.csv", GOOD.encode("utf-16"), None, None, "UTF-16", "CSV UTF-8"),
     Case("UTF-16 without a mark", "bad.csv", GOOD.encode("utf-16-le"), 1, None, "zero bytes",
@@ -169,6 +174,23 @@ ARRAY_CASES = [
     ("reversed", {"time_s": np.arange(5.0)[::-1].copy()}, 2, "time_s", "backwards"),
     ("no samples", {name: np.zeros(0) for name in good_arrays()}, None, None, "no samples"),
 ]  # fmt: skip
+
+
+def test_a_last_line_without_an_end_is_read_where_it_is_whole(tmp_path: Path) -> None:
+    path = tmp_path / "r.csv"
+    numbers = ["0.25", *(f"{k / 8}" for k in range(60)), "7.5"]  # of no fixed form
+    path.write_text("u,y\n" + "\n".join(f"1,{number}" for number in numbers))
+    assert read_record(path, columns=("u", "y")).column("y")[-1] == 7.5
+    path.write_text("u,y\n" + "\n".join("1,0.125" for _ in range(60)))
+    assert len(read_record(path, columns=("u", "y"))) == 60
+
+
+def test_masked_values_are_refused() -> None:
+    values = np.ma.masked_greater(np.arange(6.0), 3.0)
+    with pytest.raises(RecordError, match="column 'u': 2 values are masked") as raised:
+        make_record({"u": values})
+    assert "fill in" in str(raised.value)
+    assert len(make_record({"u": np.ma.masked_array(np.arange(6.0))})) == 6
 
 
 @pytest.mark.parametrize("ending", ["mat", "npz"])
