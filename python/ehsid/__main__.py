@@ -6,6 +6,8 @@ The command is imported inside of the function, so that Ctrl-C gives no tracebac
 
 import sys
 
+INTERRUPTED = "ehsid: interrupted\n"
+
 
 def main() -> None:
     """Runs the command; Ctrl-C ends it with exit code 130."""
@@ -14,8 +16,13 @@ def main() -> None:
 
         run()
     except KeyboardInterrupt:
-        sys.stderr.write("ehsid: interrupted\n")
+        sys.stderr.write(INTERRUPTED)
         sys.exit(130)
+    except SystemExit as end:
+        # Between the commands and this function typer ends an interrupted program without a line.
+        if isinstance(getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
+            sys.stderr.write(INTERRUPTED)
+        raise
 
 
 if __name__ == "__main__":

@@ -45,8 +45,8 @@ class Limit:
         # No number of bytes that a machine can hold has more digits than this.
         if not (text.isascii() and text.isdigit() and len(text) < 19 and int(text) > 0):
             raise ValueError(
-                f"{self.variable}={text[:40]}: expected a whole number above 0; correct the environment "
-                f"variable, or unset it for the default of {self.default}"
+                f"{self.variable}={text[:40]}: expected a whole number above 0; correct the "
+                f"environment variable, or unset it for the default of {self.default}"
             )
         return int(text)
 

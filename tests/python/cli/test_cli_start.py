@@ -172,15 +172,33 @@ def test_ctrl_c_in_a_command_is_one_line(monkeypatch: pytest.MonkeyPatch) -> Non
     assert outcome.stderr == "ehsid: interrupted\n"
 
 
-@pytest.mark.parametrize("place", ["ehsid.harness.cli", "ehsid.harness.cli.effects"])
-def test_ctrl_c_while_the_command_is_imported_is_one_line(place: str) -> None:
-    script = f"""
-import sys
+IN_AN_IMPORT = """
 class Interrupts:
     def find_spec(self, name, *_):
-        if name == {place!r}:
+        if name == "{}":
             raise KeyboardInterrupt
 sys.meta_path.insert(0, Interrupts())
+"""
+IN_TYPER = """
+import typer.core
+def interrupted(*_):
+    raise KeyboardInterrupt
+typer.core.TyperGroup.resolve_command = interrupted
+"""
+
+
+@pytest.mark.parametrize(
+    "preparation",
+    [
+        IN_AN_IMPORT.format("ehsid.harness.cli"),
+        IN_AN_IMPORT.format("ehsid.harness.cli.effects"),
+        IN_TYPER,
+    ],
+)
+def test_ctrl_c_before_the_command_begins_is_one_line(preparation: str) -> None:
+    script = f"""
+import sys
+{preparation}
 sys.argv = ["ehsid", "effects"]
 from ehsid.__main__ import main
 main()

@@ -468,7 +468,7 @@ def test_command_notes_that_a_policy_forgets_the_start(
         (["--name", "2nd"], "no C++ identifier"),
         (["--name", "class"], "C++ keyword"),
         (["--na", "7"], "'--na'"),
-        (["--na", "0"], "na = 0"),
+        (["--na", "0"], "'--na'"),
         (["--inflation", "0.5"], "at least 1"),
         (["--identify", "--nk", "2"], "--identify chooses"),
         (["--lambda0", "0.9"], "--lambda0 goes with"),

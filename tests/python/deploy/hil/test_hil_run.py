@@ -12,6 +12,7 @@ import pytest
 from hil_firmware import HostDevice
 from hil_line import TO_TARGET, Passing, Relay, Seeded, relayed, undisturbed
 from hil_runs import PATIENT, TIMEOUT_S
+from hil_target import FakeDevice, Target
 
 from ehsid.harness.deploy.hil import HilError, Identity, Kind, Line, Session, decode, open_line
 from ehsid.harness.deploy.hil.comparison import compare, rmse
@@ -23,7 +24,7 @@ from ehsid.harness.records import read_record
 from ehsid.harness.report.hil_page import lead
 from ehsid.harness.rigs.published import published_rig
 from ehsid.harness.simulation import draw_noise, simulate_closed_loop, suggested_controller
-from ehsid.harness.simulation.outputs import OUTPUTS_OF
+from ehsid.harness.simulation.outputs import OUTPUTS, OUTPUTS_OF
 from ehsid.harness.studies.rig_records import changed_record, rig_record
 from ehsid.harness.studies.target_plans import experiment_plans
 
@@ -266,6 +267,25 @@ def test_a_change_of_the_plant_is_that_of_the_experiment(
     assert np.abs(result.position_m - unchanged).max() > 10.0 * (lag + noise)
     assert compare(result).equal
     assert result.results[-1].resets >= 1
+
+
+def test_an_estimate_of_another_size_ends_the_run(tmp_path: Path) -> None:
+    """The target of the document answers with three parameters, whatever it was configured for."""
+    plan = position_plan(
+        RIG,
+        np.full(10, 0.15),
+        suggested_controller(RIG, 0.3),
+        dt_s=0.05,
+        noise=np.zeros((10, len(OUTPUTS))),
+        watchdog_ms=NEVER_MS,
+    )
+    with (
+        relayed(FakeDevice(Target())) as relay,
+        open_line(relay.port) as line,
+        pytest.raises(HilError, match=r"an estimate of 3 parameters: expected the \d"),
+    ):
+        run((relay, line), plan, tmp_path)
+    assert not tmp_path.exists()  # no sample, no file
 
 
 def test_the_gain_follows_the_estimate_within_its_bounds(
