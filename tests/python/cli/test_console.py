@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,7 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
 from ehsid.harness.cli.common import make_table, refuse
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, printable
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.rigs import read_rig, write_rig
 
@@ -41,6 +42,15 @@ def test_escape_sequences_in_data_are_written_out(capsys: pytest.CaptureFixture[
     with pytest.raises(Exception, match="2"):
         refuse(evil)
     assert capsys.readouterr().err == "ehsid: \\x1b[2Jgone\\r\\x07\\u202e\n"
+
+
+def test_spaces_of_all_kinds_and_letters_stay() -> None:
+    text = "412\u00a0N, 3\u202fmm, Größe, 油圧\nnext"
+    assert printable(text) == text
+
+
+def test_a_name_that_is_no_text_can_be_printed() -> None:
+    assert printed(os.fsdecode(b"r\xff.csv")) == "r\\udcff.csv\n"
 
 
 def test_a_bar_shows_names_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
