@@ -32,5 +32,5 @@ def record_figure(record: Record) -> Figure:
         axis.set_ylabel(f"{words} in {panel[0].shown_unit}")
         if len(panel) > 1:
             axis.legend(ncols=len(panel), loc="upper right")
-    axes[0].set_title(record.name)
+    axes[0].set_title(record.name, parse_math=False)
     return figure

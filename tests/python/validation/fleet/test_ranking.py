@@ -2,6 +2,7 @@
 """Ranking of machines and the page of a fleet, from diagnosis files written by hand."""
 
 import json
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +103,13 @@ def test_ranking_is_a_permutation_in_order(
     sizes = [one.structural for one in ranked]
     assert sizes == sorted(sizes, reverse=True)
     assert sizes == pytest.approx(sorted((max(0.0, gap - 0.02) for gap in gaps), reverse=True))
+
+
+def test_the_name_of_a_machine_is_no_formula(tmp_path: Path) -> None:
+    machine = written(tmp_path, {"$x_{$": diagnosis(0.3, effects=FORCE)}).ranked
+    figure = fleet_figure(machine, ["load_force"])
+    figure.savefig(BytesIO())  # raises an error where the name is taken for a formula
+    assert figure.axes[0].get_yticklabels()[0].get_text() == "$x_{$"
 
 
 def test_shared_effects_name_their_machines(fleet: Fleet) -> None:
