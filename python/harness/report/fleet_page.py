@@ -146,7 +146,7 @@ def _effects(fleet: Fleet) -> Section:
     ids = [effect.id for effect in fleet.shared]
     blocks.append(
         Table(
-            "Sizes with their intervals of 90 %. (or): a rival of what was named; (?): the records "
+            "Sizes with their intervals of 90 %. (or): an alternative to the named effect; (?): the records "
             "cannot show it.",
             ["machine", *(plain_name(effect) for effect in ids)],
             [

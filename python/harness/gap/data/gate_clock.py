@@ -120,7 +120,7 @@ def check_sampling(record: Record, rig: Rig) -> list[Remark]:
             Remark(
                 record.name,
                 f"sampled every {1e3 * record.dt_s:.4g} ms, too rarely for the oil spring of some "
-                f"{spring_hz:.3g} Hz: oil, lags and delays can hardly be told; sample every "
+                f"{spring_hz:.3g} Hz: oil, lags and delays can hardly be distinguished; sample every "
                 f"{1e3 / (SAMPLES_A_PERIOD * spring_hz):.2g} ms",
             )
         )
@@ -133,7 +133,7 @@ def check_sampling(record: Record, rig: Rig) -> list[Remark]:
         remarks.append(
             Remark(
                 record.name,
-                f"the noise of {', '.join(unresolved)} is not white, or cannot be told from motion "
+                f"the noise of {', '.join(unresolved)} is not white, or cannot be distinguished from motion "
                 "at this sampling time: without stretches at rest its floor is a bound only; "
                 "record a few seconds at rest, too",
             )
