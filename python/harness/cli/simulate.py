@@ -142,7 +142,8 @@ def simulate_command(
             if noise:
                 if not any(rig.sensors.values()):
                     raise ValueError(
-                        f"--noise: {rig_file} gives no sensor noise; add position_noise_m to its section [sensors]"
+                        f"--noise: {rig_file} gives no sensor noise; add position_noise_m to its "
+                        "section [sensors]"
                     )
                 # The noise has another random stream than the test signal.
                 settings["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))
