@@ -134,8 +134,8 @@ def check_sampling(record: Record, rig: Rig) -> list[Remark]:
             Remark(
                 record.name,
                 f"the noise of {', '.join(unresolved)} is not white, or cannot be distinguished "
-                "from motion at this sampling time: without stretches at rest its floor is a bound only; "
-                "record a few seconds at rest, too",
+                "from motion at this sampling time: without stretches at rest its floor is only a "
+                "bound; record a few seconds at rest, too",
             )
         )
     return remarks
