@@ -23,31 +23,32 @@ HEAD = """# What an update costs on the target
 Written by `nice python benchmarks/target_budget.py`, which needs arm-none-eabi-g++, qemu-system-arm
 and Eigen. Made with {tools}.
 
-Cortex-M4F, QEMU's mps2-an386, float32, `-ffp-contract=off`, no exceptions, no RTTI, `NDEBUG`; every
-form is compiled with the same flags, in a translation unit of its own. Instructions are counted
-(`-icount`, SysTick, interrupts masked, barriers round the call), not cycles: flash wait states and
-the pipeline of a real part come on top. A stretch of 1000 known instructions is counted first and
-must come out as 1000.
+The target is QEMU's mps2-an386 (Cortex-M4F) with float32, `-ffp-contract=off`, no exceptions, no
+RTTI and `NDEBUG`. Every form is compiled with the same flags, in its own translation unit. The
+tables give counted instructions and not cycles (`-icount`, SysTick, interrupts masked, barriers
+before and after the call). Flash wait states and the pipeline of a real part add to them. As a
+check, the script first counts a sequence of 1000 known instructions, and the result must be 1000.
 
-**n** is the number of parameters of `Rls<float, n, Policy>::update(phi, y)`, all its guards on,
-over 400 samples that carry information. The **textbook** is Eqs. (12)-(14) with a dense Eigen
-matrix of static size and no check at all. C++ evaluates `K*phi'*P` from left to right, a product
-of two matrices; with the brackets it is n^2.
+**n** is the number of parameters of `Rls<float, n, Policy>::update(phi, y)`. All its guards are
+active, and the figures are over 400 samples that carry information. The **textbook** form is Eqs.
+(12)-(14) with a dense Eigen matrix of static size and without any check. C++ evaluates `K*phi'*P`
+from left to right, which is a product of two matrices. With the brackets the cost is only n^2.
 """
 
 REASONS = """
-- **`Directional`** does two things more a sample than forgetting by a factor: a triangular solve
-  for the information it holds along the regressor, and a rank-one update, after which the regressor
-  is projected anew. That is 2 n^2 multiplications more, however they are arranged.
+- **`Directional`** needs two operations per sample more than forgetting by a factor: a triangular
+  solve for the information that P holds along the regressor, and a rank-one update, after which the
+  regressor is projected again. These are 2 n^2 additional multiplications in any arrangement.
 - **`RandomWalk`** adds Q to the diagonal by n rank-one updates and reads the diagonal of the
-  inverse: n^3 / 2 multiplications and 1.5 n^2 divisions, of which the textbook beside it has none.
-- **-O2 unrolls** the loops of an update (`EHSID_UNROLL`): that is what makes it fast, and it costs
-  flash, most for `RandomWalk`. With -Os they stay loops. Where flash is short, or n large, take
-  -Os.
-- **Small n**: the guards cost about 130 instructions whatever n is. At -O2 the textbook without
-  them is shorter up to n = 3 or 4, bracketed up to 4 or 5.
-- **Stack**: two thirds are the new state, which must be whole before any of the old is given up.
-  It grows with n^2 / 2, and from n = 7 on it is above 256 bytes at -Os.
+  inverse: n^3 / 2 multiplications and 1.5 n^2 divisions. The textbook form beside it has none of
+  them.
+- **-O2 unrolls** the loops of an update (`EHSID_UNROLL`). This makes the update fast but needs
+  flash, most for `RandomWalk`. With -Os the loops are kept. Use -Os if flash is scarce or n is
+  large.
+- **Small n**: the guards cost about 130 instructions at any n. At -O2 the textbook form, which has
+  no guards, is shorter up to n = 3 or 4, and in its bracketed form up to 4 or 5.
+- **Stack**: two thirds of it is the new state, which must be complete before it replaces the old
+  state. It grows with n^2 / 2, and from n = 7 on it is above 256 bytes at -Os.
 """
 
 
@@ -88,12 +89,13 @@ def goals(rows: list[Row]) -> str:
     head = ["n = 6", "-O2, left to right", "-O2, bracketed", "-Os, left to right"]
     head += ["-Os, bracketed", "stack, bytes"]
     return (
-        "## Goals\n\nInstructions as a multiple of the textbook's: at most 1 at -O2, below 0.5 at "
-        "-Os; stack below 256 bytes (the larger of both levels, painted and static).\n\n"
+        "## Goals\n\nThe number of instructions relative to the textbook form must be at most 1 at "
+        "-O2 and below 0.5 at -Os. The stack must be below 256 bytes (the larger value of both "
+        "levels, painted and static).\n\n"
         + table(head, body)
         + REASONS
-        + "\nNo image holds a heap, exceptions, the unwinder, static constructors or software "
-        "double arithmetic: `tests/firmware/check_image.cmake`, run here on each of them.\n"
+        + "\nNo image contains a heap, exceptions, the unwinder, static constructors or software "
+        "double arithmetic; the script checks each image with `tests/firmware/check_image.cmake`.\n"
     )
 
 
@@ -139,8 +141,8 @@ def whole(rows: list[Row]) -> str:
             )
     return (
         "## The whole estimator\n\n`ServoEstimator<float, 3, 3, 1, Policy>::step(command, "
-        "position)`: scaling, regressor, recursion, reset, convergence. The most of 400 samples "
-        "is where `FRatio` sums up a window.\n\n"
+        "position)` includes scaling, regressor, recursion, reset and convergence. The largest of "
+        "400 samples is the sample at which `FRatio` sums up a window.\n\n"
         + table(["n = 6", "instructions", "most", "flash", "RAM", "stack", "(static)"], body)
     )
 
@@ -155,17 +157,18 @@ def other_processor(rows: list[Row]) -> str:
             body[-1] += [f"{row['instructions']:.0f}", str(row["flash"]), str(deepest(row))]
     head = ["n = 6", "-O2", "flash", "stack", "-Os", "flash", "stack"]
     return (
-        "## Cortex-M7\n\nQEMU's mps2-an500, single-precision unit: instructions and bytes.\n\n"
-        + table(head, body)
+        "## Cortex-M7\n\nThe target is QEMU's mps2-an500 with a single-precision unit. The table "
+        "gives instructions and bytes.\n\n" + table(head, body)
     )
 
 
 def document(rows: list[Row], tools: str) -> str:
     """The page."""
     note = (
-        "Flash: the image less an empty one, with the call that sets the form up. RAM: its\n"
-        "storage and static data. Stack: painted, and in brackets that of `-fstack-usage` added\n"
-        "along the deepest chain of calls, for any input, library functions left out.\n"
+        "Flash is the size of the image minus that of an empty image, and includes the call that "
+        "sets up the\nform. RAM is its storage and static data. Stack is measured by painting. "
+        "The value in brackets is\nthe sum of `-fstack-usage` along the deepest chain of calls, "
+        "for any input, without library\nfunctions.\n"
     )
     return "\n".join(
         [

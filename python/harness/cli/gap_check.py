@@ -109,7 +109,7 @@ def gap_check_command(
         bool | None,
         typer.Option(
             "--exclude-truth",
-            help="only cases with one effect, diagnosed without that effect: none must be blamed",
+            help="only cases with one effect, diagnosed without it: no other one must be named",
         ),
     ] = None,
     workers: Workers = None,

@@ -89,7 +89,7 @@ def simulate_command(
         float | None, typer.Option(help="of the closed loop, Hz; default at most 2")
     ] = None,
     noise: Annotated[
-        bool, typer.Option("--noise", help="with the noise that the rig tells of its sensors")
+        bool, typer.Option("--noise", help="add the noise of the sensors that the rig file gives")
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="of the test signal and the noise")] = 0,
     effect: Annotated[
@@ -142,7 +142,8 @@ def simulate_command(
             if noise:
                 if not any(rig.sensors.values()):
                     raise ValueError(
-                        f"--noise: {rig_file} tells none; add position_noise_m to its sensors"
+                        f"--noise: {rig_file} gives no sensor noise; add position_noise_m to its "
+                        "section [sensors]"
                     )
                 # The noise has another random stream than the test signal.
                 settings["noise"] = draw_noise(rig, samples, np.random.default_rng([seed, 1]))

@@ -121,7 +121,7 @@ class CannotJudge(msgspec.Struct, frozen=True):
 
 
 class NextExperiment(msgspec.Struct, frozen=True):
-    """The experiment that separates rivals; `record` is the file with its command."""
+    """The experiment that separates the candidates; `record` is the file with its command."""
 
     separates: list[str]
     record: str

@@ -165,7 +165,7 @@ def _transfer(score: Score) -> Section:
             "record of the same machine under another excitation, which the diagnosis never saw, "
             "is simulated with the rig that it found. The calibrated rig is not written by a "
             "diagnosis; the found rig without its effects stands for it, so that the realised "
-            "shrinkage of the explainable gap is, as a rule, told too large."
+            "shrinkage of the explainable gap is, as a rule, stated too large."
         )
     ]
     if drawn:

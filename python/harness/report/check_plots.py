@@ -96,7 +96,7 @@ def trust_drawing(reliability: Reliability, risk: Sequence[RiskPoint]) -> Drawin
         at, share = 100.0 * group.probability, group.true
         left.plot([at, at], [100.0 * share.low, 100.0 * share.high], color=MET, linewidth=2.0)
         left.plot(at, 100.0 * share.value, "o", color=MET, markersize=5)
-    left.set_xlabel("probability told, %")
+    left.set_xlabel("stated probability, %")
     left.set_ylabel("names that are true, %")
     coverage = [100.0 * point.coverage for point in risk]
     right.fill_between(

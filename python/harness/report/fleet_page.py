@@ -146,8 +146,8 @@ def _effects(fleet: Fleet) -> Section:
     ids = [effect.id for effect in fleet.shared]
     blocks.append(
         Table(
-            "Sizes with their intervals of 90 %. (or): a rival of what was named; (?): the records "
-            "cannot show it.",
+            "Sizes with their intervals of 90 %. (or): an alternative to the named effect; "
+            "(?): the records cannot show it.",
             ["machine", *(plain_name(effect) for effect in ids)],
             [
                 [machine.name, *(_cell(machine, effect) for effect in ids)]

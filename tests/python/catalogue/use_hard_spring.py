@@ -57,6 +57,7 @@ others = [
     for info in ehsid.effects()
     if info.id not in (NAME, "load_spring", "load_force", "coulomb_friction")
 ]
+folder.mkdir()
 diagnosis = diagnose([fit], rig, validate=[held_out], exclude=others)
 write_diagnosis(folder, diagnosis, [fit, held_out], "rig.toml")
 try:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Base of the effects of the catalogue: the places of the simulation where an effect can act, and what it tells about
+// Base of the effects of the catalogue: the places of the simulation where an effect can act, and how it describes
 // itself (effect_info.hpp) where it does not say otherwise.
 #pragma once
 

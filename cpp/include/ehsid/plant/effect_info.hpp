@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an effect of the catalogue tells about itself, beside its equation in code. The fits, the diagnosis, the rig
+// How an effect of the catalogue describes itself, beside its equation in code. The fits, the diagnosis, the rig
 // checks, the injection into logs and the documents read it from here; no other place lists effects.
 #pragma once
 
@@ -31,7 +31,7 @@ struct EffectInfo {
   const char* equation;
   const char* source;
   const char* excitation;  // the motion or command that shows it
-  const char* sensors;     // the measurements that show it, or that tell it from its neighbours
+  const char* sensors;  // the measurements that show it, or that distinguish it from similar ones
   const char*
       least_size;  // what every servo has anyway, so that a smaller effect does not get a name
 };

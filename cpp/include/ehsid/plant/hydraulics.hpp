@@ -81,10 +81,10 @@ class Hydraulics {
   }
 
   /// From a measured pressure; near vacuum it does not say how much gas there is, and none is assumed.
-  void set(Scalar& pressure, Scalar& compression, const Scalar& told) {
-    if (!std::isnan(value_of(told))) {
+  void set(Scalar& pressure, Scalar& compression, const Scalar& measured) {
+    if (!std::isnan(value_of(measured))) {
       const Scalar least(kVapour);
-      const Scalar known = value_of(told) < kVapour ? least : told;
+      const Scalar known = value_of(measured) < kVapour ? least : measured;
       compression = known - gas_ / known;
       if (value_of(compression) < 0.0) {
         compression = Scalar(0.0);

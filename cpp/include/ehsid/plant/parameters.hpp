@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Everything the plant can be told, by name and in order: rig, nuisances, initial state, effects.
+// All parameters of the plant by name, in its order: rig, nuisances, initial state, effects.
 #pragma once
 
 #include <ehsid/plant/description.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the simulator is told about the machine, besides its effects: names, units and ranges, in the order in which
-// the plant reads the values. Nuisances are what every real servo has and no data sheet tells.
+// What the simulator must know about the machine, besides its effects: names, units and ranges, in the order in which
+// the plant reads the values. Nuisances are what every real servo has and no data sheet gives.
 #pragma once
 
 #include <ehsid/plant/effect.hpp>
@@ -93,7 +93,7 @@ enum class Nuisance : std::size_t {
 /// `typical` is the value where nothing is known. A spool bandwidth of zero switches the hidden spool off.
 inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(Nuisance::count)> kNuisances{{
     {"nuisance.spool_bandwidth_hz", "Hz", 100.0, 1000.0, 250.0,
-     "hidden spool, where no lag is told"},
+     "hidden spool, where no valve_lag is configured"},
     {"nuisance.spool_damping", "1", 0.4, 1.5, 0.9, "of the hidden spool"},
     {"nuisance.spool_slew_1_s", "1/s", 30.0, 10000.0, 3000.0,
      "largest speed of the spool, full openings a second"},

@@ -56,7 +56,7 @@ class ServoPlant {
  public:
   /// Values in the order of plant_parameters() (parameters.hpp). dt: sampling time of the command, s;
   /// substeps: steps of integration a sample; samples: how many will come, for the memory. It starts at the initial
-  /// position and velocity, the valve closed, pressures as told or else in balance with the load.
+  /// position and velocity, the valve closed, pressures as given, or else in balance with the load.
   ServoPlant(PlantKind kind, const std::vector<Scalar>& values, double dt, int substeps,
              std::size_t samples);
 
@@ -205,7 +205,7 @@ Scalar ServoPlant<Scalar>::rated_command_of(PlantKind kind, const std::vector<Sc
   return value_at(values, RigValue::rated_command);
 }
 
-/// The lag that is told, else the hidden one; by Eq. (1) a linear servo has none.
+/// The lag of the effects, or else that of the hidden spool; by Eq. (1) a linear servo has none.
 template <class Scalar>
 Spool<Scalar> ServoPlant<Scalar>::spool_of(PlantKind kind, const std::vector<Scalar>& values,
                                            const Effects<Scalar>& effects, double h) {

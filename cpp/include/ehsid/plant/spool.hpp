@@ -17,7 +17,7 @@ class Spool {
  public:
   Spool() = default;
 
-  /// A step of h seconds. Without a bandwidth the spool is where it is told to be; a slew of zero, 1/s, is no limit.
+  /// A step of h seconds. Without a bandwidth the spool is where its command puts it; a slew of zero, 1/s, is no limit.
   Spool(const SpoolLag<Scalar>& lag, const Scalar& slew, double h)
       : lagging_(value_of(lag.bandwidth_hz) > 0.0), limited_(lagging_ && value_of(slew) > 0.0) {
     if (!lagging_) {

@@ -114,7 +114,7 @@ CONFIGURE = Message(
         Field("tolerance", "f32", group="convergence"),
         Field("magnitude", "f32", group="convergence"),
         Field("hold", "i32", "samples", group="convergence"),
-        Field("variance0", "f32", "", "of scaled signals", group="estimator"),
+        Field("variance0", "f32", "", "of the scaled signals", group="estimator"),
         Field("input_limit", "f32", "", "largest plausible scaled signal", group="estimator"),
         Field("sample_time_s", "f32", "s", group="controller"),
         Field("fixed_gain_v_m", "f32", "V/m", group="controller"),
@@ -126,17 +126,17 @@ CONFIGURE = Message(
         Field("gain_step", "f32", "", "per sample, share of the fixed gain", group="controller"),
         Field("watchdog_ms", "u32", "ms", "1 to 60000"),
         Field("theta", "f32", "", "estimate to start from", "n"),
-        Field("d", "f32", "", "of P = U D U'", "n"),
+        Field("d", "f32", "", "diagonal of D in P = U D U'", "n"),
         Field("u", "f32", "", "columns of U above its diagonal", "n(n-1)/2"),
-        Field("seed_noise_variance", "f32", "m^2", "of the estimate to start from", "0 or 1"),
+        Field("seed_noise_variance", "f32", "m^2", "residual variance of the estimate", "0 or 1"),
     ),
     "idle, ready",
 )
-START = Message(Kind.START, (Field("number", "u32", "", "of the first sample"),), "ready")
+START = Message(Kind.START, (Field("number", "u32", "", "number of the first sample"),), "ready")
 SAMPLE = Message(
     Kind.SAMPLE,
     (
-        Field("number", "u32", "", "k, one more than that of the sample before"),
+        Field("number", "u32", "", "k: number of the sample before plus one"),
         Field("position_m", "f32", "m", "measured at t_k"),
         Field("reference_m", "f32", "m", "reference position"),
         Field("reference_velocity_m_s", "f32", "m/s", "speed of the reference"),
@@ -166,7 +166,7 @@ RESULT = Message(
         Field("number", "u32", "", "k of the sample"),
         Field("command_v", "f32", "V", "acts from t_k to t_{k+1}"),
         Field("gain_v_m", "f32", "V/m", "gain of the controller"),
-        Field("velocity_gain_m_s_v", "f32", "m/s/V", "computed from theta; 0 if it gives none"),
+        Field("velocity_gain_m_s_v", "f32", "m/s/V", "computed from theta, or 0 if none"),
         Field("status", "u8", "", "`ehsid_status` of this sample"),
         Field("flags", "u8", values=Flags),
         Field("resets", "u16", "", "changes of the plant since the start"),
@@ -177,7 +177,7 @@ RESULT = Message(
         Field("residual_variance_m2", "f32", "m^2", "residual variance sigma^2"),
         Field("step_cycles", "u32", "cycles", "processor clock from sample to command, estimate"),
         Field("bad_frames", "u16", "", "damaged or late frames received since power-up"),
-        Field("repeated", "u16", "", "answers given again since power-up"),
+        Field("repeated", "u16", "", "answers sent again since power-up"),
         Field("trips", "u16", "", "times the watchdog closed the valve since power-up"),
         Field("n", "u8", "", "number of parameters"),
         Field("theta", "f32", "", "estimate, in the units of the signals", "n"),

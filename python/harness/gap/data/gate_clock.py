@@ -120,8 +120,8 @@ def check_sampling(record: Record, rig: Rig) -> list[Remark]:
             Remark(
                 record.name,
                 f"sampled every {1e3 * record.dt_s:.4g} ms, too rarely for the oil spring of some "
-                f"{spring_hz:.3g} Hz: oil, lags and delays can hardly be told; sample every "
-                f"{1e3 / (SAMPLES_A_PERIOD * spring_hz):.2g} ms",
+                f"{spring_hz:.3g} Hz: oil, lags and delays can hardly be distinguished; sample "
+                f"every {1e3 / (SAMPLES_A_PERIOD * spring_hz):.2g} ms",
             )
         )
     unresolved = [
@@ -133,9 +133,9 @@ def check_sampling(record: Record, rig: Rig) -> list[Remark]:
         remarks.append(
             Remark(
                 record.name,
-                f"the noise of {', '.join(unresolved)} is not white, or cannot be told from motion "
-                "at this sampling time: without stretches at rest its floor is a bound only; "
-                "record a few seconds at rest, too",
+                f"the noise of {', '.join(unresolved)} is not white, or cannot be distinguished "
+                "from motion at this sampling time: without stretches at rest its floor is only a "
+                "bound; record a few seconds at rest, too",
             )
         )
     return remarks

@@ -105,10 +105,7 @@ def unidentifiable_effects(
     for effect in effects:
         if not acts_on(catalogue()[effect], plant):
             part = catalogue()[effect].subsystem
-            article = "a " if part == "valve" else ""
-            unidentifiable.append(
-                CannotJudge(effect, f'a plant "{plant}" is told without {article}{part}')
-            )
+            unidentifiable.append(CannotJudge(effect, f'a plant "{plant}" has no {part}'))
             continue
         missing = [
             reason

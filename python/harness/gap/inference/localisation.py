@@ -170,6 +170,6 @@ def _noise_notes(evidence: Evidence) -> list[str]:
             f"{1e3 * noise.deviation[near[0]]:.3g} mm rms within a window."
         ]
     return [
-        "With the position alone it cannot be told which of these the gap is in: "
+        "With the position alone the data do not show in which of these the gap lies: "
         f"{', '.join(near)}; measured chamber pressures would tell."
     ]

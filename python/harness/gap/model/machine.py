@@ -10,6 +10,9 @@ from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.rigs import Rig
 
 STROKE = "cylinder.stroke_m"
+# To three digits: the fits start from sizes in proportion to it, and a start that differs in the
+# fourth digit ends a fit elsewhere within its tolerance. A scale needs no more digits.
+QUARTER_PI = 0.785
 
 
 def machine_scale(rig: Rig) -> ehsid.MachineScale:
@@ -30,7 +33,7 @@ def machine_scale(rig: Rig) -> ehsid.MachineScale:
         )
     pressure, rated = v["supply.pressure_pa"], v["valve.rated_flow_m3_s"]
     return ehsid.MachineScale(
-        force_n=0.25 * math.pi * v["cylinder.bore_m"] ** 2 * pressure,
+        force_n=QUARTER_PI * v["cylinder.bore_m"] ** 2 * pressure,
         rated_flow_m3_s=rated,
         full_flow_m3_s=rated * math.sqrt(0.5 * pressure / v["valve.rated_pressure_drop_pa"]),
         pressure_pa=pressure,

@@ -198,7 +198,7 @@ def _passing(effects: Mapping[str, Sizes], rig: Rig) -> list[Note]:
     """Returns a note for each injected effect that does not commute with an effect of the rig."""
     return [
         Note(
-            f"'{effect}' is put on the near side of the '{own}' that the rig tells, the catalogue "
+            f"'{effect}' is put on the near side of the '{own}' of the rig file, the catalogue "
             "has them the other way round, and they do not commute",
             exact=False,
         )

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from ehsid.harness.deploy.hil import Emulator, HilError, emulated, open_line
+from ehsid.harness.deploy.hil.emulator import QEMU
 
 needs_qemu = pytest.mark.skipif(
     shutil.which("qemu-system-arm") is None, reason="no qemu-system-arm: apt install it"
@@ -81,9 +82,12 @@ def test_qemu_ends_with_a_host_that_is_killed(image: Path) -> None:
 
 
 def wait_until_named(process: int) -> None:
-    """Until it is QEMU: what it begins as asks the kernel first to end it with its parent."""
+    """Until it is QEMU: what it begins as asks the kernel first to end it with its parent.
+
+    While a process changes its program its command line is empty for a moment.
+    """
     deadline = time.monotonic() + 20.0
-    while b"setpriv" in Path(f"/proc/{process}/cmdline").read_bytes() or not running(process):
+    while not Path(f"/proc/{process}/cmdline").read_bytes().startswith(QEMU.encode()):
         assert time.monotonic() < deadline
         time.sleep(0.01)
 

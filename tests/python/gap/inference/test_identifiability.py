@@ -90,8 +90,8 @@ def test_only_requested_effects_are_checked() -> None:
 
 def test_a_motor_has_neither_valve_nor_oil() -> None:
     reasons = {effect.id: effect.why for effect in unidentifiable_effects([RICH], IDS, "axis")}
-    assert reasons["valve_dead_band"] == 'a plant "axis" is told without a valve'
-    assert reasons["entrained_air"] == 'a plant "axis" is told without hydraulics'
+    assert reasons["valve_dead_band"] == 'a plant "axis" has no valve'
+    assert reasons["entrained_air"] == 'a plant "axis" has no hydraulics'
     subsystems = {effect.id: effect.subsystem for effect in ehsid.effects()}
     assert {subsystems[effect] for effect in reasons} == {"valve", "hydraulics"}
     assert len(reasons) == sum(part in ("valve", "hydraulics") for part in subsystems.values())

@@ -21,7 +21,7 @@ struct SensorQuantisation : Effect<Scalar> {
       "slow motion",
       "the position alone",
       "it belongs to the noise floor, unless its rounding noise is most of that and more "
-      "than the rig tells"};
+      "than the rig file gives"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
       {{"step_m", "m", 0.0, 1e-2, 1e-5, "least step of the reading"}}};
   std::array<Scalar, 1> parameters{};

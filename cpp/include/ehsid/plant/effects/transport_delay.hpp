@@ -16,7 +16,7 @@ struct TransportDelay : Effect<Scalar> {
       "u(t - delay)",
       "Franklin, Powell, Workman, Digital Control of Dynamic Systems, 1998",
       "steps and fast commands",
-      "the position; a measured spool position tells it from a slow valve",
+      "the position; a measured spool position distinguishes it from a slow valve",
       "filters, bus and sampling of any rig delay by up to a millisecond"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
       {{"delay_s", "s", 0.0, 0.2, 0.004, "time lost"}}};

@@ -16,7 +16,7 @@ struct ValveDeadBand : Effect<Scalar> {
       "opening = x - overlap sgn(x) where |x| > overlap, else 0",
       "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 5",
       "small commands about null, in both directions",
-      "the position; both pressures and the spool position tell it from hysteresis",
+      "the position; both pressures and the spool position distinguish it from hysteresis",
       "lap and threshold of a new servo valve are within 0.4 % of full opening"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
       {{"overlap", "1", 0.0, 0.3, 0.03, "overlap on each side of null"}}};
