@@ -50,6 +50,7 @@ def effects_command(
 
 def _ranges(effect: ehsid.EffectInfo) -> str:
     return "\n".join(
-        f"{p.name}: {p.minimum:g} .. {p.maximum:g} {'' if p.unit == '1' else p.unit}, {p.typical:g}"
+        f"{p.name}: {p.minimum:g} .. {p.maximum:g}{'' if p.unit == '1' else f' {p.unit}'}, "
+        f"{p.typical:g}"
         for p in effect.parameters
     )
