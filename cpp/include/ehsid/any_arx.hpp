@@ -17,7 +17,7 @@ struct AnyArxState {
   std::int32_t filled;
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&AnyArxState::outputs, each_output);
     visit(&AnyArxState::commands, each_command);
     visit(&AnyArxState::filled);

@@ -17,7 +17,7 @@ struct ArxState {
   std::int32_t filled;                // complete past samples, up to kFull
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&ArxState::outputs);
     visit(&ArxState::commands);
     visit(&ArxState::filled);

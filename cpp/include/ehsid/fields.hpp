@@ -4,7 +4,7 @@
 //
 // A struct lists its members once, in the order of the bytes:
 //   template <class Visit>
-//   static constexpr void fields(Visit visit) {
+//   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
 //     visit(&State::theta, each_parameter);  // an array of which the first n are in use
 //     visit(&State::weight);                 // a number, a whole array, or a struct with fields() of its own
 //   }
@@ -35,7 +35,7 @@ struct ModelShape {
         offset(offset_in ? 1 : 0) {}
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&ModelShape::na);
     visit(&ModelShape::nb);
     visit(&ModelShape::nk);
@@ -78,65 +78,73 @@ struct UnsignedOf<8> {
 
 }  // namespace detail
 
-/// Writes numbers and keeps the checksum of what it wrote. Without a destination it makes the checksum alone.
-class ByteWriter {
+/// Writes numbers and keeps the checksum of what it wrote, or reads them again. One class for both, because then one
+/// sequence of calls does both: that halves the code of a saved state.
+class ByteStream {
  public:
-  explicit ByteWriter(std::uint8_t* to) : to_(to) {}
+  /// To `to`, which has room for all of it; nullptr makes the checksum alone.
+  static ByteStream writing(std::uint8_t* to) { return ByteStream(to, nullptr); }
+  /// From bytes of which there are enough.
+  static ByteStream reading(const std::uint8_t* from) { return ByteStream(nullptr, from); }
 
+  /// Writes `count` numbers.
   template <class Number>
-  void value(Number number) {
-    typename detail::UnsignedOf<sizeof(Number)>::Type bits;
-    std::memcpy(&bits, &number, sizeof bits);
-    for (unsigned i = 0; i < sizeof bits; ++i) {
-      byte(static_cast<std::uint8_t>(bits >> 8U * i));
-    }
+  void values(const Number* numbers, int count) {
+    write<sizeof(Number)>(numbers, count);
+  }
+  /// Writes or reads them.
+  template <class Number>
+  void values(Number* numbers, int count) {
+    pass<sizeof(Number)>(numbers, count);
   }
 
-  template <class Number>
-  void values(const Number* from, int count) {
-    for (int i = 0; i < count; ++i) {
-      value(from[i]);
-    }
-  }
-
+  /// Of all that was written.
   std::uint32_t checksum() const { return crc_.value(); }
 
  private:
-  void byte(std::uint8_t byte) {
-    crc_.add(byte);
-    if (to_ != nullptr) {
-      *to_++ = byte;
+  ByteStream(std::uint8_t* to, const std::uint8_t* from) : to_(to), from_(from) {}
+
+  template <std::size_t kBytes>
+  void pass(void* numbers, int count) {
+    if (from_ != nullptr) {
+      read<kBytes>(numbers, count);
+    } else {
+      write<kBytes>(numbers, count);
+    }
+  }
+
+  template <std::size_t kBytes>
+  void write(const void* numbers, int count) {
+    const auto* at = static_cast<const std::uint8_t*>(numbers);
+    for (int i = 0; i < count; ++i, at += kBytes) {
+      typename detail::UnsignedOf<kBytes>::Type bits;
+      std::memcpy(&bits, at, kBytes);
+      for (unsigned k = 0; k < kBytes; ++k) {
+        const auto byte = static_cast<std::uint8_t>(bits >> 8U * k);
+        crc_.add(byte);
+        if (to_ != nullptr) {
+          *to_++ = byte;
+        }
+      }
+    }
+  }
+
+  template <std::size_t kBytes>
+  void read(void* numbers, int count) {
+    using Bits = typename detail::UnsignedOf<kBytes>::Type;
+    auto* at = static_cast<std::uint8_t*>(numbers);
+    for (int i = 0; i < count; ++i, at += kBytes) {
+      Bits bits = 0;
+      for (unsigned k = 0; k < kBytes; ++k) {
+        bits = static_cast<Bits>(bits | static_cast<Bits>(Bits{*from_++} << 8U * k));
+      }
+      std::memcpy(at, &bits, kBytes);
     }
   }
 
   std::uint8_t* to_;
-  Crc32 crc_{};
-};
-
-/// Reads what a ByteWriter wrote. The caller knows that there are enough bytes.
-class ByteReader {
- public:
-  explicit ByteReader(const std::uint8_t* from) : from_(from) {}
-
-  template <class Number>
-  void value(Number& number) {
-    using Bits = typename detail::UnsignedOf<sizeof(Number)>::Type;
-    Bits bits = 0;
-    for (unsigned i = 0; i < sizeof bits; ++i) {
-      bits = static_cast<Bits>(bits | static_cast<Bits>(Bits{*from_++} << 8U * i));
-    }
-    std::memcpy(&number, &bits, sizeof bits);
-  }
-
-  template <class Number>
-  void values(Number* to, int count) {
-    for (int i = 0; i < count; ++i) {
-      value(to[i]);
-    }
-  }
-
- private:
   const std::uint8_t* from_;
+  Crc32 crc_{};
 };
 
 namespace detail {
@@ -164,7 +172,7 @@ inline constexpr bool kIsArray<std::array<Number, kCount>> = true;
 
 /// visit(member, number of values in use ...) for each field; for none where a policy has nothing but settings.
 template <class Owner, class Visit>
-constexpr void each_field(Visit visit) {
+EHSID_ALWAYS_INLINE constexpr void each_field(Visit visit) {
   if constexpr (kHasFields<Owner>) {
     Owner::fields(visit);
   } else {
@@ -181,96 +189,108 @@ constexpr bool lists_every_member() {
     return true;
   } else {
     std::size_t listed = 0;
-    const auto count = [&listed](const auto& member) {
-      listed += sizeof(std::declval<Owner&>().*member);
-    };
-    each_field<Owner>([&](auto member, auto... /*in_use*/) { count(member); });
+    each_field<Owner>(
+        [&](auto member, auto... /*in_use*/) { listed += sizeof(std::declval<Owner&>().*member); });
     if constexpr (kHasSettings<Owner>) {
       Owner::settings([&](const auto& /*setting*/, auto member) {
         listed += sizeof(std::remove_reference_t<decltype(member(std::declval<Owner&>()))>);
       });
     }
-    return std::is_empty_v<Owner> ||
-           (listed <= sizeof(Owner) && sizeof(Owner) - listed < alignof(Owner));
+    return listed <= sizeof(Owner) && sizeof(Owner) - listed < alignof(Owner);
   }
 }
 
-template <class Stream, class Value, class... InUse>
-void stream_value(Stream& stream, const ModelShape& of, Value& value, InUse... in_use);
+/// Adds up the bytes of the fields that it is called with.
+template <class Owner>
+struct CountBytes {
+  const ModelShape& of;
+  std::size_t& bytes;
 
-template <class Value, class... InUse>
-constexpr std::size_t value_bytes(const ModelShape& of, InUse... in_use) {
-  if constexpr (std::is_arithmetic_v<Value>) {
-    return sizeof(Value);
-  } else if constexpr (!kIsArray<Value>) {
-    std::size_t bytes = 0;
-    each_field<Value>([&](auto member, auto... inner) {
-      bytes += value_bytes<std::decay_t<decltype(std::declval<Value&>().*member)>>(of, inner...);
-    });
-    return bytes;
-  } else if constexpr (sizeof...(InUse) == 0) {
-    return sizeof(Value);
-  } else {
-    return sizeof(typename Value::value_type) * static_cast<std::size_t>((in_use(of), ...));
+  template <class Member, class... InUse>
+  EHSID_ALWAYS_INLINE constexpr void operator()(Member Owner::* /*member*/, InUse... in_use) const {
+    if constexpr (std::is_arithmetic_v<Member>) {
+      bytes += sizeof(Member);
+    } else if constexpr (!kIsArray<Member>) {
+      each_field<Member>(CountBytes<Member>{of, bytes});
+    } else if constexpr (sizeof...(InUse) == 0) {
+      bytes += sizeof(Member);
+    } else {
+      bytes += sizeof(typename Member::value_type) * static_cast<std::size_t>((in_use(of), ...));
+    }
   }
-}
+};
 
 }  // namespace detail
 
-/// Writes the fields of `owner` (Stream: ByteWriter) or reads them (ByteReader).
-template <class Stream, class Owner>
-void stream_fields(Stream& stream, const ModelShape& of, Owner& owner) {
-  static_assert(detail::lists_every_member<std::remove_const_t<Owner>>(),
-                "fields() of this struct leaves out a member");
-  detail::each_field<std::remove_const_t<Owner>>([&](auto member, auto... in_use) {
-    detail::stream_value(stream, of, owner.*member, in_use...);
-  });
-}
-
-/// How many bytes each field has: what tells structs apart that share their type but for a template argument.
 template <class Owner>
-void write_layout(ByteWriter& writer, const ModelShape& of) {
-  detail::each_field<Owner>([&](auto member, auto... in_use) {
-    using Value = std::decay_t<decltype(std::declval<Owner&>().*member)>;
-    writer.value(static_cast<std::uint32_t>(detail::value_bytes<Value>(of, in_use...)));
-  });
-}
-
-/// The settings of a forgetting policy, those that have one for each parameter n times.
-template <class Policy>
-void write_settings(ByteWriter& writer, const ModelShape& of, const Policy& policy) {
-  Policy::settings([&](const auto& /*setting*/, auto member) {
-    const auto& setting = member(policy);
-    if constexpr (std::is_arithmetic_v<std::remove_reference_t<decltype(setting)>>) {
-      writer.value(setting);
-    } else {
-      writer.values(setting.data(), of.size());
-    }
-  });
-}
+void stream_fields(ByteStream& stream, const ModelShape& of, Owner& owner);
 
 namespace detail {
 
-template <class Stream, class Value, class... InUse>
-void stream_value(Stream& stream, const ModelShape& of, Value& value, InUse... in_use) {
-  using Plain = std::remove_const_t<Value>;
-  if constexpr (std::is_arithmetic_v<Plain>) {
-    stream.value(value);
-  } else if constexpr (!kIsArray<Plain>) {
-    stream_fields(stream, of, value);
-  } else if constexpr (sizeof...(InUse) == 0) {
-    stream.values(value.data(), static_cast<int>(value.size()));
-  } else {
-    stream.values(value.data(), in_use(of)...);
+/// Writes or reads the fields of `owner` that it is called with. The calls become one sequence in every estimator:
+/// otherwise each would be a function, a kilobyte of them.
+template <class Owner>
+struct StreamField {
+  ByteStream& stream;
+  const ModelShape& of;
+  Owner& owner;
+
+  template <class Member, class... InUse>
+  EHSID_ALWAYS_INLINE void operator()(Member std::remove_const_t<Owner>::* member,
+                                      InUse... in_use) const {
+    auto& value = owner.*member;
+    if constexpr (std::is_arithmetic_v<Member>) {
+      stream.values(&value, 1);
+    } else if constexpr (!kIsArray<Member>) {
+      stream_fields(stream, of, value);
+    } else if constexpr (sizeof...(InUse) == 0) {
+      stream.values(value.data(), static_cast<int>(value.size()));
+    } else {
+      stream.values(value.data(), in_use(of)...);
+    }
   }
-}
+};
 
 }  // namespace detail
 
 /// Bytes that the fields of a struct take.
 template <class Owner>
 constexpr std::size_t field_bytes(const ModelShape& of) {
-  return detail::value_bytes<Owner>(of);
+  std::size_t bytes = 0;
+  detail::each_field<Owner>(detail::CountBytes<Owner>{of, bytes});
+  return bytes;
+}
+
+/// Writes the fields of `owner`, or reads them where the stream reads and the owner is not const.
+template <class Owner>
+void stream_fields(ByteStream& stream, const ModelShape& of, Owner& owner) {
+  using Plain = std::remove_const_t<Owner>;
+  static_assert(detail::lists_every_member<Plain>(), "fields() of this struct leaves out a member");
+  detail::each_field<Plain>(detail::StreamField<Owner>{stream, of, owner});
+}
+
+/// How many bytes each field has: what tells structs apart that share their type but for a template argument.
+template <class Owner>
+void write_layout(ByteStream& writer, const ModelShape& of) {
+  detail::each_field<Owner>([&](auto member, auto... in_use) {
+    std::size_t bytes = 0;
+    detail::CountBytes<Owner>{of, bytes}(member, in_use...);
+    const auto number = static_cast<std::uint32_t>(bytes);
+    writer.values(&number, 1);
+  });
+}
+
+/// The settings of a forgetting policy, those that have one for each parameter n times.
+template <class Policy>
+void write_settings(ByteStream& writer, const ModelShape& of, const Policy& policy) {
+  Policy::settings([&](const auto& /*setting*/, auto member) {
+    const auto& setting = member(policy);
+    if constexpr (std::is_arithmetic_v<std::remove_reference_t<decltype(setting)>>) {
+      writer.values(&setting, 1);
+    } else {
+      writer.values(setting.data(), of.size());
+    }
+  });
 }
 
 }  // namespace ehsid

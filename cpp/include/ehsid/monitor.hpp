@@ -14,7 +14,7 @@ struct ConvergenceOptions {
   std::int32_t hold = 20;  // informative samples in a row before "converged", >= 1
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&ConvergenceOptions::tolerance);
     visit(&ConvergenceOptions::magnitude);
     visit(&ConvergenceOptions::hold);
@@ -35,7 +35,7 @@ struct ConvergenceState {
   Scalar excitation;  // share of recent samples that carried information, 0 to 1
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&ConvergenceState::steady);
     visit(&ConvergenceState::samples);
     visit(&ConvergenceState::excitation);

@@ -18,7 +18,7 @@ struct RmseResetOptions {
   Scalar floor = Scalar(1e-5);         // an RMSE below this is never a change of the plant, >= 0
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&RmseResetOptions::short_window);
     visit(&RmseResetOptions::long_window);
     visit(&RmseResetOptions::trigger_ratio);
@@ -46,7 +46,7 @@ struct RmseResetState {
   std::uint8_t armed;    // 0 after an alarm until the ratio has fallen below release_ratio
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&RmseResetState::short_square);
     visit(&RmseResetState::long_square);
     visit(&RmseResetState::seen);

@@ -17,7 +17,7 @@ struct RlsOptions {
   Scalar covariance_ceiling = Scalar(1);
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&RlsOptions::information_margin);
     visit(&RlsOptions::covariance_ceiling);
   }

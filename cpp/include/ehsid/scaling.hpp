@@ -17,7 +17,7 @@ struct Scaling {
   Scalar position_offset = Scalar(0);  // units of the position
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&Scaling::command_scale);
     visit(&Scaling::position_scale);
     visit(&Scaling::command_offset);

@@ -61,7 +61,7 @@ class OnlineEstimator {
     typename ConvergenceMonitor<Scalar>::State convergence;
 
     template <class Visit>
-    static constexpr void fields(Visit visit) {
+    EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
       visit(&Contents::enabled);
       visit(&Contents::recursion);
       visit(&Contents::history);
@@ -214,7 +214,10 @@ class OnlineEstimator {
   std::size_t snapshot_bytes() const { return ehsid::snapshot_bytes<Contents>(shape()); }
 
   /// Writes the state to `to`, which has room for snapshot_bytes().
-  void save(std::uint8_t* to) const { write_snapshot(to, header(), contents()); }
+  void save(std::uint8_t* to) const {
+    Contents state = contents();
+    write_snapshot(to, header(), state);
+  }
 
   Snapshot save() const {
     Snapshot saved{};
@@ -283,12 +286,13 @@ class OnlineEstimator {
   /// of the reset where that is switched off.
   std::uint32_t configuration() const {
     const ModelShape of = shape();
-    ByteWriter writer(nullptr);
+    ByteStream writer = ByteStream::writing(nullptr);
     recursion_.write_configuration(writer, of);
     stream_fields(writer, of, scaling_);
     stream_fields(writer, of, monitor_.options());
-    writer.value(input_limit_);
-    writer.value(static_cast<std::uint8_t>(reset_enabled_ ? 1 : 0));
+    const std::uint8_t enabled = reset_enabled_ ? 1 : 0;
+    writer.values(&input_limit_, 1);
+    writer.values(&enabled, 1);
     if (reset_enabled_) {
       stream_fields(writer, of, reset_.options());
     }

@@ -20,7 +20,7 @@ struct SlidingSum {
   std::int32_t next = 0;           // where the coming value goes
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&SlidingSum::slots);
     visit(&SlidingSum::head);
     visit(&SlidingSum::next);

@@ -33,7 +33,7 @@ struct SnapshotHeader {
   std::uint32_t configuration;  // checksum of the settings
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&SnapshotHeader::magic);
     visit(&SnapshotHeader::version);
     visit(&SnapshotHeader::scalar_bytes);
@@ -66,13 +66,15 @@ SnapshotHeader make_header(std::uint32_t magic, const ModelShape& shape,
           configuration};
 }
 
-/// Writes header.bytes bytes: header, contents, and the CRC-32 of both.
+/// Writes header.bytes bytes: header, contents, and the CRC-32 of both. Neither argument is const, though nothing changes
+/// them: so the code that writes them is also that which reads them.
 template <class Contents>
-void write_snapshot(std::uint8_t* to, const SnapshotHeader& header, const Contents& contents) {
-  ByteWriter writer(to);
+void write_snapshot(std::uint8_t* to, SnapshotHeader header, Contents& contents) {
+  ByteStream writer = ByteStream::writing(to);
   stream_fields(writer, header.shape, header);
   stream_fields(writer, header.shape, contents);
-  writer.value(writer.checksum());
+  const std::uint32_t checksum = writer.checksum();
+  writer.values(&checksum, 1);
 }
 
 /// Are the `count` bytes an undamaged snapshot of what `own` describes? Says nothing about the state in it.
@@ -81,10 +83,10 @@ inline SnapshotFault check_snapshot(const std::uint8_t* bytes, std::size_t count
   constexpr std::size_t kLeast = field_bytes<SnapshotHeader>(ModelShape{}) + kChecksumBytes;
   constexpr std::size_t kToVersion = sizeof own.magic + sizeof own.version;
   SnapshotHeader found = own;
-  ByteReader reader(bytes);
+  ByteStream reader = ByteStream::reading(bytes);
   if (count >= kToVersion) {
-    reader.value(found.magic);
-    reader.value(found.version);
+    reader.values(&found.magic, 1);
+    reader.values(&found.version, 1);
   }
   if (count < kToVersion || found.magic != own.magic) {
     return SnapshotFault::not_a_snapshot;
@@ -95,15 +97,15 @@ inline SnapshotFault check_snapshot(const std::uint8_t* bytes, std::size_t count
   if (count < kLeast) {
     return SnapshotFault::damaged;
   }
-  reader = ByteReader(bytes);
+  reader = ByteStream::reading(bytes);
   stream_fields(reader, own.shape, found);
   Crc32 crc;
   for (std::size_t i = 0; i < count - kChecksumBytes; ++i) {
     crc.add(bytes[i]);
   }
   std::uint32_t checksum = 0;
-  reader = ByteReader(bytes + (count - kChecksumBytes));
-  reader.value(checksum);
+  reader = ByteStream::reading(bytes + (count - kChecksumBytes));
+  reader.values(&checksum, 1);
   if (found.bytes != count || checksum != crc.value()) {
     return SnapshotFault::damaged;
   }
@@ -123,7 +125,7 @@ SnapshotFault read_snapshot(const std::uint8_t* bytes, std::size_t count, const 
                             Contents& contents) {
   const SnapshotFault fault = check_snapshot(bytes, count, own);
   if (fault == SnapshotFault::none) {
-    ByteReader reader(bytes + field_bytes<SnapshotHeader>(own.shape));
+    ByteStream reader = ByteStream::reading(bytes + field_bytes<SnapshotHeader>(own.shape));
     stream_fields(reader, own.shape, contents);
   }
   return fault;

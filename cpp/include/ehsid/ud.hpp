@@ -27,7 +27,7 @@ struct UdFactors : Extent<kN> {
   Array<Scalar, kUpper> u;
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&UdFactors::d, each_parameter);
     visit(&UdFactors::u, each_pair);
   }

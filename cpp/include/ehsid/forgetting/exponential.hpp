@@ -31,7 +31,7 @@ struct Exponential {
   Scalar deficit = Scalar(1) - Scalar(0.95);
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&Exponential::deficit);
   }
 

@@ -39,7 +39,7 @@ struct FRatio {
   std::int32_t seen = 0;  // samples since the restart, up to kLong
 
   template <class Visit>
-  static constexpr void fields(Visit visit) {
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&FRatio::short_window);
     visit(&FRatio::long_window);
     visit(&FRatio::seen);
