@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <ehsid/fields.hpp>
 
-#include <vector>
+#include <array>
 
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ static_assert(ehsid::field_bytes<Outer>(kShape) == 2 + 1 + 8 + 2 * 4 + 2 * 4, "k
 static_assert(ehsid::detail::lists_every_member<Outer>(), "all of them, with padding in between");
 static_assert(!ehsid::detail::lists_every_member<Forgetful>(), "one is missing");
 
-const std::vector<std::uint8_t> kBytes{
+constexpr std::array<std::uint8_t, 27> kBytes{
     0x34, 0x12,                                      // 0x1234
     0x07,                                            // 7
     0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xF8, 0xBF,  // -1.5
@@ -74,7 +74,7 @@ Outer example(int memory) {
 TEST(Fields, AreTheNumbersAloneLeastSignificantByteFirst) {
   for (const int memory : {0x00, 0xFF}) {
     const Outer made = example(memory);
-    std::vector<std::uint8_t> bytes(kBytes.size());
+    std::array<std::uint8_t, kBytes.size()> bytes{};
     ByteStream writer = ByteStream::writing(bytes.data());
     ehsid::stream_fields(writer, kShape, made);
     EXPECT_EQ(bytes, kBytes);

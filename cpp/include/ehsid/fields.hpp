@@ -208,9 +208,7 @@ struct CountBytes {
 
   template <class Member, class... InUse>
   EHSID_ALWAYS_INLINE constexpr void operator()(Member Owner::* /*member*/, InUse... in_use) const {
-    if constexpr (std::is_arithmetic_v<Member>) {
-      bytes += sizeof(Member);
-    } else if constexpr (!kIsArray<Member>) {
+    if constexpr (!std::is_arithmetic_v<Member> && !kIsArray<Member>) {
       each_field<Member>(CountBytes<Member>{of, bytes});
     } else if constexpr (sizeof...(InUse) == 0) {
       bytes += sizeof(Member);
