@@ -11,6 +11,7 @@ import numpy as np
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.keys import ParameterKey, sizes_of
 from ehsid.harness.catalogue.parameters import effects as catalogue
+from ehsid.harness.gap.inference.gap_reduction import WindowSums, window_sums
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import Fit, fit
 from ehsid.harness.gap.model.machine import effect_starts, machine_scale
@@ -49,7 +50,9 @@ class FittedCandidate:
         whether the fit converged within its iterations.
     squares, counts
         held-out errors by window: sums of squares, shape (W, outputs), and numbers of samples,
-        shape (W,).
+        shape (W,). The mean of each window is subtracted from the errors of the position.
+    sums
+        sums over the held-out windows from which the gap follows as the contract defines it.
     """
 
     effects: tuple[str, ...]
@@ -60,12 +63,14 @@ class FittedCandidate:
     converged: bool
     squares: FloatArray
     counts: FloatArray
+    sums: WindowSums
 
 
 def _evaluate(case: Case, effects: tuple[str, ...], fitted: Fit) -> FittedCandidate:
     held_out = case.problem(effects, held_out=True)
     values = {p.name: p.value(float(x)) for p, x in zip(held_out.parameters, fitted.x, strict=True)}
-    errors = held_out.errors(fitted.x)
+    simulated = held_out.simulate(fitted.x)
+    errors = held_out.errors_of(simulated)
     squares, counts = held_out.window_squares(errors)
     return FittedCandidate(
         effects,
@@ -76,6 +81,7 @@ def _evaluate(case: Case, effects: tuple[str, ...], fitted: Fit) -> FittedCandid
         fitted.converged,
         squares,
         counts,
+        window_sums(held_out.records, simulated, case.outputs),
     )
 
 

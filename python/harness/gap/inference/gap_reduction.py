@@ -90,6 +90,25 @@ def _floors(
     )
 
 
+def explained_share(
+    calibrated: WindowSums,
+    augmented: WindowSums,
+    floors: Mapping[str, NoiseFloor],
+    windows: npt.NDArray[np.int64] | None = None,
+) -> float | None:
+    """Share of the gap above the noise floor that is removed; None where nothing is above it.
+
+        (gap_calibrated - gap_augmented) / (gap_calibrated - floor)
+
+    windows: numbers of the windows that count, shape (any,), with repetitions; default: each once.
+    """
+    if windows is None:
+        windows = np.arange(calibrated.count.size)
+    before, after = (float(_gaps(sums, windows).mean()) for sums in (calibrated, augmented))
+    floor = float(_floors(calibrated, floors, "value", windows).mean())
+    return (before - after) / (before - floor) if before > floor else None
+
+
 def gap_reduction(
     nominal: WindowSums,
     calibrated: WindowSums,
@@ -113,11 +132,9 @@ def gap_reduction(
     }
 
     def shares(windows: npt.NDArray[np.int64]) -> tuple[float, float]:
-        before, after, configured = (
-            float(_gaps(sums, windows).mean()) for sums in (calibrated, augmented, nominal)
-        )
-        floor = float(_floors(calibrated, floors, "value", windows).mean())
-        explainable = (before - after) / (before - floor) if before > floor else np.nan
+        after, configured = (float(_gaps(sums, windows).mean()) for sums in (augmented, nominal))
+        share = explained_share(calibrated, augmented, floors, windows)
+        explainable = np.nan if share is None else share
         return explainable, (configured - after) / configured if configured > 0.0 else 0.0
 
     drawn = np.array([shares(windows) for windows in drawn_windows(window_count, rng)])
