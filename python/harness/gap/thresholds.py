@@ -26,6 +26,9 @@ BLOCKS_TURN = 3
 # each window. Within a window, a limit cycle of 10 to 80 Hz must not slip by half a period, or the
 # fit settles on a wrong multiple of its frequency.
 COLD_WINDOWS_S = (0.03, 0.1, 0.25)
+# A window with fewer samples shows little but its own start. At a slow sampling only the long
+# windows are left, or none: a limit cycle that would slip cannot be seen there.
+LEAST_COLD_SAMPLES = 6
 
 # Independent errors per second; the samples of a record at 1 kHz are not independent. The errors of
 # a servo lie below the frequency of its oil spring. Their bandwidth is some 5 to 20 Hz after the
@@ -120,6 +123,9 @@ MOST_REFINED = 5
 # third. A candidate with a tenth of the gain of the first one does not overtake it.
 LEAST_SCREENED_GAIN = 0.1
 BEAM = 2
+# A law that contains another is fitted again where its cost is higher by more than this. Less is
+# what fits of a limited number of iterations differ by.
+BEHIND_NATS = 1.0
 MOST_EFFECTS = 3
 # If the errors of a set of effects are this close to the noise floor (ln of the ratio), nothing is
 # left to look for.

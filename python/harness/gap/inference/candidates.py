@@ -24,6 +24,7 @@ from ehsid.harness.gap.thresholds import (
     ITERATIONS_COLD,
     ITERATIONS_FINE,
     ITERATIONS_SCREEN,
+    LEAST_COLD_SAMPLES,
     SLEWS_1_S,
 )
 
@@ -110,7 +111,10 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
     """
     problem = case.problem()
     cold = problem.centre()
+    dt_s = max(record.dt_s or 0.0 for record in case.records)
     for window_s in COLD_WINDOWS_S:
+        if window_s < LEAST_COLD_SAMPLES * dt_s:
+            continue
         short_problem = case.problem(window_s=window_s, all_states=True)
         cold = fit(short_problem, cold, iterations=ITERATIONS_COLD).x
     best = _fit_from_all(problem, [cold, problem.centre(), *starts])

@@ -53,8 +53,8 @@ def _unnamed_candidates(case: Case, search_result: SearchResult, selection: Sele
     if first.held_out_cost < best.held_out_cost and not _is_any(first, listed):
         why = standing(case, calibrated, selection, first).why
         sentences.append(
-            f"{_sentence_case(in_words(first.effects))} has the smallest errors on held-out data, "
-            f"but is not named: {why}."
+            f"The set with the smallest errors on held-out data, {in_words(first.effects)}, is not "
+            f"named: {why}."
         )
     if best.effects:
         return sentences
@@ -64,8 +64,8 @@ def _unnamed_candidates(case: Case, search_result: SearchResult, selection: Sele
             continue
         why = standing(case, calibrated, selection, candidate).why
         sentences.append(
-            f"{_sentence_case(in_words(candidate.effects))} would remove {100.0 * share:.0f} % of "
-            f"the gap above the noise floor, but is not named: {why}."
+            f"The set {in_words(candidate.effects)} would remove {100.0 * share:.0f} % of the gap "
+            f"above the noise floor, but is not named: {why}."
         )
         break
     return sentences
@@ -98,7 +98,3 @@ def _values_at_bounds(case: Case, best: FittedCandidate) -> list[str]:
 
 def _is_any(candidate: FittedCandidate, others: Sequence[FittedCandidate]) -> bool:
     return any(candidate is other for other in others)
-
-
-def _sentence_case(words: str) -> str:
-    return words[:1].upper() + words[1:]

@@ -49,9 +49,7 @@ def standing(
         effect for effect in candidate.effects if not matters(effect, candidate.values, case.rig)
     ]
     if small:
-        return Standing(
-            "too_small", f"{in_words(small)}: no larger than in every servo, so it is not named"
-        )
+        return Standing("too_small", f"{in_words(small)} of this size is part of every servo")
     if edges_can_replace_force(case, candidate):
         return Standing(
             "too_small",
