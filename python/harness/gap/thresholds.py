@@ -178,6 +178,14 @@ REPEAT_DRIFT_EVEN = 0.5
 # than friction holds. A hundredth of the largest speed is creep, which is nearly a straight line.
 REST_COMMAND = 0.005
 REST_SPEED = 0.01
+# With fewer than four samples in a period of the oil spring, neighbouring samples differ by motion
+# as much as by noise, and differences of any order show both.
+SPRING_HIDES_NOISE = 0.25
+# Noise of usual sensors, where motion hides it and the rig file does not tell it: of a position
+# sensor, share of the stroke; of others, share of the range in the record. For pressures see
+# DESIGN_PRESSURE_NOISE.
+NOISE_OF_STROKE = 5e-5
+NOISE_OF_RANGE = 1e-3
 # Smallest number of windows of half a second that give a noise floor. With 20 independent errors
 # per second, four windows give it two significant digits.
 REST_WINDOWS = 4

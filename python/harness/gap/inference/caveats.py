@@ -59,7 +59,7 @@ def _unnamed_candidates(case: Case, search_result: SearchResult, selection: Sele
     if best.effects:
         return sentences
     for candidate in search_result.refined:
-        share = explained_share(calibrated.sums, candidate.sums, case.floors)
+        share = explained_share(calibrated.sums, candidate.sums, case.floors, best.sums)
         if candidate is first or share is None or share < DECIDED_TOGETHER:
             continue
         why = standing(case, calibrated, selection, candidate).why

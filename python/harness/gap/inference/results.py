@@ -262,7 +262,8 @@ def ranked_candidates(
             Candidate(
                 candidate.effects,
                 max(likelihood_gain(case, best, candidate).nats, 0.0),
-                explained_share(calibrated.sums, candidate.sums, case.floors) or 0.0,
+                explained_share(calibrated.sums, candidate.sums, case.floors, selection.best.sums)
+                or 0.0,
                 {f"{key.effect}.{key.parameter}": value for key, value in own_values.items()},
                 candidate.effects in equivalent_sets,
                 candidate.cost,
