@@ -259,9 +259,14 @@ FLOORS_DIFFER = 3.0
 OPPOSITE = 0.3
 # The position is smoothed over this time for the force balance; an oil spring of 20 Hz is kept.
 FORCE_SMOOTHED_S = 0.02
-# The chamber pressures are exchanged if the exchange leaves less than this share of the force that
-# the columns as named leave unexplained.
+# The chamber pressures may be exchanged if the exchange leaves less than this share of the force
+# that the columns as named leave unexplained.
 EXCHANGED = 0.3
+# A sign is certain where the value is this many of its standard deviations: because a refusal must
+# be certain, a false one may occur in some ten thousand records only. The deviations come from this
+# many blocks of a record.
+PORTS_DEVIATIONS = 4.0
+PORTS_BLOCKS = 10
 
 # --- Where -------------------------------------------------------------------------------------
 # Test functions of the weak form. 20 ms hold one period of a spool of 50 Hz, so that lag and delay
