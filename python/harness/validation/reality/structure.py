@@ -20,8 +20,8 @@ GRADES: tuple[Grade, ...] = ("plain", "hard", "confusable", "slow")
 def draw_structure(rng: np.random.Generator, rig: NominalRig, grade: Grade) -> dict[str, float]:
     """Draws the deviations of the true machine from the simulator that are not effects.
 
-    They are small in plain, confusable and slow machines, and large, all at once, in hard ones. Every
-    grade takes the same draws from the stream.
+    They are large, all at once, in hard machines, and small in all others. Every grade takes the
+    same draws from the stream.
     """
     draws = {name: float(rng.uniform(-1.0, 1.0)) for name in _DRAWS}
     hard = grade == "hard"

@@ -118,11 +118,13 @@ def _figure_table(
     columns = {}
     for name in SENSORS:
         target = {figure: ranges[name] for figure, ranges in targets.items()}
-        columns[name] = _figures(by_sensors.get(name, []), target)
+        columns[name] = _figures(by_sensors.get(name, []), target.get)
     return FigureTable(title, columns)
 
 
-def _figures(cases: Sequence[ScoredCase], target: Mapping[str, Range]) -> tuple[Figure, ...]:
+def _figures(
+    cases: Sequence[ScoredCase], target: Callable[[str], Range | None]
+) -> tuple[Figure, ...]:
     judged = [case.judgement for case in cases]
     known = [case for case in cases if case.known]
     large = [case for case in known if case.name_required]
@@ -135,55 +137,49 @@ def _figures(cases: Sequence[ScoredCase], target: Mapping[str, Range]) -> tuple[
         return [case for case in cases if case.answer.kind == kind]
 
     return (
-        share(
-            "subsystem first", (c.judgement.subsystem_first for c in known), target.get("subsystem")
-        ),
+        share("subsystem first", (c.judgement.subsystem_first for c in known), target("subsystem")),
         share("subsystem of an unknown effect", (c.judgement.subsystem_first for c in of("open"))),
         share(
             "effect first, gap \N{GREATER-THAN OR EQUAL TO} 3 x floor",
             (c.judgement.effect_first for c in large),
-            target.get("effect"),
+            target("effect"),
         ),
         share("effect first, all", (c.judgement.effect_first for c in known)),
-        share("truth inside the set", (j.in_set for j in judged), target.get("in_set")),
+        share("truth inside the set", (j.in_set for j in judged), target("in_set")),
         mean(
             "sets returned, mean",
             (float(c.judgement.set_size or math.nan) for c in known),
-            target=target.get("set_size"),
+            target=target("set_size"),
         ),
-        share("a confident wrong name", (j.wrong_name for j in judged), target.get("wrong_name")),
+        share("a confident wrong name", (j.wrong_name for j in judged), target("wrong_name")),
         share(
             "effect blamed, none there",
             (j.false_effect for j in judged),
-            target.get("false_effect"),
+            target("false_effect"),
         ),
         share("structure blamed, none there", (j.false_alarm for j in judged)),
-        share(
-            "unknown effect recognised", (j.recognised for j in judged), target.get("recognised")
-        ),
-        share("known effect rejected", (j.rejected for j in judged), target.get("rejected")),
+        share("unknown effect recognised", (j.recognised for j in judged), target("recognised")),
+        share("known effect rejected", (j.rejected for j in judged), target("rejected")),
         share("listed as not to be judged", (j.abstained for j in judged)),
         share("one effect: exactly it", (c.judgement.exact for c in of("one"))),
-        share(
-            "two effects: exactly both", (c.judgement.exact for c in of("two")), target.get("two")
-        ),
-        quantile("error of size, median", sizes, target=target.get("size")),
-        quantile("error of size, 90th percentile", sizes, 0.9, target=target.get("size_90")),
+        share("two effects: exactly both", (c.judgement.exact for c in of("two")), target("two")),
+        quantile("error of size, median", sizes, target=target("size")),
+        quantile("error of size, 90th percentile", sizes, 0.9, target=target("size_90")),
         quantile("error of all parameters, median", every),
         quantile("of all parameters, 90th percentile", every, 0.9),
-        _coverage("sizes inside their intervals", errors, target.get("coverage")),
+        _coverage("sizes inside their intervals", errors, target("coverage")),
         _coverage("rig values inside their intervals", rig_errors(cases)),
         quantile(
             "explainable gap closed, median",
             [_shrinkage(case) for case in large if not _has_friction(case)],
-            target=target.get("shrinkage"),
+            target=target("shrinkage"),
         ),
         quantile(
             "the same of friction, median",
             [_shrinkage(case) for case in large if _has_friction(case)],
-            target=target.get("shrinkage_friction"),
+            target=target("shrinkage_friction"),
         ),
-        quantile("time, median", seconds, unit="seconds", target=target.get("seconds")),
+        quantile("time, median", seconds, unit="seconds", target=target("seconds")),
         quantile("time, 90th percentile", seconds, 0.9, unit="seconds"),
     )
 
