@@ -180,7 +180,8 @@ class Candidate:
     effects
         ids of the effects.
     score
-        distance of the held-out log-likelihood from that of the best set, nats; 0 for the best.
+        distance of the held-out log-likelihood from that of the first candidate, nats; 0 for the
+        first.
     held_out_shrinkage
         share of the explainable gap that the set removes on held-out data, as in
         `HowFar.of_explainable`; negative where its errors are larger than those of the calibrated

@@ -29,6 +29,11 @@ COLD_WINDOWS_S = (0.03, 0.1, 0.25)
 # A window with fewer samples shows little but its own start. At a slow sampling only the long
 # windows are left, or none: a limit cycle that would slip cannot be seen there.
 LEAST_COLD_SAMPLES = 6
+# Where the sampling is too slow for such windows, the stiffness of the oil is tried in this many
+# steps over its whole range, and fits start from the best few. With a standard deviation of 30 %,
+# neighbouring steps differ by 4 % in the frequency of the oil spring.
+STIFFNESS_STEPS = 33
+STIFFNESS_STARTS = 3
 
 # Independent errors per second; the samples of a record at 1 kHz are not independent. The errors of
 # a servo lie below the frequency of its oil spring. Their bandwidth is some 5 to 20 Hz after the

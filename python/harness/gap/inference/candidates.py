@@ -25,10 +25,14 @@ from ehsid.harness.gap.thresholds import (
     ITERATIONS_FINE,
     ITERATIONS_SCREEN,
     LEAST_COLD_SAMPLES,
+    MOST_SIGMAS,
     SLEWS_1_S,
+    STIFFNESS_STARTS,
+    STIFFNESS_STEPS,
 )
 
 SLEW = "nuisance.spool_slew_1_s"
+STIFFNESS = "fluid.bulk_modulus_pa"
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,13 +116,36 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
     problem = case.problem()
     cold = problem.centre()
     dt_s = max(record.dt_s or 0.0 for record in case.records)
-    for window_s in COLD_WINDOWS_S:
-        if window_s < LEAST_COLD_SAMPLES * dt_s:
-            continue
+    windows_s = [window_s for window_s in COLD_WINDOWS_S if window_s >= LEAST_COLD_SAMPLES * dt_s]
+    for window_s in windows_s:
         short_problem = case.problem(window_s=window_s, all_states=True)
         cold = fit(short_problem, cold, iterations=ITERATIONS_COLD).x
-    best = _fit_from_all(problem, [cold, problem.centre(), *starts])
+    slow = _stiffness_starts(problem) if len(windows_s) < len(COLD_WINDOWS_S) else []
+    best = _fit_from_all(problem, [cold, problem.centre(), *slow, *starts])
     return refine(case, (), best.x)
+
+
+def _stiffness_starts(problem: Problem) -> list[FloatArray]:
+    """Starts with several stiffnesses of the oil, best first, for slowly sampled records.
+
+    Where the sampling does not follow the oil spring, there are no short windows in which its phase
+    could be followed, and the cost has a minimum at each of many frequencies.
+    """
+    names = [parameter.name for parameter in problem.parameters]
+    if STIFFNESS not in names:
+        return []
+    index = names.index(STIFFNESS)
+    parameter = problem.parameters[index]
+    trials = []
+    for step in np.linspace(-MOST_SIGMAS, MOST_SIGMAS, STIFFNESS_STEPS):
+        trial = problem.centre()
+        place = parameter.centre + step * parameter.sigma
+        trial[index] = min(max(place, parameter.low), parameter.high)
+        trials.append(trial)
+    costs = np.array([problem.cost(trial) for trial in trials])
+    padded = np.pad(costs, 1, constant_values=np.inf)
+    minima = np.flatnonzero((costs <= padded[:-2]) & (costs <= padded[2:]))
+    return [trials[k] for k in sorted(minima, key=lambda k: float(costs[k]))][:STIFFNESS_STARTS]
 
 
 def _fit_from_all(problem: Problem, starts: Sequence[FloatArray]) -> Fit:

@@ -242,26 +242,24 @@ def ranked_candidates(
     """Lists the calibrated rig and all sets that were fitted or screened, by held-out cost."""
     equivalent_sets = {candidate.effects for candidate in (selection.best, *selection.equivalent)}
     calibrated = search_result.calibrated
-    best = min(
-        [selection.best, *search_result.refined], key=lambda candidate: candidate.held_out_cost
-    )
     refined_sets = {frozenset(candidate.effects) for candidate in search_result.refined}
     only_screened = [
         candidate
         for candidate in search_result.screened
         if frozenset(candidate.effects) not in refined_sets
     ]
-    candidates = []
-    for candidate in sorted(
+    fitted = sorted(
         (calibrated, *search_result.refined, *only_screened),
         key=lambda candidate: candidate.held_out_cost,
-    ):
+    )
+    candidates = []
+    for candidate in fitted:
         keys = {ParameterKey(name): value for name, value in candidate.values.items()}
         own_values = {key: value for key, value in keys.items() if key.effect in candidate.effects}
         candidates.append(
             Candidate(
                 candidate.effects,
-                max(likelihood_gain(case, best, candidate).nats, 0.0),
+                max(likelihood_gain(case, fitted[0], candidate).nats, 0.0),
                 explained_share(calibrated.sums, candidate.sums, case.floors, selection.best.sums)
                 or 0.0,
                 {f"{key.effect}.{key.parameter}": value for key, value in own_values.items()},
