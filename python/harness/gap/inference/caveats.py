@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.inference.candidates import FittedCandidate
@@ -47,22 +46,23 @@ def _unnamed_candidates(case: Case, search_result: SearchResult, selection: Sele
     Equivalent sets are listed in the verdict itself.
     """
     best, calibrated = selection.best, search_result.calibrated
-    first = min(search_result.refined, key=lambda each: each.held_out_cost, default=best)
-    listed = [best, *selection.equivalent]
+    fitted = search_result.fitted()
+    first = fitted[0]
+    in_set = any(first is candidate for candidate in (best, *selection.equivalent))
     sentences = []
-    if first.held_out_cost < best.held_out_cost and not _is_any(first, listed):
-        why = standing(case, calibrated, selection, first).why
+    if first.effects and not in_set:
+        why = standing(case, search_result, selection, first).why
         sentences.append(
             f"The set with the smallest errors on held-out data, {in_words(first.effects)}, is not "
             f"named: {why}."
         )
     if best.effects:
         return sentences
-    for candidate in search_result.refined:
+    for candidate in fitted:
         share = explained_share(calibrated.sums, candidate.sums, case.floors, best.sums)
-        if candidate is first or share is None or share < DECIDED_TOGETHER:
+        if candidate in (first, calibrated) or share is None or share < DECIDED_TOGETHER:
             continue
-        why = standing(case, calibrated, selection, candidate).why
+        why = standing(case, search_result, selection, candidate).why
         sentences.append(
             f"The set {in_words(candidate.effects)} would remove {100.0 * share:.0f} % of the gap "
             f"above the noise floor, but is not named: {why}."
@@ -94,7 +94,3 @@ def _values_at_bounds(case: Case, best: FittedCandidate) -> list[str]:
                 "under [uncertainty], or this value stands in for a cause that is not modelled."
             )
     return sentences
-
-
-def _is_any(candidate: FittedCandidate, others: Sequence[FittedCandidate]) -> bool:
-    return any(candidate is other for other in others)

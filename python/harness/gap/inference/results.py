@@ -32,7 +32,6 @@ from ehsid.harness.gap.schema import (
     FoundEffect,
     HeldOutRun,
     HowFar,
-    Standing,
 )
 from ehsid.harness.gap.thresholds import (
     BOOTSTRAP_SEED,
@@ -242,16 +241,7 @@ def ranked_candidates(
     """Lists the calibrated rig and all sets that were fitted or screened, by held-out cost."""
     equivalent_sets = {candidate.effects for candidate in (selection.best, *selection.equivalent)}
     calibrated = search_result.calibrated
-    refined_sets = {frozenset(candidate.effects) for candidate in search_result.refined}
-    only_screened = [
-        candidate
-        for candidate in search_result.screened
-        if frozenset(candidate.effects) not in refined_sets
-    ]
-    fitted = sorted(
-        (calibrated, *search_result.refined, *only_screened),
-        key=lambda candidate: candidate.held_out_cost,
-    )
+    fitted = search_result.fitted()
     candidates = []
     for candidate in fitted:
         keys = {ParameterKey(name): value for name, value in candidate.values.items()}
@@ -267,9 +257,7 @@ def ranked_candidates(
                 candidate.cost,
                 candidate.held_out_cost,
                 candidate.x.size,
-                Standing("screened", "only a short fit was made, because others gained more")
-                if candidate in only_screened
-                else standing(case, calibrated, selection, candidate),
+                standing(case, search_result, selection, candidate),
             )
         )
     return tuple(candidates)

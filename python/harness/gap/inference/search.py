@@ -58,6 +58,16 @@ class SearchResult:
     refined: tuple[FittedCandidate, ...]
     screened: tuple[FittedCandidate, ...]
 
+    def fitted(self) -> list[FittedCandidate]:
+        """Each set once, with its longest fit, lowest held-out cost first."""
+        refined_sets = {frozenset(candidate.effects) for candidate in self.refined}
+        only_screened = [
+            candidate
+            for candidate in self.screened
+            if frozenset(candidate.effects) not in refined_sets
+        ]
+        return sorted((self.calibrated, *self.refined, *only_screened), key=_held_out_cost)
+
 
 def candidate_effects(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
     """Ids of the effects that are tried: the plant can have them, the rig file does not."""

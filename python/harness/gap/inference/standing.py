@@ -14,6 +14,7 @@ from ehsid.harness.gap.inference.effect_selection import (
     removed_share,
 )
 from ehsid.harness.gap.inference.likelihood_gain import likelihood_gain
+from ehsid.harness.gap.inference.search import SearchResult
 from ehsid.harness.gap.inference.sizes import matters
 from ehsid.harness.gap.inference.words import in_words
 from ehsid.harness.gap.model.case import Case
@@ -22,24 +23,24 @@ from ehsid.harness.gap.thresholds import DECIDED_TOGETHER
 
 
 def standing(
-    case: Case, calibrated: FittedCandidate, selection: Selection, candidate: FittedCandidate
+    case: Case, search_result: SearchResult, selection: Selection, candidate: FittedCandidate
 ) -> Standing:
     """Returns the standing of a candidate and the condition of the selection that decided it.
 
     Parameters
     ----------
-    case
-        rig and records.
-    calibrated
-        the calibrated rig without effects.
+    case, search_result
+        rig and records, and all candidates that were fitted.
     selection
         the selected set and its equivalents.
     candidate
-        a candidate that got the long fit, or `calibrated`.
+        any candidate of the search.
     """
-    best = selection.best
+    best, calibrated = selection.best, search_result.calibrated
     if candidate is best:
         return Standing("named" if best.effects else "sufficient", "")
+    if any(candidate is other for other in search_result.screened):
+        return Standing("screened", "only a short fit was made, because others gained more by it")
     gain = likelihood_gain(case, best, candidate)
     if any(candidate is other for other in selection.equivalent):
         return Standing("equivalent", insignificance(gain) or "")

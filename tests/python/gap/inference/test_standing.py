@@ -42,7 +42,7 @@ def test_every_candidate_has_the_standing_that_the_selection_gave_it(sizes: list
     result = search_result(calibrated, *fitted)
     selection = select_effects(CASE, result)
     kinds = {
-        each.effects: standing(CASE, calibrated, selection, each) for each in (calibrated, *fitted)
+        each.effects: standing(CASE, result, selection, each) for each in (calibrated, *fitted)
     }
     assert kinds[selection.best.effects].kind == (
         "named" if selection.best.effects else "sufficient"
@@ -82,7 +82,7 @@ def test_a_better_candidate_that_is_not_named_is_explained(sizes: list[float]) -
 @pytest.mark.parametrize(
     ("rms", "effects", "sizes", "kind", "why"),
     [
-        (1.95e-5, ("coulomb_friction", "sensor_lag"), {}, "not_needed", "nats, and 10 are needed"),
+        (1.95e-5, ("coulomb_friction", "sensor_lag"), {}, "not_needed", "errors differ by 2"),
         (2.02e-5, ("sensor_lag",), {}, "equivalent", "nats"),
         (5.0e-5, ("sensor_lag",), {}, "worse", " % larger"),
         (
@@ -101,7 +101,7 @@ def test_reasons(
     calibrated = candidate(rms=1e-4)
     result = search_result(calibrated, candidate("coulomb_friction", rms=2e-5), other)
     selection = select_effects(CASE, result)
-    said = standing(CASE, calibrated, selection, other)
+    said = standing(CASE, result, selection, other)
     assert said.kind == kind
     assert why in said.why
 
