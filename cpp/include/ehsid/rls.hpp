@@ -133,10 +133,15 @@ class Rls {
       return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
     const Scalar recent = state_.recent_square + kRecentRate * (square - state_.recent_square);
-    if (uninformative(phi, s, surprising(recent, y, predicted))) {
-      state_.innovation = innovation;
-      state_.recent_square = recent;
-      return Status::no_information;
+    const Scalar power = y * y + predicted * predicted;
+    if (uninformative(phi, s, surprising(recent, power))) {
+      const Scalar start = variance_at_start(phi);
+      if (!overdue(recent, power, start)) {
+        state_.innovation = innovation;
+        state_.recent_square = recent;
+        lower_residual_variance(s, recent, power, start);
+        return Status::no_information;
+      }
     }
 
     UdFactors<Scalar, kN> factors;
@@ -263,6 +268,17 @@ class Rls {
   // twice the RMSE, for a mean of about 16 squares (standard deviation 0.25) twelve deviations up.
   static constexpr Scalar kRecentRate = Scalar(1) / Scalar(16);
   static constexpr Scalar kSurprise = Scalar(4);
+  // Errors count as fallen where their recent mean square is a tenth of the residual variance.
+  static constexpr Scalar kFallen = Scalar(10);
+  // A model predicts where its errors are below 1 % of the output, and does not where they are above 17 %.
+  static constexpr Scalar kPredicted = Scalar(1e-4);
+  static constexpr Scalar kUnpredicted = Scalar(0.03);
+  // Least phi' P0 phi of a regressor that is not only noise, and of one of full size: with the default P0 = 1e6 half a
+  // percent of full scale, and 1.4 times that.
+  static constexpr Scalar kNoise = Scalar(25);
+  static constexpr Scalar kFullSize = Scalar(2e6);
+  // A tenth of the change of theta that is allowed in a hold.
+  static constexpr Scalar kOverCertain = Scalar(1e-4);
   // Rounding of phi' theta: not a surprise, however small the noise.
   static constexpr Scalar kRounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
 
@@ -308,11 +324,13 @@ class Rls {
     return state_.weight > Scalar(size() + 1) ? residual_variance() : Scalar(0);
   }
 
-  bool surprising(Scalar recent, Scalar y, Scalar predicted) const {
-    const Scalar rounding = kRounding * kRounding * (y * y + predicted * predicted);
+  bool surprising(Scalar recent, Scalar power) const {
     return state_.weight <= Scalar(size() + 1) ||
-           recent > kSurprise * known_residual_variance() + rounding;
+           recent > kSurprise * known_residual_variance() + rounding(power);
   }
+
+  /// Square of the rounding of phi' theta, from y^2 + (phi' theta)^2.
+  static Scalar rounding(Scalar power) { return kRounding * kRounding * power; }
 
   bool uninformative(const Regressor& phi, Scalar s, bool surprised) const {
     if (!(s > Scalar(0))) {
@@ -324,6 +342,61 @@ class Rls {
       }
     }
     return !surprised && s < information_margin() * state_.forgetting.loss(state_.factors);
+  }
+
+  /// Must a sample without information be taken all the same? After samples far larger than those of now all of these
+  /// seem to carry none, and the estimate would rest for ever:
+  /// - where a regressor of full size does not predict the output: then the model is wrong, whatever sigma^2 is;
+  /// - where P is on average below that of full excitation by such regressors, and sigma^2 P so small against theta, in
+  ///   the measure of P0, that forgetting cannot do harm yet.
+  bool overdue(Scalar recent, Scalar power, Scalar start) const {
+    if (start > kFullSize && recent > kUnpredicted * power) {
+      return true;
+    }
+    Scalar size(0);
+    for (int i = 0; i < this->size(); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      size += ceiling_weight_[at] * state_.theta[at] * state_.theta[at];
+    }
+    const Scalar mean = state_.factors.weighted_trace(ceiling_weight_);
+    const Scalar variance = known_residual_variance() + rounding(power);
+    return start > kNoise && mean * start < state_.forgetting.loss(state_.factors) &&
+           variance * mean < kOverCertain * kOverCertain * size;
+  }
+
+  /// Of a sample that is left out: follows errors that have become far smaller than sigma^2.
+  ///
+  /// sigma^2 is the unit of P, and what was learned from samples with larger errors counts less against those of now:
+  /// sigma^2 <- sigma^2 / f, P <- f P. The covariance of theta, sigma^2 P, stays as it was. f = sigma^2 / recent where the
+  /// model does not predict the output. Where it does, f is at most what makes the sample informative, and 1 where it
+  /// carries what is forgotten in one direction: in a position hold the errors of many a rig vanish, but what was
+  /// learned stays true. Nothing is done for a regressor that P0 hardly notices, only noise in a hold at zero.
+  void lower_residual_variance(Scalar s, Scalar recent, Scalar power, Scalar start) {
+    const Scalar known = known_residual_variance();
+    const Scalar loss = state_.forgetting.loss(state_.factors);
+    const bool predicted = recent < kPredicted * power;
+    if (!(recent * kFallen < known) || !(start > kNoise) || (predicted && !(s < loss))) {
+      return;
+    }
+    const Scalar needed = information_margin() * loss / s;
+    const Scalar room =
+        options_.covariance_ceiling / state_.factors.weighted_trace(ceiling_weight_);
+    Scalar factor = known / recent;
+    factor = predicted && needed < factor ? needed : factor;
+    factor = room < factor ? room : factor;
+    if (factor > Scalar(1)) {
+      state_.factors.scale(factor);
+      state_.mean_square /= factor;
+    }
+  }
+
+  /// phi' P0 phi, with the diagonal of P0: how large a regressor is, whatever its units.
+  Scalar variance_at_start(const Regressor& phi) const {
+    Scalar sum(0);
+    for (int i = 0; i < size(); ++i) {
+      sum += phi[i] * phi[i] / (Scalar(size()) * ceiling_weight_[static_cast<std::size_t>(i)]);
+    }
+    return sum;
   }
 
   Scalar information_margin() const {
