@@ -277,8 +277,6 @@ class Rls {
   // percent of full scale, and 1.4 times that.
   static constexpr Scalar kNoise = Scalar(25);
   static constexpr Scalar kFullSize = Scalar(2e6);
-  // A tenth of the change of theta that is allowed in a hold.
-  static constexpr Scalar kOverCertain = Scalar(1e-4);
   // Rounding of phi' theta: not a surprise, however small the noise.
   static constexpr Scalar kRounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
 
@@ -326,11 +324,8 @@ class Rls {
 
   bool surprising(Scalar recent, Scalar power) const {
     return state_.weight <= Scalar(size() + 1) ||
-           recent > kSurprise * known_residual_variance() + rounding(power);
+           recent > kSurprise * known_residual_variance() + kRounding * kRounding * power;
   }
-
-  /// Square of the rounding of phi' theta, from y^2 + (phi' theta)^2.
-  static Scalar rounding(Scalar power) { return kRounding * kRounding * power; }
 
   bool uninformative(const Regressor& phi, Scalar s, bool surprised) const {
     if (!(s > Scalar(0))) {
@@ -345,23 +340,13 @@ class Rls {
   }
 
   /// Must a sample without information be taken all the same? After samples far larger than those of now all of these
-  /// seem to carry none, and the estimate would rest for ever:
-  /// - where a regressor of full size does not predict the output: then the model is wrong, whatever sigma^2 is;
-  /// - where P is on average below that of full excitation by such regressors, and sigma^2 P so small against theta, in
-  ///   the measure of P0, that forgetting cannot do harm yet.
+  /// seem to carry none, and the estimate would rest for ever. So a regressor of full size is taken where the model does
+  /// not predict the output, for it is wrong then whatever sigma^2 is, and where P is on average smaller than full
+  /// excitation by such regressors would leave it: until it is as large, forgetting cannot wind anything up.
   bool overdue(Scalar recent, Scalar power, Scalar start) const {
-    if (start > kFullSize && recent > kUnpredicted * power) {
-      return true;
-    }
-    Scalar size(0);
-    for (int i = 0; i < this->size(); ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      size += ceiling_weight_[at] * state_.theta[at] * state_.theta[at];
-    }
-    const Scalar mean = state_.factors.weighted_trace(ceiling_weight_);
-    const Scalar variance = known_residual_variance() + rounding(power);
-    return start > kNoise && mean * start < state_.forgetting.loss(state_.factors) &&
-           variance * mean < kOverCertain * kOverCertain * size;
+    return start > kFullSize && (recent > kUnpredicted * power ||
+                                 state_.factors.weighted_trace(ceiling_weight_) * start <
+                                     information_margin() * state_.forgetting.loss(state_.factors));
   }
 
   /// Of a sample that is left out: follows errors that have become far smaller than sigma^2.
@@ -374,11 +359,12 @@ class Rls {
   void lower_residual_variance(Scalar s, Scalar recent, Scalar power, Scalar start) {
     const Scalar known = known_residual_variance();
     const Scalar loss = state_.forgetting.loss(state_.factors);
+    const Scalar wanted = information_margin() * loss;
     const bool predicted = recent < kPredicted * power;
-    if (!(recent * kFallen < known) || !(start > kNoise) || (predicted && !(s < loss))) {
+    if (!(recent * kFallen < known) || !(start > kNoise) || !(s < (predicted ? loss : wanted))) {
       return;
     }
-    const Scalar needed = information_margin() * loss / s;
+    const Scalar needed = wanted / s;
     const Scalar room =
         options_.covariance_ceiling / state_.factors.weighted_trace(ceiling_weight_);
     Scalar factor = known / recent;
