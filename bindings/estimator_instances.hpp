@@ -84,7 +84,14 @@ inline void require(Status status, const char* what) {
 }
 
 inline constexpr const char* kBadStart =
-    "start values refused: theta0 must be finite, variance0 finite and > 0 in the chosen precision";
+    "start values refused: theta0 must be finite with a finite square, variance0 finite and > 0 "
+    "with n * variance0 and "
+    "its inverse in the normal range of the chosen precision (float32: 1.2e-38 to 3.4e38)";
+
+inline constexpr const char* kBadScaling =
+    "Scaling: in the chosen precision a scale, its square or that of position_scale / "
+    "command_scale is zero or not "
+    "finite; expected both scales between 1e-9 and 1e9";
 
 template <class Scalar>
 std::vector<double> to_double(const Vector<Scalar, kSize>& values) {
@@ -259,6 +266,9 @@ class EstimatorInstance final : public AnyEstimator {
     assign<Scalar>(options.variance0, given.variance0, "variance0");
     if (given.input_limit) {
       options.input_limit = static_cast<Scalar>(*given.input_limit);
+    }
+    if (!options.scaling.valid()) {
+      throw std::invalid_argument(kBadScaling);
     }
     if (!options.valid()) {
       throw std::invalid_argument("an option is outside its documented range");

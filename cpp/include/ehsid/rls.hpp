@@ -82,7 +82,8 @@ class Rls {
   /// Number of parameters: kN, or where that is up_to(most) the size of the last start.
   int size() const { return initial_factors_.size(); }
 
-  /// Starts from theta0 and P0 = diag(variances), variances > 0 in units of sigma^2.
+  /// Starts from theta0, each is_squarable(), and P0 = diag(variances), variances > 0 in units of sigma^2. n times a
+  /// variance and its inverse must be normal numbers; invalid_argument, and nothing changed, otherwise.
   Status start(const Parameters& theta0, const Parameters& variances) {
     UdFactors<Scalar, kN> factors;
     return factors.set_diagonal(variances) ? begin(theta0, factors) : Status::invalid_argument;
@@ -128,7 +129,7 @@ class Rls {
     const Evidence<Scalar> evidence{innovation, s, known_residual_variance()};
     const ForgettingFactors<Scalar> lambda = state_.forgetting.peek(evidence);
     Scalar square = normalise(innovation, lambda.before, s);
-    if (!is_finite(square) || !is_finite(s)) {
+    if (!is_squarable(square) || !is_finite(s)) {
       // NaN or Inf at the input ends up here, too: in phi it makes s so, in y the square
       return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
@@ -168,7 +169,7 @@ class Rls {
       theta[at] = state_.theta[at] + increment;
       const Scalar added = theta[at] - state_.theta[at];
       remainder[at] = (state_.theta[at] - (theta[at] - added)) + (increment - added);
-      good = is_finite(theta[at]) && is_finite(remainder[at]) &&
+      good = is_squarable(theta[at]) && is_finite(remainder[at]) &&
              is_normal_positive(factors.d[at]) && good;
     }
     if (!good) {
@@ -228,13 +229,16 @@ class Rls {
     return state_.mean_square * state_.weight / (freedom > Scalar(1) ? freedom : Scalar(1));
   }
 
-  /// sqrt(sigma^2 P_ii).
+  /// sqrt(sigma^2 P_ii); always finite.
   Parameters standard_deviation() const {
     const int n = size();
     Parameters deviation(n);
     const Scalar variance = residual_variance();
     for (int i = 0; i < n; ++i) {
-      deviation[i] = std::sqrt(variance * state_.factors.variance(i));
+      const Scalar square = variance * state_.factors.variance(i);
+      deviation[i] = is_finite(square)
+                         ? std::sqrt(square)
+                         : std::sqrt(variance) * std::sqrt(state_.factors.variance(i));
     }
     return deviation;
   }
@@ -286,21 +290,35 @@ class Rls {
   }
 
   bool fits(const Parameters& theta) const {
-    return theta.size() == size() && all_finite(size(), theta);
+    return theta.size() == size() && all_squarable(size(), theta);
+  }
+
+  static bool all_squarable(int n, const Parameters& theta) {
+    bool good = true;
+    for (int i = 0; i < n; ++i) {
+      good = is_squarable(theta[i]) && good;
+    }
+    return good;
   }
 
   static bool is_magnitude(Scalar value) { return is_finite(value) && value >= Scalar(0); }
 
   Status begin(const Parameters& theta0, const UdFactors<Scalar, kN>& factors) {
     const int n = factors.size();
-    if (theta0.size() != n || !all_finite(n, theta0)) {
+    Array<Scalar, kN> weights{};
+    bool good = theta0.size() == n && all_squarable(n, theta0);
+    for (int i = 0; i < n; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      weights[at] = Scalar(1) / (Scalar(n) * factors.variance(i));
+      good = is_normal_positive(weights[at]) && good;
+    }
+    if (!good) {
       return Status::invalid_argument;
     }
     for (int i = 0; i < n; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      initial_theta_[at] = theta0[i];
-      ceiling_weight_[at] = Scalar(1) / (Scalar(n) * factors.variance(i));
+      initial_theta_[static_cast<std::size_t>(i)] = theta0[i];
     }
+    ceiling_weight_ = weights;
     initial_factors_ = factors;
     reset_all();
     return Status::ok;
