@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Sequences of samples that an estimator should survive, and the good ones that follow them.
 
-Each maker takes a random generator and a number of samples, and returns command and position in scaled units. They
-reach up to and beyond the default `input_limit` of 1e4, and hold NaN, infinity and denormal numbers.
+Each maker takes a random generator and a number of samples, and returns command and position in
+scaled units. They reach up to and beyond the default `input_limit` of 1e4, and hold NaN, infinity
+and denormal numbers.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ def _of_the_plant(rng: np.random.Generator, u: FloatArray, noise: float = 1e-3) 
 
 
 def scale_jumps(rng: np.random.Generator, n: int) -> Pair:
-    """Every 50 samples another scale, from 1e-12 to beyond the limit, independently in command and position."""
+    """Every 50 samples another scale, from 1e-12 to beyond the limit, in command and position."""
     scale = 10.0 ** np.repeat(rng.uniform(-12.0, 5.0, size=(2, n // 50 + 1)), 50, axis=1)[:, :n]
     u, y = scale * rng.normal(size=(2, n))
     return u, y
@@ -45,7 +46,7 @@ def large(rng: np.random.Generator, n: int) -> Pair:
 
 
 def large_plant(rng: np.random.Generator, n: int) -> Pair:
-    """The plant itself, driven a hundred times as hard as afterwards: a precise estimate of the right parameters."""
+    """The plant itself, driven a hundred times as hard: a precise estimate of the truth."""
     return _of_the_plant(rng, 100.0 * _random_signs(rng, n))
 
 
