@@ -84,9 +84,10 @@ inline void require(Status status, const char* what) {
 }
 
 inline constexpr const char* kBadStart =
-    "start values refused: theta0 must be finite with a finite square, variance0 finite and > 0 "
-    "with n * variance0 and "
-    "its inverse in the normal range of the chosen precision (float32: 1.2e-38 to 3.4e38)";
+    "start values refused: theta0 must be finite, variance0 finite and > 0 in the chosen "
+    "precision; "
+    "float32 takes |theta0| below 9e18 and n * variance0 from 3e-39 to 8e37, both of the scaled "
+    "signals";
 
 inline constexpr const char* kBadScaling =
     "Scaling: in the chosen precision a scale, its square or that of position_scale / "
