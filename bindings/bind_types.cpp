@@ -39,6 +39,16 @@ void require_shape(const char* name, const py::array& array, py::ssize_t dimensi
                         (dimensions == 1 ? "(" + last + ",)" : "(N, " + last + ")"));
 }
 
+void refuse_masked(const char* name, py::handle values) {
+  if (py::isinstance<py::array>(values) &&
+      py::isinstance(values, py::module_::import("numpy.ma").attr("MaskedArray"))) {
+    throw py::type_error(
+        std::string(name) +
+        " is a masked array, and its mask would be lost; expected an array without "
+        "mask: fill the masked entries, e.g. .filled(numpy.nan), or leave them out");
+  }
+}
+
 void require_exactly(const char* name, const py::array& array, const py::tuple& shape) {
   const py::object given = array.attr("shape");
   if (!given.equal(shape)) {

@@ -83,7 +83,15 @@ inline void require(Status status, const char* what) {
 }
 
 inline constexpr const char* kBadStart =
-    "start values refused: theta0 must be finite, variance0 finite and > 0 in the chosen precision";
+    "start values refused: theta0 must be finite, variance0 finite and > 0 in the chosen "
+    "precision; "
+    "float32 takes |theta0| below 9e18 and n * variance0 from 3e-39 to 8e37, both of the scaled "
+    "signals";
+
+inline constexpr const char* kBadScaling =
+    "Scaling: in the chosen precision a scale, its square or that of position_scale / "
+    "command_scale is zero or not "
+    "finite; expected both scales between 1e-9 and 1e9";
 
 template <class Scalar>
 std::vector<double> to_double(const Vector<Scalar, kSize>& values) {
@@ -264,6 +272,9 @@ class EstimatorInstance final : public AnyEstimator {
     assign<Scalar>(options.variance0, given.variance0, "variance0");
     if (given.input_limit) {
       options.input_limit = static_cast<Scalar>(*given.input_limit);
+    }
+    if (!options.scaling.valid()) {
+      throw std::invalid_argument(kBadScaling);
     }
     if (!options.valid()) {
       throw std::invalid_argument("an option is outside its documented range");

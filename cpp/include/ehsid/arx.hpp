@@ -98,7 +98,8 @@ class Arx {
   Scalar predict(const Parameters& theta) const { return dot<kN>(regressor(), theta); }
 
   /// y(k+1) .. y(k+kSteps) predicted after sample k is closed, on commands u(k+1) .. u(k+kSteps);
-  /// predictions take the place of outputs that are not known yet.
+  /// predictions take the place of outputs that are not known yet. Predictions of an unstable theta stop at the largest
+  /// number whose square is finite.
   template <int kSteps>
   Vector<Scalar, kSteps> predict_ahead(const Parameters& theta,
                                        const Vector<Scalar, kSteps>& commands) const {
@@ -107,7 +108,7 @@ class Arx {
     Vector<Scalar, kSteps> outputs;
     for (int i = 0; i < kSteps; ++i) {
       ahead.advance_command(commands[i]);
-      outputs[i] = ahead.predict(theta);
+      outputs[i] = limited(ahead.predict(theta));
       ahead.advance_output(outputs[i]);
     }
     return outputs;
@@ -131,6 +132,15 @@ class Arx {
   }
 
  private:
+  /// NaN, of infinite terms that cancel, becomes the limit, too.
+  static Scalar limited(Scalar output) {
+    constexpr Scalar kMost = sizeof(Scalar) == sizeof(float) ? Scalar(9e18F) : Scalar(6e153);
+    if (is_squarable(output)) {
+      return output;
+    }
+    return output < Scalar(0) ? -kMost : kMost;
+  }
+
   State state_{};
 };
 

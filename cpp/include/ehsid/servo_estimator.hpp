@@ -170,7 +170,8 @@ class OnlineEstimator {
     const Scalar variance = recursion_.residual_variance();
     for (int i = 0; i < model_.size(); ++i) {
       for (int j = 0; j < model_.size(); ++j) {
-        p(i, j) *= variance * unit(i) * unit(j);
+        const Scalar scale = bounded_product(bounded_product(variance, unit(i)), unit(j));
+        p(i, j) = bounded_product(p(i, j), scale);
       }
     }
     return p;
@@ -193,11 +194,14 @@ class OnlineEstimator {
   }
 
   /// epsilon(k) of the last estimated sample, in units of the position.
-  Scalar innovation() const { return recursion_.innovation() * scaling_.position_scale; }
+  Scalar innovation() const {
+    return bounded_product(recursion_.innovation(), scaling_.position_scale);
+  }
   Scalar forgetting_factor() const { return recursion_.forgetting_factor(); }
   /// sigma^2, in squared units of the position.
   Scalar residual_variance() const {
-    return recursion_.residual_variance() * scaling_.position_scale * scaling_.position_scale;
+    return bounded_product(recursion_.residual_variance(),
+                           scaling_.position_scale * scaling_.position_scale);
   }
   bool converged() const { return monitor_.converged(); }
 
@@ -338,7 +342,7 @@ class OnlineEstimator {
 
   Parameters in_units(Parameters values) const {
     for (int i = 0; i < model_.size(); ++i) {
-      values[i] *= unit(i);
+      values[i] = bounded_product(values[i], unit(i));
     }
     return values;
   }
