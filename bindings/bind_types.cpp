@@ -47,6 +47,20 @@ void require_exactly(const char* name, const py::array& array, const py::tuple& 
   }
 }
 
+void require_unmasked(const char* name, const py::object& values) {
+  // A method of this name, as pandas has, is no mask.
+  if (!py::hasattr(values, "mask") || !py::isinstance<py::array>(values)) {
+    return;
+  }
+  const auto masked = py::module_::import("numpy").attr("count_nonzero")(values.attr("mask"));
+  if (masked.cast<py::ssize_t>() > 0) {
+    throw py::value_error(
+        std::string(name) + " has " + py::str(masked).cast<std::string>() +
+        " masked values: expected a number in every place; leave those samples out, "
+        "or fill them in with filled()");
+  }
+}
+
 std::string show_properties(const py::object& self, std::initializer_list<const char*> names) {
   std::string text = py::str(py::type::of(self).attr("__name__")).cast<std::string>();
   const char* before = "(";

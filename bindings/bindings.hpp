@@ -66,9 +66,14 @@ void require_shape(const char* name, const py::array& array, py::ssize_t dimensi
 /// ValueError unless `array` has the wanted shape.
 void require_exactly(const char* name, const py::array& array, const py::tuple& shape);
 
-/// `values` as an array in the precision of the estimator; TypeError unless it holds real numbers.
+/// ValueError where `values` is a masked array that masks something: NumPy would drop the mask without a word.
+void require_unmasked(const char* name, const py::object& values);
+
+/// `values` as an array in the precision of the estimator; TypeError unless it holds real numbers, ValueError where
+/// some of them are masked.
 template <class Scalar>
 InputArray<Scalar> real_array(const char* name, const py::object& values) {
+  require_unmasked(name, values);
   const py::array given(values);
   if (std::string("biuf").find(given.dtype().kind()) == std::string::npos) {
     throw py::type_error(std::string(name) + " must hold real numbers, got dtype " +

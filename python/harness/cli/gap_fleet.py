@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ehsid.harness.cli.common import make_table, refuse
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, printable
 from ehsid.harness.cli.gap import check_excluded, read_for, told_apart
 from ehsid.harness.cli.gap_check import on
 from ehsid.harness.cli.options import AsJson, Dask, ExcludedEffects, Workers
@@ -108,6 +108,7 @@ def gap_fleet_command(
             refused[machine.name] = (
                 f"{machine}: a file of the results has this name; give the folder another one"
             )
+            typer.echo(f"{printable(refused[machine.name])}; it is left out", err=True)
         else:
             folders.append(machine)
     todo = unfinished_machines(folders, out, excluded)

@@ -43,7 +43,9 @@ def machine_folders(folder: Path) -> list[Path]:
         there is no such folder, or it has no sub-folder.
     """
     if not folder.is_dir():
-        raise ValueError(f"{folder}: there is no such folder")
+        raise ValueError(
+            f"{folder}: there is no such folder: expected one with a sub-folder for each machine"
+        )
     machines = sorted(
         path for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")
     )
@@ -61,7 +63,7 @@ def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
         there is no rig file, or no record to fit.
     """
     if not (folder / RIG).is_file():
-        raise ValueError(f"{folder}: has no {RIG}")
+        raise ValueError(f"{folder}: has no {RIG}: expected it beside the records")
     endings = tuple(f".{ending}" for ending in FORMATS)
     records = sorted(
         path
@@ -72,7 +74,9 @@ def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
     fitted = [path for path in records if path not in held_out]
     if not fitted:
         also = f" beside those that start with '{HELD_OUT}' and are held out" if held_out else ""
-        raise ValueError(f"{folder}: has no record ({', '.join(endings)}){also}")
+        raise ValueError(
+            f"{folder}: has no record{also}: expected at least one ({', '.join(endings)})"
+        )
     return fitted, held_out
 
 
