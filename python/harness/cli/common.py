@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 import typer
 from rich.table import Table
 
-from ehsid.harness.cli.console import printable
 from ehsid.harness.files import write_text
+from ehsid.harness.text import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ehsid.harness.cli.common import make_table, refuse
-from ehsid.harness.cli.console import Console, printable
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.gap import check_excluded, read_for, told_apart
 from ehsid.harness.cli.gap_check import on
 from ehsid.harness.cli.options import AsJson, Dask, ExcludedEffects, Workers
 from ehsid.harness.files import check_result_folder, result_folder
 from ehsid.harness.rigs import read_rig
+from ehsid.harness.text import printable
 
 if TYPE_CHECKING:
     from ehsid.harness.validation.fleet.ranking import Fleet

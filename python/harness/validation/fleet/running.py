@@ -22,6 +22,7 @@ from ehsid.harness.validation.jobs import (
     Outcome,
     Write,
     failure,
+    keep,
     one_line,
     run_job,
 )
@@ -110,16 +111,36 @@ def unfinished_machines(folders: Iterable[Path], out: Path, exclude: Sequence[st
 
 
 def run_fleet(
-    folders: Iterable[Path],
+    folders: Sequence[Path],
     out: Path,
     exclude: Sequence[str],
     read: Read,
     diagnose: Diagnose,
     write: Write,
 ) -> Iterator[Outcome]:
-    """Diagnoses each machine; the files of `write` are in OUT/NAME before an outcome is yielded."""
+    """Diagnoses each machine; the files of `write` are in OUT/NAME before an outcome is yielded.
+
+    A machine whose process is killed, for example for want of memory, gets an error; the others go
+    on. Which of those at work it was shows when they are run again, half of them at a time.
+    """
+    left = list(folders)
     tasks = (_task(folder, exclude, read, diagnose, write) for folder in folders)
-    return run_and_keep(tasks, out)
+    try:
+        for outcome in run_and_keep(tasks, out):
+            left = [folder for folder in left if folder.name != outcome.name]
+            yield outcome
+    except ChildProcessError:
+        if len(left) == 1:
+            message = (
+                f"{left[0]}: its process was killed, perhaps for want of memory: take shorter "
+                "records or fewer --workers"
+            )
+            killed = Outcome(left[0].name, {ERROR: f"{message}\n".encode()}, message, 0.0)
+            keep(killed, out)
+            yield killed
+            return
+        for some in (left[: len(left) // 2], left[len(left) // 2 :]):
+            yield from run_fleet(some, out, exclude, read, diagnose, write)
 
 
 def _task(
