@@ -4,11 +4,6 @@
 #include <ehsid/version.hpp>
 
 PYBIND11_MODULE(_core, m) {
-  // What it shares with NumPy is of one interpreter.
-  if (PyInterpreterState_Get() != PyInterpreterState_Main()) {
-    throw pybind11::import_error(
-        "ehsid cannot be imported in a subinterpreter; use threads or processes");
-  }
   m.doc() = "Compiled part of ehsid: the C++ estimator as firmware runs it.";
   m.attr("__version__") = EHSID_VERSION_STRING;
   ehsid::bindings::bind_types(m);

@@ -29,7 +29,7 @@ def tiny_check(out: Path, settings: Settings = TINY) -> Seal:
 
 @dataclass(frozen=True)
 class StandIn:
-    """Answers at once, or fails for rigs of these names, or is killed; what it saw is in the settings.
+    """Answers at once; fails or is killed for rigs of these names. Its settings tell what it saw.
 
     The verdict is "effects", or what stands in the rig's name before a hyphen.
     """

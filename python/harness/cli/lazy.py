@@ -14,7 +14,6 @@ from typer.core import TyperCommand, TyperGroup
 
 from ehsid.harness.cli.common import refuse
 from ehsid.harness.cli.usage import UsageError, usage_message
-from ehsid.harness.records.errors import nearest_name
 
 # How the messages begin that pybind11 gives to values which a C++ type cannot hold.
 OF_PYBIND = ("incompatible function arguments", "incompatible constructor arguments")
@@ -142,6 +141,8 @@ def lazy_group(verbs: Iterable[Verb]) -> type[TyperGroup]:
         def resolve_command(self, ctx: Any, args: list[str]) -> Any:
             """Returns the command that the first argument names."""
             if args and args[0] not in self.commands and not args[0].startswith("-"):
+                from ehsid.harness.records.errors import nearest_name
+
                 nearest = nearest_name(args[0], self.commands)
                 hint = f"did you mean '{nearest}'? There are" if nearest else "expected one of"
                 refuse(f"there is no command '{args[0]}'; {hint}: {', '.join(self.commands)}")

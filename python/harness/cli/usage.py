@@ -15,8 +15,6 @@ from typing import Any
 
 import typer
 
-from ehsid.harness.records.errors import nearest_name
-
 # The base of all errors of the command line. click has it, but typer may bring its own click.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 WORDS: dict[type, str] = {int: "a whole number", float: "a number"}
@@ -45,6 +43,9 @@ def _problem(error: Any, function: Callable[..., Any], arguments: Sequence[str])
     parameter = getattr(error, "param", None)
     match type(error).__name__:
         case "NoSuchOption":
+            # Imported here, because it loads numpy, which `ehsid --help` does not need.
+            from ehsid.harness.records.errors import nearest_name
+
             nearest = nearest_name(error.option_name, _options(error))
             hint = f"; did you mean {nearest}?" if nearest else ""
             return f"{error.option_name}: there is no such option{hint}"

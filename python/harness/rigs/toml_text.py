@@ -105,10 +105,11 @@ def _syntax_problem(problem: str, text: str) -> str:
     problem, _, place = problem.rpartition(" (at ")
     found = re.fullmatch(r"line (\d+), column (\d+)\)", place)
     line, column = (int(found[1]), int(found[2])) if found else (len(lines), len(lines[-1]) + 1)
+    end = "" if found else ", the end of the file"
     written = lines[line - 1].strip() if line <= len(lines) else ""
     shown = written if len(written) <= 60 else written[:57] + "..."
     return (
-        f"line {line}, column {column}: not TOML: {problem}"
+        f"line {line}, column {column}{end}: not TOML: {problem}"
         + (f"; the line is {shown!r}" if shown else "")
         + ": expected [section] or key = value, each once; the value is a number with a decimal "
         "point and no unit, or text in quotation marks"
