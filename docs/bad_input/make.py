@@ -48,11 +48,12 @@ versions.
 
 
 def cell(text: str) -> str:
-    """Returns a text for a cell of a table, as it is shown, on one line."""
-    text = " ".join(printable(text).split())
+    """Returns a text for a cell of a table, as it is shown."""
+    text = printable(text)
     if len(text) > LONGEST:
         text = text[: LONGEST - 4].rstrip() + " ..."
-    return re.sub(r"([\\`*_{}\[\]<>|#~$&])", r"\\\1", text)
+    lines = [" ".join(line.split()) for line in text.splitlines()]
+    return "<br>".join(re.sub(r"([\\`*_{}\[\]<>|#~$&])", r"\\\1", line) for line in lines)
 
 
 def code(text: str) -> str:

@@ -30,12 +30,14 @@ def given(
     *says: str,
     files: dict[str, Content] | None = None,
     writes: tuple[str, ...] = (),
+    library: str | None = None,
 ) -> Case:
     """A record beside a rig, given to a command."""
     there: dict[str, Content] = {"record.csv": record}
     if "rig.toml" in line:
         there["rig.toml"] = BENCH
-    return command(wrong, line, *says, files=there | (files or {}), writes=writes)
+    files = there | (files or {})
+    return command(wrong, line, *says, files=files, writes=writes, library=library)
 
 
 GAP = "ehsid gap record.csv --rig rig.toml --out out"
@@ -171,6 +173,7 @@ CASES = (
         "record.csv",
         "out/experiment.html",
         writes=("out",),
+        library=r"(?<=no sound model: ).*(?=; see out)",  # numbers of a fit
     ),
     given(
         "too few samples",

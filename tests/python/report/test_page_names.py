@@ -208,7 +208,7 @@ def test_a_name_is_text_in_the_files_of_a_command(name: str, tmp_path: Path) -> 
     put_in = ["--effect", "gain", "--set", "factor=1.1"]
     run(["inject", str(new), "--rig", str(rig), *put_in, "--out", str(again)])
     answer = json.loads(Path(f"{again}.answer.json").read_text(encoding="utf-8"))
-    assert (answer["rig"], answer["source"]) == (name, new.name)
+    assert (answer["rig"], answer["source"]["file"]) == (name, new.name)
 
 
 def run(arguments: list[str]) -> None:
