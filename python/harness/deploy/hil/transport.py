@@ -163,8 +163,8 @@ def open_line(port: str, baud: int = BAUD) -> Line:
         complete = False
     if not complete:
         raise HilError(
-            f"{port}: the address is not complete; expected socket://HOST:PORT, e.g. "
-            "socket://localhost:4000"
+            f"{port}: could not be opened (the address is not complete); expected "
+            "socket://HOST:PORT, e.g. socket://localhost:4000"
         )
     # pyserial supports no write timeout for rfc2217 ports.
     write_timeout_s = None if port.lower().startswith("rfc2217:") else WRITE_TIMEOUT_S
