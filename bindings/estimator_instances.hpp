@@ -272,6 +272,9 @@ class EstimatorInstance final : public AnyEstimator {
     assign<Scalar>(options.variance0, given.variance0, "variance0");
     if (given.input_limit) {
       options.input_limit = static_cast<Scalar>(*given.input_limit);
+      if (!(options.input_limit > Scalar(0))) {
+        throw std::invalid_argument("input_limit must be > 0 in the chosen precision");
+      }
     }
     if (!options.scaling.valid()) {
       throw std::invalid_argument(kBadScaling);

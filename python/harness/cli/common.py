@@ -5,15 +5,16 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import typer
 from rich.table import Table
 
-from ehsid.harness.cli.console import printable
 from ehsid.harness.files import write_text
+from ehsid.harness.text import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,12 +50,59 @@ def parse_range(text: str, option: str, most: int) -> range:
 
 
 def read_io(path: Path, input_name: str, output_name: str) -> IoData:
-    """Reads the input column and the output column of a record."""
+    """Reads the input column and the output column of a record.
+
+    Raises
+    ------
+    ValueError
+        the two options name the same column, or the time; or the record has a problem.
+    """
+    from ehsid.harness.catalogue.channels import TIME
     from ehsid.harness.identification import IoData
     from ehsid.harness.records import read_record
 
+    for option, name in (("--input", input_name), ("--output", output_name)):
+        if name == TIME:
+            raise ValueError(
+                f"{option} {TIME}: this is the time of the samples, not a signal: expected "
+                f"a column with the {option[2:]} of the plant; name one"
+            )
+    if input_name == output_name:
+        raise ValueError(
+            f"--input {input_name}, --output {output_name}: expected two columns; name the command "
+            "as the input and the measured signal as the output"
+        )
     record = read_record(path, columns=[input_name, output_name])
     return IoData.from_record(record, input_name, output_name)
+
+
+@contextmanager
+def about(path: Path) -> Iterator[None]:
+    """Puts the path of the record in front of the message of a ValueError of the block."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def check_ending(out: Path) -> None:
+    """Checks that the file `out` has the ending of a format in which records are written.
+
+    Raises
+    ------
+    ValueError
+        it has another ending, or none.
+    """
+    from ehsid.harness.records.formats import FORMATS, format_of
+
+    try:
+        format_of(out)
+    except ValueError:
+        raise ValueError(
+            f"--out {out}: the ending of the name says no format: expected one of "
+            f"{', '.join('.' + ending for ending in sorted(FORMATS))}; name the file with one of "
+            "them"
+        ) from None
 
 
 def write_results(folder: Path, stem: str, results: dict[str, Any], figure: Figure) -> None:

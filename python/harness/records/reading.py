@@ -113,6 +113,13 @@ def _arrays(
 
 
 def _bytes(path: Path) -> bytes:
+    if "\0" in str(path):
+        raise RecordError(
+            path,
+            "the path has a zero byte",
+            expected="a record file",
+            mend="check the path",
+        )
     if path.is_dir():
         raise RecordError(
             path,

@@ -248,7 +248,7 @@ def test_a_single_sine_excites_two_input_parameters_only() -> None:
 
 def test_too_few_samples_and_bad_settings() -> None:
     u, y = model16(seed=9, n=8)
-    with pytest.raises(TooFewSamplesError, match="5 rows do not determine 6 parameters"):
+    with pytest.raises(TooFewSamplesError, match="5 equations do not determine 6 parameters"):
         fit_arx(IoData.from_arrays(u, y), ArxOrders(3, 3, 1))
     with pytest.raises(TooFewSamplesError, match="more than 13 samples; the longest has 8"):
         fit_arx(IoData.from_arrays(u, y), ArxOrders(3, 3, 11))
