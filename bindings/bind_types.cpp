@@ -47,6 +47,35 @@ void require_exactly(const char* name, const py::array& array, const py::tuple& 
   }
 }
 
+std::string refusal(SnapshotFault fault) {
+  const auto reason = [fault]() -> std::string {
+    switch (fault) {
+      case SnapshotFault::none:
+        break;
+      case SnapshotFault::not_a_snapshot:
+        return "the bytes are not a saved state of this class; give the bytes that save() returned";
+      case SnapshotFault::other_version:
+        return "the state was saved by another version of ehsid; save it anew with this version";
+      case SnapshotFault::damaged:
+        return "the bytes are damaged or incomplete (length or checksum is wrong); use another "
+               "copy "
+               "of the state";
+      case SnapshotFault::other_model:
+        return "the state is of an estimator with another model; expected the same orders, offset, "
+               "dtype and forgetting policy";
+      case SnapshotFault::other_configuration:
+        return "the state is of an estimator with another configuration; expected the same "
+               "scaling, "
+               "settings, limits and variance0 as when it was saved";
+      case SnapshotFault::impossible:
+        return "the checksum is right, but no estimator has such a state; use bytes that save() "
+               "returned";
+    }
+    return "no reason";
+  };
+  return "restore: " + reason() + "; nothing was changed";
+}
+
 std::string show_properties(const py::object& self, std::initializer_list<const char*> names) {
   std::string text = py::str(py::type::of(self).attr("__name__")).cast<std::string>();
   const char* before = "(";

@@ -77,6 +77,9 @@ InputArray<Scalar> real_array(const char* name, const py::object& values) {
   return InputArray<Scalar>(given);
 }
 
+/// Why restore() refuses a saved state, and what to do.
+std::string refusal(SnapshotFault fault);
+
 /// "Scaling(command_scale=10.0, ...)": type and the properties named, as Python shows them.
 std::string show_properties(const py::object& self, std::initializer_list<const char*> names);
 
@@ -119,18 +122,21 @@ void bind_recursion(Class& cls) {
       .def("reset", &Any::reset, "lambda and P back to their start values; theta stays (Fig. 4).")
       .def(
           "save", [](const Any& self) { return py::bytes(self.save()); },
-          "Whole state as bytes, for restore() of an estimator made with the same arguments.")
+          "Whole state as bytes, for restore() of an estimator made with the same arguments, here "
+          "or "
+          "in C++ and C (docs/linking.md).")
       .def(
           "restore",
           [](Any& self, const py::bytes& state) {
-            if (self.restore(state) != Status::ok) {
-              throw py::value_error(
-                  "restore: the bytes are not a state of an estimator made with these arguments "
-                  "(orders, dtype, forgetting), or are damaged; nothing was changed");
+            const SnapshotFault fault = self.restore(state);
+            if (fault != SnapshotFault::none) {
+              throw py::value_error(refusal(fault));
             }
           },
           py::arg("state"),
-          "Takes over a saved state. ValueError, and nothing changed, unless it fits.");
+          "Takes over a saved state. ValueError, and nothing changed, where the bytes are damaged "
+          "or "
+          "were saved by another version, or by an estimator made with other arguments.");
 }
 
 void bind_types(py::module_& m);

@@ -4,6 +4,7 @@
 //   phi(k) = (-y(k-1) .. -y(k-na), u(k-nk) .. u(k-nk-nb+1) [, 1]),  theta = (a1 .. a_na, b1 .. b_nb [, c]).
 #pragma once
 
+#include <ehsid/fields.hpp>
 #include <ehsid/types.hpp>
 
 namespace ehsid {
@@ -14,6 +15,13 @@ struct ArxState {
   Array<Scalar, kOutputs> outputs;    // y(k-1) .. y(k-na)
   Array<Scalar, kCommands> commands;  // u(k) .. u(k-nk-nb+1)
   std::int32_t filled;                // complete past samples, up to kFull
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&ArxState::outputs);
+    visit(&ArxState::commands);
+    visit(&ArxState::filled);
+  }
 };
 
 /// ARX model of order na, nb and delay nk; with kOffset a constant term c is appended, so that means need
@@ -45,6 +53,8 @@ class Arx {
   int nk() const { return kNk; }
   bool offset() const { return kOffset; }
   static constexpr int size() { return kN; }
+  /// The shape of the largest state, and of any.
+  static constexpr ModelShape kLargest{kNa, kNb, kNk, kOffset};
 
   /// Forgets all past samples: after a gap the regressor has to fill anew.
   void clear() { state_ = State{}; }

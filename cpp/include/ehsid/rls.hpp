@@ -10,6 +10,7 @@
 // steady state the factor 1 / (1 + lambda) is left out).
 #pragma once
 
+#include <ehsid/fields.hpp>
 #include <ehsid/forgetting/evidence.hpp>
 #include <ehsid/rls_options.hpp>
 #include <ehsid/types.hpp>
@@ -34,6 +35,21 @@ struct RlsState {
   Scalar mean_square;        // weighted mean of `square`
   Scalar weight;             // its weight in samples, at most kWeightLimit
   Scalar recent_square;      // the same over about the last 16 steps, skipped ones included
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&RlsState::theta, each_parameter);
+    visit(&RlsState::remainder, each_parameter);
+    visit(&RlsState::factors);
+    visit(&RlsState::forgetting);
+    visit(&RlsState::gain, each_parameter);
+    visit(&RlsState::innovation);
+    visit(&RlsState::forgetting_factor);
+    visit(&RlsState::square);
+    visit(&RlsState::mean_square);
+    visit(&RlsState::weight);
+    visit(&RlsState::recent_square);
+  }
 };
 
 /// Recursive least squares with a forgetting policy and guards.
@@ -234,16 +250,33 @@ class Rls {
     return deviation;
   }
 
+  /// theta0, where reset_all() goes back to.
+  Parameters start_theta() const { return to_vector<kN>(size(), initial_theta_); }
+
   const State& state() const { return state_; }
 
-  /// May this saved state be taken over?
+  /// Writes what a start gave and a step does not change: settings, guards, and the factors that a reset returns to.
+  void write_configuration(ByteStream& writer, const ModelShape& of) const {
+    write_layout<Forgetting>(writer, of);
+    write_settings(writer, of, state_.forgetting);
+    stream_fields(writer, of, options_);
+    stream_fields(writer, of, initial_factors_);
+  }
+
+  /// May this saved state be taken over? Its numbers are finite, and so are the variances made of them.
   static bool usable(const State& saved) {
     const int n = saved.factors.size();
-    return saved.factors.usable() && all_finite(n, saved.theta) && all_finite(n, saved.remainder) &&
-           saved.forgetting.valid() && all_finite(n, saved.gain) && is_finite(saved.innovation) &&
-           is_forgetting_factor(saved.forgetting_factor) && is_magnitude(saved.square) &&
-           is_magnitude(saved.mean_square) && is_magnitude(saved.weight) &&
-           is_magnitude(saved.recent_square);
+    bool good = saved.factors.usable() && all_finite(n, saved.theta) &&
+                all_finite(n, saved.remainder) && saved.forgetting.valid() &&
+                all_finite(n, saved.gain) && is_finite(saved.innovation) &&
+                is_forgetting_factor(saved.forgetting_factor) && is_magnitude(saved.square) &&
+                is_magnitude(saved.mean_square) && is_magnitude(saved.weight) &&
+                saved.weight <= kWeightLimit && is_finite(saved.mean_square * saved.weight) &&
+                is_magnitude(saved.recent_square);
+    for (int i = 0; good && i < n; ++i) {
+      good = is_finite(saved.factors.variance(i));
+    }
+    return good;
   }
 
   /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable and of this size.

@@ -16,6 +16,14 @@ struct Scaling {
   Scalar command_offset = Scalar(0);   // units of the command
   Scalar position_offset = Scalar(0);  // units of the position
 
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&Scaling::command_scale);
+    visit(&Scaling::position_scale);
+    visit(&Scaling::command_offset);
+    visit(&Scaling::position_offset);
+  }
+
   bool valid() const {
     return is_finite(command_scale) && command_scale > Scalar(0) && is_finite(position_scale) &&
            position_scale > Scalar(0) && is_finite(command_offset) && is_finite(position_offset);
