@@ -20,6 +20,7 @@ import sys
 import threading
 import time
 from dataclasses import asdict, dataclass
+from datetime import date
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -266,6 +267,10 @@ def main() -> int:
         )
         + "\n"
     )
+    heading = (
+        f"{options.minutes:g} minutes on {cores} processor cores, {date.today()}, seed {seed}."
+    )
+    (WORK / "results.md").write_text(f"{heading}\n\n{table(done)}\n")
     print(table(done))
     found = [path for one in done for path in one.findings]
     for path in found:

@@ -86,8 +86,8 @@ def _in_time() -> Iterator[None]:
 def check(example: Example) -> str:
     """Runs the command in a folder of its own; returns what it printed.
 
-    A diagnosis takes half a minute, so it is replaced by a refusal: `gap` and `gap-fleet` are run
-    up to the place where all their input has been read.
+    A diagnosis takes half a minute, so it is replaced by a refusal: `gap` is run up to the place
+    where all its input has been read. Pictures are written with nothing drawn on them.
 
     Raises
     ------
@@ -113,6 +113,7 @@ def _check_here(example: Example, folder: Path) -> str:
         with (
             _in_time(),
             mock.patch("ehsid.harness.gap.diagnose", _without_diagnosis),
+            mock.patch("matplotlib.figure.Figure.draw", lambda *_: None),
             warnings.catch_warnings(record=True) as warned,
         ):
             warnings.simplefilter("always")
@@ -140,6 +141,4 @@ def _check_here(example: Example, folder: Path) -> str:
 
 
 def _files(folder: Path) -> set[str]:
-    return {
-        path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir()
-    }
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir()}

@@ -25,10 +25,10 @@ os.environ |= {
     "EHSID_MAX_SAMPLES": "200000",
 }
 
-import hypothesis  # noqa: E402
-from commands import Example, Finding, check  # noqa: E402
-from hypothesis import HealthCheck, Phase, given, settings  # noqa: E402
-from strategies import TARGETS  # noqa: E402
+import hypothesis
+from commands import Example, Finding, check
+from hypothesis import HealthCheck, Phase, given, settings
+from strategies import TARGETS
 
 MEMORY_BYTES = 4 * 2**30  # of addresses; the libraries alone take 1 GiB
 EXAMPLES = 200  # of one run of hypothesis: then it begins anew with the next seed

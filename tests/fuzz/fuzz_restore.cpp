@@ -86,27 +86,38 @@ class InC {
     fuzz::check(ehsid_default_configuration(&configuration, kernel, 3, 3, 1, false) == EHSID_OK &&
                     ehsid_init(&estimator_, storage_, sizeof storage_, &configuration) == EHSID_OK,
                 "the defaults are accepted");
-    bytes_ = ehsid_snapshot_bytes(kernel);
+    most_ = ehsid_snapshot_bytes(kernel);
   }
+
+  InC(const InC&) = delete;  // points into itself
+  InC& operator=(const InC&) = delete;
 
   bool step(float command, float position) {
     return !ehsid_is_error(ehsid_step(estimator_, command, position));
   }
   Snapshot save() const {
-    Snapshot saved(bytes_);
-    fuzz::check(ehsid_save(estimator_, saved.data(), saved.size(), nullptr) == EHSID_OK,
+    Snapshot saved(most_);
+    std::size_t written = 0;
+    fuzz::check(ehsid_save(estimator_, saved.data(), saved.size(), &written) == EHSID_OK &&
+                    written <= most_,
                 "an estimator can be saved");
+    saved.resize(written);
     return saved;
   }
   bool restore(const Snapshot& bytes) {
-    return ehsid_restore(estimator_, bytes.data(), bytes.size()) == EHSID_OK;
+    ehsid_snapshot_fault fault = EHSID_SNAPSHOT_FITS;
+    fuzz::check(ehsid_check_snapshot(estimator_, bytes.data(), bytes.size(), &fault) == EHSID_OK,
+                "any bytes can be checked");
+    const bool taken = ehsid_restore(estimator_, bytes.data(), bytes.size()) == EHSID_OK;
+    fuzz::check(taken == (fault == EHSID_SNAPSHOT_FITS), "the check says what restore() does");
+    return taken;
   }
   void check_outputs() const { fuzz::check_c_outputs(estimator_); }
 
  private:
   std::uint64_t storage_[EHSID_STORAGE_WORDS(6)] = {};
   ehsid_estimator* estimator_ = nullptr;
-  std::size_t bytes_ = 0;
+  std::size_t most_ = 0;
 };
 
 template <class Estimator>
@@ -118,18 +129,16 @@ class InCpp {
     return !ehsid::is_error(estimator_.step(Scalar(command), Scalar(position)));
   }
   Snapshot save() const {
-    const auto snapshot = estimator_.save();
-    Snapshot bytes(sizeof snapshot);
-    std::memcpy(bytes.data(), &snapshot, sizeof snapshot);
-    return bytes;
+    Snapshot saved(estimator_.snapshot_bytes());
+    estimator_.save(saved.data());
+    return saved;
   }
   bool restore(const Snapshot& bytes) {
-    typename Estimator::Snapshot snapshot;
-    if (bytes.size() != sizeof snapshot) {  // the type has no other size
-      return false;
-    }
-    std::memcpy(&snapshot, bytes.data(), sizeof snapshot);
-    return estimator_.restore(snapshot) == ehsid::Status::ok;
+    const ehsid::SnapshotFault fault = estimator_.check(bytes.data(), bytes.size());
+    const bool taken = estimator_.restore(bytes.data(), bytes.size()) == ehsid::Status::ok;
+    fuzz::check(taken == (fault == ehsid::SnapshotFault::none),
+                "the check says what restore() does");
+    return taken;
   }
   void check_outputs() const { fuzz::check_outputs(estimator_); }
 

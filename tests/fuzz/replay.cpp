@@ -40,8 +40,8 @@ int main(int count, char** names) {
       return 1;
     }
     std::fprintf(stderr, "%s, %zu bytes\n", path.c_str(), bytes.size());
-    static_cast<void>(LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()),
-                                             bytes.size()));
+    static_cast<void>(
+        LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()));
   }
   std::fprintf(stderr, "%zu inputs\n", found.size());
   return found.empty() ? 1 : 0;  // a folder without inputs would test nothing

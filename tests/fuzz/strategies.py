@@ -26,7 +26,7 @@ from ehsid.harness.simulation import simulate
 ROOT = Path(__file__).parents[2]
 RIGS = {name: ROOT / "examples" / "rigs" / name for name in ("bench.toml", "axis.toml")}
 ENDINGS = ("csv", "csv.gz", "npz", "mat", "parquet")
-SAMPLES = 240
+SAMPLES = 200
 DT_S = 5e-3
 
 # Names and numbers that programs have stumbled over.
@@ -124,7 +124,9 @@ def odd_columns(draw: st.DrawFn) -> dict[str, np.ndarray]:
     for _ in range(draw(st.integers(1, 3))):
         name = draw(st.sampled_from(sorted(columns)))
         values = columns[name]
-        match draw(st.sampled_from(("number", "constant", "scale", "rename", "drop", "add", "cut"))):
+        match draw(
+            st.sampled_from(("number", "constant", "scale", "rename", "drop", "add", "cut"))
+        ):
             case "number" if values.size:
                 values[draw(st.integers(0, values.size - 1))] = draw(odd_number)
             case "constant":
@@ -186,7 +188,7 @@ def odd_table(draw: st.DrawFn, ending: str) -> bytes:
 
 # Each with the record in place of RECORD.
 RECORD_COMMANDS = (
-    ("identify", "RECORD", "--out", "out.json"),
+    ("identify", "RECORD"),
     ("identify", "RECORD", "--input", "command_v", "--output", "position_m"),
     ("estimate", "RECORD", "--out", "estimates.csv"),
     ("export", "RECORD", "--out", "servo.hpp"),

@@ -19,6 +19,8 @@ def test_a_rig_text_is_refused_or_written_back(path: Path) -> None:
     rig_text.check(path.read_bytes())
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES), ids=lambda path: f"{path.parent.name}-{path.stem}")
+@pytest.mark.parametrize(
+    "path", sorted(EXAMPLES), ids=lambda path: f"{path.parent.name}-{path.stem}"
+)
 def test_a_command_ends_as_it_should(path: Path) -> None:
     assert commands.check(Example.from_json(path.read_text(encoding="utf-8")))

@@ -43,6 +43,11 @@ struct Policy {
 constexpr Policy kPolicies[] = {EHSID_EACH_POLICY(SOAK_POLICY)};
 #undef SOAK_POLICY
 
+struct Snapshot {
+  std::array<unsigned char, EHSID_SNAPSHOT_BYTES(soak::kN)> bytes{};
+  std::size_t count = 0;
+};
+
 class Estimator {
  public:
   Estimator(const ehsid_kernel* kernel, bool reset) {
@@ -54,7 +59,6 @@ class Estimator {
     if (ehsid_init(&estimator_, storage_, sizeof storage_, &configuration) != EHSID_OK) {
       fail("no estimator");
     }
-    bytes_ = ehsid_snapshot_bytes(kernel);
   }
 
   ehsid_status step(double command, float position) {
@@ -76,28 +80,28 @@ class Estimator {
     return report.excitation;
   }
 
-  std::size_t bytes() const { return bytes_; }
-  void save(void* to) const {
-    if (ehsid_save(estimator_, to, bytes_, nullptr) != EHSID_OK) {
+  Snapshot save() const {
+    Snapshot saved;
+    if (ehsid_save(estimator_, saved.bytes.data(), saved.bytes.size(), &saved.count) != EHSID_OK) {
       fail("the estimator cannot be saved");
     }
+    return saved;
   }
-  bool restore(const void* from) {
-    return ehsid_restore(estimator_, from, bytes_) == EHSID_OK;
+  bool restore(const Snapshot& saved) {
+    return ehsid_restore(estimator_, saved.bytes.data(), saved.count) == EHSID_OK;
   }
 
  private:
   std::uint64_t storage_[EHSID_STORAGE_WORDS(soak::kN)] = {};
   ehsid_estimator* estimator_ = nullptr;
-  std::size_t bytes_ = 0;
 };
 
 /// What was seen at a number of held samples.
 struct Seen {
   std::int32_t median_back;  // samples until within 1 %; kMostBack: never
   std::int32_t worst_back;
-  float moved;       // largest change of a parameter during the hold
-  float excitation;  // what the estimator reports
+  float moved;          // largest change of a parameter during the hold
+  float excitation;     // what the estimator reports
   std::int32_t finite;  // 1 or 0; no bool, whose padding would have no value
 };
 
@@ -110,12 +114,12 @@ struct Soak {
   std::array<float, soak::kN> theta_before{};
   std::uint32_t checkpoints = 0;  // passed
   std::array<Seen, kCheckpoints.size()> seen{};
-  std::array<unsigned char, EHSID_SNAPSHOT_BYTES(soak::kN)> estimator{};
+  Snapshot estimator{};
 };
 
 /// Samples until every parameter stays within 1 % of the changed plant.
 int samples_back(const Soak& soak, Estimator& estimator, std::uint64_t seed) {
-  if (!estimator.restore(soak.estimator.data())) {
+  if (!estimator.restore(soak.estimator)) {
     fail("an estimator does not take over its own state");
   }
   soak::Model model = soak.model;
@@ -195,18 +199,20 @@ void write(const std::string& path, const Soak& soak) {
 }
 
 void print(const char* policy, bool reset, const Soak& soak, double seconds) {
-  std::printf("{\"policy\": \"%s\", \"reset\": %s, \"held\": %llu, \"errors\": %llu, \"seconds\": %.1f, "
-              "\"checkpoints\": [",
-              policy, reset ? "true" : "false", static_cast<unsigned long long>(soak.held),
-              static_cast<unsigned long long>(soak.errors), seconds);
+  std::printf(
+      "{\"policy\": \"%s\", \"reset\": %s, \"held\": %llu, \"errors\": %llu, \"seconds\": %.1f, "
+      "\"checkpoints\": [",
+      policy, reset ? "true" : "false", static_cast<unsigned long long>(soak.held),
+      static_cast<unsigned long long>(soak.errors), seconds);
   for (std::uint32_t i = 0; i < soak.checkpoints; ++i) {
     const Seen& seen = soak.seen[i];
-    std::printf("%s{\"held\": %llu, \"median_back\": %d, \"worst_back\": %d, \"moved\": %.3g, "
-                "\"excitation\": %.3g, \"finite\": %s}",
-                i == 0 ? "" : ", ", static_cast<unsigned long long>(kCheckpoints[i]),
-                static_cast<int>(seen.median_back), static_cast<int>(seen.worst_back),
-                static_cast<double>(seen.finite == 1 ? seen.moved : 0.0F),
-                static_cast<double>(seen.excitation), seen.finite == 1 ? "true" : "false");
+    std::printf(
+        "%s{\"held\": %llu, \"median_back\": %d, \"worst_back\": %d, \"moved\": %.3g, "
+        "\"excitation\": %.3g, \"finite\": %s}",
+        i == 0 ? "" : ", ", static_cast<unsigned long long>(kCheckpoints[i]),
+        static_cast<int>(seen.median_back), static_cast<int>(seen.worst_back),
+        static_cast<double>(seen.finite == 1 ? seen.moved : 0.0F),
+        static_cast<double>(seen.excitation), seen.finite == 1 ? "true" : "false");
   }
   std::printf("]}\n");
 }
@@ -223,7 +229,7 @@ void hold(Soak& soak, Estimator& estimator, std::uint64_t end, Time deadline) {
       soak.model.command(0.5);
     }
   }
-  estimator.save(soak.estimator.data());
+  soak.estimator = estimator.save();
 }
 
 }  // namespace
@@ -240,9 +246,9 @@ int main(int count, char** arguments) {
   }
   const bool reset = std::strcmp(arguments[2], "reset") == 0;
   const double seconds = std::strtod(arguments[4], nullptr);
-  const std::uint64_t most =
-      count == 6 ? static_cast<std::uint64_t>(std::strtod(arguments[5], nullptr))
-                 : kCheckpoints.back();
+  const std::uint64_t most = count == 6
+                                 ? static_cast<std::uint64_t>(std::strtod(arguments[5], nullptr))
+                                 : kCheckpoints.back();
   const auto began = std::chrono::steady_clock::now();
   const auto deadline = began + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                                     std::chrono::duration<double>(seconds));
@@ -251,10 +257,10 @@ int main(int count, char** arguments) {
   Estimator copy(policy->kernel, reset);
   Soak soak;
   // The state of an older version is not taken over: the soak then begins anew.
-  if (!read(arguments[3], soak) || !estimator.restore(soak.estimator.data())) {
+  if (!read(arguments[3], soak) || !estimator.restore(soak.estimator)) {
     soak = Soak{};
     excite(soak, estimator);
-    estimator.save(soak.estimator.data());
+    soak.estimator = estimator.save();
   }
   while (soak.checkpoints < kCheckpoints.size()) {
     const std::uint64_t next = std::min(kCheckpoints[soak.checkpoints], most);
