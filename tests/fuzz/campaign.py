@@ -2,8 +2,8 @@
 """Runs all fuzz targets for a given time and reports what they found; started by script/fuzz.
 
 The targets are dealt out to as many lanes as there are processor cores, and each lane divides the
-time among its targets. What is kept between campaigns stands in build/fuzz/TARGET; a finding goes to
-tests/fuzz/corpus/TARGET as well, where the ordinary tests run it again.
+time among its targets. What is kept between campaigns stands in build/fuzz/targets; a finding goes
+to tests/fuzz/corpus/TARGET as well, where the ordinary tests run it again.
 """
 
 from __future__ import annotations
@@ -267,9 +267,8 @@ def main() -> int:
         )
         + "\n"
     )
-    heading = (
-        f"{options.minutes:g} minutes on {cores} processor cores, {date.today()}, seed {seed}."
-    )
+    when = f"{date.today()}, seed {seed}"
+    heading = f"{options.minutes:g} minutes on {cores} processor cores, {when}."
     (WORK / "results.md").write_text(f"{heading}\n\n{table(done)}\n")
     print(table(done))
     found = [path for one in done for path in one.findings]

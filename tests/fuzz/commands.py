@@ -113,7 +113,7 @@ def _check_here(example: Example, folder: Path) -> str:
         with (
             _in_time(),
             mock.patch("ehsid.harness.gap.diagnose", _without_diagnosis),
-            mock.patch("matplotlib.figure.Figure.draw", lambda *_: None),
+            mock.patch("matplotlib.figure.Figure.draw"),
             warnings.catch_warnings(record=True) as warned,
         ):
             warnings.simplefilter("always")

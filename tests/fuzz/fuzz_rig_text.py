@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Fuzzes the text of rig files with atheris, which brings libFuzzer and measures coverage in Python.
+"""Fuzzes the text of rig files with atheris: libFuzzer, with coverage measured in Python.
 
 python tests/fuzz/fuzz_rig_text.py [OPTIONS OF LIBFUZZER] FOLDER...
 """

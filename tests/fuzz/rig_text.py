@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What holds for every text of a rig file: it is refused with a message, or read and written back."""
+"""What holds for the text of a rig file: it is refused with a message, or can be written back."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ def check(data: bytes) -> None:
     try:
         rig = parse_rig(text, source="rig.toml")
     except RigError as error:
-        assert str(error).startswith("rig.toml: "), str(error)
+        message = str(error)
+        if not message.startswith("rig.toml: "):
+            raise AssertionError(f"the message does not name the file: {message}") from None
         return
     again = parse_rig(rig_text(rig), source="rig.toml")
     for part in PARTS:

@@ -117,6 +117,9 @@ odd_text = st.one_of(st.sampled_from(ODD_TEXT), st.text(max_size=20))
 odd_number = st.one_of(st.sampled_from(ODD_NUMBERS), st.floats())
 
 
+CHANGES = ("number", "constant", "scale", "rename", "drop", "add", "cut")
+
+
 @st.composite
 def odd_columns(draw: st.DrawFn) -> dict[str, np.ndarray]:
     """The good columns with some changed, renamed, left out or added."""

@@ -31,8 +31,8 @@ from ehsid.harness.rigs import write_rig
 
 HERE = Path(__file__).parent
 MACHINES = 8
-# Their pages have the same bytes each time. The plots of an ambiguous diagnosis have identifiers that
-# depend on what else the process has drawn.
+# Their pages have the same bytes each time. The plots of an ambiguous diagnosis have identifiers
+# that depend on what else the process has drawn.
 VERDICTS = ("effects", "no_gap", "parameters")
 KILLS = 5  # of a round, then it may end
 LONGEST_S = 300.0  # of one run that is not killed

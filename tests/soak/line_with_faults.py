@@ -4,9 +4,9 @@
     python tests/soak/line_with_faults.py SERVO_HOST STATE SECONDS SEED
 
 The firmware runs as a process of this host. A relay drops, repeats, damages and delays frames in
-both directions, and the target is reset now and then. After each run of 10,000 samples: every sample
-was answered once and in order, the runs began anew at those samples before which the target was
-reset and at no other, and every estimate is bit for bit that of the host. Adds to the JSON file
+both directions, and the target is reset now and then. After each run of 10,000 samples: every
+sample was answered once and in order, the runs began anew at those samples before which the target
+was reset and at no other, and every estimate is bit for bit that of the host. Adds to the JSON file
 STATE; exit code 1 where something did not hold.
 """
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Runs the soaks for a given time and reports what they measured; started by script/soak.
 
-Each soak goes on where the last call ended: its state stands in build/soak/state. One processor core
-holds estimators all the time; another first runs hardware in the loop and fleets, and then holds
-estimators too.
+Each soak goes on where the last call ended: its state stands in build/soak/state. One processor
+core holds estimators all the time; another first runs hardware in the loop and fleets, and then
+holds estimators too.
 """
 
 from __future__ import annotations
