@@ -244,7 +244,7 @@ def odd_rig(draw: st.DrawFn) -> bytes:
 
 
 RIG_COMMANDS = (
-    ("simulate", "rig.toml", "--duration", "0.2", "--dt", "0.002", "--out", "made.csv"),
+    ("simulate", "rig.toml", "--excitation", "prbs", "--duration", "0.5", "--out", "made.csv"),
     ("simulate", "rig.toml", "--command", "record.csv", "--out", "made.csv"),
     ("gap", "record.csv", "--rig", "rig.toml", "--out", "out"),
 )
