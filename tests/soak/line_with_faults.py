@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Soak of hardware in the loop: a million samples over a line with faults, to a target that resets.
 
-    python tests/soak/line_with_faults.py SERVO_HOST STATE SECONDS SEED
+    python tests/soak/line_with_faults.py SERVO STATE SECONDS SEED
 
 The firmware runs as a process of this host. A relay drops, repeats, damages and delays frames in
 both directions, and the target is reset now and then. After each run of 10,000 samples: every

@@ -198,7 +198,7 @@ def main() -> int:
         holds.soak_until(end)
 
     def second_core() -> None:
-        servo = BUILD / "examples" / "firmware" / "servo_host"
+        servo = BUILD / "tests" / "soak" / "soak_servo"
         run_python("line_with_faults.py", servo, STATE / "line.json", LINE_SHARE * seconds, seed)
         beside[0] = "fleets"
         run_python("killed_fleets.py", STATE / "fleets.json", FLEETS_SHARE * seconds, seed)
