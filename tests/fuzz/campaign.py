@@ -35,7 +35,7 @@ RIG_TEXT = "rig_text"
 PROGRESS_S = 20.0
 MINIMISE_S = 30
 # After its time libFuzzer finishes the running input, and hypothesis its smallest example.
-GRACE_S = 360.0
+GRACE_S = 1200.0
 MOST_BYTES = 4096  # of one input
 MEMORY_MB = 2048
 

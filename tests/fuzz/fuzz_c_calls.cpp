@@ -16,7 +16,7 @@ namespace {
 constexpr int kEstimators = 3;
 constexpr int kMostCalls = 64;
 
-constexpr int kSizes[] = {2, 6, 7, 13};  // those in kernels.cpp
+constexpr int kSizes[] = {2, 6, 7, 13};  // those in kernels.cpp.in
 #define FUZZ_KERNELS(policy)                                                 \
   EHSID_KERNEL(policy, 2), EHSID_KERNEL(policy, 6), EHSID_KERNEL(policy, 7), \
       EHSID_KERNEL(policy, 13),
