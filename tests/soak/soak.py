@@ -165,8 +165,8 @@ def summary(line: dict[str, Any], fleets: dict[str, Any], holds: list[dict[str, 
         [
             "| soak | done | disturbed by | did not hold |",
             "|---|---|---|---|",
-            f"| held float32 updates | {sum(held):.3g} in {len(held)} estimators, {min(held):.2g} to "
-            f"{max(held):.2g} in each | - "
+            f"| held float32 updates | {sum(held):.3g} in {len(held)} estimators, "
+            f"{min(held):.2g} to {max(held):.2g} in each | - "
             f"| {sum(seen['lost'] for one in holds for seen in one['checkpoints'])} checkpoints "
             "not finite or never back |",
             f"| samples of hardware in the loop | {line.get('samples', 0)} in "
