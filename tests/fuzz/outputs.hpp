@@ -15,11 +15,11 @@ bool is_magnitude(Scalar value) {
   return ehsid::is_finite(value) && value >= Scalar(0);
 }
 
-/// Whether sigma^2 P_ii may be beyond the largest number: with settings and samples of a plausible size it never is, in
+/// Whether sigma^2 and sigma^2 P_ii may be beyond the largest number: with settings and samples of a plausible size it never is, in
 /// a state that somebody has made up it may be.
 enum class Uncertainty { finite, may_overflow };
 
-/// A deviation or a variance of a parameter. Of NaN the comparison is false.
+/// sigma^2, or a deviation or variance of a parameter. Of NaN the comparison is false.
 template <class Scalar>
 bool is_uncertainty(Scalar value, Uncertainty expected) {
   return expected == Uncertainty::finite ? is_magnitude(value) : value >= Scalar(0);
@@ -46,7 +46,7 @@ inline void check_c_outputs(const ehsid_estimator* estimator,
   check(ehsid::is_finite(report.innovation), "the innovation is finite");
   check(report.forgetting_factor > 0.0F && report.forgetting_factor <= 1.0F,
         "lambda is above 0 and at most 1");
-  check(is_magnitude(report.residual_variance), "sigma^2 is finite and not negative");
+  check(is_uncertainty(report.residual_variance, expected), "sigma^2 is not negative, and finite");
   check(ehsid::is_finite(report.fit_percent), "the fit is finite");
   check(report.excitation >= 0.0F && report.excitation <= 1.0F, "the excitation is a share");
   check(report.resets >= 0, "resets are counted from 0 on");
@@ -66,7 +66,8 @@ void check_outputs(const Estimator& estimator, Uncertainty expected = Uncertaint
   check(ehsid::is_finite(estimator.innovation()), "the innovation is finite");
   check(estimator.forgetting_factor() > 0 && estimator.forgetting_factor() <= 1,
         "lambda is above 0 and at most 1");
-  check(is_magnitude(estimator.residual_variance()), "sigma^2 is finite and not negative");
+  check(is_uncertainty(estimator.residual_variance(), expected),
+        "sigma^2 is not negative, and finite");
 }
 
 }  // namespace fuzz
