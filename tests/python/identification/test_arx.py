@@ -289,6 +289,17 @@ def test_from_record_takes_segments_and_sampling_time() -> None:
     assert (data.input_name, data.output_name) == ("u", "y")
 
 
+def test_samples_whose_squares_overflow_are_refused() -> None:
+    u, y = np.ones(20), np.arange(20.0)
+    u[7] = -1e101
+    with pytest.raises(
+        IdentificationError, match=r"u: sample 7 is 1e\+101 in size.*at most 1e\+100"
+    ):
+        IoData.from_arrays(u, y)
+    u[7] = 1e100
+    assert IoData.from_arrays(u, y).u[7] == 1e100
+
+
 def test_a_model_becomes_json() -> None:
     u, y = model16(seed=10, n=100)
     plain = fit_arx(IoData.from_arrays(u, y), ArxOrders(2, 2, 1, offset=True)).to_dict()
