@@ -97,6 +97,7 @@ CASES = (
         "a masked regressor",
         "phi",
         "masked",
+        kind=TypeError,
     ),
     call(
         "rls.update([1, 2, 3], 'x')",
@@ -148,7 +149,14 @@ CASES = (
         "object",
         kind=TypeError,
     ),
-    call("servo.run(masked, y)", lambda: servo().run(MASKED, Y), "a masked column", "u", "masked"),
+    call(
+        "servo.run(masked, y)",
+        lambda: servo().run(MASKED, Y),
+        "a masked column",
+        "u",
+        "masked",
+        kind=TypeError,
+    ),
     call(
         "servo.run(dates, y)",
         lambda: servo().run(np.arange("2024-01-01", "2024-04-10", dtype="datetime64[D]"), Y),
