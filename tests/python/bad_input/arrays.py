@@ -189,7 +189,7 @@ CASES = (
         "servo.restore(rls.save())",
         lambda: servo().restore(rls().save()),
         "the snapshot of something else",
-        "not a state",
+        "not a saved state",
     ),
     call(
         "rls.start_from_covariance([0] * 3, eye(2))",
