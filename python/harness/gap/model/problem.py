@@ -268,12 +268,13 @@ class Problem:
                 threads=1,
             )
             columns = {name: OUTPUTS.index(name) for name in self.outputs}
-            runs.append(
-                (
-                    {name: outputs[0, :, column] for name, column in columns.items()},
-                    {name: partials[0, :, :, column] * slopes for name, column in columns.items()}
-                    if varied
-                    else {},
-                )
-            )
+            simulated = {name: outputs[0, :, column] for name, column in columns.items()}
+            by_x: dict[str, FloatArray] = {}
+            if varied:
+                # The sensitivities of a simulation that diverges overflow. No step is taken then.
+                with np.errstate(over="ignore", invalid="ignore"):
+                    by_x = {
+                        name: partials[0, :, :, column] * slopes for name, column in columns.items()
+                    }
+            runs.append((simulated, by_x))
         return runs
