@@ -37,7 +37,7 @@ def assert_finite(made: ehsid.ServoEstimator, path: ehsid.Trajectory) -> None:
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("policy", policies.NAMES)
 def test_every_policy_learns_again(policy: str, dtype: str, reset: bool) -> None:
-    for name in [*hostile_samples.CATALOGUE, *["mixture"] * 10]:
+    for name in [*hostile_samples.CATALOGUE, "mixture"]:
         for seed in range(10) if name == "mixture" else range(1):
             options = {} if reset else {"reset": None}
             made = ehsid.ServoEstimator(
