@@ -11,8 +11,8 @@ from types import MappingProxyType
 
 _FILLERS = """
 actual act measured meas measurement sensor signal value val raw feedback fbk fb ist istwert
-messwert gemessen mesure mesuree reel medido medida misurato misurata in of the port chamber kammer chambre
-camara camera de del della du la le di
+messwert gemessen mesure mesuree reel medido medida misurato misurata in of the port chamber
+kammer chambre camara camera de del della du la le di
 """
 # Words that change nothing about which channel a name means.
 FILLERS = frozenset(_FILLERS.split())

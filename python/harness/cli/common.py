@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ehsid.harness.identification import IoData
+    from ehsid.harness.records import Hints, Origin
 
 
 # Beyond these a search over orders and delays takes hours, and its models have no meaning.
@@ -48,13 +49,23 @@ def parse_range(text: str, option: str, most: int) -> range:
     return range(low, high + 1)
 
 
-def read_io(path: Path, input_name: str, output_name: str) -> IoData:
-    """Reads the input column and the output column of a record."""
-    from ehsid.harness.identification import IoData
-    from ehsid.harness.records import read_record
+def read_io(
+    path: Path, input_name: str, output_name: str, hints: Hints
+) -> tuple[IoData, Origin | None]:
+    """Reads the input column and the output column of a record.
 
-    record = read_record(path, columns=[input_name, output_name])
-    return IoData.from_record(record, input_name, output_name)
+    What was taken for what in a log of another layout is shown on stderr, and returned.
+    """
+    from ehsid.harness.cli.log_options import read_shown
+    from ehsid.harness.identification import IoData
+
+    record = read_shown(path, hints, columns=[input_name, output_name])
+    return IoData.from_record(record, input_name, output_name), record.origin
+
+
+def with_reading(results: dict[str, Any], origin: Origin | None) -> dict[str, Any]:
+    """Returns results as JSON has them, with what was taken for what in a log as "reading"."""
+    return results if origin is None else {**results, "reading": origin.to_dict()}
 
 
 def write_results(folder: Path, stem: str, results: dict[str, Any], figure: Figure) -> None:

@@ -11,6 +11,7 @@ import typer
 
 from ehsid.harness.cli.common import read_io
 from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import InputColumn, OutputColumn, RecordFile, Reset
 from ehsid.harness.cli.policy_option import (
     POLICIES,
@@ -89,6 +90,8 @@ def export_command(
             show_default=False,
         ),
     ] = None,
+    maps: Maps = None,
+    sampling_time: SamplingTime = None,
     name: Annotated[str, typer.Option(help="namespace in C++, prefix in C")] = "servo",
     c: Annotated[
         bool, typer.Option("--c", help="C99, for ehsid/c_api.h, without the self-test")
@@ -117,7 +120,7 @@ def export_command(
     policy = make_policy(forgetting, lambda0, setting)
     path = out or Path(f"servo_configuration.{'h' if c else 'hpp'}")
     with result_files(path, "export", inputs=[record]) as folder:
-        data = read_io(record, input_name, output_name)
+        data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
         orders = _orders(data, (na, nb, nk), choose, offset)
         export = configure_from_record(
             data, orders, forgetting=policy, inflation=inflation, reset=reset

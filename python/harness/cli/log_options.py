@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from ehsid.harness.records import Hints, Layout, Record
     from ehsid.harness.records.origin import Origin
 
-RECORD_HELP = "CSV, Parquet, MAT, NPZ, or any log: text, Excel, HDF5, MF4, TDMS, MCAP, ROS bag"
-
 Maps = Annotated[
     list[str] | None,
     typer.Option(

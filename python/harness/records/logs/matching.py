@@ -156,12 +156,12 @@ class Matching:
             unit = "as it is" if series.unit is None else f"as it is, in {series.unit}"
             return Choice(series, Taken(name, series.name, None, 1.0, 0.0, f"named; {unit}"))
         why_name = "named" if name in self._maps else "by its name"
-        stated, why_unit = self._unit(name, series)
-        unit = stated
-        if unit is None:
-            unit, why_unit = self._guess(name, series, required, found)
-        if unit is None:
+        found_unit = self._unit(name, series)
+        if found_unit is None:
+            found_unit = self._guess(name, series, required, found)
+        if found_unit is None:
             return None
+        unit, why_unit = found_unit
         if name == COMMAND and not converts(unit, name):
             if unit != "1":
                 self.remarks.append(
@@ -177,8 +177,8 @@ class Matching:
             series, Taken(name, series.name, kept, factor, offset, f"{why_name}; {why_unit}")
         )
 
-    def _unit(self, name: str, series: Series) -> tuple[str | None, str]:
-        """Returns the unit in the notation of pint that anybody has stated, and who did."""
+    def _unit(self, name: str, series: Series) -> tuple[str, str] | None:
+        """Returns the unit in the notation of pint that is stated anywhere, and where; or None."""
         mapped = self._maps.get(name)
         if mapped is not None and mapped.unit is not None:
             return mapped.unit or CHANNELS[name].unit, "unit as named"
@@ -206,12 +206,12 @@ class Matching:
             return CHANNELS[name].unit, "name of the schema"
         if name == COMMAND:
             return CHANNELS[name].unit, "no unit: taken as V"
-        return None, ""
+        return None
 
     def _guess(
         self, name: str, series: Series, required: bool, found: Mapping[str, Series | None]
-    ) -> tuple[str | None, str]:
-        """Returns a unit from the range of the values, where it leaves no doubt."""
+    ) -> tuple[str, str] | None:
+        """Returns a unit from the range of the values, where it leaves no doubt, and why."""
         size, what = self._size(name, series, found)
         guesses = CHANNELS[name].guesses
         fitting = [one.unit for one in guesses if one.lowest <= size <= one.highest]
@@ -242,7 +242,7 @@ class Matching:
         self.remarks.append(
             f"{problem}: it is left out. To read it: {self.map_option(name, series)}"
         )
-        return None, ""
+        return None
 
     def _size(
         self, name: str, series: Series, found: Mapping[str, Series | None]
@@ -258,7 +258,7 @@ class Matching:
             if one is not None
             and channel in CHANNELS
             and CHANNELS[channel].unit == PRESSURE_UNIT
-            and self._unit(channel, one)[0] is None
+            and self._unit(channel, one) is None
         ]
         return max(_largest(one.read()) for one in others), "the largest pressure"
 
