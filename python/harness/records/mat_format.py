@@ -47,8 +47,8 @@ class MatTable:
             ) from None
         except Exception as error:  # scipy has no common exception for damaged files
             raise damaged(path, "MAT", error) from None
-        self._variables = {k: v for k, v in content.items() if not k.startswith("__")}
-        self.names = list(self._variables)
+        self.variables = {k: v for k, v in content.items() if not k.startswith("__")}
+        self.names = list(self.variables)
         COLUMNS.check(len(self.names), path)
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
@@ -62,7 +62,7 @@ class MatTable:
         return {name: self._dense(name) for name in wanted}
 
     def _dense(self, name: str) -> npt.NDArray[Any]:
-        variable = self._variables[name]
+        variable = self.variables[name]
         shape = variable.shape
         # A sparse matrix has the dimensions that the file states, however few values it holds.
         if scipy.sparse.issparse(variable):

@@ -33,6 +33,8 @@ class Series:
         them; else None, and the time may be another series of the group.
     is_time
         whether the format itself says that the values are times in seconds.
+    column
+        number of the column in a table of text, from 0; None elsewhere.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Series:
     group: str = ""
     time: Read | None = None
     is_time: bool = False
+    column: int | None = None
 
 
 @dataclass(frozen=True)

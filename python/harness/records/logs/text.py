@@ -79,10 +79,8 @@ def read(data: bytes, path: Path) -> Log:
     RecordError
         the text is no table of numbers, or is beyond a limit.
     """
-    text, note = decode(data, path)
-    check_size(text, path)
-    dialect = dialect_of(text)
-    if dialect is None:
+    log = table_log(data, path)
+    if log is None:
         raise RecordError(
             path,
             "no table of numbers was found: no delimiter divides the lines into equally many "
@@ -90,7 +88,21 @@ def read(data: bytes, path: Path) -> Log:
             expected=EXPECTED,
             mend="look into the file; it may be cut, or of another kind than its name says",
         )
-    return _Text(text, path, dialect).log([note] if note else [])
+    return log
+
+
+def table_log(data: bytes, path: Path) -> Log | None:
+    """Returns the log in a text, or None if the text is no table of numbers.
+
+    Raises
+    ------
+    RecordError
+        the text is empty or binary, or is beyond a limit.
+    """
+    text, note = decode(data, path)
+    check_size(text, path)
+    dialect = dialect_of(text)
+    return None if dialect is None else _Text(text, path, dialect).log([note] if note else [])
 
 
 class _Text:
@@ -114,7 +126,7 @@ class _Text:
         for i, name in enumerate(names):
             column = frame[f"{i}"]
             if column.null_count() < len(column):
-                series.append(self._series(name, units[i] or None, column))
+                series.append(self._series(name, units[i] or None, column, i))
         series += self._date_and_time(series, names, frame)
         return Log(dialect.words, tuple(series), dialect.data_row, tuple(notes), dialect.dt_s)
 
@@ -164,7 +176,7 @@ class _Text:
                     mend="correct the row; a second log may follow in the same file",
                 )
 
-    def _series(self, name: str, unit: str | None, column: pl.Series) -> Series:
+    def _series(self, name: str, unit: str | None, column: pl.Series, number: int) -> Series:
         sample = column.drop_nulls().head(1)
         dates = seconds(sample) is not None and bool(self._numbers(sample)[1].any())
 
@@ -179,7 +191,9 @@ class _Text:
                 raise self._no_number(name, column, int(np.argmax(bad)))
             return numbers
 
-        return Series(name, len(column), values, "s" if dates else unit, is_time=dates)
+        return Series(
+            name, len(column), values, "s" if dates else unit, is_time=dates, column=number
+        )
 
     def _numbers(
         self, column: pl.Series
