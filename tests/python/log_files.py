@@ -51,7 +51,9 @@ def write_german_text(path: Path) -> Path:
     lines.append(";".join(["Zeit", *(name for name, *_ in LOGGED)]))
     lines.append(";".join(["ms", *(unit for _, unit, *_ in LOGGED)]))
     columns = [1e3 * TIME_S, *(logged(one[2]) for one in LOGGED)]
-    lines += [";".join(f"{x:.9g}".replace(".", ",") for x in row) for row in zip(*columns, strict=True)]
+    lines += [
+        ";".join(f"{x:.9g}".replace(".", ",") for x in row) for row in zip(*columns, strict=True)
+    ]
     path.write_text("\r\n".join(lines) + "\r\n", encoding="cp1252")
     return path
 

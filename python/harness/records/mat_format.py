@@ -19,6 +19,10 @@ from ehsid.harness.records.errors import RecordError, damaged
 from ehsid.harness.records.limits import BYTES, COLUMNS
 from ehsid.harness.records.mat_elements import check_elements
 
+# A file of version 7.3 is HDF5 behind a head of MATLAB.
+HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+HDF5_AT = 512
+
 
 class MatTable:
     """A MAT file of version 4 to 7; each variable is a column."""

@@ -129,9 +129,9 @@ def _has_other_time(file_names: Sequence[str]) -> bool:
 
 
 class _NotTheSchemaError(Exception):
-    """A file is not laid out as the schema wants it; `refused` says why."""
+    """A file is not laid out as the schema wants it; `refused` says why, if its reader does."""
 
-    def __init__(self, refused: RecordError) -> None:
+    def __init__(self, refused: RecordError | None) -> None:
         super().__init__(str(refused))
         self.refused = refused
 
@@ -254,8 +254,10 @@ def _table(data: bytes, path: Path) -> Table:
 
             return ParquetTable(data, path)
         case "mat":
-            from ehsid.harness.records.mat_format import MatTable
+            from ehsid.harness.records.mat_format import HDF5_AT, HDF5_MAGIC, MatTable
 
+            if data.startswith(HDF5_MAGIC, HDF5_AT):
+                raise _NotTheSchemaError(None)
             return MatTable(data, path)
         case "npz":
             from ehsid.harness.records.npz_format import NpzTable
@@ -278,7 +280,7 @@ def _csv_table(text: bytes, path: Path) -> CsvTable:
     except RecordError as error:
         refused = error
     if differs_from_schema(text, path):
-        raise _NotTheSchemaError(refused or RecordError(path, "another layout"))
+        raise _NotTheSchemaError(refused)
     if refused is not None:
         raise refused
     return table

@@ -11,8 +11,8 @@ import numpy as np
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.layout import ColumnMap
+from ehsid.harness.records.errors import RecordError, missing_column
+from ehsid.harness.records.layout import ColumnMap, layout_of
 from ehsid.harness.records.logs.log import Log, Series
 from ehsid.harness.records.logs.names import is_counter, means, parts_of, says
 from ehsid.harness.records.logs.units import pint_unit, split_unit
@@ -94,13 +94,8 @@ class Clocks:
                 if name in (one.name.casefold(), split_unit(one.name)[0].casefold())
             ]
             if not found:
-                raise RecordError(
-                    self._path,
-                    f"there is no column '{self._named.name}' beside the signals",
-                    column=self._named.name,
-                    expected="the column of time",
-                    mend="correct --map time_s=..., or leave it out and give --dt SECONDS",
-                )
+                names = [one.name for one in group]
+                raise missing_column(self._path, self._named.name, names, "the column of time")
             return found
         named = [one for one in group if one.name == TIME]
         if named:
@@ -196,9 +191,7 @@ def _runs(time: Series) -> bool:
 def time_map(
     maps: Mapping[str, ColumnMap], layout: Mapping[str, ColumnMap], log: Log
 ) -> ColumnMap | None:
-    """Returns what was said about the time, if the log has such a column."""
+    """Returns what was said about the time, by the user or by the layout of a rig."""
     if TIME in maps:
         return maps[TIME]
-    names = {one.name for one in log.series}
-    column = layout.get(TIME)
-    return column if column is not None and column.name in names else None
+    return layout_of([one.name for one in log.series], layout).get(TIME)

@@ -19,21 +19,8 @@ from ehsid.harness.records.logs.log import Log
 from ehsid.harness.records.logs.matlab_objects import object_parts
 
 UNIT_NAMES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
-NUMERIC_CLASSES = frozenset(
-    [
-        "double",
-        "single",
-        "int8",
-        "int16",
-        "int32",
-        "int64",
-        "uint8",
-        "uint16",
-        "uint32",
-        "uint64",
-        "logical",
-    ]
-)
+_INTEGERS = (f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
+NUMERIC_CLASSES = frozenset(["double", "single", "logical", *_INTEGERS])
 
 
 def read(data: bytes, path: Path) -> Log:

@@ -47,10 +47,12 @@ def read(data: bytes, path: Path) -> Log:
                     "not read"
                 )
                 continue
-            messages = partial(_messages, data, channel.topic, decode)
+            messages = partial(_messages, data, channel.topic, channel.id, decode)
             first = next(iter(messages()), None)
+            counts = summary.statistics.channel_message_counts if summary.statistics else {}
+            count = counts.get(channel.id, 0)
             if first is not None:
-                series += topic_series(channel.topic, first[1], messages, start, path)
+                series += topic_series(channel.topic, first[1], messages, count, start, path)
     except RecordError:
         raise
     except Exception as error:  # of the reader, the compression and the decoders
@@ -58,9 +60,12 @@ def read(data: bytes, path: Path) -> Log:
     return Log("MCAP", tuple(series), 1, tuple(notes))
 
 
-def _messages(data: bytes, topic: str, decode: Decode) -> Iterator[tuple[int, Any]]:
-    for _, _, message in make_reader(BytesIO(data)).iter_messages(topics=[topic]):
-        yield message.log_time, decode(message.data)
+def _messages(
+    data: bytes, topic: str, channel_id: int, decode: Decode
+) -> Iterator[tuple[int, Any]]:
+    for _, channel, message in make_reader(BytesIO(data)).iter_messages(topics=[topic]):
+        if channel.id == channel_id:
+            yield message.log_time, decode(message.data)
 
 
 def _decoder(encoding: str, schema: Any) -> Decode | None:

@@ -22,12 +22,13 @@ MOST_ELEMENTS = 32
 # Fields of the head of a message, which are no signals.
 HEAD = ("header", "stamp", "seq")
 NANOSECOND = 1e-9
+NEAR_NS = 60_000_000_000
 
 Messages = Callable[[], Iterable[tuple[int, Any]]]
 
 
 def topic_series(
-    topic: str, first: Any, messages: Messages, start_ns: int, path: Path
+    topic: str, first: Any, messages: Messages, count: int, start_ns: int, path: Path
 ) -> list[Series]:
     """Returns a series for each number in the messages of a topic.
 
@@ -39,6 +40,8 @@ def topic_series(
         one message, which tells the fields.
     messages
         returns time in nanoseconds and content of each message of the topic.
+    count
+        number of messages, as the file states it.
     start_ns
         time in nanoseconds that counts as 0 s.
     path
@@ -50,10 +53,14 @@ def topic_series(
         times: list[int] = []
         rows: list[dict[str, float]] = []
         for log_ns, message in messages():
-            times.append(stamp_of(message) or log_ns)
+            stamp = stamp_of(message)
+            # A stamp far from the time of writing is on another clock than other topics.
+            near = stamp is not None and abs(stamp - log_ns) < NEAR_NS
+            times.append(stamp if stamp is not None and near else log_ns)
             rows.append(dict(numbers_of(message)))
             SAMPLES.check(len(rows), path)
-        seconds = (np.array(times, dtype=np.int64) - start_ns) * NANOSECOND
+        ticks = np.array(times, dtype=np.int64) - start_ns
+        seconds = np.asarray(ticks * NANOSECOND, dtype=np.float64)
         names = list(rows[0]) if rows else []
         nan = float("nan")
         return seconds, {name: np.array([row.get(name, nan) for row in rows]) for name in names}
@@ -63,9 +70,15 @@ def topic_series(
 
     fields = [name for name, _ in numbers_of(first)]
     COLUMNS.check(len(fields), path)
-    count = sum(1 for _ in messages()) if fields else 0
+    whole = fields == ["data"]  # a message of one number is the topic itself
     return [
-        Series(f"{topic}/{field}", count, partial(values, field), None, topic, lambda: table()[0])
+        Series(
+            topic if whole else f"{topic}/{field}",
+            count,
+            partial(values, field),
+            group=topic,
+            time=lambda: table()[0],
+        )
         for field in fields
     ]
 
@@ -98,9 +111,8 @@ def stamp_of(message: Any) -> int | None:
     head = _field(message, "header")
     stamp = _field(head if head is not None else message, "stamp")
     seconds = next((s for key in ("sec", "secs") if (s := _field(stamp, key)) is not None), None)
-    rest = next(
-        (s for key in ("nanosec", "nsec", "nsecs") if (s := _field(stamp, key)) is not None), 0
-    )
+    parts = (_field(stamp, key) for key in ("nanosec", "nsec", "nsecs"))
+    rest = next((part for part in parts if part is not None), 0)
     if not isinstance(seconds, int | np.integer) or not isinstance(rest, int | np.integer):
         return None
     return int(seconds) * 1_000_000_000 + int(rest) or None

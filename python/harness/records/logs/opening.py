@@ -26,6 +26,7 @@ MODULES = {
     "mcap": "mcap",
 }
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+MATLAB_HEAD = 512  # bytes in front of it in a MAT file of version 7.3
 MAGIC = (
     (b"MDF     ", "mdf"),
     (b"UnFinMF ", "mdf"),
@@ -58,7 +59,7 @@ def open_log(data: bytes, path: Path, ending: str, refused: RecordError | None =
     if ending.endswith(".gz"):
         data = decompress(data, path)
     module = next((name for magic, name in MAGIC if data.startswith(magic)), MODULES[ending])
-    if ending == "mat" and data[512:520] == HDF5_MAGIC:
+    if ending == "mat" and data.startswith(HDF5_MAGIC, MATLAB_HEAD):
         module = "hdf5"
     try:
         read: Callable[[bytes, Path], Log] = importlib.import_module(

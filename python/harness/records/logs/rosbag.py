@@ -52,7 +52,9 @@ def read(data: bytes, path: Path) -> Log:
         for connection, first in firsts:
             if first is not None:
                 messages = partial(_messages, bag, connection.topic)
-                series += topic_series(connection.topic, first[1], messages, start, path)
+                series += topic_series(
+                    connection.topic, first[1], messages, connection.msgcount, start, path
+                )
     except RecordError:
         raise
     except Exception as error:  # the reader has several families of exceptions

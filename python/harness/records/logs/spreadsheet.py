@@ -95,6 +95,7 @@ def _exact(log: Log, book: Any, name: str, path: Path) -> tuple[Series, ...]:
     def exact(one: Series) -> Series:
         def values() -> FloatArray:
             from_text = one.read()
+            assert one.column is not None
             with _damage_named(path):
                 column = cells().to_series(one.column).head(one.size)
             numbers = column.extend_constant(None, one.size - len(column))
