@@ -39,6 +39,8 @@ class MatTable:
                 # scipy 1.18 warns that sparse variables will be of another class. This does not
                 # matter here, because all sparse variables are refused.
                 warnings.filterwarnings("ignore", ".*`spmatrix`", DeprecationWarning)
+                # All objects of MATLAB, such as timetables, are called "None" by this reader.
+                warnings.filterwarnings("ignore", "Duplicate variable name .None.")
                 content = scipy.io.loadmat(file)
         except RecordError:
             raise

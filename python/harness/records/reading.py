@@ -7,9 +7,10 @@ import hashlib
 import math
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple, TypedDict
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -28,9 +29,10 @@ from ehsid.harness.records.layout import (
     names_in_file,
 )
 from ehsid.harness.records.limits import read_file
-from ehsid.harness.records.origin import NO_HINTS, Hints
+from ehsid.harness.records.origin import NO_HINTS, Hints, Origin
 from ehsid.harness.records.record import Record, make_record
 from ehsid.harness.records.timebase import TimeError
+from ehsid.harness.records.wish import Wish
 
 if TYPE_CHECKING:
     from ehsid.harness.records.csv_format import CsvTable
@@ -41,6 +43,8 @@ if TYPE_CHECKING:
     Table = CsvTable | ParquetTable | MatTable | NpzTable
 
 AS_THE_SCHEMA: Layout = MappingProxyType({})
+# Longer sampling times are none of a servo; such a column of time is often in milliseconds.
+SLOW_S = 0.5
 
 
 def read_record(
@@ -94,7 +98,7 @@ def read_record(
     if required is None:
         required = REQUIRED_COLUMNS if columns is None else tuple(columns)
     check_layout(layout, path)
-    wish = _Wish(columns, tuple(required), layout)
+    wish = Wish(columns, tuple(required), layout, hints)
     refused: RecordError | None = None
     if ending in FORMATS and not hints:
         try:
@@ -103,20 +107,17 @@ def read_record(
                 return _as_the_schema(table, wish, path, sha256)
         except _NotTheSchemaError as error:
             refused = error.refused
+        except RecordError as error:
+            # The time may be typed as dates; of text the layout has told already.
+            text = ending in ("csv", "csv.gz")
+            if text or isinstance(error, TimeError) or error.column != wish.time_name:
+                raise
     from ehsid.harness.records.logs.opening import open_log
     from ehsid.harness.records.logs.reading import record_of
 
     log = open_log(data, path, ending, refused)
-    return record_of(
-        log,
-        path,
-        columns=columns,
-        required=required,
-        layout=layout,
-        hints=hints,
-        name=path.name if path.is_dir() else stem_of(path),
-        sha256=sha256,
-    )
+    name = path.name if path.is_dir() else stem_of(path)
+    return record_of(log, path, wish, name=name, sha256=sha256)
 
 
 def _has_other_time(file_names: Sequence[str]) -> bool:
@@ -136,39 +137,7 @@ class _NotTheSchemaError(Exception):
         self.refused = refused
 
 
-class _Wish(NamedTuple):
-    """What the caller of `read_record` asks for."""
-
-    columns: Sequence[str] | None
-    required: Sequence[str]
-    layout: Layout
-
-    def is_met_by(self, file_names: Sequence[str], path: Path) -> bool:
-        """Whether a file has all required columns, and the mapped ones, under the names asked for.
-
-        Raises
-        ------
-        RecordError
-            two columns of the file would get the same name.
-        """
-        layout = layout_of(file_names, self.layout)
-        names = names_in_file(file_names, layout, path)
-        needed = (*self.required, *(one for one in layout if one in self.requested(names)))
-        return all(names.get(name) == self.in_file(name, layout) for name in needed)
-
-    def requested(self, names: Mapping[str, str]) -> set[str]:
-        """Returns the columns to read of a file with the columns `names`."""
-        if self.columns is None:
-            return {*names, *self.layout}
-        return {*self.columns, *self.required, TIME}
-
-    @staticmethod
-    def in_file(name: str, layout: Layout) -> str:
-        """Returns the name that a column must have in the file."""
-        return layout[name].name if name in layout else name
-
-
-def _as_the_schema(table: Table, wish: _Wish, path: Path, sha256: str) -> Record:
+def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
     """Reads a file that has all columns, bit for bit; only an uneven time is resampled."""
     layout = layout_of(table.names, wish.layout)
     names = names_in_file(table.names, layout, path)
@@ -181,11 +150,23 @@ def _as_the_schema(table: Table, wish: _Wish, path: Path, sha256: str) -> Record
         "first_row": table.first_row,
     }
     try:
-        return make_record(arrays, source=path, **about)
+        record = make_record(arrays, source=path, **about)
+        return replace(record, origin=_slow(record, path))
     except TimeError as error:
         from ehsid.harness.records.logs.reading import even_record
 
         return even_record(arrays, error, path=path, kind=ending_of(path), **about)
+
+
+def _slow(record: Record, path: Path) -> Origin | None:
+    """Returns a remark on a servo with a sampling time that only a wrong unit explains."""
+    if record.dt_s is None or record.dt_s < SLOW_S or record.columns.keys().isdisjoint(CHANNELS):
+        return None
+    remark = (
+        f"the samples are {record.dt_s:.4g} s apart, which is slow for a servo. If '{TIME}' is in "
+        f"ms: --map '{TIME}={TIME} [ms]'"
+    )
+    return Origin(ending_of(path), (), (remark,))
 
 
 class _About(TypedDict):

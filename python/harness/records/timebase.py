@@ -160,7 +160,7 @@ def _uneven(
 ) -> TimeError:
     step = float(time_s[k + 1] - time_s[k])
     mend = "resample the record to a uniform step"
-    resolution = _written_resolution(time_s)
+    resolution = written_resolution(time_s)
     if resolution is not None and resolution > MAX_JITTER * dt_s:
         mend = (
             f"time is written in steps of {resolution:g} s, too coarse for samples "
@@ -177,7 +177,7 @@ def _uneven(
     )
 
 
-def _written_resolution(time_s: npt.NDArray[np.float64]) -> float | None:
+def written_resolution(time_s: npt.NDArray[np.float64]) -> float | None:
     """Returns the coarsest step 10^-d s, d = 0..6, of which every time is a multiple, or None."""
     for digits in range(7):
         if np.allclose(np.round(time_s, digits), time_s, rtol=0.0, atol=10.0**-digits * 1e-6):

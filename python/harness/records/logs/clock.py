@@ -88,13 +88,14 @@ class Clocks:
     def _candidates(self, group: Sequence[Series]) -> list[Series]:
         if self._named is not None:
             name = self._named.name.strip().casefold()
-            found = [
+            named_so = [
                 one
-                for one in group
+                for one in self._log.series
                 if name in (one.name.casefold(), split_unit(one.name)[0].casefold())
             ]
-            if not found:
-                names = [one.name for one in group]
+            found = [one for one in named_so if one in group]
+            if not named_so:
+                names = [one.name for one in self._log.series]
                 raise missing_column(self._path, self._named.name, names, "the column of time")
             return found
         named = [one for one in group if one.name == TIME]

@@ -34,7 +34,7 @@ def seconds(text: pl.Series) -> FloatArray | None:
     )
     head = clean.drop_nulls().head(TRIED_ROWS)
     best: FloatArray | None = None
-    patterns = [*(f"{day} {time}" for day, time in product(_DAYS, _TIMES)), *_TIMES]
+    patterns = [*(f"{day} {time}" for day, time in product(_DAYS, _TIMES)), *_DAYS, *_TIMES]
     for pattern in patterns:
         with_day = "%d" in pattern
         shown = pattern if with_day else f"%Y-%m-%d {pattern}"

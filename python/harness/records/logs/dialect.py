@@ -219,12 +219,13 @@ def _header(
         rows.append((row, cells))
     if not rows:
         return 0, (), ()
-    unit_like = all(looks_like_a_unit(cell) for cell in rows[0][1]) and any(
-        cell.strip(" -[]()") for cell in rows[0][1]
-    )
-    if len(rows) > 1 and unit_like and not all(looks_like_a_unit(c) for c in rows[1][1]):
+    if len(rows) > 1 and _are_units(rows[0][1]) and not _are_units(rows[1][1]):
         return rows[1][0], tuple(rows[1][1]), tuple(rows[0][1])
     return rows[0][0], tuple(rows[0][1]), ()
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    return any(cell.strip(" -[]()") for cell in cells) and all(map(looks_like_a_unit, cells))
 
 
 def _header_cells(line: str, columns: int, delimiter: str) -> list[str] | None:

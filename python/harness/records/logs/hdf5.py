@@ -52,7 +52,7 @@ def read(data: bytes, path: Path) -> Log:
         raise damaged(path, "HDF5", error) from None
     if objects:
         BYTES.check(_content_bytes(file), path)
-        parts += object_parts(data, objects, notes)
+        parts += object_parts(data, notes)
     kind = "MAT file of version 7.3 (HDF5)" if is_mat else "HDF5"
     return Log(kind, series_of(parts, path), 1, tuple(notes))
 

@@ -31,14 +31,13 @@ def read(data: bytes, path: Path) -> Log:
     table = MatTable(data, path)
     notes: list[str] = []
     parts = [part for name, value in table.variables.items() for part in _parts((name,), value, 0)]
-    objects = [name for name, value in table.variables.items() if type(value).__name__ == OPAQUE]
-    if objects:
-        parts += object_parts(data, objects, notes)
+    if any(type(value).__name__ == OPAQUE for value in table.variables.values()):
+        parts += object_parts(data, notes)
     return Log("MAT file", series_of(parts, path), 1, tuple(notes))
 
 
 def _parts(path: tuple[str, ...], value: Any, depth: int) -> Iterator[Part]:
-    if not isinstance(value, np.ndarray) or depth > MAX_DEPTH:
+    if type(value).__name__ == OPAQUE or not isinstance(value, np.ndarray) or depth > MAX_DEPTH:
         return
     if value.dtype.names is not None:
         if value.size > MOST_ELEMENTS:

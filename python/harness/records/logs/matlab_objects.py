@@ -18,8 +18,8 @@ ADVICE = (
 )
 
 
-def object_parts(data: bytes, names: list[str], notes: list[str]) -> list[Part]:
-    """Returns the columns of the tables and timetables among the variables `names`.
+def object_parts(data: bytes, notes: list[str]) -> list[Part]:
+    """Returns the columns of the tables and timetables among the variables of a MAT file.
 
     What cannot be read is said in `notes`.
     """
@@ -27,8 +27,7 @@ def object_parts(data: bytes, names: list[str], notes: list[str]) -> list[Part]:
         import matio
     except ModuleNotFoundError:
         notes.append(
-            f"objects of MATLAB are left out ({', '.join(names)}): pip install 'ehsid[logs]', or "
-            f"{ADVICE}"
+            f"tables and other objects are left out: pip install 'ehsid[logs]', or {ADVICE}"
         )
         return []
     with tempfile.TemporaryDirectory() as folder:  # the reader takes a path only
@@ -37,19 +36,13 @@ def object_parts(data: bytes, names: list[str], notes: list[str]) -> list[Part]:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                content = matio.load_from_mat(str(file), variable_names=names, add_table_attrs=True)
+                content = matio.load_from_mat(str(file), add_table_attrs=True)
         except Exception as error:  # the reader has no common exception
-            notes.append(
-                f"objects of MATLAB are left out ({', '.join(names)}: {first_line(error)}): "
-                f"{ADVICE}"
-            )
+            notes.append(f"tables and other objects are left out ({first_line(error)}): {ADVICE}")
             return []
-    parts: list[Part] = []
-    for name in names:
-        found = list(_of_table(name, content.get(name)))
-        if not found:
-            notes.append(f"'{name}' is left out: it is no table or timetable; {ADVICE}")
-        parts += found
+    parts = [part for name, value in content.items() for part in _of_table(name, value)]
+    if not parts:
+        notes.append(f"objects that are no tables or timetables are left out: {ADVICE}")
     return parts
 
 

@@ -11,7 +11,6 @@ import numpy as np
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, TIME
 from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.layout import ColumnMap
 from ehsid.harness.records.logs.clock import Clock, Clocks, time_map
 from ehsid.harness.records.logs.log import Log
 from ehsid.harness.records.logs.matching import Choice, Matching
@@ -28,35 +27,26 @@ from ehsid.harness.records.logs.uniform import (
 from ehsid.harness.records.origin import Hints, Origin
 from ehsid.harness.records.record import Record, make_record
 from ehsid.harness.records.timebase import MAX_JITTER, TimeError, analyse_time
+from ehsid.harness.records.wish import Wish
 
 MIN_VALUES = 2
 
 
-def record_of(
-    log: Log,
-    path: Path,
-    *,
-    columns: Sequence[str] | None,
-    required: Collection[str],
-    layout: Mapping[str, ColumnMap],
-    hints: Hints,
-    name: str,
-    sha256: str | None,
-) -> Record:
-    """Returns the record that a log holds; the parameters are those of `read_record`.
+def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None) -> Record:
+    """Returns the record that a log holds.
 
     Raises
     ------
     RecordError
         a required column is not found, or not without doubt; its time cannot be repaired.
     """
-    wanted = list(
-        dict.fromkeys([*(CHANNELS if columns is None else columns), *required, *hints.maps])
-    )
-    matching = Matching(log, path, hints.maps, layout)
+    required, hints = wish.required, wish.hints
+    named = CHANNELS if wish.columns is None else wish.columns
+    wanted = list(dict.fromkeys([*named, *required, *hints.maps]))
+    matching = Matching(log, path, hints.maps, wish.layout)
     choices = matching.choose(wanted, set(required) - {TIME})
-    clocks = Clocks(log, path, time_map(hints.maps, layout, log), hints.dt_s)
-    if columns is None:
+    clocks = Clocks(log, path, time_map(hints.maps, wish.layout, log), hints.dt_s)
+    if wish.columns is None:
         times = {clock.taken.column for one in choices if (clock := clocks.of(one.series))}
         choices += matching.rest(choices, times)
     if not choices:
@@ -234,7 +224,9 @@ class _Maker:
         between = np.diff(time_s)
         regular = between[between <= 1.5 * np.median(between)]
         wavers = float(np.max(np.abs(regular / steps[leading[0]] - 1.0)))
-        why = f"steps vary by up to {100.0 * wavers:.2g} %"
+        why = f"steps vary by up to {100.0 * wavers:.3g} %"
+        if self._hints.dt_s is not None:
+            why = f"from {1e3 * steps[leading[0]]:.4g} ms"
         rates = sorted({f"{1e3 * step:.4g}" for step in steps.values()}, key=float)
         if not same and len(rates) > 1:
             why = f"signals every {', '.join(rates)} ms"
@@ -246,7 +238,7 @@ class _Maker:
         slow = [n for n in signals if steps[n] > 1.2 * grid.dt_s]
         if slow:
             self.remarks.append(
-                f"{', '.join(slow)}: logged more slowly, interpolated; above "
+                f"{', '.join(slow)}: logged more slowly, interpolated, and held at the ends; above "
                 f"{0.5 / max(steps[n] for n in slow):.3g} Hz nothing was measured"
             )
         if bridged:

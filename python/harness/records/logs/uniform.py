@@ -23,17 +23,22 @@ import numpy as np
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.limits import SAMPLES
+from ehsid.harness.records.timebase import MAX_JITTER, written_resolution
 
 # A longer step than so many usual ones is a gap, across which nothing is interpolated.
 BRIDGED_STEPS = 4.0
 # A step beyond this many usual ones lacks at least one sample.
 MISSING_STEPS = 1.5
+# Steps that differ from the median by less than this share of it are steps of one row.
+NEAR_STEPS = 0.25
 # From this ratio of the new sampling time to the old one on, the signal is filtered.
 FILTER_RATIO = 1.2
 # Share of the new samples that may come out of holes; beyond it the record would be invented.
 MOST_BRIDGED = 0.3
 # Share of the rows that may be dropped as repeated, or sorted.
 MOST_REPAIRED = 0.05
+# With fewer rows rounded times cannot be told from uneven ones.
+LEAST_COARSE = 10
 # Largest step back in usual steps that sorting mends; a larger one is a second run.
 MOST_BACK_STEPS = 5.0
 # Relative difference of sampling times that counts as equal.
@@ -51,10 +56,14 @@ class Timed:
 
 
 def usual_step(time_s: FloatArray) -> float:
-    """Returns the mean of the steps that are no holes; with even jitter it is the true period."""
+    """Returns the mean of the steps near the median; jitter to both sides and holes do not matter.
+
+    Where fewer than half of the steps are near it, the median itself.
+    """
     steps = np.diff(time_s)
     median = float(np.median(steps))
-    return float(np.mean(steps[steps <= MISSING_STEPS * median]))
+    near = steps[np.abs(steps - median) <= NEAR_STEPS * median]
+    return float(np.mean(near)) if 2 * near.size >= steps.size else median
 
 
 def rounded(step: float) -> float:
@@ -83,15 +92,15 @@ def repaired(
     """
     rows = np.arange(time_s.size)
     steps = np.diff(time_s)
-    if (steps > 0.0).all() and not _is_coarse(time_s, steps):
-        return time_s, rows
-    if (steps >= 0.0).all() and _is_coarse(time_s, steps):
-        even = np.linspace(0.0, 1.0, time_s.size) * _true_span(time_s) + time_s[0]
+    even = _if_coarse(time_s, steps) if (steps >= 0.0).all() else None
+    if even is not None:
         remarks.append(
-            f"time is written in steps of {_resolution(steps):.4g} s, too coarse for the samples: "
-            f"they are taken as even, {float(even[1] - even[0]):.6g} s apart"
+            f"time is written in steps of {written_resolution(time_s):.4g} s, too coarse for the "
+            f"samples: they are taken as even, {float(even[1] - even[0]):.6g} s apart"
         )
         return even, rows
+    if (steps > 0.0).all():
+        return time_s, rows
     backwards = int(np.count_nonzero(steps < 0.0))
     if backwards:
         usual = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
@@ -109,35 +118,26 @@ def repaired(
     return sorted_s[keep], rows[keep]
 
 
-def _resolution(steps: FloatArray) -> float:
-    positive = steps[steps > 0.0]
-    return float(np.min(positive)) if positive.size else 0.0
-
-
-def _true_span(time_s: FloatArray) -> float:
-    """Returns the span of even samples whose times were rounded: the slope over the rows."""
-    k = np.arange(time_s.size, dtype=np.float64)
-    slope = float(np.polyfit(k - k.mean(), time_s - time_s.mean(), 1)[0])
-    return slope * (time_s.size - 1)
-
-
-def _is_coarse(time_s: FloatArray, steps: FloatArray) -> bool:
-    """Whether the times are those of even samples, rounded to a few multiples of a resolution."""
-    resolution = _resolution(steps)
-    if time_s.size < 10 or resolution <= 0.0 or time_s[-1] <= time_s[0]:
-        return False
-    ratio = steps / resolution
-    mean = float(np.mean(steps))
-    # Steps of whole multiples of the resolution, which is not small beside the mean step.
-    whole = np.allclose(ratio, np.round(ratio), atol=1e-3)
-    if (
-        not whole
-        or resolution < 0.05 * mean
-        or (resolution > 0.999 * mean and (ratio <= 1.001).all() and (ratio >= 0.999).all())
-    ):
-        return False
-    even = time_s.mean() + _true_span(time_s) * (np.arange(time_s.size) / (time_s.size - 1) - 0.5)
-    return bool(np.max(np.abs(time_s - even)) <= 1.01 * resolution)
+def _if_coarse(time_s: FloatArray, steps: FloatArray) -> FloatArray | None:
+    """Returns the even times that were rounded to `time_s`; None if they were not even."""
+    resolution = written_resolution(time_s)
+    if time_s.size < LEAST_COARSE or resolution is None or time_s[-1] <= time_s[0]:
+        return None
+    median = float(np.median(steps))
+    if resolution <= MAX_JITTER * float(np.mean(steps)):
+        return None  # fine enough: what is uneven was uneven
+    if (steps > 0.0).all():
+        rows = steps / median
+        if np.allclose(rows, np.round(rows), atol=1e-3):
+            return None  # an even clock, perhaps with rows missing
+    k = np.arange(time_s.size, dtype=np.float64) - 0.5 * (time_s.size - 1)
+    slope = float(np.polyfit(k, time_s - time_s.mean(), 1)[0])
+    for step in (rounded(slope), slope):
+        # Rounded, or cut off: in both cases the errors of even samples spread over one resolution.
+        error = time_s - step * k
+        if np.ptp(error) <= 1.01 * resolution:
+            return np.asarray(0.5 * (error.min() + error.max()) + step * k, dtype=np.float64)
+    return None
 
 
 class Grid:
