@@ -13,6 +13,7 @@ from ehsid.harness.records.logs.units import looks_like_a_unit
 
 SAMPLE_LINES = 400  # header blocks of loggers are shorter than half of these
 DELIMITERS = ("\t", ";", "|", ",", " ")  # in the order in which they win a tie
+SURE_ROWS = 3
 LEAST_SCORE = 0.6  # share of cells of the data that are numbers or dates
 EMPTY = frozenset({"", "-", "--", "---", "n/a", "na", "nan", "null", "none", "#n/a", "nil"})
 
@@ -139,9 +140,9 @@ def sniff(lines: Sequence[str], *, whole: bool) -> Dialect | None:
         return None
     rows = [(row, cells_of(line, delimiter)) for row, line in filled]
     columns = _usual_count([cells for _, cells in rows[len(rows) // 2 :]])
-    start = next(
-        (i for i, (_, cells) in enumerate(rows) if _is_data(cells, columns, decimal)), None
-    )
+    is_data = [_is_data(cells, columns, decimal) for _, cells in rows]
+    # A line of the header block may look like data, but not several.
+    start = next((i for i in range(len(rows)) if all(is_data[i : i + SURE_ROWS])), None)
     if start is None:
         return None
     above = [(row, line) for row, line in filled[:start]]

@@ -66,7 +66,8 @@ def says(name: str, channel: str) -> str | bool:
         if named and unit is not None:
             return unit
         # What stands in brackets may be more of the name, as in "Druck (A)".
-        whole = bool(_keys(words(name)) & _channel_keys()[channel])
+        more = words(unit_text)
+        whole = bool(more) and bool(_keys(words(name)) & _channel_keys()[channel])
         return whole or (named and not _is_unit_of_another(unit_text))
     if named:
         return True

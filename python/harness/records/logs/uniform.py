@@ -29,8 +29,10 @@ from ehsid.harness.records.timebase import MAX_JITTER, written_resolution
 BRIDGED_STEPS = 4.0
 # A step beyond this many usual ones lacks at least one sample.
 MISSING_STEPS = 1.5
-# Steps that differ from the median by less than this share of it are steps of one row.
-NEAR_STEPS = 0.25
+# Rows of a stretch whose mean step is taken.
+STRETCH = 32
+# A new sampling time with few digits may differ by this share from the old one.
+NEAR_STEP = 0.003
 # From this ratio of the new sampling time to the old one on, the signal is filtered.
 FILTER_RATIO = 1.2
 # Share of the new samples that may come out of holes; beyond it the record would be invented.
@@ -43,7 +45,6 @@ LEAST_COARSE = 10
 MOST_BACK_STEPS = 5.0
 # Relative difference of sampling times that counts as equal.
 EQUAL = 1e-6
-DIGITS = 4
 
 
 @dataclass(frozen=True)
@@ -56,19 +57,24 @@ class Timed:
 
 
 def usual_step(time_s: FloatArray) -> float:
-    """Returns the mean of the steps near the median; jitter to both sides and holes do not matter.
+    """Returns the mean of the steps that lack no row.
 
-    Where fewer than half of the steps are near it, the median itself.
+    Where jitter makes short and long steps alike, long ones are no holes: then it is the median of
+    the mean steps of stretches, of which few have a hole.
     """
     steps = np.diff(time_s)
     median = float(np.median(steps))
-    near = steps[np.abs(steps - median) <= NEAR_STEPS * median]
-    return float(np.mean(near)) if 2 * near.size >= steps.size else median
+    long, short = steps > MISSING_STEPS * median, steps < (2.0 - MISSING_STEPS) * median
+    if 2 * np.count_nonzero(short) < np.count_nonzero(long) or not long.any():
+        return float(np.mean(steps[~long]))
+    rows = min(STRETCH, steps.size)
+    return float(np.median(time_s[rows:] - time_s[:-rows])) / rows
 
 
 def rounded(step: float) -> float:
-    """Returns a step with few digits where it is near one, such as 0.001 for 0.00100002."""
-    return float(f"{step:.{DIGITS - 1}g}")
+    """Returns the number with the fewest digits near a step, such as 0.002 for 0.0020003."""
+    found = (float(f"{step:.{digits}g}") for digits in range(1, 17))
+    return next(number for number in found if abs(number / step - 1.0) <= NEAR_STEP)
 
 
 def is_uniform(time_s: FloatArray, most_jitter: float) -> bool:
