@@ -7,6 +7,7 @@ import hashlib
 import math
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -28,7 +29,7 @@ from ehsid.harness.records.layout import (
     layout_of,
     names_in_file,
 )
-from ehsid.harness.records.limits import read_file
+from ehsid.harness.records.limits import bounded_memory, read_file
 from ehsid.harness.records.origin import NO_HINTS, Hints, Origin
 from ehsid.harness.records.record import Record, make_record
 from ehsid.harness.records.timebase import TimeError
@@ -43,6 +44,8 @@ if TYPE_CHECKING:
     Table = CsvTable | ParquetTable | MatTable | NpzTable
 
 AS_THE_SCHEMA: Layout = MappingProxyType({})
+# Kinds whose readers decompress more than a file states.
+UNBOUNDED = ("mf4", "mdf", "mf3", "dat", "tdms", "mcap", "bag", "db3")
 # Longer sampling times are none of a servo; such a column of time is often in milliseconds.
 SLOW_S = 0.5
 
@@ -115,9 +118,10 @@ def read_record(
     from ehsid.harness.records.logs.opening import open_log
     from ehsid.harness.records.logs.reading import record_of
 
-    log = open_log(data, path, ending, refused)
     name = path.name if path.is_dir() else stem_of(path)
-    return record_of(log, path, wish, name=name, sha256=sha256)
+    with bounded_memory(path) if ending in UNBOUNDED else nullcontext():
+        log = open_log(data, path, ending, refused)
+        return record_of(log, path, wish, name=name, sha256=sha256)
 
 
 def _has_other_time(file_names: Sequence[str]) -> bool:

@@ -34,7 +34,7 @@ def read(data: bytes, path: Path) -> Log:
         summary = make_reader(BytesIO(data)).get_summary()
         if summary is None:
             raise McapError("it has no summary; mend it with 'mcap recover'")
-        # The reader refuses a chunk with more bytes than it states.
+        # A chunk may hold more than it states; `bounded_memory` is for these.
         BYTES.check(sum(chunk.uncompressed_size for chunk in summary.chunk_indexes), path)
         COLUMNS.check(len(summary.channels), path)
         start = 0 if summary.statistics is None else summary.statistics.message_start_time

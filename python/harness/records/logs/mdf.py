@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache, partial
 from io import BytesIO
 from pathlib import Path
@@ -23,6 +23,16 @@ from ehsid.harness.records.logs.log import Log, Series
 # A block of compressed data; its original length stands behind its head of 24 bytes and 8 more.
 COMPRESSED = b"##DZ"
 LENGTH_AT = 32
+
+
+def _close_quietly(file: Any) -> None:
+    with suppress(Exception):
+        file.close()
+
+
+# Their own __del__ raises where the file was refused half read, which Python prints as a traceback.
+for _kind in (asammdf.blocks.mdf_v3.MDF3, asammdf.blocks.mdf_v4.MDF4):
+    _kind.__del__ = _close_quietly
 
 
 def read(data: bytes, path: Path) -> Log:

@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, TIME
+from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.logs.clock import Clock, Clocks, time_map
 from ehsid.harness.records.logs.log import Log
 from ehsid.harness.records.logs.matching import Choice, Matching
 from ehsid.harness.records.logs.uniform import (
     EQUAL,
+    FILTER_RATIO,
     Grid,
     Timed,
     beyond_repair,
@@ -96,8 +97,7 @@ class _Maker:
                     expected="a signal with a time",
                     mend="name another column with --map",
                 )
-        leading = [name for name in signals if name in required] or list(signals)
-        return self._together(signals, leading), first
+        return self._together(signals, _leading(signals, required)), first
 
     def _without_time(self, choices: Sequence[Choice], needs_time: bool) -> dict[str, FloatArray]:
         if needs_time:
@@ -230,12 +230,14 @@ class _Maker:
         rates = sorted({f"{1e3 * step:.4g}" for step in steps.values()}, key=float)
         if not same and len(rates) > 1:
             why = f"signals every {', '.join(rates)} ms"
-        filtered = [n for n in signals if grid.dt_s >= 1.2 * steps[n] and not signals[n].held]
+        filtered = [
+            n for n in signals if grid.dt_s >= FILTER_RATIO * steps[n] and not signals[n].held
+        ]
         text = f"resampled to an even {grid.dt_s:.6g} s ({why})"
         if filtered:
             text += f"; {', '.join(filtered)} filtered below {0.5 / grid.dt_s:.4g} Hz before"
         self.remarks.append(text)
-        slow = [n for n in signals if steps[n] > 1.2 * grid.dt_s]
+        slow = [n for n in signals if steps[n] > FILTER_RATIO * grid.dt_s]
         if slow:
             self.remarks.append(
                 f"{', '.join(slow)}: logged more slowly, interpolated, and held at the ends; above "
@@ -249,6 +251,19 @@ class _Maker:
             self.remarks.append(
                 f"{left_out} samples lie in gaps, which divide the record and are not filled"
             )
+
+
+def _leading(signals: Mapping[str, Timed], required: Collection[str]) -> list[str]:
+    """Returns the signals whose rate and span the record gets.
+
+    They are the required ones, else command and position, else the fastest.
+    """
+    for names in (required, (COMMAND, POSITION)):
+        found = [name for name in signals if name in names]
+        if found:
+            return found
+    steps = {name: usual_step(one.time_s) for name, one in signals.items()}
+    return [name for name, step in steps.items() if step <= FILTER_RATIO * min(steps.values())]
 
 
 def even_record(
