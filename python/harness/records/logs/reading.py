@@ -80,6 +80,7 @@ class _Maker:
     def make(
         self, choices: Sequence[Choice], required: Collection[str], needs_time: bool
     ) -> tuple[dict[str, FloatArray], Clock | None]:
+        """Returns the columns of the record, the time among them if there is any, and its clock."""
         clock_of = {one.taken.channel: self._clocks.of(one.series) for one in choices}
         first = next((clock for clock in clock_of.values() if clock is not None), None)
         if first is None:
@@ -97,7 +98,7 @@ class _Maker:
                     expected="a signal with a time",
                     mend="name another column with --map",
                 )
-        return self._together(signals, _leading(signals, required)), first
+        return self.together(signals, _leading(signals, required)), first
 
     def _without_time(self, choices: Sequence[Choice], needs_time: bool) -> dict[str, FloatArray]:
         if needs_time:
@@ -145,15 +146,19 @@ class _Maker:
         self.remarks = before + [one for one in self.remarks[len(before) :] if one not in before]
         return Timed(mended[0], values[mended[1]], held=name == COMMAND)
 
-    def _together(
+    def together(
         self, signals: Mapping[str, Timed], leading: Sequence[str]
     ) -> dict[str, FloatArray]:
+        """Returns the signals and their time; they stay as they are where they are even already.
+
+        `leading` are the names of those whose rate and span the others get.
+        """
         first = signals[leading[0]].time_s
         same = all(np.array_equal(one.time_s, first) for one in signals.values())
         dt_s = self._hints.dt_s
         if same and is_uniform(first, MAX_JITTER):
             step = usual_step(first)
-            if dt_s is None or abs(dt_s - step) <= EQUAL * step + 1e-3 * step:
+            if dt_s is None or abs(dt_s - step) <= EQUAL * step:
                 return {TIME: first.copy(), **{name: one.values for name, one in signals.items()}}
         return self._resampled(signals, leading, same)
 
@@ -189,7 +194,7 @@ class _Maker:
                 expected="rows at a nearly even rate",
                 mend="give a longer step with --dt, or log at a fixed rate",
             )
-        for name in signals.keys() - set(leading):
+        for name in (name for name in signals if name not in leading):
             made_one = self._optional(name, signals[name], grid, steps[name])
             if np.isfinite(made_one[valid]).all():
                 made[name] = made_one
@@ -294,7 +299,7 @@ def even_record(
         for one, values in columns.items()
         if one != TIME
     }
-    made = maker._together(signals, list(signals))
+    made = maker.together(signals, list(signals))
     origin = Origin(kind, (), (*remarks, *maker.remarks))
     return make_record(
         made, name=name, source=path, sha256=sha256, first_row=first_row, origin=origin

@@ -44,7 +44,7 @@ LEAST_COARSE = 10
 # Largest step back in usual steps that sorting mends; a larger one is a second run.
 MOST_BACK_STEPS = 5.0
 # Relative difference of sampling times that counts as equal.
-EQUAL = 1e-6
+EQUAL = 1e-3
 
 
 @dataclass(frozen=True)
