@@ -48,7 +48,7 @@ def _provenance(path: Path, data: IoData, export: Export) -> list[str]:
     deviation = math.sqrt(export.model.noise_variance) * scale
     return [
         f"Record {path.name}, {data.n_samples} samples{sampled},",
-        f"sha256 {sha256_of(path)};",
+        f"sha256 {sha256_of(path)};" if path.is_file() else "a folder;",
         f"command: {data.input_name}, position: {data.output_name}, in the units of the record.",
         f"Offline model: {export.configuration.orders}, least squares over "
         f"{export.model.n_rows} equations,",

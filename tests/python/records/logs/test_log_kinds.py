@@ -108,3 +108,47 @@ def test_any_column_of_a_log_can_be_named(tmp_path: Path) -> None:
     np.testing.assert_allclose(record.column("Druck A"), 1e-5 * TRUTH["pressure_a_pa"], rtol=1e-12)
     with pytest.raises(RecordError, match="no column 'Valv'; the columns are: Valve, Stroke"):
         read_record(write_mf4(tmp_path), columns=["Valv"])
+
+
+def write_joint_states(path: Path) -> Path:
+    """Write stamped messages of ROS 2 with arrays into an MCAP file, by rosbags."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kinds = {name: store.types[f"{name}"] for name in ("sensor_msgs/msg/JointState",
+             "std_msgs/msg/Header", "builtin_interfaces/msg/Time")}  # fmt: skip
+    joint, header, clock = kinds.values()
+    start_ns = 1_700_000_000_000_000_000
+    with Writer(path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connection = writer.add_connection("/joints", joint.__msgtype__, typestore=store)
+        for k in range(COUNT):
+            stamp_ns = start_ns + round(k * DT_S * 1e9)
+            message = joint(
+                header=header(
+                    stamp=clock(sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9), frame_id="rig"
+                ),
+                name=["rod"],
+                position=np.array([TRUTH["position_m"][k]]),
+                velocity=np.array([]),
+                effort=np.array([TRUTH["command_v"][k]]),
+            )
+            # It is written late, by up to 1 ms; the stamp in its head counts.
+            raw = bytes(store.serialize_cdr(message, joint.__msgtype__))
+            writer.write(connection, stamp_ns + (k * 37) % 1_000_000, raw)
+    (found,) = (path / "bag").glob("*.mcap")
+    return found
+
+
+def test_messages_of_ros_2_in_mcap_have_the_time_of_their_stamps(tmp_path: Path) -> None:
+    path = write_joint_states(tmp_path)
+    names = {"command_v": "/joints/effort[0]", "position_m": "/joints/position[0]"}
+    hints = Hints({channel: ColumnMap(name) for channel, name in names.items()})
+    record = read_record(path, columns=list(names), hints=hints)
+    assert record.dt_s == pytest.approx(DT_S, rel=1e-9)
+    np.testing.assert_array_equal(record.column("command_v"), TRUTH["command_v"])
+    np.testing.assert_array_equal(record.column("position_m"), TRUTH["position_m"])
+    np.testing.assert_array_equal(
+        read_record(path.parent, columns=list(names), hints=hints).column("command_v"),
+        TRUTH["command_v"],
+    )
