@@ -9,6 +9,7 @@
 #include <ehsid/reset.hpp>
 #include <ehsid/rls_options.hpp>
 #include <ehsid/scaling.hpp>
+#include <ehsid/snapshot.hpp>
 
 #include <memory>
 #include <optional>
@@ -99,7 +100,7 @@ class AnyRecursion {
   virtual double residual_variance() const = 0;
   virtual void reset() = 0;
   virtual std::string save() const = 0;
-  virtual Status restore(const std::string& bytes) = 0;
+  virtual SnapshotFault restore(const std::string& bytes) = 0;
 };
 
 class AnyRls : public AnyRecursion {

@@ -64,7 +64,9 @@ ValueError
                        double position_offset) {
              return checked(
                  Scaling<double>{command_scale, position_scale, command_offset, position_offset},
-                 "Scaling: scales must be finite and > 0, offsets finite");
+                 "Scaling: scales must be finite and > 0, and the squares of position_scale and of "
+                 "position_scale / "
+                 "command_scale, too; offsets finite");
            }),
            py::kw_only(), py::arg("command_scale") = scaling.command_scale,
            py::arg("position_scale") = scaling.position_scale,

@@ -39,12 +39,51 @@ void require_shape(const char* name, const py::array& array, py::ssize_t dimensi
                         (dimensions == 1 ? "(" + last + ",)" : "(N, " + last + ")"));
 }
 
+void refuse_masked(const char* name, py::handle values) {
+  if (py::isinstance<py::array>(values) &&
+      py::isinstance(values, py::module_::import("numpy.ma").attr("MaskedArray"))) {
+    throw py::type_error(
+        std::string(name) +
+        " is a masked array, and its mask would be lost; expected an array without "
+        "mask: fill the masked entries, e.g. .filled(numpy.nan), or leave them out");
+  }
+}
+
 void require_exactly(const char* name, const py::array& array, const py::tuple& shape) {
   const py::object given = array.attr("shape");
   if (!given.equal(shape)) {
     throw py::value_error(std::string(name) + " has shape " + py::str(given).cast<std::string>() +
                           ", expected " + py::str(shape).cast<std::string>());
   }
+}
+
+std::string refusal(SnapshotFault fault) {
+  const auto reason = [fault]() -> std::string {
+    switch (fault) {
+      case SnapshotFault::none:
+        break;
+      case SnapshotFault::not_a_snapshot:
+        return "the bytes are not a saved state of this class; give the bytes that save() returned";
+      case SnapshotFault::other_version:
+        return "the state was saved by another version of ehsid; save it anew with this version";
+      case SnapshotFault::damaged:
+        return "the bytes are damaged or incomplete (length or checksum is wrong); use another "
+               "copy "
+               "of the state";
+      case SnapshotFault::other_model:
+        return "the state is of an estimator with another model; expected the same orders, offset, "
+               "dtype and forgetting policy";
+      case SnapshotFault::other_configuration:
+        return "the state is of an estimator with another configuration; expected the same "
+               "scaling, "
+               "settings, limits and variance0 as when it was saved";
+      case SnapshotFault::impossible:
+        return "the checksum is right, but no estimator has such a state; use bytes that save() "
+               "returned";
+    }
+    return "no reason";
+  };
+  return "restore: " + reason() + "; nothing was changed";
 }
 
 std::string show_properties(const py::object& self, std::initializer_list<const char*> names) {

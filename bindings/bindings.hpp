@@ -17,7 +17,36 @@ namespace ehsid::bindings {
 namespace py = pybind11;
 
 template <class Scalar>
-using InputArray = py::array_t<Scalar, py::array::c_style | py::array::forcecast>;
+using PlainArray = py::array_t<Scalar, py::array::c_style | py::array::forcecast>;
+
+/// An array as Python gives it: every way from a Python object to one refuses masked arrays.
+template <class Scalar>
+struct InputArray : PlainArray<Scalar> {
+  using PlainArray<Scalar>::PlainArray;
+};
+
+/// TypeError for a masked array of numpy: read as an array, its masked entries would pass for measured ones.
+void refuse_masked(const char* name, py::handle values);
+
+}  // namespace ehsid::bindings
+
+template <class Scalar>
+struct pybind11::detail::pyobject_caster<ehsid::bindings::InputArray<Scalar>> {
+  using Array = ehsid::bindings::InputArray<Scalar>;
+  PYBIND11_TYPE_CASTER(Array, handle_type_name<ehsid::bindings::PlainArray<Scalar>>::name);
+
+  bool load(handle source, bool convert) {
+    ehsid::bindings::refuse_masked("an argument", source);
+    make_caster<ehsid::bindings::PlainArray<Scalar>> plain;
+    if (!plain.load(source, convert)) {
+      return false;
+    }
+    value = Array(cast_op<ehsid::bindings::PlainArray<Scalar>&>(plain));
+    return true;
+  }
+};
+
+namespace ehsid::bindings {
 
 /// A run, as numpy arrays of the estimator's precision.
 struct Trajectory {
@@ -66,9 +95,10 @@ void require_shape(const char* name, const py::array& array, py::ssize_t dimensi
 /// ValueError unless `array` has the wanted shape.
 void require_exactly(const char* name, const py::array& array, const py::tuple& shape);
 
-/// `values` as an array in the precision of the estimator; TypeError unless it holds real numbers.
+/// `values` as an array in the precision of the estimator; TypeError unless it holds real numbers, none of them masked.
 template <class Scalar>
 InputArray<Scalar> real_array(const char* name, const py::object& values) {
+  refuse_masked(name, values);
   const py::array given(values);
   if (std::string("biuf").find(given.dtype().kind()) == std::string::npos) {
     throw py::type_error(std::string(name) + " must hold real numbers, got dtype " +
@@ -76,6 +106,9 @@ InputArray<Scalar> real_array(const char* name, const py::object& values) {
   }
   return InputArray<Scalar>(given);
 }
+
+/// Why restore() refuses a saved state, and what to do.
+std::string refusal(SnapshotFault fault);
 
 /// "Scaling(command_scale=10.0, ...)": type and the properties named, as Python shows them.
 std::string show_properties(const py::object& self, std::initializer_list<const char*> names);
@@ -119,18 +152,21 @@ void bind_recursion(Class& cls) {
       .def("reset", &Any::reset, "lambda and P back to their start values; theta stays (Fig. 4).")
       .def(
           "save", [](const Any& self) { return py::bytes(self.save()); },
-          "Whole state as bytes, for restore() of an estimator made with the same arguments.")
+          "Whole state as bytes, for restore() of an estimator made with the same arguments, here "
+          "or "
+          "in C++ and C (docs/linking.md).")
       .def(
           "restore",
           [](Any& self, const py::bytes& state) {
-            if (self.restore(state) != Status::ok) {
-              throw py::value_error(
-                  "restore: the bytes are not a state of an estimator made with these arguments "
-                  "(orders, dtype, forgetting), or are damaged; nothing was changed");
+            const SnapshotFault fault = self.restore(state);
+            if (fault != SnapshotFault::none) {
+              throw py::value_error(refusal(fault));
             }
           },
           py::arg("state"),
-          "Takes over a saved state. ValueError, and nothing changed, unless it fits.");
+          "Takes over a saved state. ValueError, and nothing changed, where the bytes are damaged "
+          "or "
+          "were saved by another version, or by an estimator made with other arguments.");
 }
 
 void bind_types(py::module_& m);

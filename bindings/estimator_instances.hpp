@@ -8,7 +8,6 @@
 #endif
 
 #include "any_estimator.hpp"
-#include "state_layout.hpp"
 
 #include <ehsid/servo_estimator.hpp>
 
@@ -84,11 +83,26 @@ inline void require(Status status, const char* what) {
 }
 
 inline constexpr const char* kBadStart =
-    "start values refused: theta0 must be finite, variance0 finite and > 0 in the chosen precision";
+    "start values refused: theta0 must be finite, variance0 finite and > 0 in the chosen "
+    "precision; "
+    "float32 takes |theta0| below 9e18 and n * variance0 from 3e-39 to 8e37, both of the scaled "
+    "signals";
+
+inline constexpr const char* kBadScaling =
+    "Scaling: in the chosen precision a scale, its square or that of position_scale / "
+    "command_scale is zero or not "
+    "finite; expected both scales between 1e-9 and 1e9";
 
 template <class Scalar>
 std::vector<double> to_double(const Vector<Scalar, kSize>& values) {
   return {values.data(), values.data() + values.size()};
+}
+
+inline std::uint8_t* as_bytes(std::string& bytes) {
+  return reinterpret_cast<std::uint8_t*>(bytes.data());
+}
+inline const std::uint8_t* as_bytes(const std::string& bytes) {
+  return reinterpret_cast<const std::uint8_t*>(bytes.data());
 }
 
 /// Row by row; the matrices are symmetric.
@@ -151,23 +165,18 @@ class RlsInstance final : public AnyRls {
   void reset() override { rls_.reset(); }
   void reset_all() override { rls_.reset_all(); }
   std::string save() const override {
-    StateWriter writer;
-    writer.values(tag().data(), tag().size());
-    lay_out_recursion(writer, rls_.state());
-    return writer.bytes();
-  }
-  Status restore(const std::string& bytes) override {
-    const std::string now = save();
-    constexpr std::size_t kTagBytes = sizeof tag();
-    if (bytes.size() != now.size() || bytes.compare(0, kTagBytes, now, 0, kTagBytes) != 0) {
-      return Status::invalid_argument;
-    }
-    auto tagged = tag();
     typename Recursion::State state = rls_.state();
-    StateReader reader(bytes);
-    reader.values(tagged.data(), tagged.size());
-    lay_out_recursion(reader, state);
-    return rls_.restore(state);
+    std::string bytes(header().bytes, '\0');
+    write_snapshot(as_bytes(bytes), header(), state);
+    return bytes;
+  }
+  SnapshotFault restore(const std::string& bytes) override {
+    typename Recursion::State state = rls_.state();
+    const SnapshotFault fault = read_snapshot(as_bytes(bytes), bytes.size(), header(), state);
+    if (fault != SnapshotFault::none) {
+      return fault;
+    }
+    return rls_.restore(state) == Status::ok ? SnapshotFault::none : SnapshotFault::impossible;
   }
   Status update(const double* phi, double y) override {
     return rls_.update(regressor(phi), static_cast<Scalar>(y));
@@ -196,11 +205,15 @@ class RlsInstance final : public AnyRls {
   }
 
  private:
-  /// What a saved state is of. The state alone does not say: several have the same size.
-  std::array<std::uint32_t, 4> tag() const {
-    return {0x524c5331U,  // "RLS1", the number is the version of the layout
-            static_cast<std::uint32_t>(sizeof(Scalar)), static_cast<std::uint32_t>(n()),
-            Recursion::Forgetting::kId};
+  /// Of a saved recursion. The start values belong to its configuration, because reset_all() goes back to them.
+  SnapshotHeader header() const {
+    constexpr std::uint32_t kMagic = 0x524c5331U;  // "RLS1"
+    const ModelShape shape(n(), 0, 0, false);
+    ByteStream writer = ByteStream::writing(nullptr);
+    rls_.write_configuration(writer, shape);
+    const typename Recursion::Parameters theta0 = rls_.start_theta();
+    writer.values(theta0.data(), n());
+    return make_header<Scalar, Policy, typename Recursion::State>(kMagic, shape, writer.checksum());
   }
 
   template <class Number>
@@ -259,6 +272,12 @@ class EstimatorInstance final : public AnyEstimator {
     assign<Scalar>(options.variance0, given.variance0, "variance0");
     if (given.input_limit) {
       options.input_limit = static_cast<Scalar>(*given.input_limit);
+      if (!(options.input_limit > Scalar(0))) {
+        throw std::invalid_argument("input_limit must be > 0 in the chosen precision");
+      }
+    }
+    if (!options.scaling.valid()) {
+      throw std::invalid_argument(kBadScaling);
     }
     if (!options.valid()) {
       throw std::invalid_argument("an option is outside its documented range");
@@ -292,19 +311,16 @@ class EstimatorInstance final : public AnyEstimator {
   }
   void reset() override { estimator_.reset(); }
   std::string save() const override {
-    const typename Estimator::Snapshot snapshot = estimator_.save();
-    StateWriter writer;
-    lay_out_snapshot(writer, snapshot);
-    return writer.bytes();
+    std::string bytes(estimator_.snapshot_bytes(), '\0');
+    estimator_.save(as_bytes(bytes));
+    return bytes;
   }
-  Status restore(const std::string& bytes) override {
-    if (bytes.size() != save().size()) {
-      return Status::invalid_argument;
+  SnapshotFault restore(const std::string& bytes) override {
+    const SnapshotFault fault = estimator_.check(as_bytes(bytes), bytes.size());
+    if (fault == SnapshotFault::none) {
+      static_cast<void>(estimator_.restore(as_bytes(bytes), bytes.size()));
     }
-    typename Estimator::Snapshot snapshot = estimator_.save();
-    StateReader reader(bytes);
-    lay_out_snapshot(reader, snapshot);
-    return estimator_.restore(snapshot);
+    return fault;
   }
   Status seed(const std::vector<double>& theta, const std::vector<double>& u,
               const std::vector<double>& d, double noise_variance) override {

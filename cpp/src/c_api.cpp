@@ -4,6 +4,7 @@
 
 namespace {
 
+using ehsid::SnapshotFault;
 using ehsid::Status;
 
 static_assert(EHSID_MAX_ORDER == ehsid::kMaxOrder, "c_api.h and any_arx.hpp disagree");
@@ -27,6 +28,19 @@ static_assert(to_c(Status::ok) == EHSID_OK && to_c(Status::filling) == EHSID_FIL
                   to_c(Status::numerical_limit) == EHSID_NUMERICAL_LIMIT &&
                   to_c(Status::invalid_argument) == EHSID_INVALID_ARGUMENT,
               "c_api.h and types.hpp number the status differently");
+
+constexpr ehsid_snapshot_fault to_c(SnapshotFault fault) {
+  return static_cast<ehsid_snapshot_fault>(fault);
+}
+
+static_assert(to_c(SnapshotFault::none) == EHSID_SNAPSHOT_FITS &&
+                  to_c(SnapshotFault::not_a_snapshot) == EHSID_SNAPSHOT_UNKNOWN &&
+                  to_c(SnapshotFault::other_version) == EHSID_SNAPSHOT_OTHER_VERSION &&
+                  to_c(SnapshotFault::damaged) == EHSID_SNAPSHOT_DAMAGED &&
+                  to_c(SnapshotFault::other_model) == EHSID_SNAPSHOT_OTHER_MODEL &&
+                  to_c(SnapshotFault::other_configuration) == EHSID_SNAPSHOT_OTHER_CONFIGURATION &&
+                  to_c(SnapshotFault::impossible) == EHSID_SNAPSHOT_IMPOSSIBLE,
+              "c_api.h and snapshot.hpp number the faults differently");
 
 /// EHSID_OK where there is an estimator.
 ehsid_status check(const ehsid_estimator* estimator) {
@@ -108,7 +122,7 @@ size_t ehsid_storage_bytes(const ehsid_kernel* kernel) {
 }
 
 size_t ehsid_snapshot_bytes(const ehsid_kernel* kernel) {
-  return kernel == nullptr ? 0 : kernel->snapshot_bytes;
+  return kernel == nullptr ? 0 : kernel->most_snapshot_bytes;
 }
 
 ehsid_status ehsid_init(ehsid_estimator** estimator, void* storage, size_t bytes,
@@ -201,10 +215,10 @@ ehsid_status ehsid_save(const ehsid_estimator* estimator, void* bytes, size_t ca
   if (check(estimator) != EHSID_OK) {
     return check(estimator);
   }
-  const std::size_t size = estimator->kernel->snapshot_bytes;
+  const std::size_t size = estimator->kernel->snapshot_bytes(*estimator);
   const ehsid_status status = check(estimator, bytes, capacity, size);
   if (status == EHSID_OK) {
-    estimator->kernel->save(*estimator, bytes);
+    estimator->kernel->save(*estimator, static_cast<std::uint8_t*>(bytes));
     if (written != nullptr) {
       *written = size;
     }
@@ -212,13 +226,22 @@ ehsid_status ehsid_save(const ehsid_estimator* estimator, void* bytes, size_t ca
   return status;
 }
 
+ehsid_status ehsid_check_snapshot(const ehsid_estimator* estimator, const void* bytes, size_t count,
+                                  ehsid_snapshot_fault* fault) {
+  ehsid_status status = check(estimator, bytes, 0, 0);
+  if (status == EHSID_OK && fault == nullptr) {
+    status = EHSID_INVALID_ARGUMENT;
+  }
+  if (status == EHSID_OK) {
+    *fault =
+        to_c(estimator->kernel->check(*estimator, static_cast<const std::uint8_t*>(bytes), count));
+  }
+  return status;
+}
+
 ehsid_status ehsid_restore(ehsid_estimator* estimator, const void* bytes, size_t count) {
   const ehsid_status status = check(estimator, bytes, 0, 0);
-  if (status != EHSID_OK) {
-    return status;
-  }
-  if (count != estimator->kernel->snapshot_bytes) {
-    return EHSID_INVALID_ARGUMENT;
-  }
-  return to_c(estimator->kernel->restore(*estimator, bytes));
+  return status != EHSID_OK ? status
+                            : to_c(estimator->kernel->restore(
+                                  *estimator, static_cast<const std::uint8_t*>(bytes), count));
 }

@@ -21,7 +21,7 @@ struct ehsid_estimator {
 struct ehsid_kernel {
   std::int32_t parameters;
   std::size_t storage_bytes;
-  std::size_t snapshot_bytes;
+  std::size_t most_snapshot_bytes;
   void (*defaults)(ehsid_configuration&);
   ehsid::Status (*init)(void*, const ehsid_configuration&);
   ehsid::Status (*step)(ehsid_estimator&, float, float);
@@ -32,8 +32,10 @@ struct ehsid_kernel {
   void (*standard_deviation)(const ehsid_estimator&, float*);
   void (*covariance_diagonal)(const ehsid_estimator&, float*);
   void (*read)(const ehsid_estimator&, ehsid_report&);
-  void (*save)(const ehsid_estimator&, void*);
-  ehsid::Status (*restore)(ehsid_estimator&, const void*);
+  std::size_t (*snapshot_bytes)(const ehsid_estimator&);
+  void (*save)(const ehsid_estimator&, std::uint8_t*);
+  ehsid::SnapshotFault (*check)(const ehsid_estimator&, const std::uint8_t*, std::size_t);
+  ehsid::Status (*restore)(ehsid_estimator&, const std::uint8_t*, std::size_t);
 };
 
 namespace ehsid::c {
@@ -88,7 +90,6 @@ template <class Policy, int kN>
 struct Instance : ehsid_estimator {
   using Estimator = OnlineEstimator<AnyArx<float, kN>, Policy>;
   using Options = typename Estimator::Options;
-  using Snapshot = typename Estimator::Snapshot;
 
   Estimator estimator;
   FitMonitor<float> fit{};
@@ -180,15 +181,18 @@ struct Instance : ehsid_estimator {
     report.enabled = estimator.enabled();
   }
 
-  static void save(const ehsid_estimator& head, void* bytes) {
-    const Snapshot snapshot = of(head).estimator.save();
-    std::memcpy(bytes, &snapshot, sizeof snapshot);
+  static std::size_t snapshot_bytes(const ehsid_estimator& head) {
+    return of(head).estimator.snapshot_bytes();
   }
-
-  static Status restore(ehsid_estimator& head, const void* bytes) {
-    Snapshot snapshot;
-    std::memcpy(&snapshot, bytes, sizeof snapshot);
-    const Status status = of(head).estimator.restore(snapshot);
+  static void save(const ehsid_estimator& head, std::uint8_t* bytes) {
+    of(head).estimator.save(bytes);
+  }
+  static SnapshotFault check(const ehsid_estimator& head, const std::uint8_t* bytes,
+                             std::size_t count) {
+    return of(head).estimator.check(bytes, count);
+  }
+  static Status restore(ehsid_estimator& head, const std::uint8_t* bytes, std::size_t count) {
+    const Status status = of(head).estimator.restore(bytes, count);
     if (status == Status::ok) {
       of(head).fit.restart();
     }
@@ -209,14 +213,14 @@ constexpr ehsid_kernel kernel() {
   static_assert(sizeof(Made) <= EHSID_STORAGE_BYTES(std::size_t{kN}),
                 "c_api.h gives too little storage");
   static_assert(alignof(Made) <= alignof(std::uint64_t), "c_api.h aligns storage too little");
-  static_assert(sizeof(typename Made::Snapshot) <= EHSID_SNAPSHOT_BYTES(std::size_t{kN}),
+  static_assert(Made::Estimator::kSnapshotBytes <= EHSID_SNAPSHOT_BYTES(std::size_t{kN}),
                 "c_api.h gives too few bytes for a snapshot");
   static_assert(UdFactors<float, kN>::kUpper <= EHSID_MAX_UPPER, "c_api.h gives U too little");
   static_assert(std::is_trivially_destructible<Made>::value,
                 "nobody destroys what lives in storage");
   return {kN,
           sizeof(Made),
-          sizeof(typename Made::Snapshot),
+          Made::Estimator::kSnapshotBytes,
           Made::defaults,
           Made::init,
           Made::step,
@@ -227,7 +231,9 @@ constexpr ehsid_kernel kernel() {
           Made::standard_deviation,
           Made::covariance_diagonal,
           Made::read,
+          Made::snapshot_bytes,
           Made::save,
+          Made::check,
           Made::restore};
 }
 

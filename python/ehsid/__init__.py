@@ -4,5 +4,9 @@
 Every public name of the compiled module, listed in _core.pyi, is a name of this package.
 """
 
-from ehsid._core import *  # noqa: F403 -- each forgetting policy is a name of its own
-from ehsid._core import __version__ as __version__
+from ehsid._interpreter import check_interpreter
+
+check_interpreter()
+
+from ehsid._core import *  # noqa: E402, F403 -- each forgetting policy is a name of its own
+from ehsid._core import __version__ as __version__  # noqa: E402

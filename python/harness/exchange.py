@@ -65,7 +65,7 @@ class Exchange:
         ]
         # A file in the place of a folder: "figures" for "figures/01.png".
         parents = {one for name in names for one in Path(name).parents if one.name}
-        reads = [one for one in inputs if one.exists()]
+        reads = [one for one in inputs if exists(one)]
         for name in (*present, *before):
             path = self.folder / name
             for one in reads:
@@ -159,6 +159,13 @@ class Exchange:
         """Removes the folder aside, unless it has files that still must be put back."""
         if not self.planned.exists():
             shutil.rmtree(self.aside, ignore_errors=True)
+
+
+def exists(path: Path) -> bool:
+    """Returns whether the path exists; False for one that no file can have."""
+    with suppress(OSError, ValueError):  # a name that is too long, a zero byte in it
+        return path.exists()
+    return False
 
 
 def _keep_copy(path: Path, copy: Path) -> None:

@@ -20,7 +20,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ehsid.harness.exchange import FOLDER, Exchange
+from ehsid.harness.exchange import FOLDER, Exchange, exists
 
 if sys.platform != "win32":
     import fcntl
@@ -134,7 +134,10 @@ def result_files(
     if path.is_dir():
         raise ValueError(f"--out {path}: this is a folder; give the name of a file")
     if not path.parent.is_dir():
-        raise ValueError(f"--out {path}: there is no folder {path.parent}; make it first")
+        raise ValueError(
+            f"--out {path}: there is no folder {path.parent}: expected one that exists; make "
+            "it first"
+        )
     names = [glob.escape(name) for name in (path.name, *beside)]
     result = f"{result}-{path.name}"
     with _opened(path, path.parent, result, names, inputs) as exchange:
@@ -194,10 +197,12 @@ def _opened(
 
     `out` is what the user has named: the folder, or a file in it.
     """
-    nearest = next(path for path in (folder, *folder.absolute().parents) if _exists(path))
+    nearest = next(path for path in (folder, *folder.parents) if exists(path))
     if not nearest.is_dir():
-        raise ValueError(f"--out {folder}: {nearest} is a file; give the name of a folder")
-    missing = [path for path in (folder, *folder.parents) if not _exists(path)]
+        raise ValueError(
+            f"--out {folder}: {nearest} is a file: expected a folder; give the name of one"
+        )
+    missing = [path for path in (folder, *folder.parents) if not exists(path)]
     exchange = Exchange(folder, result)
     try:
         with _locked(exchange.aside, out):
@@ -253,9 +258,3 @@ def _locked(folder: Path, out: Path) -> Iterator[None]:
                 return
         finally:
             os.close(descriptor)
-
-
-def _exists(path: Path) -> bool:
-    with suppress(OSError):  # such as a name that is too long
-        return path.exists()
-    return False

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What the C functions refuse, and that a refusal changes nothing; snapshots; every kernel. */
+ * What the C functions refuse, and that a refusal changes nothing; every kernel. */
 #include "check.h"
 
 #include <ehsid/c_api.h>
@@ -166,40 +166,7 @@ static void test_storage_that_was_never_initialised(void) {
   CHECK(ehsid_parameters(estimator) == 0);
 }
 
-static void test_snapshots_go_on_with_the_same_bits(void) {
-  bench storage;
-  bench copy;
-  ehsid_estimator* estimator = started(&storage);
-  ehsid_estimator* restored = NULL;
-  const ehsid_configuration configuration = usual();
-  unsigned char bytes[EHSID_SNAPSHOT_BYTES(N) + 1];
-  size_t written = 0;
-  plant p = {99U, 0.0F, 0.0F, 0.0F, 0.0F};
-  /* Any alignment will do. */
-  CHECK(ehsid_save(estimator, bytes + 1, sizeof bytes - 1, &written) == EHSID_OK);
-  CHECK(written == ehsid_snapshot_bytes(configuration.kernel) && written < sizeof bytes);
-  CHECK(ehsid_init(&restored, &copy, sizeof copy, &configuration) == EHSID_OK);
-  CHECK(ehsid_restore(restored, bytes + 1, written) == EHSID_OK);
-  for (int k = 0; k < 500; ++k) {
-    float command;
-    float position;
-    float theta[N];
-    float again[N];
-    next_sample(&p, k, &command, &position);
-    CHECK(ehsid_step(estimator, command, position) == ehsid_step(restored, command, position));
-    CHECK(ehsid_theta(estimator, theta, N) == EHSID_OK);
-    CHECK(ehsid_theta(restored, again, N) == EHSID_OK);
-    CHECK(memcmp(theta, again, sizeof theta) == 0);
-  }
-  /* Another policy refuses it. */
-  ehsid_configuration different;
-  CHECK(ehsid_default_configuration(&different, EHSID_KERNEL(constant, N), 2, 2, 1, false) ==
-        EHSID_OK);
-  CHECK(ehsid_init(&restored, &copy, sizeof copy, &different) == EHSID_OK);
-  CHECK(ehsid_restore(restored, bytes + 1, written) == EHSID_INVALID_ARGUMENT);
-}
-
-#define KERNELS(policy)                                                            \
+#define KERNELS(policy)                                                          \
   {EHSID_KERNEL(policy, 2),  EHSID_KERNEL(policy, 3),  EHSID_KERNEL(policy, 4),  \
    EHSID_KERNEL(policy, 5),  EHSID_KERNEL(policy, 6),  EHSID_KERNEL(policy, 7),  \
    EHSID_KERNEL(policy, 8),  EHSID_KERNEL(policy, 9),  EHSID_KERNEL(policy, 10), \
@@ -244,7 +211,6 @@ int main(void) {
   test_it_estimates();
   test_refusals_change_nothing();
   test_storage_that_was_never_initialised();
-  test_snapshots_go_on_with_the_same_bits();
   test_every_kernel();
   return failures == 0 ? 0 : 1;
 }

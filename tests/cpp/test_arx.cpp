@@ -125,4 +125,15 @@ TYPED_TEST(ArxOrders, UnusableStateIsRefusedAndChangesNothing) {
   EXPECT_EQ(model.restore(model.state()), ehsid::Status::ok);
 }
 
+TEST(Arx, PredictionsOfAnUnstableModelStayFinite) {
+  ehsid::Arx<float, 2, 1, 1> model;
+  for (int k = 0; k < 3; ++k) {
+    model.advance_command(1e4F);
+    model.advance_output(k % 2 == 0 ? 1e4F : -1e4F);
+  }
+  const ehsid::Vector<float, 3> theta(9e18F, 9e18F, 9e18F);
+  const auto ahead = model.predict_ahead<8>(theta, ehsid::Vector<float, 8>::Constant(-1e4F));
+  EXPECT_TRUE(ehsid::all_finite<8>(ahead));
+}
+
 }  // namespace

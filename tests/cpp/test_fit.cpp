@@ -99,4 +99,16 @@ TEST(Fit, IsPerfectWithoutInnovationsAndNegativeWhereTheMeanIsBetter) {
   EXPECT_EQ(poor.state().samples, 0);
 }
 
+TEST(Fit, StaysFiniteWhateverComes) {
+  const float values[] = {0.0F, 1e-45F, -1e-30F, 1.0F, -9e18F, 9e18F, 3e38F};
+  ehsid::FitMonitor<float> fit;
+  for (const float output : values) {
+    for (const float innovation : values) {
+      fit.update(output, innovation);
+      ASSERT_TRUE(ehsid::is_finite(fit.percent())) << output << ", " << innovation;
+      ASSERT_TRUE(ehsid::is_finite(fit.state().variance)) << output << ", " << innovation;
+    }
+  }
+}
+
 }  // namespace

@@ -191,8 +191,8 @@ TEST(Rls, AStepWhoseVarianceOrFactorLeavesTheNumbersIsRefused) {
       {{{Limits::min(), 1.0F}, {0.0F}}, {1e19F, 0.0F}},  // D_11 falls below the normal numbers
       {{{1e-20F, 1e10F}, {1e30F}}, {1e-12F, -1e18F}},    // U_12 overflows in its square
   };
-  // The inverse of 2 3e38 is nought: there the ceiling weighs nothing.
-  for (const float variance : {1e6F, 3e38F}) {
+  // Up to nearly the largest that is taken: there the ceiling weighs next to nothing.
+  for (const float variance : {1e6F, 4e37F}) {
     for (const Case& one : cases) {
       ehsid::Rls<float, 2, ehsid::Constant<float>> rls;
       ASSERT_EQ(rls.start(Eigen::Vector2f::Zero(), Eigen::Vector2f::Constant(variance)),
@@ -225,6 +225,59 @@ TEST(Rls, RefusesACovarianceThatIsNotPositiveDefinite) {
   good << 2.0, 0.5, 0.5, 1.0;
   ASSERT_EQ(rls.start_from_covariance(Eigen::Vector2d::Zero(), good), Status::ok);
   EXPECT_LT((rls.P() - good).norm(), 1e-15);
+}
+
+TYPED_TEST(RlsPolicy, GoodSamplesAreTakenAgainAfterHostileOnes) {
+  std::mt19937 random{15};
+  std::uniform_real_distribution<float> uniform{-1.0F, 1.0F};
+  // The scale of the hostile samples: of noise, and of noise with spikes.
+  for (const bool spikes : {false, true}) {
+    typename TestFixture::Recursion rls;
+    for (int k = 0; k < 1500; ++k) {
+      ehsid::Vector<float, 6> phi;
+      const float scale = spikes && k % 50 != 0 ? 1.0F : 1e4F;
+      for (int i = 0; i < 6; ++i) {
+        phi[i] = scale * uniform(random);
+      }
+      static_cast<void>(rls.update(phi, scale * uniform(random)));
+    }
+    Plant plant(3);
+    int taken = 0;
+    for (int k = 0; k < 700; ++k) {
+      const auto phi = plant.regressor();
+      const Status status = rls.update(phi, plant.advance(plant.random_command(), 1e-3));
+      taken += k >= 500 && status == Status::ok ? 1 : 0;
+    }
+    EXPECT_GT(taken, 0) << "spikes " << spikes;
+    expect_usable(rls);
+  }
+}
+
+TYPED_TEST(RlsPolicy, DeviationsStayFiniteAtTheLimits) {
+  typename TestFixture::Recursion rls;
+  ASSERT_EQ(rls.start(ehsid::Vector<float, 6>::Zero(), ehsid::Vector<float, 6>::Constant(1e36F)),
+            Status::ok);
+  for (int k = 0; k < 200; ++k) {
+    ehsid::Vector<float, 6> phi = ehsid::Vector<float, 6>::Zero();
+    phi[0] = k % 2 == 0 ? 1.0F : -1.0F;
+    static_cast<void>(rls.update(phi, k % 3 == 0 ? 2e9F : -1e9F));
+  }
+  EXPECT_TRUE(ehsid::is_finite(rls.residual_variance()));
+  EXPECT_TRUE(ehsid::all_finite<6>(rls.standard_deviation()));
+}
+
+TEST(Rls, StartValuesOutsideTheNormalRangeAreRefused) {
+  ehsid::Rls<float, 2, ehsid::Constant<float>> rls;
+  const ehsid::Vector<float, 2> zero = ehsid::Vector<float, 2>::Zero();
+  for (const float bad : {1e-40F, 3e38F}) {
+    EXPECT_EQ(rls.start(zero, ehsid::Vector<float, 2>::Constant(bad)), Status::invalid_argument);
+  }
+  EXPECT_EQ(
+      rls.start(ehsid::Vector<float, 2>::Constant(1e19F), ehsid::Vector<float, 2>::Constant(1.0F)),
+      Status::invalid_argument);
+  EXPECT_EQ(rls.start(ehsid::Vector<float, 2>::Constant(-1e18F),
+                      ehsid::Vector<float, 2>::Constant(1e36F)),
+            Status::ok);
 }
 
 }  // namespace

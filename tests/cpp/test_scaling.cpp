@@ -45,4 +45,20 @@ TEST(Scaling, ScalesMustBePositiveAndAllFinite) {
   }
 }
 
+TEST(Scaling, UnitsOfVariancesMustBeNormalNumbers) {
+  using Single = ehsid::Scaling<float>;
+  EXPECT_TRUE((Single{1e9F, 1e-9F, 0.0F, 0.0F}).valid());
+  EXPECT_TRUE((Single{1e-9F, 1e9F, 0.0F, 0.0F}).valid());
+  EXPECT_FALSE((Single{1.0F, 1e20F, 0.0F, 0.0F}).valid());   // its square is infinite
+  EXPECT_FALSE((Single{1.0F, 1e-20F, 0.0F, 0.0F}).valid());  // and here zero
+  EXPECT_FALSE((Single{1e10F, 1e-10F, 0.0F, 0.0F}).valid());
+  EXPECT_FALSE((Single{1e-40F, 1.0F, 0.0F, 0.0F}).valid());
+}
+
+TEST(Scaling, APositionBeyondTheTypeStaysFinite) {
+  const ehsid::Scaling<float> scaling{1.0F, 1e18F, 0.0F, 3e38F};
+  EXPECT_TRUE(ehsid::is_finite(scaling.unscale_position(1e30F)));
+  EXPECT_LT(scaling.unscale_position(-1e30F), 0.0F);
+}
+
 }  // namespace

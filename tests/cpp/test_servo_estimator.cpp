@@ -120,34 +120,6 @@ TEST_P(HeldInput, RestsAndReturns) {
 }
 INSTANTIATE_TEST_SUITE_P(WithAndWithoutReset, HeldInput, testing::Bool());
 
-TEST(ServoEstimator, RestoredEstimatorContinuesBitForBit) {
-  Estimator first;
-  Servo servo(7);
-  for (int k = 0; k < 300; ++k) {
-    servo.step(first, servo.random_command());
-  }
-  Estimator second;
-  ASSERT_EQ(second.restore(first.save()), Status::ok);
-  Servo same = servo;
-  for (int k = 0; k < 300; ++k) {
-    const double command = k % 5 < 2 ? 1.0 : -1.0;
-    ASSERT_EQ(servo.step(first, command), same.step(second, command));
-    ASSERT_EQ(first.theta_hat(), second.theta_hat());
-  }
-}
-
-TEST(ServoEstimator, RefusesADamagedSnapshot) {
-  Estimator estimator;
-  const auto theta = estimator.theta_hat();
-  auto snapshot = estimator.save();
-  snapshot.version = 99;
-  EXPECT_EQ(estimator.restore(snapshot), Status::invalid_argument);
-  snapshot = estimator.save();
-  snapshot.recursion.factors.d[2] = -1.0F;
-  EXPECT_EQ(estimator.restore(snapshot), Status::invalid_argument);
-  EXPECT_EQ(estimator.theta_hat(), theta);
-}
-
 using Factors = ehsid::UdFactors<float, 6>;
 
 /// A correlated P, the same for every test.

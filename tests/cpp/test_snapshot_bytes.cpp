@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Snapshots of C, where the size is static, and of Python, where it is chosen at run time: the same bytes after every
-// sample, for every policy and n, and each takes over the other's (docs/linking.md).
+// Snapshots of C++, where orders and size are static, of C, where the size is static, and of Python, where both are chosen
+// at run time: the same bytes for every policy and n, and each takes over the others' (docs/linking.md).
 #include "any_estimator.hpp"
 
 #include <ehsid/c_api.h>
+#include <ehsid/servo_estimator.hpp>
 
 #include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -18,10 +20,54 @@ namespace {
 using ehsid::Status;
 using ehsid::bindings::AnyEstimator;
 
+/// A plant with a change and a hold.
+class Signal {
+ public:
+  explicit Signal(int n) : random_(1U + static_cast<std::uint32_t>(n)) {}
+
+  void next(float& command, float& position) {
+    random_ = random_ * 1664525U + 1013904223U;  // Numerical Recipes' generator
+    const bool held = k_ > 150 && k_ < 250;
+    command = held ? 0.5F : (random_ >> 31U) != 0U ? 1.0F : -1.0F;
+    position_ = 0.9F * position_ + (k_ < 300 ? 0.2F : 0.4F) * command;
+    position = position_;
+    ++k_;
+  }
+
+ private:
+  std::uint32_t random_;
+  float position_ = 0.0F;
+  int k_ = 0;
+};
+
+constexpr int kSamples = 400;
+
+/// What C++ saves after all samples. Takes over `other` and saves that again.
+template <std::size_t kPlace, int kN>
+std::string of_cpp(const std::string& other) {
+  ehsid::ServoEstimator<float, kN / 2, kN / 2, 1, ehsid::PolicyAt<kPlace, float, kN>, kN % 2 == 1>
+      estimator;
+  if (other.empty()) {
+    Signal signal(kN);
+    for (int k = 0; k < kSamples; ++k) {
+      float command = 0.0F;
+      float position = 0.0F;
+      signal.next(command, position);
+      estimator.step(command, position);
+    }
+  } else {
+    EXPECT_EQ(estimator.restore(reinterpret_cast<const std::uint8_t*>(other.data()), other.size()),
+              Status::ok);
+  }
+  const auto bytes = estimator.save();
+  return {bytes.begin(), bytes.end()};
+}
+
 struct Policy {
   const char* name;
   std::array<const ehsid_kernel*, EHSID_MAX_PARAMETERS - 1> kernels;  // n = 2, 3, ..
   ehsid::bindings::ForgettingSettings settings;
+  std::vector<std::pair<int, std::string (*)(const std::string&)>> cpp;  // for some n
 };
 
 #define EHSID_KERNELS(policy)                                                    \
@@ -30,9 +76,13 @@ struct Policy {
    EHSID_KERNEL(policy, 8),  EHSID_KERNEL(policy, 9),  EHSID_KERNEL(policy, 10), \
    EHSID_KERNEL(policy, 11), EHSID_KERNEL(policy, 12), EHSID_KERNEL(policy, 13)}
 
-#define EHSID_POLICY_OF_TEST(policy) \
-  {#policy, EHSID_KERNELS(policy),   \
-   ehsid::bindings::PolicySettings<ehsid::place_of_policy(#policy)>{}},
+#define EHSID_POLICY_OF_TEST(policy)                                   \
+  {#policy,                                                            \
+   EHSID_KERNELS(policy),                                              \
+   ehsid::bindings::PolicySettings<ehsid::place_of_policy(#policy)>{}, \
+   {{2, of_cpp<ehsid::place_of_policy(#policy), 2>},                   \
+    {6, of_cpp<ehsid::place_of_policy(#policy), 6>},                   \
+    {13, of_cpp<ehsid::place_of_policy(#policy), 13>}}},
 
 class SnapshotBytes : public testing::TestWithParam<Policy> {};
 
@@ -70,13 +120,11 @@ TEST_P(SnapshotBytes, AreThoseOfC) {
     ASSERT_EQ(ehsid_init(&c, storage.data(), sizeof storage, &configuration), EHSID_OK);
     ASSERT_EQ(saved(c), python->save());
 
-    std::uint32_t random = 1U + static_cast<std::uint32_t>(n);
-    float position = 0.0F;
-    for (int k = 0; k < 400; ++k) {
-      random = random * 1664525U + 1013904223U;  // Numerical Recipes' generator
-      const bool held = k > 150 && k < 250;
-      const float command = held ? 0.5F : (random >> 31U) != 0U ? 1.0F : -1.0F;
-      position = 0.9F * position + (k < 300 ? 0.2F : 0.4F) * command;
+    Signal signal(n);
+    for (int k = 0; k < kSamples; ++k) {
+      float command = 0.0F;
+      float position = 0.0F;
+      signal.next(command, position);
       const auto status = static_cast<int>(ehsid_step(c, command, position));
       const Status same = python->step(static_cast<double>(command), static_cast<double>(position));
       ASSERT_EQ(status, static_cast<int>(same)) << "sample " << k;
@@ -84,12 +132,18 @@ TEST_P(SnapshotBytes, AreThoseOfC) {
     }
 
     const std::unique_ptr<AnyEstimator> other = ehsid::bindings::make_estimator<float>(settings);
-    EXPECT_EQ(other->restore(saved(c)), Status::ok);
+    EXPECT_EQ(other->restore(saved(c)), ehsid::SnapshotFault::none);
     EXPECT_EQ(other->save(), saved(c));
     const std::string bytes = python->save();
     ASSERT_EQ(ehsid_init(&c, storage.data(), sizeof storage, &configuration), EHSID_OK);
     EXPECT_EQ(ehsid_restore(c, bytes.data(), bytes.size()), EHSID_OK);
     EXPECT_EQ(saved(c), bytes);
+    for (const auto& [size, cpp] : GetParam().cpp) {
+      if (size == n) {
+        EXPECT_EQ(cpp(""), bytes);
+        EXPECT_EQ(cpp(bytes), bytes);
+      }
+    }
   }
 }
 

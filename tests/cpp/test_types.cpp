@@ -144,4 +144,19 @@ TEST(Vocabulary, AnArrayIsSeenAsAVectorWithoutACopy) {
   }
 }
 
+TEST(Squarable, HasAFiniteSquare) {
+  EXPECT_TRUE(ehsid::is_squarable(-9.2e18F));
+  EXPECT_FALSE(ehsid::is_squarable(9.3e18F));  // 2^63
+  EXPECT_FALSE(ehsid::is_squarable(std::numeric_limits<float>::quiet_NaN()));
+  EXPECT_TRUE(ehsid::is_squarable(-6.7e153));
+  EXPECT_FALSE(ehsid::is_squarable(std::numeric_limits<double>::infinity()));
+}
+
+TEST(BoundedProduct, StopsAtTheLargestNumber) {
+  const float largest = std::numeric_limits<float>::max();
+  EXPECT_EQ(ehsid::bounded_product(2.0F, -3.0F), -6.0F);
+  EXPECT_EQ(ehsid::bounded_product(1e30F, -1e30F), -largest);
+  EXPECT_EQ(ehsid::bounded_product(-1e30F, -1e30F), largest);
+}
+
 }  // namespace

@@ -73,13 +73,12 @@ template <class Forgetting>
   Estimator estimator;
   report.check(firmware::configure_golden(estimator) == ehsid::Status::ok, policy, "configuration",
                first);
-  typename Estimator::Snapshot snapshot{};
   if (first > 0) {
-    std::uint8_t bytes[sizeof snapshot];
-    if (!report.check(receive_bytes(bytes, sizeof bytes), policy, "no state of this size", first)) {
+    typename Estimator::Snapshot snapshot{};
+    if (!report.check(receive_bytes(snapshot.data(), snapshot.size()), policy,
+                      "no state of this size", first)) {
       return;
     }
-    std::memcpy(&snapshot, bytes, sizeof snapshot);
     if (!report.check(estimator.restore(snapshot) == ehsid::Status::ok, policy, "state refused",
                       first)) {
       return;
@@ -100,8 +99,7 @@ template <class Forgetting>
     ++sample;
   }
   report.check(sample == firmware::kSamples, policy, "rows are missing", sample);
-  snapshot = estimator.save();
-  std::memcpy(saved, &snapshot, sizeof snapshot);
+  estimator.save(saved);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -28,12 +29,13 @@ def tiny_check(out: Path, settings: Settings = TINY) -> Seal:
 
 @dataclass(frozen=True)
 class StandIn:
-    """Answers at once, or fails for rigs of these names; what it saw is in the settings.
+    """Answers at once; fails or is killed for rigs of these names. Its settings tell what it saw.
 
     The verdict is "effects", or what stands in the rig's name before a hyphen.
     """
 
     fails: tuple[str, ...] = ()
+    kills: tuple[str, ...] = ()
     seconds: float = 0.0
 
     def __call__(
@@ -47,6 +49,8 @@ class StandIn:
     ) -> Diagnosis:
         if rig.name in self.fails:
             raise ArithmeticError(f"no root for {rig.name}")
+        if rig.name in self.kills:
+            os.kill(os.getpid(), signal.SIGKILL)
         time.sleep(self.seconds)
         saw = {
             "rig": rig.name,

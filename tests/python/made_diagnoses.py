@@ -29,6 +29,7 @@ from ehsid.harness.gap.schema import (
     RegimeShare,
     Remark,
     SpanShare,
+    Standing,
     Verdict,
     Where,
 )
@@ -177,7 +178,15 @@ def _candidates(in_set: int) -> tuple[Candidate, ...]:
         sizes = {"coulomb_friction.force_n": 412.0} if "coulomb_friction" in effects else {}
         found.append(
             Candidate(
-                effects, score, shrinkage, sizes, i < in_set, 900.0 + score, 400.0 + score, 23
+                effects,
+                score,
+                shrinkage,
+                sizes,
+                i < in_set,
+                900.0 + score,
+                400.0 + score,
+                23,
+                Standing("named" if i == 0 and in_set else "worse", "made by hand"),
             )
         )
     return tuple(found)

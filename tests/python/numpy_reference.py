@@ -171,7 +171,8 @@ class Reference:
         self, theta0: FloatArray, variance0: FloatArray, policy: Policy, margin: float = 0.0
     ) -> None:
         self.theta = np.array(theta0, dtype=np.float64)
-        self.P = np.diag(np.asarray(variance0, dtype=np.float64))
+        self.variance0 = np.array(variance0, dtype=np.float64)
+        self.P = np.diag(self.variance0)
         self.policy = policy
         self.margin = margin
         self.factor = 1.0
@@ -194,7 +195,7 @@ class Reference:
         policy = copy(self.policy)  # a sample left out must not move the policy on
         s = phi @ self.P @ phi
         step = policy.step(self.P, phi, self.epsilon, variance) if s > 0.0 else None
-        if step is None or self._left_out(phi, s, step.before, variance):
+        if step is None or self._left_out(phi, y, s, step.before, variance):
             return False
         self.policy = policy
         # The mean of epsilon times the residual behind the step is sigma^2, converged or not.
@@ -206,11 +207,38 @@ class Reference:
         self.weight = step.after * (step.before * self.weight + 1.0)
         return True
 
-    def _left_out(self, phi: FloatArray, s: float, before: float, variance: float | None) -> bool:
+    def _left_out(
+        self, phi: FloatArray, y: float, s: float, before: float, variance: float | None
+    ) -> bool:
         """The policy's own filter, and the rule of RlsOptions::information_margin."""
         self.recent += (self.epsilon**2 * before / (before + s) - self.recent) / 16.0
         if isinstance(self.policy, Directional) and self.policy.filters(phi):
             return True
         if self.margin == 0.0 or variance is None or self.recent > 4.0 * variance:
             return False
-        return s < self.margin * self.policy.loss(self.P)
+        loss = self.policy.loss(self.P)
+        if s >= self.margin * loss:
+            return False
+        # A regressor of full size is taken where the model fails, or where P is on average below
+        # that of full excitation by such regressors.
+        size = float(phi**2 @ self.variance0)
+        power = y**2 + float(phi @ self.theta) ** 2
+        average = float(np.mean(np.diag(self.P) / self.variance0))
+        if size > 2e6 and (self.recent > 0.03 * power or average * size < self.margin * loss):
+            return False
+        self._follow_fallen_errors(s, loss, size, power, variance)
+        return True
+
+    def _follow_fallen_errors(
+        self, s: float, loss: float, size: float, power: float, variance: float
+    ) -> None:
+        """sigma^2 falls to that of the recent errors; sigma^2 P stays, unless P0 bounds it."""
+        predicts = self.recent < 1e-4 * power
+        if variance <= 10.0 * self.recent or size <= 25.0 or (predicts and s >= loss):
+            return
+        fall = min(variance / self.recent, 1.0 / np.mean(np.diag(self.P) / self.variance0))
+        if predicts:
+            fall = min(fall, self.margin * loss / s)
+        if fall > 1.0:
+            self.P = self.P * fall
+            self.squares /= fall

@@ -383,8 +383,8 @@ def test_a_damaged_manifest_is_a_message_with_a_remedy(tmp_path: Path, text: str
 def test_a_folder_that_cannot_be_made_is_refused_before_the_work(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     for out, words in (
-        (tmp_path / "file", "is a file; give the name of a folder"),
-        (tmp_path / "file" / "below", "is a file; give the name of a folder"),
+        (tmp_path / "file", "is a file: expected a folder"),
+        (tmp_path / "file" / "below", "is a file: expected a folder"),
         (tmp_path / ("x" * 300), "cannot be written to .*; name another --out"),
     ):
         with pytest.raises(ValueError, match=words):

@@ -10,7 +10,10 @@ from sources import ROOT
 
 SCRIPTS = sorted(
     path
-    for pattern in ("benchmarks/*.py", "docs/**/*.py", "examples/*.py", "script/*.py")
+    for pattern in (
+        *("benchmarks/*.py", "docs/**/*.py", "examples/*.py", "script/*.py"),
+        *("tests/fuzz/*.py", "tests/soak/*.py"),
+    )
     for path in ROOT.glob(pattern)
 )
 
@@ -26,7 +29,7 @@ def has(module: str, name: str) -> bool:
 
 
 def test_scripts_were_found() -> None:
-    assert {"benchmarks", "docs", "examples", "script"} <= {
+    assert {"benchmarks", "docs", "examples", "script", "tests"} <= {
         path.relative_to(ROOT).parts[0] for path in SCRIPTS
     }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <ehsid/fields.hpp>
 #include <ehsid/types.hpp>
 
 namespace ehsid {
@@ -14,6 +15,13 @@ struct AnyArxState {
   Array<Scalar, kMaxOrder> outputs;
   Array<Scalar, kMaxDelay + kMaxOrder> commands;
   std::int32_t filled;
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&AnyArxState::outputs, each_output);
+    visit(&AnyArxState::commands, each_command);
+    visit(&AnyArxState::filled);
+  }
 };
 
 /// The regressor of ehsid::Arx with orders chosen at run time, for the same OnlineEstimator. Only moves
@@ -27,6 +35,8 @@ class AnyArx : Extent<kN_> {
   static constexpr int kN = kN_;
   using State = AnyArxState<Scalar>;
   using Regressor = Vector<Scalar, kN>;
+  /// A shape whose state takes as many numbers as that of any can: na + nb + nk of them.
+  static constexpr ModelShape kLargest{capacity(kN), 0, kMaxDelay, false};
 
   AnyArx() = default;
   /// na + nb parameters, or na + nb + 1 where kN leaves room for the offset.

@@ -4,6 +4,7 @@
 //   phi(k) = (-y(k-1) .. -y(k-na), u(k-nk) .. u(k-nk-nb+1) [, 1]),  theta = (a1 .. a_na, b1 .. b_nb [, c]).
 #pragma once
 
+#include <ehsid/fields.hpp>
 #include <ehsid/types.hpp>
 
 namespace ehsid {
@@ -14,6 +15,13 @@ struct ArxState {
   Array<Scalar, kOutputs> outputs;    // y(k-1) .. y(k-na)
   Array<Scalar, kCommands> commands;  // u(k) .. u(k-nk-nb+1)
   std::int32_t filled;                // complete past samples, up to kFull
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&ArxState::outputs);
+    visit(&ArxState::commands);
+    visit(&ArxState::filled);
+  }
 };
 
 /// ARX model of order na, nb and delay nk; with kOffset a constant term c is appended, so that means need
@@ -45,6 +53,8 @@ class Arx {
   int nk() const { return kNk; }
   bool offset() const { return kOffset; }
   static constexpr int size() { return kN; }
+  /// The shape of the largest state, and of any.
+  static constexpr ModelShape kLargest{kNa, kNb, kNk, kOffset};
 
   /// Forgets all past samples: after a gap the regressor has to fill anew.
   void clear() { state_ = State{}; }
@@ -88,7 +98,8 @@ class Arx {
   Scalar predict(const Parameters& theta) const { return dot<kN>(regressor(), theta); }
 
   /// y(k+1) .. y(k+kSteps) predicted after sample k is closed, on commands u(k+1) .. u(k+kSteps);
-  /// predictions take the place of outputs that are not known yet.
+  /// predictions take the place of outputs that are not known yet. Predictions of an unstable theta stop at the largest
+  /// number whose square is finite.
   template <int kSteps>
   Vector<Scalar, kSteps> predict_ahead(const Parameters& theta,
                                        const Vector<Scalar, kSteps>& commands) const {
@@ -97,7 +108,7 @@ class Arx {
     Vector<Scalar, kSteps> outputs;
     for (int i = 0; i < kSteps; ++i) {
       ahead.advance_command(commands[i]);
-      outputs[i] = ahead.predict(theta);
+      outputs[i] = limited(ahead.predict(theta));
       ahead.advance_output(outputs[i]);
     }
     return outputs;
@@ -121,6 +132,15 @@ class Arx {
   }
 
  private:
+  /// NaN, of infinite terms that cancel, becomes the limit, too.
+  static Scalar limited(Scalar output) {
+    constexpr Scalar kMost = sizeof(Scalar) == sizeof(float) ? Scalar(9e18F) : Scalar(6e153);
+    if (is_squarable(output)) {
+      return output;
+    }
+    return output < Scalar(0) ? -kMost : kMost;
+  }
+
   State state_{};
 };
 

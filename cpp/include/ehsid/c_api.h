@@ -33,8 +33,9 @@ extern "C" {
 #define EHSID_STORAGE_WORDS(n) (((n) * (n) + 6 * (n) + 197) / 2)
 #define EHSID_STORAGE_BYTES(n) (8 * EHSID_STORAGE_WORDS(n))
 
-/* Bytes that ehsid_save() writes, at most. ehsid_snapshot_bytes() tells how many they are. */
-#define EHSID_SNAPSHOT_BYTES(n) (2 * (n) * (n) + 14 * (n) + 680)
+/* Bytes that ehsid_save() writes, at most, for any policy and delay. ehsid_snapshot_bytes() is the bound for one policy,
+ * ehsid_save() returns how many it wrote. */
+#define EHSID_SNAPSHOT_BYTES(n) (2 * (n) * (n) + 18 * (n) + 680)
 
 /* Outcome of a call; numbers and meaning of ehsid::Status, and two more. */
 typedef enum ehsid_status {
@@ -148,7 +149,7 @@ ehsid_status ehsid_default_configuration(ehsid_configuration* configuration,
                                          const ehsid_kernel* kernel, int32_t na, int32_t nb,
                                          int32_t nk, bool offset);
 
-/* Bytes that an estimator of this kernel takes and that its snapshot has; 0 for NULL. */
+/* Bytes that an estimator of this kernel takes, and that its snapshot has at most; 0 for NULL. */
 size_t ehsid_storage_bytes(const ehsid_kernel* kernel);
 size_t ehsid_snapshot_bytes(const ehsid_kernel* kernel);
 
@@ -193,12 +194,30 @@ typedef struct ehsid_report {
 
 ehsid_status ehsid_read(const ehsid_estimator* estimator, ehsid_report* report);
 
-/* The state, without the settings: the bytes of ehsid.ServoEstimator.save() in Python. *written may be NULL.
- * The fit is not part of it and starts anew after ehsid_restore(). */
+/* The state, a checksum of the settings, and a checksum of all of it: the bytes of ehsid.ServoEstimator.save() in Python
+ * and of OnlineEstimator::save() in C++, on every machine. *written, how many they are, may be NULL. The fit is not part
+ * of it and starts anew after ehsid_restore(). */
 ehsid_status ehsid_save(const ehsid_estimator* estimator, void* bytes, size_t capacity,
                         size_t* written);
-/* Into an estimator with the same orders and policy. Any alignment; `count` must be exact. */
+/* Into an estimator with the same orders, policy and settings. Any alignment; `count` is what ehsid_save() wrote.
+ * EHSID_INVALID_ARGUMENT, and nothing changed, where ehsid_check_snapshot() finds a fault. Takes about as much stack as
+ * storage for the time of the call. */
 ehsid_status ehsid_restore(ehsid_estimator* estimator, const void* bytes, size_t count);
+
+/* Why ehsid_restore() would refuse; numbers and meaning of ehsid::SnapshotFault. */
+typedef enum ehsid_snapshot_fault {
+  EHSID_SNAPSHOT_FITS = 0,                /* it would not refuse */
+  EHSID_SNAPSHOT_UNKNOWN = 1,             /* not a snapshot of an estimator */
+  EHSID_SNAPSHOT_OTHER_VERSION = 2,       /* written by another version of ehsid: start anew */
+  EHSID_SNAPSHOT_DAMAGED = 3,             /* length or checksum is wrong: take another copy */
+  EHSID_SNAPSHOT_OTHER_MODEL = 4,         /* other orders, delay, constant term or policy */
+  EHSID_SNAPSHOT_OTHER_CONFIGURATION = 5, /* the same model with another setting */
+  EHSID_SNAPSHOT_IMPOSSIBLE = 6           /* right checksum, but a state that no estimator has */
+} ehsid_snapshot_fault;
+
+/* Reads the bytes as ehsid_restore() does and changes nothing. */
+ehsid_status ehsid_check_snapshot(const ehsid_estimator* estimator, const void* bytes, size_t count,
+                                  ehsid_snapshot_fault* fault);
 
 #ifdef __cplusplus
 }

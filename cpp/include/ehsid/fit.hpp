@@ -30,22 +30,27 @@ class FitMonitor {
 
   void restart() { state_ = State{}; }
 
-  /// An output (finite) and how far it lay from its prediction, both in the same unit.
+  /// An output and how far it lay from its prediction, both in the same unit. A sample whose squares are not finite is
+  /// left out.
   void update(Scalar output, Scalar innovation) {
+    const Scalar away = output - state_.mean;
+    if (!is_squarable(away) || !is_squarable(innovation)) {
+      return;
+    }
     state_.samples += state_.samples < kWindow ? 1 : 0;
     const Scalar share = Scalar(1) / static_cast<Scalar>(state_.samples);
-    const Scalar away = output - state_.mean;
     state_.mean += share * away;
     state_.variance = (Scalar(1) - share) * (state_.variance + share * away * away);
     state_.square += share * (innovation * innovation - state_.square);
   }
 
-  /// At most 100; negative where the mean would predict better; 0 while the output has not moved.
+  /// Finite, at most 100; negative where the mean would predict better; 0 while the output has not moved.
   Scalar percent() const {
-    if (!(state_.variance > Scalar(0))) {
+    if (!is_normal_positive(state_.variance)) {
       return Scalar(0);
     }
-    return Scalar(100) * (Scalar(1) - std::sqrt(state_.square / state_.variance));
+    const Scalar ratio = std::sqrt(state_.square) / std::sqrt(state_.variance);
+    return bounded_product(Scalar(100), Scalar(1) - ratio);
   }
 
   const State& state() const { return state_; }

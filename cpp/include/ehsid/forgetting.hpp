@@ -6,6 +6,8 @@
 //   kInfo                      its description, see settings.hpp
 //   settings(visit)            calls visit(description, member) for each setting; member(owner) is the setting in
 //                              a policy, or in another struct whose member has the same name
+//   fields(visit)              where it has a state beside its settings: lists the members of that state, as in
+//                              fields.hpp, so that snapshots save them
 //   valid()                    are its settings inside their ranges, and its state usable?
 //   restart()                  back to the initial state, e.g. after a reset
 //   loss(factors)              information forgotten in a step and direction, d(log det P) / n: a lone held

@@ -13,6 +13,13 @@ struct ConvergenceOptions {
       Scalar(0.1);         // a scaled parameter smaller than this is judged as if it were this, > 0
   std::int32_t hold = 20;  // informative samples in a row before "converged", >= 1
 
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&ConvergenceOptions::tolerance);
+    visit(&ConvergenceOptions::magnitude);
+    visit(&ConvergenceOptions::hold);
+  }
+
   bool valid() const {
     return is_finite(tolerance) && tolerance > Scalar(0) && is_finite(magnitude) &&
            magnitude > Scalar(0) && hold >= 1;
@@ -26,6 +33,13 @@ struct ConvergenceState {
   std::int32_t
       samples;        // samples seen since the start or the last reset (stops at its largest value)
   Scalar excitation;  // share of recent samples that carried information, 0 to 1
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&ConvergenceState::steady);
+    visit(&ConvergenceState::samples);
+    visit(&ConvergenceState::excitation);
+  }
 };
 
 /// Has the estimate converged? Judged in sigma^2 P: every standard deviation must stay below `tolerance` of its
@@ -79,6 +93,7 @@ class ConvergenceMonitor {
   Scalar excitation() const { return state_.excitation; }
   std::int32_t samples() const { return state_.samples; }
 
+  const Options& options() const { return options_; }
   const State& state() const { return state_; }
 
   /// May this saved state be taken over?

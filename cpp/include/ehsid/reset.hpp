@@ -17,6 +17,16 @@ struct RmseResetOptions {
   std::int32_t cool_down = 50;         // samples after an alarm without another, >= 0
   Scalar floor = Scalar(1e-5);         // an RMSE below this is never a change of the plant, >= 0
 
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&RmseResetOptions::short_window);
+    visit(&RmseResetOptions::long_window);
+    visit(&RmseResetOptions::trigger_ratio);
+    visit(&RmseResetOptions::release_ratio);
+    visit(&RmseResetOptions::cool_down);
+    visit(&RmseResetOptions::floor);
+  }
+
   bool valid() const {
     return is_finite(short_window) && short_window >= Scalar(1) && is_finite(long_window) &&
            long_window > short_window && is_finite(trigger_ratio) && is_finite(release_ratio) &&
@@ -34,6 +44,16 @@ struct RmseResetState {
   std::int32_t cooling;  // samples left in which no alarm is raised
   std::int32_t alarms;   // alarms since the start
   std::uint8_t armed;    // 0 after an alarm until the ratio has fallen below release_ratio
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&RmseResetState::short_square);
+    visit(&RmseResetState::long_square);
+    visit(&RmseResetState::seen);
+    visit(&RmseResetState::cooling);
+    visit(&RmseResetState::alarms);
+    visit(&RmseResetState::armed);
+  }
 };
 
 /// Detects a change of the plant from the RMSE of the prediction error (Fig. 4 of Ghazali et al. 2011): a
@@ -82,7 +102,7 @@ class RmseReset {
     const Scalar before =
         state_.long_square;  // the alarm must not be hidden by the error that raises it
     const bool warm = static_cast<Scalar>(state_.seen) >= options_.long_window;
-    state_.seen += warm ? 0 : 1;
+    state_.seen += warm || state_.seen == kLast ? 0 : 1;
     const auto count = static_cast<Scalar>(state_.seen);
     state_.short_square += (square - state_.short_square) / smaller(count, options_.short_window);
     state_.long_square += (square - state_.long_square) / smaller(count, options_.long_window);
@@ -105,7 +125,7 @@ class RmseReset {
     state_.long_square = before;
     state_.armed = 0;
     state_.cooling = options_.cool_down;
-    ++state_.alarms;
+    state_.alarms += state_.alarms < kLast ? 1 : 0;
     return true;
   }
 
@@ -113,6 +133,7 @@ class RmseReset {
   Scalar long_rmse() const { return std::sqrt(state_.long_square); }
   std::int32_t alarms() const { return state_.alarms; }
 
+  const Options& options() const { return options_; }
   const State& state() const { return state_; }
 
   /// May this saved state be taken over?
@@ -132,6 +153,8 @@ class RmseReset {
   }
 
  private:
+  static constexpr std::int32_t kLast = 0x7fffffff;  // where a count stops
+
   static Scalar smaller(Scalar a, Scalar b) { return a < b ? a : b; }
 
   Options options_{};

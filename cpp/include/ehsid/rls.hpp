@@ -10,6 +10,7 @@
 // steady state the factor 1 / (1 + lambda) is left out).
 #pragma once
 
+#include <ehsid/fields.hpp>
 #include <ehsid/forgetting/evidence.hpp>
 #include <ehsid/rls_options.hpp>
 #include <ehsid/types.hpp>
@@ -34,6 +35,21 @@ struct RlsState {
   Scalar mean_square;        // weighted mean of `square`
   Scalar weight;             // its weight in samples, at most kWeightLimit
   Scalar recent_square;      // the same over about the last 16 steps, skipped ones included
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&RlsState::theta, each_parameter);
+    visit(&RlsState::remainder, each_parameter);
+    visit(&RlsState::factors);
+    visit(&RlsState::forgetting);
+    visit(&RlsState::gain, each_parameter);
+    visit(&RlsState::innovation);
+    visit(&RlsState::forgetting_factor);
+    visit(&RlsState::square);
+    visit(&RlsState::mean_square);
+    visit(&RlsState::weight);
+    visit(&RlsState::recent_square);
+  }
 };
 
 /// Recursive least squares with a forgetting policy and guards.
@@ -82,7 +98,8 @@ class Rls {
   /// Number of parameters: kN, or where that is up_to(most) the size of the last start.
   int size() const { return initial_factors_.size(); }
 
-  /// Starts from theta0 and P0 = diag(variances), variances > 0 in units of sigma^2.
+  /// Starts from theta0, each is_squarable(), and P0 = diag(variances), variances > 0 in units of sigma^2. n times a
+  /// variance and its inverse must be normal numbers; invalid_argument, and nothing changed, otherwise.
   Status start(const Parameters& theta0, const Parameters& variances) {
     UdFactors<Scalar, kN> factors;
     return factors.set_diagonal(variances) ? begin(theta0, factors) : Status::invalid_argument;
@@ -128,15 +145,20 @@ class Rls {
     const Evidence<Scalar> evidence{innovation, s, known_residual_variance()};
     const ForgettingFactors<Scalar> lambda = state_.forgetting.peek(evidence);
     Scalar square = normalise(innovation, lambda.before, s);
-    if (!is_finite(square) || !is_finite(s)) {
+    if (!is_squarable(square) || !is_finite(s)) {
       // NaN or Inf at the input ends up here, too: in phi it makes s so, in y the square
       return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
     const Scalar recent = state_.recent_square + kRecentRate * (square - state_.recent_square);
-    if (uninformative(phi, s, surprising(recent, y, predicted))) {
-      state_.innovation = innovation;
-      state_.recent_square = recent;
-      return Status::no_information;
+    const Scalar power = y * y + predicted * predicted;
+    if (uninformative(phi, s, surprising(recent, power))) {
+      const Scalar start = variance_at_start(phi);
+      if (!overdue(recent, power, start)) {
+        state_.innovation = innovation;
+        state_.recent_square = recent;
+        lower_residual_variance(s, recent, power, start);
+        return Status::no_information;
+      }
     }
 
     UdFactors<Scalar, kN> factors;
@@ -163,7 +185,7 @@ class Rls {
       theta[at] = state_.theta[at] + increment;
       const Scalar added = theta[at] - state_.theta[at];
       remainder[at] = (state_.theta[at] - (theta[at] - added)) + (increment - added);
-      good = is_finite(theta[at]) && is_finite(remainder[at]) &&
+      good = is_squarable(theta[at]) && is_finite(remainder[at]) &&
              is_normal_positive(factors.d[at]) && good;
     }
     if (!good) {
@@ -223,27 +245,47 @@ class Rls {
     return state_.mean_square * state_.weight / (freedom > Scalar(1) ? freedom : Scalar(1));
   }
 
-  /// sqrt(sigma^2 P_ii).
+  /// sqrt(sigma^2 P_ii); always finite.
   Parameters standard_deviation() const {
     const int n = size();
     Parameters deviation(n);
     const Scalar variance = residual_variance();
     for (int i = 0; i < n; ++i) {
-      deviation[i] = std::sqrt(variance * state_.factors.variance(i));
+      const Scalar square = variance * state_.factors.variance(i);
+      deviation[i] = is_finite(square)
+                         ? std::sqrt(square)
+                         : std::sqrt(variance) * std::sqrt(state_.factors.variance(i));
     }
     return deviation;
   }
 
+  /// theta0, where reset_all() goes back to.
+  Parameters start_theta() const { return to_vector<kN>(size(), initial_theta_); }
+
   const State& state() const { return state_; }
 
-  /// May this saved state be taken over?
+  /// Writes what a start gave and a step does not change: settings, guards, and the factors that a reset returns to.
+  void write_configuration(ByteStream& writer, const ModelShape& of) const {
+    write_layout<Forgetting>(writer, of);
+    write_settings(writer, of, state_.forgetting);
+    stream_fields(writer, of, options_);
+    stream_fields(writer, of, initial_factors_);
+  }
+
+  /// May this saved state be taken over? Its numbers are finite, and so are the variances made of them.
   static bool usable(const State& saved) {
     const int n = saved.factors.size();
-    return saved.factors.usable() && all_finite(n, saved.theta) && all_finite(n, saved.remainder) &&
-           saved.forgetting.valid() && all_finite(n, saved.gain) && is_finite(saved.innovation) &&
-           is_forgetting_factor(saved.forgetting_factor) && is_magnitude(saved.square) &&
-           is_magnitude(saved.mean_square) && is_magnitude(saved.weight) &&
-           is_magnitude(saved.recent_square);
+    bool good = saved.factors.usable() && all_finite(n, saved.theta) &&
+                all_finite(n, saved.remainder) && saved.forgetting.valid() &&
+                all_finite(n, saved.gain) && is_finite(saved.innovation) &&
+                is_forgetting_factor(saved.forgetting_factor) && is_magnitude(saved.square) &&
+                is_magnitude(saved.mean_square) && is_magnitude(saved.weight) &&
+                saved.weight <= kWeightLimit && is_finite(saved.mean_square * saved.weight) &&
+                is_magnitude(saved.recent_square);
+    for (int i = 0; good && i < n; ++i) {
+      good = is_finite(saved.factors.variance(i));
+    }
+    return good;
   }
 
   /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable and of this size.
@@ -263,6 +305,15 @@ class Rls {
   // twice the RMSE, for a mean of about 16 squares (standard deviation 0.25) twelve deviations up.
   static constexpr Scalar kRecentRate = Scalar(1) / Scalar(16);
   static constexpr Scalar kSurprise = Scalar(4);
+  // Errors count as fallen where their recent mean square is a tenth of the residual variance.
+  static constexpr Scalar kFallen = Scalar(10);
+  // A model predicts where its errors are below 1 % of the output, and does not where they are above 17 %.
+  static constexpr Scalar kPredicted = Scalar(1e-4);
+  static constexpr Scalar kUnpredicted = Scalar(0.03);
+  // Least phi' P0 phi of a regressor that is not only noise, and of one of full size: with the default P0 = 1e6 half a
+  // percent of full scale, and 1.4 times that.
+  static constexpr Scalar kNoise = Scalar(25);
+  static constexpr Scalar kFullSize = Scalar(2e6);
   // Rounding of phi' theta: not a surprise, however small the noise.
   static constexpr Scalar kRounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
 
@@ -272,21 +323,35 @@ class Rls {
   }
 
   bool fits(const Parameters& theta) const {
-    return theta.size() == size() && all_finite(size(), theta);
+    return theta.size() == size() && all_squarable(size(), theta);
+  }
+
+  static bool all_squarable(int n, const Parameters& theta) {
+    bool good = true;
+    for (int i = 0; i < n; ++i) {
+      good = is_squarable(theta[i]) && good;
+    }
+    return good;
   }
 
   static bool is_magnitude(Scalar value) { return is_finite(value) && value >= Scalar(0); }
 
   Status begin(const Parameters& theta0, const UdFactors<Scalar, kN>& factors) {
     const int n = factors.size();
-    if (theta0.size() != n || !all_finite(n, theta0)) {
+    Array<Scalar, kN> weights{};
+    bool good = theta0.size() == n && all_squarable(n, theta0);
+    for (int i = 0; i < n; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      weights[at] = Scalar(1) / (Scalar(n) * factors.variance(i));
+      good = is_normal_positive(weights[at]) && good;
+    }
+    if (!good) {
       return Status::invalid_argument;
     }
     for (int i = 0; i < n; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      initial_theta_[at] = theta0[i];
-      ceiling_weight_[at] = Scalar(1) / (Scalar(n) * factors.variance(i));
+      initial_theta_[static_cast<std::size_t>(i)] = theta0[i];
     }
+    ceiling_weight_ = weights;
     initial_factors_ = factors;
     reset_all();
     return Status::ok;
@@ -308,10 +373,9 @@ class Rls {
     return state_.weight > Scalar(size() + 1) ? residual_variance() : Scalar(0);
   }
 
-  bool surprising(Scalar recent, Scalar y, Scalar predicted) const {
-    const Scalar rounding = kRounding * kRounding * (y * y + predicted * predicted);
+  bool surprising(Scalar recent, Scalar power) const {
     return state_.weight <= Scalar(size() + 1) ||
-           recent > kSurprise * known_residual_variance() + rounding;
+           recent > kSurprise * known_residual_variance() + kRounding * kRounding * power;
   }
 
   bool uninformative(const Regressor& phi, Scalar s, bool surprised) const {
@@ -324,6 +388,52 @@ class Rls {
       }
     }
     return !surprised && s < information_margin() * state_.forgetting.loss(state_.factors);
+  }
+
+  /// Must a sample without information be taken all the same? After samples far larger than those of now all of these
+  /// seem to carry none, and the estimate would rest for ever. So a regressor of full size is taken where the model does
+  /// not predict the output, for it is wrong then whatever sigma^2 is, and where P is on average smaller than full
+  /// excitation by such regressors would leave it: until it is as large, forgetting cannot wind anything up.
+  bool overdue(Scalar recent, Scalar power, Scalar start) const {
+    return start > kFullSize && (recent > kUnpredicted * power ||
+                                 state_.factors.weighted_trace(ceiling_weight_) * start <
+                                     information_margin() * state_.forgetting.loss(state_.factors));
+  }
+
+  /// Of a sample that is left out: follows errors that have become far smaller than sigma^2.
+  ///
+  /// sigma^2 is the unit of P, and what was learned from samples with larger errors counts less against those of now:
+  /// sigma^2 <- sigma^2 / f, P <- f P. The covariance of theta, sigma^2 P, stays as it was. f = sigma^2 / recent where the
+  /// model does not predict the output. Where it does, f is at most what makes the sample informative, and 1 where it
+  /// carries what is forgotten in one direction: in a position hold the errors of many a rig vanish, but what was
+  /// learned stays true. Nothing is done for a regressor that P0 hardly notices, only noise in a hold at zero.
+  void lower_residual_variance(Scalar s, Scalar recent, Scalar power, Scalar start) {
+    const Scalar known = known_residual_variance();
+    const Scalar loss = state_.forgetting.loss(state_.factors);
+    const Scalar wanted = information_margin() * loss;
+    const bool predicted = recent < kPredicted * power;
+    if (!(recent * kFallen < known) || !(start > kNoise) || !(s < (predicted ? loss : wanted))) {
+      return;
+    }
+    const Scalar needed = wanted / s;
+    const Scalar room =
+        options_.covariance_ceiling / state_.factors.weighted_trace(ceiling_weight_);
+    Scalar factor = known / recent;
+    factor = predicted && needed < factor ? needed : factor;
+    factor = room < factor ? room : factor;
+    if (factor > Scalar(1)) {
+      state_.factors.scale(factor);
+      state_.mean_square /= factor;
+    }
+  }
+
+  /// phi' P0 phi, with the diagonal of P0: how large a regressor is, whatever its units.
+  Scalar variance_at_start(const Regressor& phi) const {
+    Scalar sum(0);
+    for (int i = 0; i < size(); ++i) {
+      sum += phi[i] * phi[i] / (Scalar(size()) * ceiling_weight_[static_cast<std::size_t>(i)]);
+    }
+    return sum;
   }
 
   Scalar information_margin() const {

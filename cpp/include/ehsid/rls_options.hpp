@@ -16,6 +16,12 @@ struct RlsOptions {
   /// Backstop: the mean of P_ii / P0_ii never exceeds this. 1: never less certain than at the start.
   Scalar covariance_ceiling = Scalar(1);
 
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&RlsOptions::information_margin);
+    visit(&RlsOptions::covariance_ceiling);
+  }
+
   bool valid() const {
     return is_finite(information_margin) && is_finite(covariance_ceiling) &&
            covariance_ceiling > Scalar(0);

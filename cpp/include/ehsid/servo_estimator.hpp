@@ -8,7 +8,9 @@
 #include <ehsid/reset.hpp>
 #include <ehsid/rls.hpp>
 #include <ehsid/scaling.hpp>
-#include <type_traits>
+#include <ehsid/snapshot.hpp>
+
+#include <array>
 
 namespace ehsid {
 
@@ -49,21 +51,29 @@ class OnlineEstimator {
   using Parameters = Vector<Scalar, kN>;
   using Covariance = SquareMatrix<Scalar, kN>;
 
-  /// The whole state as plain data: store the bytes, restore them into an estimator with the same options.
-  struct Snapshot {
-    std::uint32_t magic;
-    std::uint16_t version;
-    std::uint16_t scalar_bytes;
-    std::uint16_t forgetting_id;
-    std::uint8_t na, nb, nk, offset;
+  /// What a snapshot holds behind its header, in this order. A copy of an estimator's state, so that settings of the
+  /// policy and sizes, which are not saved, are there before the rest is read.
+  struct Contents {
     std::uint8_t enabled;
-    std::uint8_t reserved;
     typename Recursion::State recursion;
     typename Model::State history;
     typename RmseReset<Scalar>::State reset;
     typename ConvergenceMonitor<Scalar>::State convergence;
+
+    template <class Visit>
+    EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+      visit(&Contents::enabled);
+      visit(&Contents::recursion);
+      visit(&Contents::history);
+      visit(&Contents::reset);
+      visit(&Contents::convergence);
+    }
   };
-  static_assert(std::is_trivially_copyable<Snapshot>::value, "a snapshot must be plain bytes");
+
+  /// Bytes of a snapshot; where the orders are chosen at run time, the most that there can be.
+  static constexpr std::size_t kSnapshotBytes = ehsid::snapshot_bytes<Contents>(Model::kLargest);
+  /// The whole state as bytes: store them, restore them into an estimator with the same options, on any machine.
+  using Snapshot = std::array<std::uint8_t, kSnapshotBytes>;
 
   OnlineEstimator() { static_cast<void>(configure(Options{})); }
   explicit OnlineEstimator(const Model& model) : model_(model) {
@@ -160,7 +170,8 @@ class OnlineEstimator {
     const Scalar variance = recursion_.residual_variance();
     for (int i = 0; i < model_.size(); ++i) {
       for (int j = 0; j < model_.size(); ++j) {
-        p(i, j) *= variance * unit(i) * unit(j);
+        const Scalar scale = bounded_product(bounded_product(variance, unit(i)), unit(j));
+        p(i, j) = bounded_product(p(i, j), scale);
       }
     }
     return p;
@@ -183,11 +194,14 @@ class OnlineEstimator {
   }
 
   /// epsilon(k) of the last estimated sample, in units of the position.
-  Scalar innovation() const { return recursion_.innovation() * scaling_.position_scale; }
+  Scalar innovation() const {
+    return bounded_product(recursion_.innovation(), scaling_.position_scale);
+  }
   Scalar forgetting_factor() const { return recursion_.forgetting_factor(); }
   /// sigma^2, in squared units of the position.
   Scalar residual_variance() const {
-    return recursion_.residual_variance() * scaling_.position_scale * scaling_.position_scale;
+    return bounded_product(recursion_.residual_variance(),
+                           scaling_.position_scale * scaling_.position_scale);
   }
   bool converged() const { return monitor_.converged(); }
 
@@ -200,44 +214,47 @@ class OnlineEstimator {
   const ConvergenceMonitor<Scalar>& monitor() const { return monitor_; }
   const Scaling<Scalar>& scaling() const { return scaling_; }
 
+  /// Bytes that save() writes and restore() expects.
+  std::size_t snapshot_bytes() const { return ehsid::snapshot_bytes<Contents>(shape()); }
+
+  /// Writes the state to `to`, which has room for snapshot_bytes().
+  void save(std::uint8_t* to) const {
+    Contents state = contents();
+    write_snapshot(to, header(), state);
+  }
+
   Snapshot save() const {
     Snapshot saved{};
-    identify(saved);
-    saved.enabled = enabled_ ? 1 : 0;
-    saved.recursion = recursion_.state();
-    saved.history = model_.state();
-    saved.reset = reset_.state();
-    saved.convergence = monitor_.state();
+    save(saved.data());
     return saved;
   }
 
-  /// invalid_argument, and nothing changed, if the snapshot is of another version, model, precision or
-  /// policy, or damaged.
-  Status restore(const Snapshot& saved) {
-    Snapshot expected{};
-    identify(expected);
-    const bool same = saved.magic == expected.magic && saved.version == expected.version &&
-                      saved.scalar_bytes == expected.scalar_bytes &&
-                      saved.forgetting_id == expected.forgetting_id && saved.na == expected.na &&
-                      saved.nb == expected.nb && saved.nk == expected.nk &&
-                      saved.offset == expected.offset && saved.enabled <= 1;
-    if (!same || saved.recursion.factors.size() != model_.size() ||
-        !Recursion::usable(saved.recursion) || !model_.usable(saved.history) ||
-        !RmseReset<Scalar>::usable(saved.reset) ||
-        !ConvergenceMonitor<Scalar>::usable(saved.convergence)) {
+  /// What restore() would find wrong with these bytes; SnapshotFault::none where it would take them over.
+  SnapshotFault check(const std::uint8_t* bytes, std::size_t count) const {
+    Contents found = contents();
+    return read(bytes, count, found);
+  }
+
+  /// Takes over `count` bytes that save() wrote. invalid_argument, and nothing changed, where check() finds a fault: a
+  /// snapshot that is damaged, or of another version, model, precision, policy or configuration.
+  Status restore(const std::uint8_t* bytes, std::size_t count) {
+    Contents found = contents();
+    if (read(bytes, count, found) != SnapshotFault::none) {
       return Status::invalid_argument;
     }
-    static_cast<void>(recursion_.restore(saved.recursion));
-    static_cast<void>(model_.restore(saved.history));
-    static_cast<void>(reset_.restore(saved.reset));
-    static_cast<void>(monitor_.restore(saved.convergence));
-    enabled_ = saved.enabled == 1;
+    // The states have been checked: these cannot refuse.
+    static_cast<void>(recursion_.restore(found.recursion));
+    static_cast<void>(model_.restore(found.history));
+    static_cast<void>(reset_.restore(found.reset));
+    static_cast<void>(monitor_.restore(found.convergence));
+    enabled_ = found.enabled == 1;
     return Status::ok;
   }
 
+  Status restore(const Snapshot& saved) { return restore(saved.data(), snapshot_bytes()); }
+
  private:
   static constexpr std::uint32_t kMagic = 0x45485331U;  // "EHS1"
-  static constexpr std::uint16_t kVersion = 1;          // of the layout of Snapshot
 
   Status estimate(const Parameters& phi, Scalar y) {
     const Status status = recursion_.update(phi, y);
@@ -258,15 +275,58 @@ class OnlineEstimator {
     return status;
   }
 
-  void identify(Snapshot& saved) const {
-    saved.magic = kMagic;
-    saved.version = kVersion;
-    saved.scalar_bytes = static_cast<std::uint16_t>(sizeof(Scalar));
-    saved.forgetting_id = static_cast<std::uint16_t>(Forgetting::kId);
-    saved.na = static_cast<std::uint8_t>(model_.na());
-    saved.nb = static_cast<std::uint8_t>(model_.nb());
-    saved.nk = static_cast<std::uint8_t>(model_.nk());
-    saved.offset = model_.offset() ? 1 : 0;
+  ModelShape shape() const { return {model_.na(), model_.nb(), model_.nk(), model_.offset()}; }
+
+  SnapshotHeader header() const {
+    return make_header<Scalar, Forgetting, Contents>(kMagic, shape(), configuration());
+  }
+
+  Contents contents() const {
+    return {static_cast<std::uint8_t>(enabled_ ? 1 : 0), recursion_.state(), model_.state(),
+            reset_.state(), monitor_.state()};
+  }
+
+  /// Checksum of every option that decides how the estimator goes on. Not theta0, which only a start uses, and no option
+  /// of the reset where that is switched off.
+  std::uint32_t configuration() const {
+    const ModelShape of = shape();
+    ByteStream writer = ByteStream::writing(nullptr);
+    recursion_.write_configuration(writer, of);
+    stream_fields(writer, of, scaling_);
+    stream_fields(writer, of, monitor_.options());
+    const std::uint8_t enabled = reset_enabled_ ? 1 : 0;
+    writer.values(&input_limit_, 1);
+    writer.values(&enabled, 1);
+    if (reset_enabled_) {
+      stream_fields(writer, of, reset_.options());
+    }
+    return writer.checksum();
+  }
+
+  SnapshotFault read(const std::uint8_t* bytes, std::size_t count, Contents& found) const {
+    const SnapshotFault fault = read_snapshot(bytes, count, header(), found);
+    return fault != SnapshotFault::none || possible(found) ? fault : SnapshotFault::impossible;
+  }
+
+  /// Can an estimator with these options have this state? The numbers it reports are finite, too.
+  bool possible(const Contents& found) const {
+    return found.enabled <= 1 && Recursion::usable(found.recursion) &&
+           all_finite(model_.size(),
+                      in_units(to_vector<kN>(model_.size(), found.recursion.theta))) &&
+           model_.usable(found.history) && plausible(found.history) &&
+           RmseReset<Scalar>::usable(found.reset) &&
+           ConvergenceMonitor<Scalar>::usable(found.convergence);
+  }
+
+  bool plausible(const typename Model::State& history) const {
+    bool good = true;
+    for (const Scalar output : history.outputs) {
+      good = plausible(output) && good;
+    }
+    for (const Scalar command : history.commands) {
+      good = plausible(command) && good;
+    }
+    return good;
   }
 
   bool plausible(Scalar scaled) const { return scaled <= input_limit_ && scaled >= -input_limit_; }
@@ -282,7 +342,7 @@ class OnlineEstimator {
 
   Parameters in_units(Parameters values) const {
     for (int i = 0; i < model_.size(); ++i) {
-      values[i] *= unit(i);
+      values[i] = bounded_product(values[i], unit(i));
     }
     return values;
   }

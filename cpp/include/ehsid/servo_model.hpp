@@ -31,7 +31,8 @@ enum class ServoReadingStatus : std::uint8_t {
   numerical_limit = 10,     // result or a standard deviation not finite in Scalar
 };
 
-/// What theta says about the servo. Every number that was not determined is NaN.
+/// What theta says about the servo. Every number that was not determined, or is too large for Scalar, is NaN; none is
+/// infinite.
 template <class Scalar>
 struct ServoReading {
   static constexpr Scalar kUnknown = std::numeric_limits<Scalar>::quiet_NaN();
@@ -98,6 +99,10 @@ class ServoReader {
   }
 
  private:
+  static Scalar known(Scalar value) {
+    return is_finite(value) ? value : ServoReading<Scalar>::kUnknown;
+  }
+
   /// Standard deviation of a quantity with the given gradient; NaN where the covariance is none.
   Scalar deviation(const Row6<Scalar>& gradient) const {
     return std::sqrt((gradient * covariance_).dot(gradient));
@@ -107,9 +112,9 @@ class ServoReader {
     const Scalar distance = std::abs(poles_.factors.root);
     const Scalar width = kReadingSigmas<Scalar> * deviation(poles_.d_pole);
     const Scalar next = poles_.next_distance();
-    reading.integrator_pole = Scalar(1) + poles_.factors.root;
-    reading.integrator_pole_std = deviation(poles_.d_pole);
-    reading.integrator_distance = distance;
+    reading.integrator_pole = known(Scalar(1) + poles_.factors.root);
+    reading.integrator_pole_std = known(deviation(poles_.d_pole));
+    reading.integrator_distance = known(distance);
     if (!(distance <= width) && !(distance <= kIntegratorShare<Scalar> * next)) {
       return Status::no_integrator;
     }
@@ -208,6 +213,11 @@ class ServoReader {
       if (!is_finite(value)) {
         return Status::numerical_limit;
       }
+    }
+    result.zoh_mismatch = known(result.zoh_mismatch);
+    result.zoh_mismatch_chi2 = known(result.zoh_mismatch_chi2);
+    for (int i = 0; i < 9; ++i) {
+      result.covariance(i / 3, i % 3) = known(result.covariance(i / 3, i % 3));
     }
     reading = result;
     return Status::ok;

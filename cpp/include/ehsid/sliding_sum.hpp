@@ -19,6 +19,13 @@ struct SlidingSum {
   Scalar head{};                   // sum of this block's values
   std::int32_t next = 0;           // where the coming value goes
 
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&SlidingSum::slots);
+    visit(&SlidingSum::head);
+    visit(&SlidingSum::next);
+  }
+
   /// The sum as it would be after push(value).
   Scalar peek(Scalar value) const {
     const bool last = next + 1 == kWindow;

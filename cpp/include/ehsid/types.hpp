@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 // Unrolls the loop that follows, up to 16 times: the loops of the recursion are short and nested, and half of what
 // they execute would be the loops' own. Not with -Os, where flash goes before speed.
@@ -94,6 +95,7 @@ struct Bits<float> {
   using Word = std::uint32_t;
   static constexpr Word kExponent = 0x7f800000U;
   static constexpr Word kLeastNormal = 0x00800000U;
+  static constexpr Word kSquareOverflows = 0x5f000000U;  // 2^63
 };
 
 template <>
@@ -101,6 +103,7 @@ struct Bits<double> {
   using Word = std::uint64_t;
   static constexpr Word kExponent = 0x7ff0000000000000ULL;
   static constexpr Word kLeastNormal = 0x0010000000000000ULL;
+  static constexpr Word kSquareOverflows = 0x5fe0000000000000ULL;  // 2^511
 };
 
 template <class Scalar>
@@ -120,6 +123,23 @@ typename Bits<Scalar>::Word bits_of(Scalar value) {
 template <class Scalar>
 bool is_finite(Scalar value) {
   return (bits_of(value) & Bits<Scalar>::kExponent) != Bits<Scalar>::kExponent;
+}
+
+/// Below 2^63 in size (float) or 2^511 (double), so that its square is finite? Not so NaN and Inf.
+template <class Scalar>
+bool is_squarable(Scalar value) {
+  return (bits_of(value) & Bits<Scalar>::kExponent) < Bits<Scalar>::kSquareOverflows;
+}
+
+/// The product of two finite numbers, or the largest finite number of its sign where the product is beyond it.
+template <class Scalar>
+Scalar bounded_product(Scalar a, Scalar b) {
+  const Scalar product = a * b;
+  if (is_finite(product)) {
+    return product;
+  }
+  const Scalar largest = std::numeric_limits<Scalar>::max();
+  return (a < Scalar(0)) == (b < Scalar(0)) ? largest : -largest;
 }
 
 /// Finite, above zero and not denormal? One comparison: what is smaller wraps round, and a sign is the highest bit.

@@ -9,6 +9,7 @@
 // What an update calls is inlined always: its scratch then shares the stack of the caller's (docs/budgets.md).
 #pragma once
 
+#include <ehsid/fields.hpp>
 #include <ehsid/types.hpp>
 #include <limits>
 
@@ -24,6 +25,12 @@ struct UdFactors : Extent<kN> {
 
   Array<Scalar, kN> d;
   Array<Scalar, kUpper> u;
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&UdFactors::d, each_parameter);
+    visit(&UdFactors::u, each_pair);
+  }
 
   UdFactors() = default;
   constexpr UdFactors(const Array<Scalar, kN>& d_in, const Array<Scalar, kUpper>& u_in)
@@ -157,7 +164,7 @@ struct UdFactors : Extent<kN> {
   EHSID_ALWAYS_INLINE Scalar measure(const UdFactors& prior, Array<Scalar, kN>& f, Scalar r,
                                      Scalar shrink) {
     if constexpr (kN == 1) {
-      u = prior.u;  // no factor, but a number that is saved
+      u = prior.u;  // no factor, but a number that usable() reads
     }
     const int n = prior.size();
     this->resize(n);

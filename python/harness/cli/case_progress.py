@@ -46,7 +46,7 @@ def shown(
         for i, outcome in enumerate(outcomes, 1):
             rest = todo - i
             left = in_words((time.monotonic() - began) / i * rest)
-            line = f"{outcome.name}: {outcome.word}, {in_words(outcome.seconds)}"
+            line = f"{outcome.name}: {outcome.word.rstrip('.')}, {in_words(outcome.seconds)}"
             if not console.is_terminal or outcome.failed:
                 tail = f"; {left} left" if rest else ""
                 console.print(f"{done + i} of {total}, {line}{tail}", soft_wrap=True)

@@ -5,15 +5,16 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import typer
 from rich.table import Table
 
-from ehsid.harness.cli.console import printable
 from ehsid.harness.files import write_text
+from ehsid.harness.text import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,10 +56,27 @@ def read_io(
     """Reads the input column and the output column of a record.
 
     What was taken for what in a log of another layout is shown on stderr, and returned.
+
+    Raises
+    ------
+    ValueError
+        the two options name the same column, or the time; or the record has a problem.
     """
+    from ehsid.harness.catalogue.channels import TIME
     from ehsid.harness.cli.log_options import read_shown
     from ehsid.harness.identification import IoData
 
+    for option, name in (("--input", input_name), ("--output", output_name)):
+        if name == TIME:
+            raise ValueError(
+                f"{option} {TIME}: this is the time of the samples, not a signal: expected "
+                f"a column with the {option[2:]} of the plant; name one"
+            )
+    if input_name == output_name:
+        raise ValueError(
+            f"--input {input_name}, --output {output_name}: expected two columns; name the command "
+            "as the input and the measured signal as the output"
+        )
     record = read_shown(path, hints, columns=[input_name, output_name])
     return IoData.from_record(record, input_name, output_name), record.origin
 
@@ -66,6 +84,35 @@ def read_io(
 def with_reading(results: dict[str, Any], origin: Origin | None) -> dict[str, Any]:
     """Returns results as JSON has them, with what was taken for what in a log as "reading"."""
     return results if origin is None else {**results, "reading": origin.to_dict()}
+
+
+@contextmanager
+def about(path: Path) -> Iterator[None]:
+    """Puts the path of the record in front of the message of a ValueError of the block."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def check_ending(out: Path) -> None:
+    """Checks that the file `out` has the ending of a format in which records are written.
+
+    Raises
+    ------
+    ValueError
+        it has another ending, or none.
+    """
+    from ehsid.harness.records.formats import FORMATS, format_of
+
+    try:
+        format_of(out)
+    except ValueError:
+        raise ValueError(
+            f"--out {out}: the ending of the name says no format: expected one of "
+            f"{', '.join('.' + ending for ending in sorted(FORMATS))}; name the file with one of "
+            "them"
+        ) from None
 
 
 def write_results(folder: Path, stem: str, results: dict[str, Any], figure: Figure) -> None:

@@ -7,24 +7,13 @@ Names of rigs, records and boards, and paths, are text of others. The console of
 
 from __future__ import annotations
 
-import unicodedata
 from typing import Any
 
 import rich.console
 from rich.progress import TextColumn
 from rich.text import Text
 
-
-def printable(text: str) -> str:
-    r"""Returns the text with control characters written out, such as \x1b.
-
-    Line ends and spaces of all kinds stay.
-    """
-
-    def harmless(c: str) -> bool:
-        return c.isprintable() or c == "\n" or unicodedata.category(c) == "Zs"
-
-    return "".join(c if harmless(c) else repr(c)[1:-1] for c in text)
+from ehsid.harness.text import printable
 
 
 class Console(rich.console.Console):

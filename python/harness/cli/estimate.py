@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from ehsid.harness.cli.common import make_table, read_io, with_reading, write_results
+from ehsid.harness.cli.common import (
+    about,
+    make_table,
+    read_io,
+    with_reading,
+    write_results,
+)
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import (
@@ -72,7 +78,8 @@ def estimate_command(
         data, origin = read_io(record, input_name, output_name, hints)
         orders = ArxOrders(na, nb, nk, offset=False)
         policy = make_policy(forgetting, lambda0, setting)
-        result = estimate(data, orders, forgetting=policy, reset=reset)
+        with about(record):
+            result = estimate(data, orders, forgetting=policy, reset=reset)
         if folder is not None:
             from ehsid.harness.report.model_figures import estimation_figure
 

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 import ehsid
-from ehsid.harness.cli.common import MOST_DELAY, MOST_ORDER, parse_range
+from ehsid.harness.cli.common import MOST_DELAY, MOST_ORDER, parse_range, refuse
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RigOrPublished
@@ -117,4 +117,6 @@ def experiment_command(
             console.print(f"- {sentence}")
         console.print(f"report: {out / 'experiment.html'}", soft_wrap=True)
     if report.problems:
-        raise typer.Exit(2)
+        source = record or rig_file or "the published rig"
+        why = report.problems[0].rstrip(".")
+        refuse(f"{source}: there is no sound model: {why}; see {out / 'experiment.html'}")

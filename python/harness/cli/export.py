@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ehsid.harness.cli.common import read_io
+from ehsid.harness.cli.common import about, read_io
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import InputColumn, OutputColumn, RecordFile, Reset
@@ -36,8 +36,6 @@ def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: b
         defaults = zip(given, (3, 3, 1), strict=True)
         na, nb, nk = (default if value is None else value for value, default in defaults)
         return ArxOrders(na, nb, nk, offset=offset)
-    if any(value is not None for value in given):
-        raise ValueError("--identify chooses na, nb and nk itself; leave them out, or --identify")
     return identify(data, offset=offset, remove_means=not offset).chosen.orders
 
 
@@ -117,14 +115,19 @@ def export_command(
     )
 
     check_name(name)
+    if choose and any(value is not None for value in (na, nb, nk)):
+        raise ValueError("--identify chooses na, nb and nk itself; leave them out, or --identify")
+    if inflation is not None and not 1.0 <= inflation < math.inf:
+        raise ValueError(f"--inflation {inflation:g}: expected a finite number of at least 1")
     policy = make_policy(forgetting, lambda0, setting)
     path = out or Path(f"servo_configuration.{'h' if c else 'hpp'}")
     with result_files(path, "export", inputs=[record]) as folder:
         data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
-        orders = _orders(data, (na, nb, nk), choose, offset)
-        export = configure_from_record(
-            data, orders, forgetting=policy, inflation=inflation, reset=reset
-        )
+        with about(record):
+            orders = _orders(data, (na, nb, nk), choose, offset)
+            export = configure_from_record(
+                data, orders, forgetting=policy, inflation=inflation, reset=reset
+            )
         provenance = _provenance(record, data, export)
         if c:
             text = render_c_header(

@@ -73,8 +73,9 @@ def check_excluded(ids: Sequence[str]) -> None:
     """Raises ValueError if an id is not in the catalogue; the message has the nearest known id."""
     for effect in ids:
         if effect not in effects():
-            listed = ", ".join(effects())
-            raise ValueError(f"--exclude-effect {unknown(effect, effects())}; there are: {listed}")
+            problem = unknown(effect, effects())
+            end = " There are" if problem.endswith("?") else "; there are"
+            raise ValueError(f"--exclude-effect {problem}{end}: {', '.join(effects())}")
 
 
 def gap_command(

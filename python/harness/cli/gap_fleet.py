@@ -17,6 +17,7 @@ from ehsid.harness.cli.gap_check import on
 from ehsid.harness.cli.options import AsJson, Dask, ExcludedEffects, Workers
 from ehsid.harness.files import check_result_folder, result_folder
 from ehsid.harness.rigs import read_rig
+from ehsid.harness.text import printable
 
 if TYPE_CHECKING:
     from ehsid.harness.validation.fleet.ranking import Fleet
@@ -108,6 +109,7 @@ def gap_fleet_command(
             refused[machine.name] = (
                 f"{machine}: a file of the results has this name; give the folder another one"
             )
+            typer.echo(f"{printable(refused[machine.name])}; it is left out", err=True)
         else:
             folders.append(machine)
     todo = unfinished_machines(folders, out, excluded)

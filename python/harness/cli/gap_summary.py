@@ -16,6 +16,7 @@ from ehsid.harness.cli.console import Console
 from ehsid.harness.gap.schema import Diagnosis, HowFar
 from ehsid.harness.report.gap_words import (
     SIMULATIONS,
+    STANDINGS,
     VERDICTS,
     effect_set,
     interval,
@@ -81,16 +82,14 @@ def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
     if diagnosis.candidates:
         candidates = [
             (
-                effect_set(candidate.effects) + " *" * candidate.in_confidence_set,
+                effect_set(candidate.effects),
                 percent(candidate.held_out_shrinkage),
                 f"{candidate.score:.1f}",
+                STANDINGS[candidate.standing.kind],
             )
             for candidate in diagnosis.candidates[:MOST_CANDIDATES]
         ]
-        marked = any(candidate.in_confidence_set for candidate in diagnosis.candidates)
-        caption = "* the data cannot tell it from the best" if marked else None
-        headings = ("candidate", "removes", "behind the best, nats")
-        yield make_table(headings, candidates, caption=caption, caption_justify="left")
+        yield make_table(("candidate", "removes", "nats behind", "decision"), candidates)
     moved = [
         (
             value_name(name),

@@ -14,6 +14,7 @@ from rich.table import Table
 from ehsid.harness.cli.common import (
     MOST_DELAY,
     MOST_ORDER,
+    about,
     make_table,
     parse_range,
     read_io,
@@ -99,7 +100,8 @@ def identify_command(
         wanted_delays = parse_range(delays, "--delays", MOST_DELAY)
         hints = hints_of(maps, sampling_time)
         data, origin = read_io(record, input_name, output_name, hints)
-        result = identify(data, orders=wanted_orders, delays=wanted_delays)
+        with about(record):
+            result = identify(data, orders=wanted_orders, delays=wanted_delays)
         lines = [
             result.reason,
             result.delay_reason,

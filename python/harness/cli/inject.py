@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ehsid.harness.cli.common import check_ending
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_shown
 from ehsid.harness.cli.options import RECORD_HELP, AsJson
@@ -67,11 +68,10 @@ def inject_command(
     """
     from ehsid.harness.catalogue.channels import POSITION, REQUIRED_COLUMNS
     from ehsid.harness.cli.inject_sizes import parse_sizes
-    from ehsid.harness.records.formats import format_of
     from ehsid.harness.rigs import read_rig
     from ehsid.harness.simulation.injection import answer_path, inject, write_injected
 
-    format_of(out)
+    check_ending(out)
     beside = [answer_path(out).name]
     with result_files(out, "inject", beside, inputs=[record_file, rig_file]) as folder:
         rig = read_rig(rig_file)

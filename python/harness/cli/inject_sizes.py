@@ -45,12 +45,15 @@ def parse_sizes(
         if name not in owners:
             nearest = nearest_name(name, owners)
             hint = f"; did you mean '{nearest}'?" if nearest else ""
-            raise InjectError(f"--set {text}: none of the effects named has '{name}'{hint}")
+            raise InjectError(
+                f"--set {text}: expected a parameter of an effect that is named with "
+                f"--effect; none has '{name}'{hint}"
+            )
         if len(owners[name]) > 1:
             both = " and ".join(owners[name])
             raise InjectError(f"--set {text}: {both} have it; write EFFECT.{name}=NUMBER")
         parameters = sizes[owners[name][0]]
         if name.rpartition(".")[2] in parameters:
-            raise InjectError(f"--set {text}: '{name}' is set twice")
+            raise InjectError(f"--set {text}: '{name}' is set twice; expected each parameter once")
         parameters[name.rpartition(".")[2]] = value
     return sizes

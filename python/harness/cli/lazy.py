@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +13,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from ehsid.harness.cli.common import refuse
+from ehsid.harness.cli.usage import UsageError, usage_message
 
 # How the messages begin that pybind11 gives to values which a C++ type cannot hold.
 OF_PYBIND = ("incompatible function arguments", "incompatible constructor arguments")
@@ -38,12 +39,17 @@ class Verb:
     summary: str
     command_class: type[TyperCommand] = TyperCommand
 
-    def load(self) -> Any:
-        """Imports the module and makes the command."""
+    def function(self) -> Callable[..., Any]:
+        """Imports the module and returns the function of the command."""
         stem = self.name.replace("-", "_")
         module = importlib.import_module(f"ehsid.harness.cli.{stem}")
+        function: Callable[..., Any] = getattr(module, f"{stem}_command")
+        return function
+
+    def load(self) -> Any:
+        """Imports the module and makes the command."""
         app = typer.Typer(add_completion=False)
-        function = errors_as_messages()(getattr(module, f"{stem}_command"))
+        function = errors_as_messages()(self.function())
         app.command(self.name, cls=self.command_class)(function)
         return typer.main.get_command(app)
 
@@ -62,8 +68,10 @@ def errors_as_messages() -> Iterator[None]:
     except KeyboardInterrupt:
         typer.echo("ehsid: interrupted", err=True)
         raise typer.Exit(130) from None
-    except (ValueError, OSError) as error:
+    except ValueError as error:
         refuse(str(error))
+    except OSError as error:
+        refuse(_of_the_system(error))
     except MemoryError as error:
         why = str(error).rstrip(".") or "no more memory"
         refuse(
@@ -89,6 +97,16 @@ def errors_as_messages() -> Iterator[None]:
         )
 
 
+def _of_the_system(error: OSError) -> str:
+    """Returns an error of the operating system as a message that names the file."""
+    if error.filename is None or error.strerror is None:
+        return str(error)
+    return (
+        f"{error.filename}: cannot be used ({error.strerror}): expected a path that can be read, "
+        "or written to; check it, and its permissions"
+    )
+
+
 # The contexts and commands of click have the type `Any` here, because some versions of typer bring
 # their own click under another name.
 class DeferredCommand(TyperCommand):
@@ -102,8 +120,13 @@ class DeferredCommand(TyperCommand):
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
     ) -> Any:
         """Returns the context of the actual command, which then runs in place of this one."""
+        given = list(args)  # the library takes its arguments out of the list
         with errors_as_messages():
-            return self.verb.load().make_context(info_name, args, parent, **extra)
+            try:
+                return self.verb.load().make_context(info_name, args, parent, **extra)
+            except UsageError as error:
+                called = f"ehsid {self.verb.name}"
+                refuse(usage_message(error, self.verb.function(), given, called))
 
 
 def lazy_group(verbs: Iterable[Verb]) -> type[TyperGroup]:
@@ -114,5 +137,15 @@ def lazy_group(verbs: Iterable[Verb]) -> type[TyperGroup]:
             super().__init__(**settings)
             for verb in verbs:
                 self.add_command(DeferredCommand(verb))
+
+        def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+            """Returns the command that the first argument names."""
+            if args and args[0] not in self.commands and not args[0].startswith("-"):
+                from ehsid.harness.records.errors import nearest_name
+
+                nearest = nearest_name(args[0], self.commands)
+                hint = f"did you mean '{nearest}'? There are" if nearest else "expected one of"
+                refuse(f"there is no command '{args[0]}'; {hint}: {', '.join(self.commands)}")
+            return super().resolve_command(ctx, args)
 
     return LazyGroup

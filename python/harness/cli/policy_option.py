@@ -54,17 +54,21 @@ def make_policy(
             )
         values[LAMBDA0[name]] = lambda0
     for text in settings or ():
-        member, _, number = text.partition("=")
+        member, equals, number = text.partition("=")
         setting = names.get(member.strip().removesuffix("_"), "")
-        if not setting:
+        if not setting or not equals:
             raise ValueError(
                 f"--setting {text}: expected NAME=NUMBER with a setting of {name} forgetting, "
                 f"which has {', '.join(names)}"
             )
         if setting in values:
-            raise ValueError(f"--setting {text}: {member} is given twice")
+            raise ValueError(
+                f"--setting {text}: {member} is given twice; expected each setting once"
+            )
         try:
             values[setting] = float(number)
         except ValueError:
-            raise ValueError(f"--setting {text}: '{number}' is not a number") from None
+            raise ValueError(
+                f"--setting {text}: expected NAME=NUMBER; '{number}' is not a number"
+            ) from None
     return info.policy(**values)

@@ -73,7 +73,8 @@ def stages() -> Iterator[Callable[[str, float], None]]:
     try:
         yield report
     finally:
-        bar.stop()
+        if bar.tasks:  # elsewhere than on a terminal, rich ends every bar with an empty line
+            bar.stop()
 
 
 @contextmanager

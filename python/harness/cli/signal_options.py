@@ -73,9 +73,29 @@ def start_position(rig: Rig, position0: float | None) -> float:
     return 0.5 * rig.values.get("cylinder.stroke_m", 0.0) if position0 is None else position0
 
 
+def check_start(rig: Rig, position0: float | None) -> None:
+    """Checks the option --position0.
+
+    Raises
+    ------
+    ValueError
+        the position is not finite, or outside the stroke.
+    """
+    stroke = rig.values.get("cylinder.stroke_m", math.inf)
+    low = -math.inf if stroke == math.inf else 0.0
+    if position0 is None or (math.isfinite(position0) and low <= position0 <= stroke):
+        return
+    expected = "a finite number of metres" if low < 0.0 else f"0 to {stroke:g} m, the stroke"
+    raise ValueError(f"--position0 {position0:g}: expected {expected}")
+
+
 def as_command(rig: Rig, options: SignalOptions, position0: float | None = None) -> FloatArray:
     """The test signal as a command within the limits of the machine, V."""
     limit = command_limit(rig)
+    if options.amplitude is not None and options.amplitude > limit:
+        raise ValueError(
+            f"--amplitude {options.amplitude:g}: expected at most the rated command, {limit:g} V"
+        )
     command = options.make(default=0.1 * limit if math.isfinite(limit) else 1.0, top_hz=20.0)
     stroke = rig.values.get("cylinder.stroke_m")
     if stroke is not None and np.abs(command).max() <= limit:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from ehsid.harness.cli.common import make_table, write_figure
+from ehsid.harness.cli.common import check_ending, make_table, write_figure
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, hints_of, read_shown
 from ehsid.harness.cli.options import AsJson, SignalName
@@ -23,9 +23,14 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from ehsid.harness.records import Hints, Layout
+    from ehsid.harness.records import Hints
     from ehsid.harness.rigs import Rig
     from ehsid.harness.simulation import PositionController, SimulationRun
+
+
+# A logged command may be beyond the rated one, where the valve is fully open. One that is so far
+# beyond it is in another unit.
+MOST_COMMAND = 10
 
 
 class LoopName(StrEnum):
@@ -36,14 +41,22 @@ class LoopName(StrEnum):
     pi = "pi"
 
 
-def _logged_command(
-    path: Path, layout: Layout, hints: Hints
-) -> tuple[npt.NDArray[np.float64], float]:
+def _logged_command(path: Path, rig: Rig, hints: Hints) -> tuple[npt.NDArray[np.float64], float]:
+    import numpy as np
+
+    from ehsid.harness.simulation import command_limit
+
     record = read_shown(
-        path, hints, columns=["command_v"], required=["time_s", "command_v"], layout=layout
+        path, hints, columns=["command_v"], required=["time_s", "command_v"], layout=rig.columns
     )
     if len(record.segments) > 1 or record.dt_s is None:
         raise ValueError(f"{path}: a command with gaps cannot drive a rig; give one stretch of it")
+    largest, limit = float(np.abs(record.column("command_v")).max()), command_limit(rig)
+    if largest > MOST_COMMAND * limit:
+        raise ValueError(
+            f"{path}, column 'command_v': the command reaches {largest:.4g} V: expected at most "
+            f"{MOST_COMMAND} times the rated command of {limit:g} V; is the column in V?"
+        )
     return record.column("command_v"), record.dt_s
 
 
@@ -119,19 +132,25 @@ def simulate_command(
     """
     import numpy as np
 
-    from ehsid.harness.cli.signal_options import SignalOptions, as_command, as_reference
-    from ehsid.harness.records.formats import format_of
+    from ehsid.harness.cli.signal_options import (
+        SignalOptions,
+        as_command,
+        as_reference,
+        check_start,
+    )
     from ehsid.harness.records.writing import record_bytes
     from ehsid.harness.rigs import read_rig
     from ehsid.harness.simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
 
     if (command is None) == (excitation is None):
-        raise ValueError("give either --command REC or --excitation NAME")
+        raise ValueError(
+            "expected either --command RECORD or --excitation NAME; name one source of the command"
+        )
     if command is not None and loop is not LoopName.open:
         raise ValueError("--loop: a logged command drives the rig as it is; use --excitation")
     placing: AbstractContextManager[Path | None] = nullcontext()
     if out is not None:
-        format_of(out)
+        check_ending(out)
         picture = out.with_suffix(".png").name
         inputs = [rig_file] if command is None else [rig_file, command]
         placing = result_files(out, "simulate", [picture], inputs)
@@ -139,9 +158,10 @@ def simulate_command(
     with placing as folder:
         values = parse_settings(effect or [])
         rig = read_rig(rig_file)
+        check_start(rig, position0)
         volts, signal, limited = None, None, None
         if command is not None:
-            volts, step = _logged_command(command, rig.columns, hints_of(maps, dt))
+            volts, step = _logged_command(command, rig, hints_of(maps, dt))
             samples = volts.size
         else:
             assert excitation is not None

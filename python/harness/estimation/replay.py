@@ -121,7 +121,10 @@ def scaling_of(data: IoData) -> ehsid.Scaling:
     u, y = (np.concatenate(part) for part in parts)
     for name, values in ((data.input_name, u), (data.output_name, y)):
         if float(np.ptp(values)) == 0.0:
-            raise IdentificationError(f"{name} is constant: there is nothing to identify from it")
+            raise IdentificationError(
+                f"{name} is constant: expected a signal that varies; record the plant in motion, "
+                "or name other columns"
+            )
     return ehsid.Scaling(
         command_scale=float(np.std(u)),
         position_scale=float(np.std(y)),
@@ -188,8 +191,8 @@ def estimate(
     if np.count_nonzero(known) <= 2 * n_start:
         raise IdentificationError(
             f"{measured.size} samples leave {np.count_nonzero(known)} equations for "
-            f"{orders.n_parameters} parameters; needed are more than {2 * n_start}: "
-            "give a longer record or a lower order"
+            f"{orders.n_parameters} parameters: expected more than {2 * n_start}; record longer, "
+            "or take lower orders"
         )
     settled = known & (np.cumsum(known) > n_start)
     deviation = joined("standard_deviation")

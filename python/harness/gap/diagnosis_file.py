@@ -101,7 +101,10 @@ class Effect(msgspec.Struct, frozen=True):
 
 
 class Candidate(msgspec.Struct, frozen=True):
-    """A set of effects that was fitted; scores and costs in nats."""
+    """A set of effects that was fitted; scores and costs in nats.
+
+    `standing` tells what the decision made of the set, and `why` the condition that decided.
+    """
 
     effects: list[str]
     score: Number
@@ -111,6 +114,8 @@ class Candidate(msgspec.Struct, frozen=True):
     fitted_cost: Number = None
     held_out_cost: Number = None
     free: int | None = None
+    standing: str | None = None
+    why: str = ""
 
 
 class CannotJudge(msgspec.Struct, frozen=True):
@@ -368,6 +373,8 @@ def _candidate(candidate: findings.Candidate) -> Candidate:
         _number(candidate.fitted_cost),
         _number(candidate.held_out_cost),
         int(candidate.free),
+        candidate.standing.kind,
+        candidate.standing.why,
     )
 
 

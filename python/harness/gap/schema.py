@@ -147,6 +147,30 @@ class FoundEffect:
     share_of_shrinkage: float
 
 
+StandingKind = Literal[
+    "named", "equivalent", "sufficient", "not_needed", "too_small", "worse", "screened"
+]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What the decision made of a candidate, and why.
+
+    Attributes
+    ----------
+    kind
+        "named": the best set; "equivalent": the data cannot separate it from the best set;
+        "sufficient": the calibrated rig, where no effect is named; "not_needed": the data do not
+        require it; "too_small": an effect is no larger than in every servo; "worse": its errors on
+        held-out data are larger; "screened": only a short fit was made.
+    why
+        the condition that decided, as a clause; empty where `kind` says all.
+    """
+
+    kind: StandingKind
+    why: str
+
+
 @dataclass(frozen=True)
 class Candidate:
     """A set of effects that was fitted.
@@ -156,9 +180,12 @@ class Candidate:
     effects
         ids of the effects.
     score
-        distance of the held-out log-likelihood from that of the best set, nats; 0 for the best.
+        distance of the held-out log-likelihood from that of the first candidate, nats; 0 for the
+        first.
     held_out_shrinkage
-        share of the explainable gap by which the gap on held-out data shrinks.
+        share of the explainable gap that the set removes on held-out data, as in
+        `HowFar.of_explainable`; negative where its errors are larger than those of the calibrated
+        rig.
     parameters
         fitted parameters of the effects, by "id.parameter".
     in_confidence_set
@@ -168,6 +195,8 @@ class Candidate:
         them; known up to a constant of the record, less is better.
     free
         number of fitted values.
+    standing
+        what the decision made of the set.
     """
 
     effects: tuple[str, ...]
@@ -178,6 +207,7 @@ class Candidate:
     fitted_cost: float
     held_out_cost: float
     free: int
+    standing: Standing
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,14 @@ BLOCKS_TURN = 3
 # each window. Within a window, a limit cycle of 10 to 80 Hz must not slip by half a period, or the
 # fit settles on a wrong multiple of its frequency.
 COLD_WINDOWS_S = (0.03, 0.1, 0.25)
+# A window with fewer samples shows little but its own start. At a slow sampling only the long
+# windows are left, or none: a limit cycle that would slip cannot be seen there.
+LEAST_COLD_SAMPLES = 6
+# Where the sampling is too slow for such windows, the stiffness of the oil is tried in this many
+# steps over its whole range, and fits start from the best few. With a standard deviation of 30 %,
+# neighbouring steps differ by 4 % in the frequency of the oil spring.
+STIFFNESS_STEPS = 33
+STIFFNESS_STARTS = 3
 
 # Independent errors per second; the samples of a record at 1 kHz are not independent. The errors of
 # a servo lie below the frequency of its oil spring. Their bandwidth is some 5 to 20 Hz after the
@@ -120,6 +128,9 @@ MOST_REFINED = 5
 # third. A candidate with a tenth of the gain of the first one does not overtake it.
 LEAST_SCREENED_GAIN = 0.1
 BEAM = 2
+# A law that contains another is fitted again where its cost is higher by more than this. Less is
+# what fits of a limited number of iterations differ by.
+BEHIND_NATS = 1.0
 MOST_EFFECTS = 3
 # If the errors of a set of effects are this close to the noise floor (ln of the ratio), nothing is
 # left to look for.
@@ -172,6 +183,14 @@ REPEAT_DRIFT_EVEN = 0.5
 # than friction holds. A hundredth of the largest speed is creep, which is nearly a straight line.
 REST_COMMAND = 0.005
 REST_SPEED = 0.01
+# With fewer than four samples in a period of the oil spring, neighbouring samples differ by motion
+# as much as by noise, and differences of any order show both.
+SPRING_HIDES_NOISE = 0.25
+# Noise of usual sensors, where motion hides it and the rig file does not tell it: of a position
+# sensor, share of the stroke; of others, share of the range in the record. For pressures see
+# DESIGN_PRESSURE_NOISE.
+NOISE_OF_STROKE = 5e-5
+NOISE_OF_RANGE = 1e-3
 # Smallest number of windows of half a second that give a noise floor. With 20 independent errors
 # per second, four windows give it two significant digits.
 REST_WINDOWS = 4
@@ -245,9 +264,14 @@ FLOORS_DIFFER = 3.0
 OPPOSITE = 0.3
 # The position is smoothed over this time for the force balance; an oil spring of 20 Hz is kept.
 FORCE_SMOOTHED_S = 0.02
-# The chamber pressures are exchanged if the exchange leaves less than this share of the force that
-# the columns as named leave unexplained.
+# The chamber pressures may be exchanged if the exchange leaves less than this share of the force
+# that the columns as named leave unexplained.
 EXCHANGED = 0.3
+# A sign is certain where the value is this many of its standard deviations: because a refusal must
+# be certain, a false one may occur in some ten thousand records only. The deviations come from this
+# many blocks of a record.
+PORTS_DEVIATIONS = 4.0
+PORTS_BLOCKS = 10
 
 # --- Where -------------------------------------------------------------------------------------
 # Test functions of the weak form. 20 ms hold one period of a spool of 50 Hz, so that lag and delay
@@ -448,3 +472,10 @@ STEP_OF_RIG_NOISE = 2.0
 LEAST_STEP = 6e-5
 # Files hold the levels with four digits and more.
 STEP_SCATTER = 1e-3
+
+# --- What the page says beside the verdict -------------------------------------------------------
+# The fitted values are called worse than those of the rig file where the gap on held-out data is
+# larger by a twentieth: the same tolerance by which sets of effects are told apart.
+WORSE_CALIBRATED = 1.05
+# A fitted value is at an end of its range where less than a thousandth of the range is left.
+AT_BOUND = 1e-3

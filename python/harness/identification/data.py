@@ -17,6 +17,9 @@ from ehsid.harness.records import Record
 # and residuals below this share of the output are rounding errors: a regression row is the sum of
 # about ten products, each rounded to 1.1e-16, and theta itself is accurate to about 1e-13 at best.
 ROUNDING = 1e-12
+# Largest |sample|: sums of squares of as many samples as a record may have stay finite, and so do
+# the products of parameters and samples.
+MOST = 1e100
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +29,7 @@ class IoData:
     Attributes
     ----------
     u, y
-        float64 arrays of shape (n,), finite.
+        float64 arrays of shape (n,), finite and at most 1e100 in size.
     segments
         slices of consecutive samples, in order, not overlapping.
     dt_s
@@ -42,6 +45,15 @@ class IoData:
     input_name: str = "u"
     output_name: str = "y"
 
+    def __post_init__(self) -> None:
+        for name, values in ((self.input_name, self.u), (self.output_name, self.y)):
+            if values.size and not (largest := float(np.abs(values).max())) <= MOST:
+                raise IdentificationError(
+                    f"{name}: sample {int(np.argmax(np.abs(values)))} is {largest:g} in size: "
+                    f"expected at most {MOST:g}, so that squares can be computed; remove the "
+                    "sample, or give the signal another unit"
+                )
+
     @classmethod
     def from_arrays(
         cls,
@@ -56,7 +68,8 @@ class IoData:
         Raises
         ------
         IdentificationError
-            input and output are not vectors of equal length, not finite, or partly masked.
+            input and output are not vectors of equal length, not finite, too large, or partly
+            masked.
         """
         if masked_count(u) or masked_count(y):
             raise IdentificationError(
@@ -80,6 +93,8 @@ class IoData:
         ------
         RecordError
             the record has no such column.
+        IdentificationError
+            a sample is too large.
         """
         return cls(
             record.column(input_name),

@@ -118,7 +118,10 @@ def least_squares(
     """
     n, d = phi.shape
     if n < d:
-        raise TooFewSamplesError(f"{n} rows do not determine {d} parameters")
+        raise TooFewSamplesError(
+            f"{n} equations do not determine {d} parameters: expected at least {d}; record longer, "
+            "or take lower orders"
+        )
     scale = np.linalg.norm(phi, axis=0)
     if (scale == 0.0).any():
         flat = tuple(name for name, s in zip(names, scale, strict=True) if s == 0.0)

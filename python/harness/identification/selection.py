@@ -217,9 +217,13 @@ def _check_part(part: IoData, name: str, skip: int, n_needed: int) -> None:
     n_needed = max(n_needed, MIN_ROWS)
     if n_rows < n_needed:
         raise TooFewSamplesError(
-            f"the {name} part has {part.n_samples} samples in {len(part.segments)} segment(s), "
+            f"the {name} part has {part.n_samples} samples in {len(part.segments)} "
+            f"segment{'s' * (len(part.segments) > 1)}, "
             f"which leave {n_rows} equations after the {skip} samples of history of each; "
-            f"at least {n_needed} are needed: record longer, or try lower orders and delays"
+            f"expected at least {n_needed}; record longer, or try lower orders and delays"
         )
     if np.ptp(np.concatenate(rows)) == 0.0:
-        raise IdentificationError(f"the output '{part.output_name}' is constant in the {name} part")
+        raise IdentificationError(
+            f"the output '{part.output_name}' is constant in the {name} part: expected a response "
+            "to the input; record the plant in motion, or name another --output"
+        )

@@ -13,6 +13,8 @@ from ehsid.harness.arrays import masked_count
 from ehsid.harness.records.errors import RecordError
 
 MIN_SAMPLES = 2
+# No quantity in any unit is so large, and the square of a larger number overflows in float64.
+LARGEST = 1e100
 
 
 def check_columns(
@@ -29,6 +31,7 @@ def check_columns(
     _check_lengths(arrays, file)
     for name, array in arrays.items():
         _check_finite(name, array, file, first_row)
+        _check_size(name, array, file, first_row)
     return arrays
 
 
@@ -110,7 +113,7 @@ def _check_finite(
     )
     others = int(bad.sum()) - run
     if others:
-        rows += f", and {others} more rows later"
+        rows += f", and {others} more row{'s' * (others > 1)} later"
     raise RecordError(
         file,
         rows,
@@ -119,3 +122,19 @@ def _check_finite(
         expected="a finite number in every row",
         mend="remove these rows (the hole in time then splits the record), or fill in the values",
     )
+
+
+def _check_size(
+    name: str, array: npt.NDArray[np.float64], file: Path | str, first_row: int
+) -> None:
+    bad = np.flatnonzero(np.abs(array) > LARGEST)
+    if bad.size:
+        raise RecordError(
+            file,
+            f"the number {array[bad[0]]:.4g} is too large to compute with"
+            + (f" ({bad.size} such rows)" if bad.size > 1 else ""),
+            row=int(bad[0]) + first_row,
+            column=name,
+            expected=f"numbers up to {LARGEST:g}",
+            mend="correct the cell, or the unit of the column",
+        )

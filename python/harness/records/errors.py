@@ -110,6 +110,6 @@ def damaged(path: Path, kind: str, error: BaseException) -> RecordError:
     return RecordError(
         path,
         f"this is not a readable {kind} file ({first_line(error)})",
-        expected=f"a {kind} file, as its name says",
+        expected=f"{'an' if kind == 'NPZ' else 'a'} {kind} file, as its name says",
         mend="export it again, or give it the extension of its real format",
     )

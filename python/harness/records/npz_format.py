@@ -14,6 +14,9 @@ import numpy.typing as npt
 from ehsid.harness.records.errors import RecordError, damaged, first_line
 from ehsid.harness.records.limits import BYTES, COLUMNS
 
+# First bytes of a zip archive and of a single array.
+MAGIC = (b"PK", b"\x93NUMPY")
+
 
 class NpzTable:
     """A NumPy archive; each array is a column."""
@@ -22,6 +25,13 @@ class NpzTable:
 
     def __init__(self, data: bytes, path: Path) -> None:
         self._path = path
+        if not data.startswith(MAGIC):
+            raise RecordError(
+                path,
+                "this is not an NPZ file: it is no archive" if data else "the file is empty",
+                expected="an NPZ file, as its name says",
+                mend="export it again, or give it the extension of its real format",
+            )
         try:
             archive = np.load(BytesIO(data), allow_pickle=False)
         # There is no common exception: zip file, array header and array each raise their own.
@@ -54,9 +64,12 @@ class NpzTable:
             try:
                 columns[name] = self._archive[name]
             except Exception as error:  # no common exception, as in __init__
+                objects = "allow_pickle" in str(error)
                 raise RecordError(
                     self._path,
-                    f"the array cannot be read ({first_line(error)})",
+                    "the array holds Python objects, which are never loaded"
+                    if objects
+                    else f"the array cannot be read ({first_line(error)})",
                     column=name,
                     expected="an array of numbers",
                     mend="convert it to float64 and write the file again",

@@ -214,6 +214,13 @@ def _folder_kind(path: Path) -> str:
 
 def _bytes(path: Path, ending: str) -> tuple[bytes, str]:
     """Returns the content of a file and its SHA-256; of a folder its digest only."""
+    if "\0" in str(path):
+        raise RecordError(
+            path,
+            "the path has a zero byte",
+            expected="a record file",
+            mend="check the path",
+        )
     try:
         if path.is_dir():
             files = sorted(file for file in path.iterdir() if file.is_file())

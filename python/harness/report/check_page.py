@@ -88,7 +88,8 @@ def _grades(score: Score) -> Section:
     words = (
         "Smooth and small records of the position alone (confusable) hold too little to tell many "
         "effects apart: there a set that holds the truth is the answer, and targets of the first "
-        "name are shown for comparison only."
+        "name are shown for comparison only. Slow records (20 and 50 ms) do not follow the oil "
+        "spring; they have targets of their own."
     )
     return Section("Each grade by itself", [words, *map(target_table, score.tables[1:])])
 

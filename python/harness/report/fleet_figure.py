@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from ehsid.harness.report.gap_words import plain_name
 from ehsid.harness.report.plotting import BLUE, GREY, ORANGE, styled
+from ehsid.harness.text import printable
 from ehsid.harness.validation.fleet.ranking import Machine
 
 NAMED, RIVAL, LEFT = BLUE, ORANGE, GREY
@@ -26,7 +27,7 @@ def fleet_figure(machines: Sequence[Machine], effects: Sequence[str]) -> Figure:
     left.barh(rows, [100.0 * machine.structural for machine in machines], color=NAMED, height=0.6)
     rests = [100.0 * min(machine.structural, _rest(machine)) for machine in machines]
     left.barh(rows, rests, color=LEFT, height=0.6)
-    left.set_yticks(rows, [machine.name for machine in machines], parse_math=False)
+    left.set_yticks(rows, [printable(machine.name) for machine in machines], parse_math=False)
     left.set_ylim(len(machines) - 0.5, -0.5)
     left.set_xlabel("structural gap, % of the motion")
     left.grid(False, axis="y")

@@ -29,6 +29,7 @@ from ehsid.harness.report.gap_marks import (
 from ehsid.harness.report.gap_plots import next_plots, run_blocks
 from ehsid.harness.report.gap_words import (
     SIMULATIONS,
+    STANDINGS,
     VERDICTS,
     effect_set,
     first_upper,
@@ -316,7 +317,7 @@ def _candidates(candidates: Sequence[Candidate], first: int, end: int | None) ->
         (
             Tagged(
                 f"{rank}. {effect_set(candidate.effects)}",
-                "in the set" if candidate.in_confidence_set else "",
+                STANDINGS[candidate.standing.kind],
             ),
             f"{candidate.score:.1f}",
             share_bar("", candidate.held_out_shrinkage),
@@ -325,11 +326,18 @@ def _candidates(candidates: Sequence[Candidate], first: int, end: int | None) ->
                 f"{quantity(value, unit_of(f'effects.{name}'), 3)}".partition(": ")[2]
                 for name, value in candidate.parameters.items()
             ),
+            candidate.standing.why,
         )
         for rank, candidate in enumerate(candidates[first:end], start=first + 1)
     ]
     marked = [i for i, candidate in enumerate(candidates[first:end]) if candidate.in_confidence_set]
-    columns = ("effects", "behind the best", "share of the remaining gap removed", "sizes")
+    columns = (
+        "effects",
+        "behind the best",
+        "share of the remaining gap removed",
+        "sizes",
+        "reason",
+    )
     return Table("", columns, rows, marked)
 
 

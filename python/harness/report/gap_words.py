@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.gap.schema import Estimate, Verdict
+from ehsid.harness.gap.schema import Estimate, StandingKind, Verdict
 
 VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
     {
@@ -42,6 +42,19 @@ VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
             "Not enough data",
             "The records do not allow a judgement. What they lack stands below.",
         ),
+    }
+)
+
+# What the decision made of a candidate.
+STANDINGS: MappingProxyType[StandingKind, str] = MappingProxyType(
+    {
+        "named": "named",
+        "equivalent": "cannot be told apart",
+        "sufficient": "sufficient",
+        "not_needed": "not needed",
+        "too_small": "too small",
+        "worse": "larger errors",
+        "screened": "short fit only",
     }
 )
 

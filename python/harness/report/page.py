@@ -9,14 +9,16 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jinja2
 import matplotlib as mpl
+from markupsafe import Markup
 from matplotlib.figure import Figure
 
 import ehsid
 from ehsid.harness.files import write_text
+from ehsid.harness.text import printable
 
 if TYPE_CHECKING:
     from bokeh.plotting import figure as bokeh_figure
@@ -300,6 +302,7 @@ def render_page(page: Page) -> str:
         loader=jinja2.PackageLoader("ehsid.harness.report"),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
+        finalize=_shown,
         trim_blocks=True,
         lstrip_blocks=True,
     )
@@ -315,6 +318,13 @@ def render_page(page: Page) -> str:
         places=dict(zip(plots, places, strict=True)),
         folded=any(isinstance(block, Folded) for block in all_blocks(contents)),
     )
+
+
+def _shown(value: Any) -> Any:
+    """Returns what is put into a page: texts without control characters, finished HTML as it is."""
+    if isinstance(value, str) and not isinstance(value, Markup):
+        return printable(value)
+    return value
 
 
 def _drawn(plots: Sequence[Plot]) -> tuple[str, str, Sequence[str]]:

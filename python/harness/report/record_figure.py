@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.records import Record
 from ehsid.harness.report.plotting import stacked, styled
+from ehsid.harness.text import printable
 
 
 @styled
@@ -32,5 +33,5 @@ def record_figure(record: Record) -> Figure:
         axis.set_ylabel(f"{words} in {panel[0].shown_unit}")
         if len(panel) > 1:
             axis.legend(ncols=len(panel), loc="upper right")
-    axes[0].set_title(record.name, parse_math=False)
+    axes[0].set_title(printable(record.name), parse_math=False)
     return figure

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import datetime
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -36,6 +37,10 @@ def unknown(key: str, existing: Iterable[str]) -> str:
 def value_text(value: object) -> str:
     """Returns the value as text for a message, cut to 60 characters."""
     text = repr(value)
+    if isinstance(value, bool):
+        text = text.lower()
+    elif isinstance(value, datetime.date | datetime.time):
+        text = value.isoformat()
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -102,14 +107,15 @@ def check_complete(values: Mapping[str, object], plant: str) -> list[str]:
         if belongs_to(name, plant) and name not in values
     ]
     problems += [
-        f"'{name}': a plant \"{plant}\" has no such value"
+        f"'{name}': a plant \"{plant}\" has no such value; remove it, or correct 'plant'"
         for name in values
         if name in plant_parameters()
         and ParameterKey(name).is_rig_value
         and not belongs_to(name, plant)
     ]
     problems += [
-        f"'effects.{effect.id}': a plant \"{plant}\" has no {effect.subsystem}"
+        f"'effects.{effect.id}': a plant \"{plant}\" has no {effect.subsystem}; remove it, "
+        "or correct 'plant'"
         for effect in effects().values()
         if not acts_on(effect, plant) and any(values.get(name) for name in names_of(effect))
     ]

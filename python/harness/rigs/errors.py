@@ -5,6 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+# More problems than this are counted in the message, not listed.
+MOST_LISTED = 20
+
 
 class RigError(ValueError):
     """A rig that cannot be read, written or simulated as it is.
@@ -23,7 +26,9 @@ class RigError(ValueError):
         # printed are escaped, so that each problem stays on one line.
         printable = ("".join(c if c.isprintable() else repr(c)[1:-1] for c in p) for p in problems)
         self.problems = tuple(dict.fromkeys(printable))
-        lines = "".join(f"\n  {problem}" for problem in self.problems)
+        lines = "".join(f"\n  {problem}" for problem in self.problems[:MOST_LISTED])
+        if len(self.problems) > MOST_LISTED:
+            lines += f"\n  and {len(self.problems) - MOST_LISTED} more"
         super().__init__(
             f"{self.source}: {lines.strip()}"
             if len(self.problems) == 1

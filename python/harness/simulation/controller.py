@@ -10,6 +10,9 @@ from ehsid.harness.rigs import Rig
 
 ATMOSPHERE_PA = 101325.0
 
+# Faster than any position loop of such a machine.
+LARGEST_BANDWIDTH_HZ = 1000.0
+
 
 @dataclass(frozen=True)
 class PositionController:
@@ -124,12 +127,16 @@ def suggested_controller(rig: Rig, bandwidth_hz: float | None = None) -> Positio
     rig
         rig to control; its rated command is the command limit.
     bandwidth_hz
-        w / (2 pi), Hz, > 0; by default 2 Hz, or `stable_bandwidth` where that is smaller.
+        w / (2 pi), Hz, > 0 and <= 1000; by default 2 Hz, or `stable_bandwidth` where that is
+        smaller.
     """
     if bandwidth_hz is None:
         bandwidth_hz = min(2.0, stable_bandwidth(rig) / (2.0 * math.pi))
-    if not 0.0 < bandwidth_hz < math.inf:
-        raise ValueError(f"bandwidth of {bandwidth_hz:g} Hz: expected a finite number > 0")
+    if not 0.0 < bandwidth_hz <= LARGEST_BANDWIDTH_HZ:
+        raise ValueError(
+            f"a bandwidth of {bandwidth_hz:g} Hz: expected a number above 0, "
+            f"{LARGEST_BANDWIDTH_HZ:g} Hz at most; servo-hydraulic position loops have 1 to 100 Hz"
+        )
     per_volt = velocity_gain(rig)
     return PositionController(
         gain_v_m=2.0 * math.pi * bandwidth_hz / per_volt,

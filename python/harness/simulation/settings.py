@@ -32,7 +32,9 @@ def parse_settings(texts: Iterable[str]) -> dict[str, float]:
         try:
             value = float(number)
         except ValueError:
-            problems.append(f"'{text}': '{number}' is not a number")
+            problems.append(
+                f"'{text}': expected EFFECT.PARAMETER=NUMBER; '{number}' is not a number"
+            )
             continue
         problems += check_values({full: value})
         values[full] = value

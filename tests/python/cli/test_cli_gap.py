@@ -214,7 +214,7 @@ def test_a_folder_that_is_a_file_is_told_before_the_work(
     before = (here / "rig.toml").read_bytes()
     outcome = run("one.csv", "--rig", "rig.toml", "--out", out)
     assert outcome.exit_code == 2
-    assert "is a file; give the name of a folder" in outcome.stderr
+    assert "is a file: expected a folder" in outcome.stderr
     assert diagnose.asked == {}
     assert (here / "rig.toml").read_bytes() == before
 

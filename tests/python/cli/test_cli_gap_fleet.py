@@ -266,3 +266,17 @@ def test_a_cluster_gives_the_same_files(here: Path, dask_cluster: str) -> None:
     assert outcome.exit_code == 0, outcome.output
     for name in MACHINES:
         assert {path.name for path in (here / "out" / name).iterdir()} >= OF_A_MACHINE
+
+
+def test_a_machine_whose_process_is_killed_does_not_end_the_others(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", StandIn(kills=("effects-press2",)))
+    outcome = run("fleet", "--out", "out", workers="2")
+    assert outcome.exit_code == 0, outcome.output
+    error = (here / "out" / "press2" / "error.txt").read_text(encoding="utf-8")
+    assert "its process was killed" in error
+    for name in MACHINES.keys() - {"press2"}:
+        assert (here / "out" / name / "diagnosis.json").is_file()
+    plain = json.loads((here / "out" / "fleet.json").read_text(encoding="utf-8"))
+    assert list(plain["failed"]) == ["press2"]

@@ -95,9 +95,12 @@ def test_the_experiment_has_a_folder_for_each_factor(relay: Relay, tmp_path: Pat
         (("--qemu", "no-such-file.elf"), "no-such-file.elf: cannot be read"),
         (("--port", "loop://", "--rig", "none.toml"), "none.toml: there is no such file"),
         (("--port", "loop://", "--dt", "0"), "--dt 0: expected a finite number of seconds > 0"),
-        (("--port", "loop://", "--out", __file__), "is a file; give the name of a folder"),
+        (("--port", "loop://", "--out", __file__), "is a file: expected a folder"),
         (("--port", "loop://", "--loop", "open", "--amplitude", "11"), "at most the rated command"),
-        (("--port", "loop://", "--loop", "open", "--na", "7"), "'--na'"),
+        (
+            ("--port", "loop://", "--loop", "open", "--na", "7"),
+            "--na 7: expected a whole number",
+        ),
         (("--port", "loop://", "--loop", "open", "--effect", "x"), "EFFECT.PARAMETER=NUMBER"),
     ],
 )

@@ -14,9 +14,10 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
 from ehsid.harness.cli.common import make_table, refuse
-from ehsid.harness.cli.console import Console, printable
+from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.rigs import read_rig, write_rig
+from ehsid.harness.text import printable
 
 BENCH = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
 EVIL = ["[/red]", "[bold]x[/bold]", "[link=file:///etc/passwd]x[/link]", ":smile:", "\\[x]"]
@@ -70,7 +71,6 @@ def test_nothing_in_a_command_prints_through_another_console() -> None:
     assert not [name for name, text in sources.items() if re.search(pattern, text)]
 
 
-@pytest.mark.filterwarnings("ignore:Glyph 27")  # the title of the picture
 @pytest.mark.parametrize("text", ["[/red]", "\x1b[2J", "$x_{$"])
 def test_a_rig_and_a_record_with_evil_names(text: str, tmp_path: Path) -> None:
     rig, out = tmp_path / "rig.toml", tmp_path / f"{text.replace('/', '')}.csv"

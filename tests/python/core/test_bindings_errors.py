@@ -43,7 +43,7 @@ def cases(*entries: tuple[str, Make, str]) -> pytest.MarkDecorator:
         lambda: ehsid.Rls(1, variance0=[1e-60], dtype="float32"),
         "in the chosen precision",
     ),
-    ("limit", lambda: ehsid.ServoEstimator(1, 1, 1, input_limit=0.0), "an option is outside"),
+    ("limit", lambda: ehsid.ServoEstimator(1, 1, 1, input_limit=0.0), "input_limit must be > 0"),
     ("drift", lambda: ehsid.Rls(3, forgetting=ehsid.RandomWalk([0.1, 0.2])), "drift has 2 values"),
 )
 def test_structure_and_start_values_are_checked(call: Make, words: str) -> None:

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from contradictions import contradictions
 from made_diagnoses import FRICTION, bench, measured_record
 
 from ehsid.harness.gap import Diagnosis, diagnose
@@ -49,6 +50,7 @@ def test_results_of_a_diagnosis_agree() -> None:
     diagnosis = with_friction()
     reduction = diagnosis.how_far
     assert reduction is not None
+    assert contradictions(diagnosis) == []
     assert reduction.augmented < reduction.calibrated < reduction.nominal
     assert reduction.augmented == pytest.approx(reduction.noise_floor[1], rel=0.3)
     assert reduction.of_explainable is not None

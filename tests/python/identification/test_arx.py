@@ -248,7 +248,7 @@ def test_a_single_sine_excites_two_input_parameters_only() -> None:
 
 def test_too_few_samples_and_bad_settings() -> None:
     u, y = model16(seed=9, n=8)
-    with pytest.raises(TooFewSamplesError, match="5 rows do not determine 6 parameters"):
+    with pytest.raises(TooFewSamplesError, match="5 equations do not determine 6 parameters"):
         fit_arx(IoData.from_arrays(u, y), ArxOrders(3, 3, 1))
     with pytest.raises(TooFewSamplesError, match="more than 13 samples; the longest has 8"):
         fit_arx(IoData.from_arrays(u, y), ArxOrders(3, 3, 11))
@@ -287,6 +287,17 @@ def test_from_record_takes_segments_and_sampling_time() -> None:
     assert data.segments == (slice(0, 10), slice(10, 20))
     assert data.dt_s == pytest.approx(0.01)
     assert (data.input_name, data.output_name) == ("u", "y")
+
+
+def test_samples_whose_squares_overflow_are_refused() -> None:
+    u, y = np.ones(20), np.arange(20.0)
+    u[7] = -1e101
+    with pytest.raises(
+        IdentificationError, match=r"u: sample 7 is 1e\+101 in size.*at most 1e\+100"
+    ):
+        IoData.from_arrays(u, y)
+    u[7] = 1e100
+    assert IoData.from_arrays(u, y).u[7] == 1e100
 
 
 def test_a_model_becomes_json() -> None:

@@ -237,7 +237,7 @@ def test_an_unstable_model_still_gives_a_result() -> None:
 
 def test_what_cannot_be_identified_is_said() -> None:
     u, y = model16(seed=7, n=600)
-    with pytest.raises(TooFewSamplesError, match="at least 20 are needed"):
+    with pytest.raises(TooFewSamplesError, match="expected at least 20"):
         identify(IoData.from_arrays(u[:50], y[:50]))
     with pytest.raises(UnexcitedError, match="b1"):
         identify(IoData.from_arrays(np.ones(600), y))

@@ -85,7 +85,7 @@ def test_every_missing_value_is_named(name: str) -> None:
         (("bore_m", "bore_mm"), "'cylinder.bore_mm' is not known; did you mean 'cylinder.bore_m'?"),
         (("rod_m = 0.035", "rod_m = 0.07"), "'cylinder.rod_m' = 0.07 must be below"),
         (("mass_kg = 120.0", 'mass_kg = "heavy"'), "'load.mass_kg' = 'heavy': expected a number"),
-        (("mass_kg = 120.0", "mass_kg = true"), "'load.mass_kg' = True: expected a number"),
+        (("mass_kg = 120.0", "mass_kg = true"), "'load.mass_kg' = true: expected a number"),
         (("mass_kg = 120.0", "mass_kg = inf"), "expected a finite number"),
         (("[effects.valve_lag]", "[effects.valve_leg]"), "did you mean 'valve_lag'?"),
         (("damping = 0.85", ""), "'effects.valve_lag.damping' is missing"),

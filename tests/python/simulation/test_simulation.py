@@ -115,7 +115,7 @@ def test_every_excitation_runs(name: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ([], "either --command REC or --excitation NAME"),
+        ([], "either --command RECORD or --excitation NAME"),
         (["--excitation", "steps", "--effect", "load_force=3"], "expected EFFECT.PARAMETER=NUMBER"),
         (["--excitation", "prbs", "--duration", "0"], "expected 0 < 2 dt <= duration"),
         (["--excitation", "triangle", "--amplitude", "9"], "scale it by at most"),

@@ -31,6 +31,11 @@ struct Exponential {
   Scalar deficit = Scalar(1) - Scalar(0.95);
 
   template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&Exponential::deficit);
+  }
+
+  template <class Visit>
   static constexpr void settings(Visit visit) {
     visit(SettingInfo{"lambda0", Range::factor(), "1",
                       "rate at which the forgetting factor goes to one", 1},

@@ -39,6 +39,13 @@ struct FRatio {
   std::int32_t seen = 0;  // samples since the restart, up to kLong
 
   template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&FRatio::short_window);
+    visit(&FRatio::long_window);
+    visit(&FRatio::seen);
+  }
+
+  template <class Visit>
   static constexpr void settings(Visit visit) {
     visit(SettingInfo{"eta", Range::at_least(0.0), "1", "aggressiveness: lambda = 1 / (1 + eta g)",
                       6},

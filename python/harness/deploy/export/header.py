@@ -28,6 +28,10 @@ KEYWORDS = (
 TAKEN = ("ehsid", "std", "Eigen", "linux", "unix")  # the last two are macros of GNU C++
 
 
+# C99 tells external names apart by their first 31 characters.
+LONGEST_NAME = 31
+
+
 def check_name(name: str) -> str:
     """Returns the name if it is valid for a C++ namespace.
 
@@ -40,6 +44,11 @@ def check_name(name: str) -> str:
         raise ValueError(
             f"the name {name!r} is no C++ identifier; expected a letter, then letters, digits "
             "and single underscores, e.g. servo"
+        )
+    if len(name) > LONGEST_NAME:
+        raise ValueError(
+            f"the name {name[:LONGEST_NAME]}... has {len(name)} letters; expected at most "
+            f"{LONGEST_NAME}, e.g. servo"
         )
     if name in KEYWORDS.split():
         raise ValueError(f"the name {name!r} is a C++ keyword; choose another, e.g. servo")

@@ -9,6 +9,7 @@ import select
 import socket
 import time
 from typing import Self
+from urllib.parse import urlsplit
 
 import serial
 from serial.tools import list_ports
@@ -155,6 +156,16 @@ def open_line(port: str, baud: int = BAUD) -> Line:
         the port does not exist, is in use, or may not be opened; the message says how to correct
         it.
     """
+    address = urlsplit(port) if port.lower().startswith("socket://") else None
+    try:
+        complete = address is None or bool(address.hostname and address.port)
+    except ValueError:  # a number that is no port
+        complete = False
+    if not complete:
+        raise HilError(
+            f"{port}: could not be opened (the address is not complete); expected "
+            "socket://HOST:PORT, e.g. socket://localhost:4000"
+        )
     # pyserial supports no write timeout for rfc2217 ports.
     write_timeout_s = None if port.lower().startswith("rfc2217:") else WRITE_TIMEOUT_S
     try:

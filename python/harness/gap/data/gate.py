@@ -8,11 +8,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION
-from ehsid.harness.gap.data.floor import floor_of
 from ehsid.harness.gap.data.gate_channels import check_constant, check_saturated, check_spikes
 from ehsid.harness.gap.data.gate_clock import check_clock, check_length, check_sampling
 from ehsid.harness.gap.data.gate_ranges import check_command, check_position, check_pressures
 from ehsid.harness.gap.data.gate_signs import check_directions, check_ports
+from ehsid.harness.gap.data.sensor_floor import sensor_floor
 from ehsid.harness.gap.schema import Remark
 from ehsid.harness.gap.thresholds import FLOORS_DIFFER, WINDOW_S
 from ehsid.harness.records import Record
@@ -54,7 +54,7 @@ def gate(records: Sequence[Record], rig: Rig) -> tuple[Remark, ...]:
         all_remarks += sorted(remarks, key=lambda remark: not remark.serious)
         if not any(remark.serious for remark in remarks):
             usable.append(longest_stretch(record))
-    return (*all_remarks, *_noise_differs(usable), *_sampling_differs(usable))
+    return (*all_remarks, *_noise_differs(usable, rig), *_sampling_differs(usable))
 
 
 def longest_stretch(record: Record) -> Record:
@@ -117,13 +117,13 @@ def _how_read(record: Record) -> list[Remark]:
     return [Remark(record.name, text) for text in remarks]
 
 
-def _noise_differs(records: Sequence[Record]) -> list[Remark]:
+def _noise_differs(records: Sequence[Record], rig: Rig) -> list[Remark]:
     """Checks that the noise of each sensor is the same in all records of the machine."""
     remarks = []
     for name in CHANNELS:
         with_column = [record for record in records if name in record.columns and name != COMMAND]
         floors = [
-            (floor_of(record, name).value, record.name)
+            (sensor_floor(record, name, rig).value, record.name)
             for record in with_column
             if np.ptp(record.column(name)) > 0.0
         ]

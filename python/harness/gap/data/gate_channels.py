@@ -9,7 +9,7 @@ from scipy.ndimage import correlate1d, maximum_filter1d, median_filter
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION
-from ehsid.harness.gap.data.floor import floor_of
+from ehsid.harness.gap.data.sensor_floor import sensor_floor
 from ehsid.harness.gap.schema import Remark
 from ehsid.harness.gap.thresholds import (
     CLIPPED_RUNS,
@@ -51,7 +51,7 @@ def check_constant(record: Record, rig: Rig) -> list[Remark]:
             remarks += _frozen(record, name)
     position = record.column("position_m")
     if np.ptp(position) > 0.0:
-        floor = floor_of(record, "position_m").value
+        floor = sensor_floor(record, "position_m", rig).value
         if np.std(position) < MOVES * floor:
             remarks.append(
                 Remark(

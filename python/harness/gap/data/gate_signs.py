@@ -3,13 +3,23 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.signal import savgol_filter
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES
+from ehsid.harness.gap.data.oil_spring import oil_spring_hz
 from ehsid.harness.gap.schema import Remark
-from ehsid.harness.gap.thresholds import EXCHANGED, FORCE_SMOOTHED_S, OPPOSITE
+from ehsid.harness.gap.thresholds import (
+    EXCHANGED,
+    FORCE_SMOOTHED_S,
+    OPPOSITE,
+    PORTS_BLOCKS,
+    PORTS_DEVIATIONS,
+    SPRING_HIDES_NOISE,
+)
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
@@ -72,45 +82,87 @@ def check_directions(record: Record, rig: Rig) -> list[Remark]:
 
 
 def check_ports(record: Record, rig: Rig) -> list[Remark]:
-    """Compares the force balance with the pressures as named and with the pressures exchanged."""
+    """Compares the force balance with the pressures as named and with the pressures exchanged.
+
+    They are exchanged for certain only where the columns as named contradict mechanics and the
+    other way round agrees with it: a load has a positive mass, and its friction takes power.
+    """
     if rig.plant != "ehs" or any(name not in record.columns for name in CHAMBER_PRESSURES):
         return []
     p_a, p_b = (record.column(name) for name in CHAMBER_PRESSURES)
-    if np.ptp(p_a) == 0.0 or np.ptp(p_b) == 0.0:
+    if np.ptp(p_a) == 0.0 or np.ptp(p_b) == 0.0 or np.ptp(record.column("position_m")) == 0.0:
         return []
+    spring_hz = oil_spring_hz(rig)
+    assert record.dt_s is not None
+    if spring_hz is not None and spring_hz * record.dt_s > SPRING_HIDES_NOISE:
+        return []  # the positions do not show the acceleration that the pressures cause
     cap = 0.25 * np.pi * rig.values["cylinder.bore_m"] ** 2
     annulus = cap - 0.25 * np.pi * rig.values["cylinder.rod_m"] ** 2
+    as_named = _balance(record, cap * p_a - annulus * p_b)
+    exchanged = _balance(record, cap * p_b - annulus * p_a)
+    fits_better = exchanged.residual < EXCHANGED * as_named.residual
+    contradicts = max(as_named.mass, as_named.friction) < -PORTS_DEVIATIONS
+    agrees = exchanged.mass > PORTS_DEVIATIONS and exchanged.friction > -PORTS_DEVIATIONS
+    if agrees and (fits_better or (contradicts and exchanged.friction > PORTS_DEVIATIONS)):
+        return [
+            Remark(
+                record.name,
+                "pressure_a_pa and pressure_b_pa are exchanged: only the other way round do they "
+                "balance the motion; A is the cap side",
+                serious=True,
+            )
+        ]
+    if min(as_named.mass, as_named.friction) < -PORTS_DEVIATIONS:
+        return [
+            Remark(
+                record.name,
+                "the net force of pressure_a_pa and pressure_b_pa acts against the motion, as if "
+                "the load had a negative mass or its friction gave power; check which pressure is "
+                "which, and the bore and the rod in the rig file",
+            )
+        ]
+    return []
+
+
+@dataclass(frozen=True)
+class _Balance:
+    """Force balance: rms of the residual, N; mass and power of friction in their deviations."""
+
+    residual: float
+    mass: float
+    friction: float
+
+
+def _balance(record: Record, force: FloatArray) -> _Balance:
+    """Fits the force balance, with the deviations of a jackknife over blocks of the record.
+
+        m a + b v + F_c sgn v + k y + F_0 = F,   power of friction = mean of (b v + F_c sgn v) v
+
+    Neighbouring samples are not independent; blocks of a tenth of the record nearly are (B. Efron,
+    The Jackknife, the Bootstrap and Other Resampling Plans, SIAM 1982).
+    """
     speed, acceleration = _slopes(record, 1), _slopes(record, 2)
-    # m a = p_a A_a - p_b A_b - b v - F_c sgn v - k y - F_0: the right columns leave little of it.
     terms = np.column_stack(
         [acceleration, speed, np.sign(speed), record.column("position_m"), np.ones(len(record))]
     )
-    scale = np.abs(terms).max(axis=0)
-    terms = terms / np.where(scale > 0.0, scale, 1.0)
-    as_named, exchanged = (
-        _balance(terms, cap * cap_pressure - annulus * rod_pressure)
-        for cap_pressure, rod_pressure in ((p_a, p_b), (p_b, p_a))
-    )
-    # With nearly equal areas an exchange changes the sign of the force. Then the sign of the fitted
-    # mass decides.
-    wrong = exchanged[0] < EXCHANGED * as_named[0] or (
-        as_named[1] < 0.0 < exchanged[1] and as_named[2] > 0.5 and exchanged[0] < 1.5 * as_named[0]
-    )
-    if not wrong:
-        return []
-    return [
-        Remark(
-            record.name,
-            "pressure_a_pa and pressure_b_pa are exchanged: only the other way round do they "
-            "balance the motion; A is the cap side",
-            serious=True,
-        )
-    ]
+    size = np.abs(terms).max(axis=0)
+    terms = terms / np.where(size > 0.0, size, 1.0)
+    scaled_force = force / np.abs(force).max()
+    blocks = np.array_split(np.arange(len(record)), PORTS_BLOCKS)
+    squares = [terms[block].T @ terms[block] for block in blocks]
+    products = [terms[block].T @ scaled_force[block] for block in blocks]
+    power = np.array([np.mean(terms[:, 1] * speed), np.mean(terms[:, 2] * speed)])
 
+    def results(left_out: int | None) -> FloatArray:
+        kept = [index for index in range(PORTS_BLOCKS) if index != left_out]
+        square = np.sum([squares[index] for index in kept], axis=0)
+        product = np.sum([products[index] for index in kept], axis=0)
+        weights = np.linalg.lstsq(square, product, rcond=1e-12)[0]
+        return np.array([weights[0], power @ weights[1:3], *weights], dtype=np.float64)
 
-def _balance(terms: FloatArray, force: FloatArray) -> tuple[float, float, float]:
-    """Fits terms to a force; returns the residual rms, the first weight and the explained share."""
-    weights, *_ = np.linalg.lstsq(terms, force, rcond=None)
-    residual = float(np.std(force - terms @ weights))
-    spread = float(np.std(force))
-    return residual, float(weights[0]), 1.0 - (residual / spread) ** 2 if spread > 0.0 else 0.0
+    whole = results(None)
+    parts = np.array([results(index)[:2] for index in range(PORTS_BLOCKS)])
+    deviations = np.sqrt((PORTS_BLOCKS - 1) * np.var(parts, axis=0))
+    mass, friction = whole[:2] / np.maximum(deviations, 1e-300)
+    residual = float(np.std(scaled_force - terms @ whole[2:]) * np.abs(force).max())
+    return _Balance(residual, float(mass), float(friction))

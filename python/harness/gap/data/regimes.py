@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.data.floor import floor_of
+from ehsid.harness.gap.data.sensor_floor import sensor_floor
 from ehsid.harness.gap.thresholds import NEAR_NULL, SLOW_SHARE
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
@@ -116,7 +116,7 @@ def visited(record: Record, rig: Rig) -> Regimes:
         fast_power_hz=_fast_power(command, record.dt_s),
         lowest_pressure_pa=lowest,
         highest_pressure_pa=highest,
-        position_floor_m=floor_of(record, "position_m").value,
+        position_floor_m=sensor_floor(record, "position_m", rig).value,
     )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.keys import ParameterKey, sizes_of
 from ehsid.harness.catalogue.parameters import effects as catalogue
+from ehsid.harness.gap.inference.gap_reduction import WindowSums, window_sums
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import Fit, fit
 from ehsid.harness.gap.model.machine import effect_starts, machine_scale
@@ -23,10 +24,15 @@ from ehsid.harness.gap.thresholds import (
     ITERATIONS_COLD,
     ITERATIONS_FINE,
     ITERATIONS_SCREEN,
+    LEAST_COLD_SAMPLES,
+    MOST_SIGMAS,
     SLEWS_1_S,
+    STIFFNESS_STARTS,
+    STIFFNESS_STEPS,
 )
 
 SLEW = "nuisance.spool_slew_1_s"
+STIFFNESS = "fluid.bulk_modulus_pa"
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +55,9 @@ class FittedCandidate:
         whether the fit converged within its iterations.
     squares, counts
         held-out errors by window: sums of squares, shape (W, outputs), and numbers of samples,
-        shape (W,).
+        shape (W,). The mean of each window is subtracted from the errors of the position.
+    sums
+        sums over the held-out windows from which the gap follows as the contract defines it.
     """
 
     effects: tuple[str, ...]
@@ -60,12 +68,14 @@ class FittedCandidate:
     converged: bool
     squares: FloatArray
     counts: FloatArray
+    sums: WindowSums
 
 
 def _evaluate(case: Case, effects: tuple[str, ...], fitted: Fit) -> FittedCandidate:
     held_out = case.problem(effects, held_out=True)
     values = {p.name: p.value(float(x)) for p, x in zip(held_out.parameters, fitted.x, strict=True)}
-    errors = held_out.errors(fitted.x)
+    simulated = held_out.simulate(fitted.x)
+    errors = held_out.errors_of(simulated)
     squares, counts = held_out.window_squares(errors)
     return FittedCandidate(
         effects,
@@ -76,6 +86,7 @@ def _evaluate(case: Case, effects: tuple[str, ...], fitted: Fit) -> FittedCandid
         fitted.converged,
         squares,
         counts,
+        window_sums(held_out.records, simulated, case.outputs),
     )
 
 
@@ -104,11 +115,37 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
     """
     problem = case.problem()
     cold = problem.centre()
-    for window_s in COLD_WINDOWS_S:
+    dt_s = max(record.dt_s or 0.0 for record in case.records)
+    windows_s = [window_s for window_s in COLD_WINDOWS_S if window_s >= LEAST_COLD_SAMPLES * dt_s]
+    for window_s in windows_s:
         short_problem = case.problem(window_s=window_s, all_states=True)
         cold = fit(short_problem, cold, iterations=ITERATIONS_COLD).x
-    best = _fit_from_all(problem, [cold, problem.centre(), *starts])
+    slow = _stiffness_starts(problem) if len(windows_s) < len(COLD_WINDOWS_S) else []
+    best = _fit_from_all(problem, [cold, problem.centre(), *slow, *starts])
     return refine(case, (), best.x)
+
+
+def _stiffness_starts(problem: Problem) -> list[FloatArray]:
+    """Starts with several stiffnesses of the oil, best first, for slowly sampled records.
+
+    Where the sampling does not follow the oil spring, there are no short windows in which its phase
+    could be followed, and the cost has a minimum at each of many frequencies.
+    """
+    names = [parameter.name for parameter in problem.parameters]
+    if STIFFNESS not in names:
+        return []
+    index = names.index(STIFFNESS)
+    parameter = problem.parameters[index]
+    trials = []
+    for step in np.linspace(-MOST_SIGMAS, MOST_SIGMAS, STIFFNESS_STEPS):
+        trial = problem.centre()
+        place = parameter.centre + step * parameter.sigma
+        trial[index] = min(max(place, parameter.low), parameter.high)
+        trials.append(trial)
+    costs = np.array([problem.cost(trial) for trial in trials])
+    padded = np.pad(costs, 1, constant_values=np.inf)
+    minima = np.flatnonzero((costs <= padded[:-2]) & (costs <= padded[2:]))
+    return [trials[k] for k in sorted(minima, key=lambda k: float(costs[k]))][:STIFFNESS_STARTS]
 
 
 def _fit_from_all(problem: Problem, starts: Sequence[FloatArray]) -> Fit:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -49,7 +50,7 @@ class Selection:
     equivalent: tuple[FittedCandidate, ...]
 
 
-def _edges_can_replace_force(case: Case, candidate: FittedCandidate) -> bool:
+def edges_can_replace_force(case: Case, candidate: FittedCandidate) -> bool:
     """Whether unequal edges of the valve can explain the load force of a candidate.
 
     They can where no pressure is measured and the force is small beside its standard deviation.
@@ -62,25 +63,70 @@ def _edges_can_replace_force(case: Case, candidate: FittedCandidate) -> bool:
     return abs(float(candidate.x[index])) < FORCE_DEVIATIONS * float(deviations[index])
 
 
+def insignificance(gain: LikelihoodGain) -> str | None:
+    """Returns why a likelihood gain cannot decide between two sets; None where it can."""
+    if gain.nats < DECIDED_NATS:
+        return (
+            f"the held-out log-likelihood differs by {gain.nats:.1f} nats, and {DECIDED_NATS:g} "
+            "are needed to decide"
+        )
+    if gain.low <= 0.0:
+        return "in more than one of twenty draws of the windows the difference has the other sign"
+    if gain.relative < DECIDED_RELATIVE:
+        return (
+            f"the errors differ by {100.0 * math.expm1(gain.relative):.1f} % only, and no "
+            f"simulator is exact to {100.0 * DECIDED_RELATIVE:.0f} % of its errors"
+        )
+    return None
+
+
 def is_significant(gain: LikelihoodGain) -> bool:
     """Whether a likelihood gain is significant, and large enough to matter."""
-    return gain.nats >= DECIDED_NATS and gain.low > 0.0 and gain.relative >= DECIDED_RELATIVE
+    return insignificance(gain) is None
+
+
+def objection(
+    case: Case, larger: FittedCandidate, smaller: FittedCandidate, calibrated: FittedCandidate
+) -> str | None:
+    """Returns why the gain of `larger` over `smaller` does not justify its further effects.
+
+    None where it does.
+    """
+    gain = likelihood_gain(case, larger, smaller)
+    why = insignificance(gain)
+    if why is not None:
+        return why
+    needed = DECIDED_SHARE * min(above_floor(case, smaller), MOST_ABOVE_FLOOR)
+    if gain.relative < needed:
+        return (
+            f"it makes the errors {100.0 * -math.expm1(-gain.relative):.1f} % smaller; with so "
+            f"much left above the noise floor, {100.0 * -math.expm1(-needed):.1f} % are needed"
+        )
+    scale = case.variation()
+    # Each output is divided by its variation. Divided by its own error, an output whose simulated
+    # sensor has no noise, and whose error is rounding, would outweigh all others.
+    before, after, all_errors = (
+        held_out_rms(candidate) / scale for candidate in (smaller, larger, calibrated)
+    )
+    removed = float(np.sum(before - after))
+    if removed < DECIDED_OF_ALL * float(np.sum(all_errors)):
+        return (
+            f"it removes less than {100.0 * DECIDED_OF_ALL:.0f} % of the errors of the calibrated "
+            "rig"
+        )
+    if removed < DECIDED_OF_MOTION * scale.size:
+        return (
+            f"it removes less than {100.0 * DECIDED_OF_MOTION:.2g} % of the variation of the "
+            "measured signals"
+        )
+    return None
 
 
 def is_justified(
     case: Case, larger: FittedCandidate, smaller: FittedCandidate, calibrated: FittedCandidate
 ) -> bool:
     """Whether the gain of `larger` over `smaller` justifies its further effects."""
-    gain = likelihood_gain(case, larger, smaller)
-    excess = min(above_floor(case, smaller), MOST_ABOVE_FLOOR)
-    reduction = held_out_rms(smaller) - held_out_rms(larger)
-    return (
-        is_significant(gain)
-        and gain.relative >= DECIDED_SHARE * excess
-        and float(np.mean(reduction / np.maximum(held_out_rms(calibrated), 1e-300)))
-        >= DECIDED_OF_ALL
-        and float(np.mean(reduction / case.variation())) >= DECIDED_OF_MOTION
-    )
+    return objection(case, larger, smaller, calibrated) is None
 
 
 def removed_share(case: Case, best: FittedCandidate, calibrated: FittedCandidate) -> float:
@@ -109,7 +155,7 @@ def select_effects(case: Case, search_result: SearchResult) -> Selection:
         candidate
         for candidate in search_result.refined
         if all(matters(effect, candidate.values, case.rig) for effect in candidate.effects)
-        and not _edges_can_replace_force(case, candidate)
+        and not edges_can_replace_force(case, candidate)
     ]
     best = search_result.calibrated
     for count in sorted({len(candidate.effects) for candidate in pool}):

@@ -79,15 +79,42 @@ def _gaps(sums: WindowSums, windows: npt.NDArray[np.int64]) -> FloatArray:
 
 
 def _floors(
-    sums: WindowSums, floors: Mapping[str, NoiseFloor], end: str, windows: npt.NDArray[np.int64]
+    reached: WindowSums, floors: Mapping[str, NoiseFloor], end: str, windows: npt.NDArray[np.int64]
 ) -> FloatArray:
-    return np.array(
+    """Noise floor by output as nrmse, shape (outputs,); never above the error that was reached.
+
+    A simulation cannot reproduce the noise. Where its error is smaller than an estimate of the
+    floor, the estimate is too high. The upper end of its interval stays.
+    """
+    shares = np.array(
         [
             getattr(floors[name], end)
-            * np.sqrt(sums.count[windows].sum() / sums.spread[name][windows].sum())
-            for name in sums.error
+            * np.sqrt(reached.count[windows].sum() / reached.spread[name][windows].sum())
+            for name in reached.error
         ]
     )
+    return shares if end == "high" else np.minimum(shares, _gaps(reached, windows))
+
+
+def explained_share(
+    calibrated: WindowSums,
+    augmented: WindowSums,
+    floors: Mapping[str, NoiseFloor],
+    reached: WindowSums,
+    windows: npt.NDArray[np.int64] | None = None,
+) -> float | None:
+    """Share of the gap above the noise floor that is removed; None where nothing is above it.
+
+        (gap_calibrated - gap_augmented) / (gap_calibrated - floor)
+
+    reached: sums of the simulation whose errors the noise floor cannot exceed.
+    windows: numbers of the windows that count, shape (any,), with repetitions; default: each once.
+    """
+    if windows is None:
+        windows = np.arange(calibrated.count.size)
+    before, after = (float(_gaps(sums, windows).mean()) for sums in (calibrated, augmented))
+    floor = float(_floors(reached, floors, "value", windows).mean())
+    return (before - after) / (before - floor) if before > floor else None
 
 
 def gap_reduction(
@@ -113,11 +140,9 @@ def gap_reduction(
     }
 
     def shares(windows: npt.NDArray[np.int64]) -> tuple[float, float]:
-        before, after, configured = (
-            float(_gaps(sums, windows).mean()) for sums in (calibrated, augmented, nominal)
-        )
-        floor = float(_floors(calibrated, floors, "value", windows).mean())
-        explainable = (before - after) / (before - floor) if before > floor else np.nan
+        after, configured = (float(_gaps(sums, windows).mean()) for sums in (augmented, nominal))
+        share = explained_share(calibrated, augmented, floors, augmented, windows)
+        explainable = np.nan if share is None else share
         return explainable, (configured - after) / configured if configured > 0.0 else 0.0
 
     drawn = np.array([shares(windows) for windows in drawn_windows(window_count, rng)])
@@ -131,8 +156,8 @@ def gap_reduction(
         calibrated=float(gaps["calibrated"].mean()),
         augmented=float(gaps["augmented"].mean()),
         noise_floor=(
-            float(_floors(calibrated, floors, "low", all_windows).mean()),
-            float(_floors(calibrated, floors, "high", all_windows).mean()),
+            float(_floors(augmented, floors, "low", all_windows).mean()),
+            float(_floors(augmented, floors, "high", all_windows).mean()),
         ),
         of_explainable=share(of_explainable, 0) if np.isfinite(of_explainable) else None,
         from_nominal=share(from_nominal, 1),

@@ -13,10 +13,15 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.keys import ParameterKey, sizes_of
 from ehsid.harness.gap.inference.candidates import FittedCandidate, decision_case
 from ehsid.harness.gap.inference.effect_selection import Selection
-from ehsid.harness.gap.inference.gap_reduction import gap_reduction, window_sums
+from ehsid.harness.gap.inference.gap_reduction import (
+    explained_share,
+    gap_reduction,
+    window_sums,
+)
 from ehsid.harness.gap.inference.intervals import candidate_deviations, in_deviations, interval
-from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
+from ehsid.harness.gap.inference.likelihood_gain import likelihood_gain
 from ehsid.harness.gap.inference.search import SearchResult
+from ehsid.harness.gap.inference.standing import standing
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.comparison import Compared
 from ehsid.harness.gap.model.parameters import Parameter
@@ -235,34 +240,24 @@ def ranked_candidates(
 ) -> tuple[Candidate, ...]:
     """Lists the calibrated rig and all sets that were fitted or screened, by held-out cost."""
     equivalent_sets = {candidate.effects for candidate in (selection.best, *selection.equivalent)}
-    best = min(
-        [selection.best, *search_result.refined], key=lambda candidate: candidate.held_out_cost
-    )
-    explainable = above_floor(case, search_result.calibrated)
-    refined_sets = {frozenset(candidate.effects) for candidate in search_result.refined}
-    only_screened = [
-        candidate
-        for candidate in search_result.screened
-        if frozenset(candidate.effects) not in refined_sets
-    ]
+    calibrated = search_result.calibrated
+    fitted = search_result.fitted()
     candidates = []
-    for candidate in sorted(
-        (search_result.calibrated, *search_result.refined, *only_screened),
-        key=lambda candidate: candidate.held_out_cost,
-    ):
-        gain = likelihood_gain(case, candidate, search_result.calibrated).relative
+    for candidate in fitted:
         keys = {ParameterKey(name): value for name, value in candidate.values.items()}
         own_values = {key: value for key, value in keys.items() if key.effect in candidate.effects}
         candidates.append(
             Candidate(
                 candidate.effects,
-                max(likelihood_gain(case, best, candidate).nats, 0.0),
-                min(gain / explainable, 1.0) if explainable > 0.0 else 0.0,
+                max(likelihood_gain(case, fitted[0], candidate).nats, 0.0),
+                explained_share(calibrated.sums, candidate.sums, case.floors, selection.best.sums)
+                or 0.0,
                 {f"{key.effect}.{key.parameter}": value for key, value in own_values.items()},
                 candidate.effects in equivalent_sets,
                 candidate.cost,
                 candidate.held_out_cost,
                 candidate.x.size,
+                standing(case, search_result, selection, candidate),
             )
         )
     return tuple(candidates)

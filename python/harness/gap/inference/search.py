@@ -23,11 +23,12 @@ from ehsid.harness.gap.inference.candidates import (
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.inference.sizes import matters
 from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.machine import effect_starts
+from ehsid.harness.gap.model.machine import effect_starts, machine_scale
 from ehsid.harness.gap.model.parameters import effect_parameters
 from ehsid.harness.gap.thresholds import (
     AT_FLOOR,
     BEAM,
+    BEHIND_NATS,
     FORWARD_NATS,
     FORWARD_RELATIVE,
     LEAST_SCREENED_GAIN,
@@ -56,6 +57,16 @@ class SearchResult:
     calibrated: FittedCandidate
     refined: tuple[FittedCandidate, ...]
     screened: tuple[FittedCandidate, ...]
+
+    def fitted(self) -> list[FittedCandidate]:
+        """Each set once, with its longest fit, lowest held-out cost first."""
+        refined_sets = {frozenset(candidate.effects) for candidate in self.refined}
+        only_screened = [
+            candidate
+            for candidate in self.screened
+            if frozenset(candidate.effects) not in refined_sets
+        ]
+        return sorted((self.calibrated, *self.refined, *only_screened), key=_held_out_cost)
 
 
 def candidate_effects(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
@@ -124,6 +135,7 @@ def search(
         ]
         if not front:
             break
+    refined = _grown_laws(case, refined)
     staged.done(1.0)
     return SearchResult(
         nominal, calibrated, tuple(sorted(refined, key=_held_out_cost)), tuple(screened)
@@ -241,6 +253,33 @@ def _simpler_law_tasks(
             x = np.concatenate([restrict(case, candidate, others), sizes])
             tasks.append(partial(refine, case, (*others, simpler), x))
     return tasks
+
+
+def _grown_laws(case: Case, refined: Sequence[FittedCandidate]) -> list[FittedCandidate]:
+    """Fits again each law that ended behind the simpler law that it contains; returns all sets.
+
+    A law that contains another can always fit as well. Where it does not, its fit ended in another
+    minimum, and it starts again from the sizes of the simpler law.
+    """
+    by_set = {frozenset(candidate.effects): candidate for candidate in refined}
+    tasks = []
+    for candidate in refined:
+        for effect in candidate.effects:
+            simpler = effects()[effect].contains
+            others = tuple(other for other in candidate.effects if other != effect)
+            ahead = None if simpler is None else by_set.get(frozenset((*others, simpler)))
+            if simpler is None or ahead is None or ahead.cost > candidate.cost - BEHIND_NATS:
+                continue
+            grown = effects()[effect].grown(
+                sizes_of(simpler, ahead.values), machine_scale(case.rig)
+            )
+            sizes = [x for _, x in effect_parameters(effect, grown, case.rig.plant)]
+            x = np.concatenate([restrict(case, ahead, others), sizes])
+            tasks.append(partial(refine, case, (*others, effect), x))
+    for fitted in run_tasks(tasks):
+        effect_set = frozenset(fitted.effects)
+        by_set[effect_set] = min(by_set[effect_set], fitted, key=lambda each: each.cost)
+    return list(by_set.values())
 
 
 def restrict(case: Case, candidate: FittedCandidate, remaining: Sequence[str]) -> FloatArray:

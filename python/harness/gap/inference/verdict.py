@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.caveats import caveats
 from ehsid.harness.gap.inference.effect_selection import (
     Selection,
     effect_families,
@@ -18,6 +19,7 @@ from ehsid.harness.gap.inference.effect_selection import (
 )
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.inference.search import SearchResult
+from ehsid.harness.gap.inference.words import in_words, percent
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.schema import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
 from ehsid.harness.gap.thresholds import (
@@ -74,14 +76,14 @@ def decide(
         (reduction.augmented - floor) / explainable if best.effects and explainable > 0.0 else 1.0
     )
     reasons = [
-        f"On held-out data the gap is {_percent(reduction.nominal)} with the simulator as "
-        f"configured, {_percent(reduction.calibrated)} with the values of the rig fitted"
+        f"On held-out data the gap is {percent(reduction.nominal)} with the simulator as "
+        f"configured, {percent(reduction.calibrated)} with the values of the rig fitted"
         + (
-            f", {_percent(reduction.augmented)} with {in_words(best.effects)} added"
+            f", {percent(reduction.augmented)} with {in_words(best.effects)} added"
             if best.effects
             else ""
         )
-        + f"; the noise floor is {_percent(reduction.noise_floor[0])} to {_percent(floor)}."
+        + f"; the noise floor is {percent(reduction.noise_floor[0])} to {percent(floor)}."
     ]
     tolerable = LEFT_NRMSE_SWINGING if case.all_states else LEFT_NRMSE
     unexplained = (
@@ -93,6 +95,7 @@ def decide(
             "gap that fitting left stays above the noise floor: "
             f"{math.exp(excess):.1f} times the noise."
         )
+    reasons += caveats(case, search_result, selection, reduction)
     for effect in extrapolated:
         reasons.append(f"{effect.id}: {effect.why}.")
     step_sentence = ""
@@ -172,14 +175,3 @@ def decide(
             "those of the rig file do not have to change."
         )
     return Decision("no_gap", "The simulator agrees with the machine.", tuple(reasons))
-
-
-def in_words(effects: Sequence[str]) -> str:
-    """Returns the ids of effects as a list in words."""
-    words = [effect.replace("_", " ") for effect in effects]
-    words = [word.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck") for word in words]
-    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
-
-
-def _percent(gap: float) -> str:
-    return f"{100.0 * gap:.2g} %"

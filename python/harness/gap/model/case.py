@@ -13,7 +13,8 @@ import ehsid
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES
 from ehsid.harness.catalogue.parameters import effects as catalogue
-from ehsid.harness.gap.data.floor import NoiseFloor, floor_of
+from ehsid.harness.gap.data.floor import NoiseFloor
+from ehsid.harness.gap.data.sensor_floor import sensor_floor
 from ehsid.harness.gap.model.comparison import Blocks, compare, varying_outputs
 from ehsid.harness.gap.model.machine import effect_starts
 from ehsid.harness.gap.model.parameters import (
@@ -159,7 +160,7 @@ def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] =
     common = [
         name for name in compared[0].outputs if all(name in record.outputs for record in compared)
     ]
-    floors = {name: _floor(training, name) for name in common}
+    floors = {name: _floor(training, name, rig) for name in common}
     values = {name: floor.value for name, floor in floors.items()}
     varying = [set(varying_outputs(record, values)) for record in compared]
     outputs = tuple(name for name in common if all(name in names for names in varying))
@@ -213,6 +214,7 @@ def _swings(record: Record) -> float:
     return float(power[frequency > SWING_HZ].sum()) / total if total > 0.0 else 0.0
 
 
-def _floor(records: Sequence[Record], name: str) -> NoiseFloor:
+def _floor(records: Sequence[Record], name: str, rig: Rig) -> NoiseFloor:
     """Largest noise floor over the records: what is explained in one may be noise in another."""
-    return max((floor_of(record, name) for record in records), key=lambda floor: floor.value)
+    floors = (sensor_floor(record, name, rig) for record in records)
+    return max(floors, key=lambda floor: floor.value)

@@ -32,6 +32,12 @@ OUTPUTS = tuple(channel.name for channel in CHANNELS.values() if channel.compare
 # noise floor.
 LEAST_VARIATION = 3.0
 
+# Fewest samples that a cubic smooths, and the longest time over which the motion of a servo may be
+# taken for one: in 30 ms a motion of 10 Hz bends once. More slowly sampled positions stay as
+# measured.
+SMOOTHED_LEAST = 5
+LONGEST_SMOOTHED_S = 0.03
+
 
 @dataclass(frozen=True, eq=False)
 class Compared:
@@ -111,8 +117,7 @@ def compare(
         )
     window = window_numbers(len(record), record.dt_s, window_s=window_s, skip_s=skip_s)
     position = record.column("position_m")
-    length = min(max(5, 2 * round(0.5 * SMOOTHED_S / record.dt_s) + 1), (len(record) - 1) | 1)
-    smooth = savgol_filter(position, length, polyorder=SMOOTHED_ORDER)
+    smooth = _smoothed(position, record.dt_s)
     aligned = np.full((len(record), len(STATES)), np.nan)
     window_starts = np.flatnonzero(np.diff(window, prepend=-2) > 0)
     if all_states:
@@ -129,6 +134,16 @@ def compare(
         window[held_out if blocks == "fit" else ~held_out] = -1
     outputs = {name: record.column(name) for name in OUTPUTS if name in record.columns}
     return Compared(record, outputs, window, aligned)
+
+
+def _smoothed(position: FloatArray, dt_s: float) -> FloatArray:
+    """Position without most of its noise, m; as measured where five samples are too long for it."""
+    if SMOOTHED_LEAST * dt_s > LONGEST_SMOOTHED_S:
+        return position
+    length = min(
+        max(SMOOTHED_LEAST, 2 * round(0.5 * SMOOTHED_S / dt_s) + 1), (position.size - 1) | 1
+    )
+    return np.asarray(savgol_filter(position, length, polyorder=SMOOTHED_ORDER), dtype=np.float64)
 
 
 @dataclass(frozen=True)

@@ -164,6 +164,16 @@ class Problem:
         errors, _ = self._errors(x)
         return errors
 
+    def errors_of(self, simulated: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
+        """Errors as `errors` gives them, from the result of `simulate`."""
+        errors: dict[str, list[FloatArray]] = {name: [] for name in self.outputs}
+        for record, outputs in zip(self.records, simulated, strict=True):
+            for name in self.outputs:
+                error = outputs[name] - record.outputs[name]
+                centred = name == "position_m"
+                errors[name].append(record.centred(error) if centred else error[record.used])
+        return {name: np.concatenate(parts) for name, parts in errors.items()}
+
     def cost(self, x: FloatArray) -> float:
         """Cost J(x), nats; infinite if the simulation diverges."""
         return self.cost_of(x, self.errors(x))

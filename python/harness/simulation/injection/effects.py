@@ -102,7 +102,10 @@ def check(effects: Mapping[str, Sizes], rig: Rig) -> None:
         an effect or a size cannot be used; the message lists all problems.
     """
     if not effects:
-        raise InjectError(f"no effect is named; there are: {', '.join(injectable(rig.plant))}")
+        raise InjectError(
+            f"no effect is named; name one with --effect; there are: "
+            f"{', '.join(injectable(rig.plant))}"
+        )
     problems = []
     for effect, sizes in effects.items():
         if effect not in injectable(rig.plant):
@@ -139,7 +142,7 @@ def _check_sizes(effect: str, sizes: Sizes, ranges: Mapping[str, Range]) -> list
     ]
     for name, (low, high) in ranges.items():
         if name not in sizes:
-            problems.append(f"'{effect}' needs {name}, {low:g} to {high:g}")
+            problems.append(f"'{effect}': {name} is missing: expected {low:g} to {high:g}")
         elif not low <= sizes[name] <= high:
             problems.append(f"'{effect}.{name}' = {sizes[name]:g}: expected {low:g} to {high:g}")
         elif sizes[name] == 0.0:

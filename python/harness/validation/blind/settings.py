@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 SENSORS = ("position", "pressures", "pressures+supply", "pressures+supply+spool")
-GRADES = ("plain", "hard", "confusable")
+GRADES = ("plain", "hard", "confusable", "slow")
 
 # Number of case seeds that belong to one check; no case seed belongs to two checks.
 SEEDS = 100_000
@@ -31,7 +31,7 @@ class Settings:
     sensors
         sensors of all cases; None: a mix.
     seconds
-        length of each record, s; None: drawn for each case, 8 to 20 s.
+        length of each record, s; None: drawn for each case, 8 to 20 s (slow ones: 30 to 60 s).
     exclude_truth
         whether each case has one effect of the catalogue that the diagnosis must leave out.
     """

@@ -22,6 +22,7 @@ from ehsid.harness.validation.jobs import (
     Outcome,
     Write,
     failure,
+    keep,
     one_line,
     run_job,
 )
@@ -43,7 +44,9 @@ def machine_folders(folder: Path) -> list[Path]:
         there is no such folder, or it has no sub-folder.
     """
     if not folder.is_dir():
-        raise ValueError(f"{folder}: there is no such folder")
+        raise ValueError(
+            f"{folder}: there is no such folder: expected one with a sub-folder for each machine"
+        )
     machines = sorted(
         path for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")
     )
@@ -61,7 +64,7 @@ def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
         there is no rig file, or no record to fit.
     """
     if not (folder / RIG).is_file():
-        raise ValueError(f"{folder}: has no {RIG}")
+        raise ValueError(f"{folder}: has no {RIG}: expected it beside the records")
     # Text that is no CSV may be a note about the machine.
     endings = tuple(f".{ending}" for ending in (*FORMATS, *BINARY_ENDINGS))
     records = sorted(
@@ -73,7 +76,9 @@ def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
     fitted = [path for path in records if path not in held_out]
     if not fitted:
         also = f" beside those that start with '{HELD_OUT}' and are held out" if held_out else ""
-        raise ValueError(f"{folder}: has no record ({', '.join(endings)}){also}")
+        raise ValueError(
+            f"{folder}: has no record{also}: expected at least one ({', '.join(endings)})"
+        )
     return fitted, held_out
 
 
@@ -107,16 +112,36 @@ def unfinished_machines(folders: Iterable[Path], out: Path, exclude: Sequence[st
 
 
 def run_fleet(
-    folders: Iterable[Path],
+    folders: Sequence[Path],
     out: Path,
     exclude: Sequence[str],
     read: Read,
     diagnose: Diagnose,
     write: Write,
 ) -> Iterator[Outcome]:
-    """Diagnoses each machine; the files of `write` are in OUT/NAME before an outcome is yielded."""
+    """Diagnoses each machine; the files of `write` are in OUT/NAME before an outcome is yielded.
+
+    A machine whose process is killed, for example for want of memory, gets an error; the others go
+    on. Which of those at work it was shows when they are run again, half of them at a time.
+    """
+    left = list(folders)
     tasks = (_task(folder, exclude, read, diagnose, write) for folder in folders)
-    return run_and_keep(tasks, out)
+    try:
+        for outcome in run_and_keep(tasks, out):
+            left = [folder for folder in left if folder.name != outcome.name]
+            yield outcome
+    except ChildProcessError:
+        if len(left) == 1:
+            message = (
+                f"{left[0]}: its process was killed, perhaps for want of memory: take shorter "
+                "records or fewer --workers"
+            )
+            killed = Outcome(left[0].name, {ERROR: f"{message}\n".encode()}, message, 0.0)
+            keep(killed, out)
+            yield killed
+            return
+        for some in (left[: len(left) // 2], left[len(left) // 2 :]):
+            yield from run_fleet(some, out, exclude, read, diagnose, write)
 
 
 def _task(

@@ -37,9 +37,20 @@ def draw_sensors(seed: int, grade: Grade) -> Sensors:
     return ("pressures+supply", "pressures", "position")[int(stream.integers(3))]
 
 
-def draw_seconds(seed: int) -> float:
-    """Draws the length of the records of a case, 8 to 20 s, independently of its effect."""
-    return round(float(np.random.default_rng((seed, 9)).uniform(8.0, 20.0)), 1)
+def draw_seconds(seed: int, grade: Grade) -> float:
+    """Draws the length of the records of a case, independently of its effect.
+
+    8 to 20 s; 30 to 60 s for slow records, which have fewer samples a second.
+    """
+    ends = (30.0, 60.0) if grade == "slow" else (8.0, 20.0)
+    return round(float(np.random.default_rng((seed, 9)).uniform(*ends)), 1)
+
+
+def draw_sampling_time(seed: int, grade: Grade) -> float:
+    """Draws the sampling time, s: 20 or 50 ms for slow records, 1 ms for all others."""
+    if grade != "slow":
+        return 1e-3
+    return (0.02, 0.05)[int(np.random.default_rng((seed, 10)).integers(2))]
 
 
 def write_drawn_case(
@@ -64,7 +75,8 @@ def write_drawn_case(
         effects,
         sensors="position" if plant == "axis" else sensors or draw_sensors(seed, grade),
         plant=plant,
-        seconds=draw_seconds(seed) if seconds is None else seconds,
+        seconds=draw_seconds(seed, grade) if seconds is None else seconds,
+        dt_s=draw_sampling_time(seed, grade),
     )
     write_case(case, folder / case.name)
     if transfer is not None:
@@ -93,7 +105,7 @@ def write_cases(
     kind, sensors
         kind and sensors of all cases; drawn for each case where None.
     seconds
-        length of each record, s; drawn for each case, 8 to 20 s, where None.
+        length of each record, s; drawn for each case where None.
     progress
         called with the share of the cases that is done.
 

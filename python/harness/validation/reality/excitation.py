@@ -18,6 +18,9 @@ from ehsid.harness.validation.reality.nominal_rig import NominalRig, spread
 Excitation = Literal["multisine", "steps", "triangle", "chirp", "prbs"]
 EXCITATIONS: tuple[Excitation, ...] = ("multisine", "steps", "triangle", "chirp", "prbs")
 TRAVEL = 0.28  # share of the stroke, to each side of the working point
+# Largest bandwidth of the position loop, rad per sample: the command that is held for a sample then
+# takes less than 10 degrees of phase from the loop.
+LARGEST_GAIN = 0.3
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,7 @@ def draw_task(
     """
     working_point = rig.stroke_m * float(rng.uniform(0.42, 0.58)) if rig.plant == "ehs" else 0.0
     bandwidth = float(np.clip(rng.uniform(0.25, 0.6) * rig.damping_1_s, 1.5, 25.0))
+    bandwidth = min(bandwidth, LARGEST_GAIN / dt_s)
     if open_loop:
         bandwidth = 1.5
     gain = bandwidth / rig.speed_m_s

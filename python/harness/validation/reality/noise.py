@@ -51,7 +51,8 @@ def draw_noise(
     position = 2e-5 * rig.stroke_m * spread(rng, 0.6, 1.6)
     supply = rig.values.get("supply.pressure_pa", 1e7)
     pressure = 1e-3 * supply * spread(rng, 0.6, 1.6)
-    largest_delay = (0.02 if hard else 0.002) * dt_s
+    # The clock of a slow logger is no worse than that of a fast one.
+    largest_delay = (0.02 if hard else 0.002) * min(dt_s, 1e-3)
     return Noise(
         position_m=position * coloured(rng, samples, share, pole),
         pressures_pa={

@@ -13,15 +13,15 @@ from ehsid.harness.validation.reality.machine import compression
 from ehsid.harness.validation.reality.nominal_rig import LAG, NominalRig
 from ehsid.harness.validation.reality.truth import Truth
 
-Grade = Literal["plain", "hard", "confusable"]
-GRADES: tuple[Grade, ...] = ("plain", "hard", "confusable")
+Grade = Literal["plain", "hard", "confusable", "slow"]
+GRADES: tuple[Grade, ...] = ("plain", "hard", "confusable", "slow")
 
 
 def draw_structure(rng: np.random.Generator, rig: NominalRig, grade: Grade) -> dict[str, float]:
     """Draws the deviations of the true machine from the simulator that are not effects.
 
-    They are small in plain and confusable machines, and large, all at once, in hard ones. Every
-    grade takes the same draws from the stream.
+    They are large, all at once, in hard machines, and small in all others. Every grade takes the
+    same draws from the stream.
     """
     draws = {name: float(rng.uniform(-1.0, 1.0)) for name in _DRAWS}
     hard = grade == "hard"

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ehsid.harness.catalogue.parameters import effects
@@ -53,6 +53,13 @@ TARGETS = {
     "shrinkage_friction": _least(0.8, 0.8),
     "seconds": _most(20.0, 10.0),
 }
+# Targets of slow records (20 and 50 ms), whatever was measured. They replace those above; the other
+# figures of slow records have no target.
+SLOW_TARGETS = {
+    "subsystem": _least(0.85, 0.85),
+    "in_set": _least(0.90, 0.90),
+    "false_effect": _most(0.03, 0.03),
+}
 
 
 @dataclass(frozen=True)
@@ -94,17 +101,30 @@ def figure_tables(cases: Sequence[ScoredCase]) -> tuple[FigureTable, ...]:
     main = [case for case in cases if case.answer.grade in MAIN_GRADES]
     return (
         _figure_table("plain and hard records", main),
-        *(_figure_table(f"{name} records", grades[name]) for name in GRADES if name in grades),
+        *(
+            _figure_table(
+                f"{name} records", grades[name], SLOW_TARGETS if name == "slow" else TARGETS
+            )
+            for name in GRADES
+            if name in grades
+        ),
     )
 
 
-def _figure_table(title: str, cases: Sequence[ScoredCase]) -> FigureTable:
+def _figure_table(
+    title: str, cases: Sequence[ScoredCase], targets: Mapping[str, Mapping[str, Range]] = TARGETS
+) -> FigureTable:
     by_sensors = group_by(cases, lambda case: case.measured)
-    return FigureTable(title, {name: _figures(by_sensors.get(name, []), name) for name in SENSORS})
+    columns = {}
+    for name in SENSORS:
+        target = {figure: ranges[name] for figure, ranges in targets.items()}
+        columns[name] = _figures(by_sensors.get(name, []), target.get)
+    return FigureTable(title, columns)
 
 
-def _figures(cases: Sequence[ScoredCase], measured: str) -> tuple[Figure, ...]:
-    target = {name: ranges[measured] for name, ranges in TARGETS.items()}
+def _figures(
+    cases: Sequence[ScoredCase], target: Callable[[str], Range | None]
+) -> tuple[Figure, ...]:
     judged = [case.judgement for case in cases]
     known = [case for case in cases if case.known]
     large = [case for case in known if case.name_required]
@@ -117,47 +137,49 @@ def _figures(cases: Sequence[ScoredCase], measured: str) -> tuple[Figure, ...]:
         return [case for case in cases if case.answer.kind == kind]
 
     return (
-        share("subsystem first", (c.judgement.subsystem_first for c in known), target["subsystem"]),
+        share("subsystem first", (c.judgement.subsystem_first for c in known), target("subsystem")),
         share("subsystem of an unknown effect", (c.judgement.subsystem_first for c in of("open"))),
         share(
             "effect first, gap \N{GREATER-THAN OR EQUAL TO} 3 x floor",
             (c.judgement.effect_first for c in large),
-            target["effect"],
+            target("effect"),
         ),
         share("effect first, all", (c.judgement.effect_first for c in known)),
-        share("truth inside the set", (j.in_set for j in judged), target["in_set"]),
+        share("truth inside the set", (j.in_set for j in judged), target("in_set")),
         mean(
             "sets returned, mean",
             (float(c.judgement.set_size or math.nan) for c in known),
-            target=target["set_size"],
+            target=target("set_size"),
         ),
-        share("a confident wrong name", (j.wrong_name for j in judged), target["wrong_name"]),
+        share("a confident wrong name", (j.wrong_name for j in judged), target("wrong_name")),
         share(
-            "effect blamed, none there", (j.false_effect for j in judged), target["false_effect"]
+            "effect blamed, none there",
+            (j.false_effect for j in judged),
+            target("false_effect"),
         ),
         share("structure blamed, none there", (j.false_alarm for j in judged)),
-        share("unknown effect recognised", (j.recognised for j in judged), target["recognised"]),
-        share("known effect rejected", (j.rejected for j in judged), target["rejected"]),
+        share("unknown effect recognised", (j.recognised for j in judged), target("recognised")),
+        share("known effect rejected", (j.rejected for j in judged), target("rejected")),
         share("listed as not to be judged", (j.abstained for j in judged)),
         share("one effect: exactly it", (c.judgement.exact for c in of("one"))),
-        share("two effects: exactly both", (c.judgement.exact for c in of("two")), target["two"]),
-        quantile("error of size, median", sizes, target=target["size"]),
-        quantile("error of size, 90th percentile", sizes, 0.9, target=target["size_90"]),
+        share("two effects: exactly both", (c.judgement.exact for c in of("two")), target("two")),
+        quantile("error of size, median", sizes, target=target("size")),
+        quantile("error of size, 90th percentile", sizes, 0.9, target=target("size_90")),
         quantile("error of all parameters, median", every),
         quantile("of all parameters, 90th percentile", every, 0.9),
-        _coverage("sizes inside their intervals", errors, target["coverage"]),
+        _coverage("sizes inside their intervals", errors, target("coverage")),
         _coverage("rig values inside their intervals", rig_errors(cases)),
         quantile(
             "explainable gap closed, median",
             [_shrinkage(case) for case in large if not _has_friction(case)],
-            target=target["shrinkage"],
+            target=target("shrinkage"),
         ),
         quantile(
             "the same of friction, median",
             [_shrinkage(case) for case in large if _has_friction(case)],
-            target=target["shrinkage_friction"],
+            target=target("shrinkage_friction"),
         ),
-        quantile("time, median", seconds, unit="seconds", target=target["seconds"]),
+        quantile("time, median", seconds, unit="seconds", target=target("seconds")),
         quantile("time, 90th percentile", seconds, 0.9, unit="seconds"),
     )
 

@@ -21,7 +21,7 @@ import polars as pl
 import ehsid
 from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
 from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap.data.floor import floor_of
+from ehsid.harness.gap.data.sensor_floor import sensor_floor
 from ehsid.harness.gap.inference.gap_reduction import gap_reduction, window_sums
 from ehsid.harness.gap.model.comparison import compare
 from ehsid.harness.gap.model.problem import Problem
@@ -77,7 +77,7 @@ def realised(nominal: Rig, augmented: Rig, record: Record, findings: Findings) -
     outputs = tuple(name for name in settings.get("outputs", ()) if name in compared.outputs)
     if not outputs:
         return None
-    floors = {name: floor_of(record, name) for name in outputs}
+    floors = {name: sensor_floor(record, name, nominal) for name in outputs}
     named = [effect.id for effect in findings.named]
     sums = []
     for rig in (nominal, without(augmented, nominal, named), augmented):

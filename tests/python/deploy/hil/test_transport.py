@@ -223,7 +223,7 @@ def test_no_such_port() -> None:
     ("port", "said"),
     [
         ("socket://127.0.0.1:1", "Connection refused"),
-        ("socket://127.0.0.1", "expected e.g. socket://localhost:4000"),
+        ("socket://127.0.0.1", "expected socket://HOST:PORT"),
         ("rfc2217://127.0.0.1:1", "Connection refused"),
         ("telnet://127.0.0.1:1", "'telnet' not known"),
         ("/", "expected a serial port, e.g. /dev/ttyACM0"),

@@ -32,12 +32,11 @@ Columns = dict[str, np.ndarray]
 AMPLITUDE = 3.0
 
 
-def columns_of(seed: int = 1) -> Columns:
+def columns_of(seed: int = 1, samples: int = N) -> Columns:
     rng = np.random.default_rng(seed)
-    command = multisine(N, DT_S, band_hz=(0.5, 10.0), peak=AMPLITUDE, rng=rng)
-    run = simulate(
-        RIG, command, dt_s=DT_S, substeps=4, noise=draw_noise(RIG, N, rng), position0_m=0.1
-    ).record
+    command = multisine(samples, DT_S, band_hz=(0.5, 10.0), peak=AMPLITUDE, rng=rng)
+    noise = draw_noise(RIG, samples, rng)
+    run = simulate(RIG, command, dt_s=DT_S, substeps=4, noise=noise, position0_m=0.1).record
     names = ("command_v", "position_m", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
     assert run.time_s is not None
     return {"time_s": run.time_s, **{name: run.column(name).copy() for name in names}}
@@ -214,6 +213,45 @@ def test_with_equal_areas_the_mass_shows_exchanged_ports() -> None:
     (result,) = gate([make_record(columns)], rig)
     assert result.serious
     assert "are exchanged" in result.what
+
+
+def test_a_mass_that_the_record_hardly_shows_refuses_nothing() -> None:
+    """Friction takes all of the net force, 5.8 kN and -1.2 kN, as in a pump-controlled cylinder."""
+    rng = np.random.default_rng(8)
+    time = DT_S * np.arange(N)
+    position = 0.15 + 0.05 * np.sin(2.0 * np.pi * 0.5 * time)
+    speed = np.gradient(position, DT_S)
+    cap = 0.25 * np.pi * RIG.values["cylinder.bore_m"] ** 2
+    annulus = cap - 0.25 * np.pi * RIG.values["cylinder.rod_m"] ** 2
+    force = np.where(speed > 0.0, 5.8e3, -1.2e3)
+    rod = np.full(N, 3e6)
+    columns = {
+        "time_s": time,
+        "command_v": 10.0 * speed + 0.01 * rng.standard_normal(N),
+        "position_m": position + 5e-6 * rng.standard_normal(N),
+        "pressure_a_pa": (force + annulus * rod) / cap + 1e4 * rng.standard_normal(N),
+        "pressure_b_pa": rod + 1e4 * rng.standard_normal(N),
+    }
+    assert not any("exchanged" in each.what for each in gate([make_record(columns)], RIG))
+
+
+def test_forces_against_the_motion_are_remarked_on_but_not_refused() -> None:
+    """The rod of the rig file is so thick that the net force has the wrong sign of friction."""
+    columns = {name: column.copy() for name, column in CLEAN.items()}
+    mean = columns["pressure_a_pa"].mean()
+    columns["pressure_a_pa"] = 2.0 * mean - columns["pressure_a_pa"]
+    (remark,) = (
+        each
+        for each in gate([make_record(columns)], RIG)
+        if "acts against the motion" in each.what or "exchanged" in each.what
+    )
+    assert not remark.serious
+
+
+def test_ports_are_not_judged_where_the_sampling_hides_the_acceleration() -> None:
+    columns = {name: column[::50].copy() for name, column in columns_of(samples=60_000).items()}
+    _exchanged(columns)
+    assert not any("pressure_a_pa and" in each.what for each in gate([make_record(columns)], RIG))
 
 
 def test_a_gap_has_a_remark_and_the_longest_part_is_checked() -> None:

@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
 import pytest
-from gap_rig import RIG
+from made_candidates import CASE, MadeCase, candidate, search_result
 
-from ehsid.harness.gap.data.floor import NoiseFloor
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.effect_selection import (
     effect_families,
@@ -19,63 +17,10 @@ from ehsid.harness.gap.inference.effect_selection import (
     select_effects,
 )
 from ehsid.harness.gap.inference.likelihood_gain import likelihood_gain
-from ehsid.harness.gap.inference.search import SearchResult
-from ehsid.harness.gap.inference.verdict import decide, in_words
+from ehsid.harness.gap.inference.verdict import decide
+from ehsid.harness.gap.inference.words import in_words
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.schema import CalibratedValue, Estimate, HowFar
-
-WINDOWS, SAMPLES, FLOOR = 40, 500, 1e-6
-
-
-class _Record:
-    dt_s = 1e-3
-
-
-class _Case:
-    """The attributes of a case that the selection reads."""
-
-    outputs = ("position_m",)
-    floors = MappingProxyType({"position_m": NoiseFloor(FLOOR, FLOOR, FLOOR)})
-    records = (_Record(),)
-    rig = RIG
-    all_states = False
-    pressures = True
-
-    def variation(self) -> np.ndarray:
-        return np.array([1e-2])
-
-
-CASE = cast(Case, cast(Any, _Case()))
-SIZES = {
-    "effects.coulomb_friction.force_n": 400.0,
-    "effects.stribeck_friction.coulomb_n": 400.0,
-    "effects.stribeck_friction.static_n": 600.0,
-    "effects.stribeck_friction.stribeck_velocity_m_s": 0.02,
-    "effects.valve_dead_band.overlap": 0.03,
-    "effects.transport_delay.delay_s": 5e-3,
-    "effects.sensor_lag.time_constant_s": 5e-3,
-}
-
-
-def candidate(
-    *effects: str, rms: float, parameters: int | None = None, **sizes: float
-) -> FittedCandidate:
-    """A candidate whose held-out errors have this rms (m), scattered by a tenth over windows."""
-    seed = sum(map(ord, "".join(effects)))
-    squares = SAMPLES * rms**2 * np.random.default_rng(seed).uniform(0.9, 1.1, (WINDOWS, 1))
-    counts = np.full(WINDOWS, float(SAMPLES))
-    mse = squares.sum() / counts.sum()
-    cost = 200.0 * np.log(mse + FLOOR**2)
-    values = SIZES | {f"effects.{name}": size for name, size in sizes.items()}
-    x = np.zeros(20 + (parameters or len(effects)))
-    return FittedCandidate(effects, x, values, cost, cost, True, squares, counts)
-
-
-def search_result(
-    calibrated: FittedCandidate, *candidates: FittedCandidate, nominal: float = 1e-3
-) -> SearchResult:
-    ordered = tuple(sorted(candidates, key=lambda each: each.held_out_cost))
-    return SearchResult(candidate(rms=nominal), calibrated, ordered, ())
 
 
 def test_the_effect_that_explains_the_records_is_selected() -> None:
@@ -245,7 +190,7 @@ def test_a_gain_below_a_visible_gap_selects_no_effect() -> None:
     assert select_effects(CASE, tiny).best.effects == ()
 
 
-class _SmallMotion(_Case):
+class _SmallMotion(MadeCase):
     """The variation is small, so that gains near the floor are still large beside it."""
 
     def variation(self) -> np.ndarray:

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.gap_reduction import WindowSums
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.thresholds import INDEPENDENT_HZ
@@ -23,7 +24,9 @@ def candidate(errors: np.ndarray) -> FittedCandidate:
     """errors: (windows, samples, outputs), in units of the sensors' noise."""
     squares = np.sum((errors * SCALES) ** 2, axis=1)
     counts = np.full(errors.shape[0], float(errors.shape[1]))
-    return FittedCandidate((), np.zeros(0), {}, 0.0, 0.0, True, squares, counts)
+    return FittedCandidate(
+        (), np.zeros(0), {}, 0.0, 0.0, True, squares, counts, WindowSums({}, {}, counts)
+    )
 
 
 def of_size(size: float, seed: int) -> FittedCandidate:
@@ -75,7 +78,12 @@ def test_nats_are_the_difference_of_the_held_out_costs() -> None:
         errors = problem.errors(x)
         squares, counts = problem.window_squares(errors)
         pairs.append(
-            (FittedCandidate((), x, {}, 0.0, 0.0, True, squares, counts), problem.fit_cost(errors))
+            (
+                FittedCandidate(
+                    (), x, {}, 0.0, 0.0, True, squares, counts, WindowSums({}, {}, counts)
+                ),
+                problem.fit_cost(errors),
+            )
         )
     (first, cost), (second, other_cost) = pairs
     assert likelihood_gain(case, first, second).nats == pytest.approx(

@@ -11,6 +11,7 @@ from servo_records import EFFECTS, OTHER, RIG, full, made
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.inference.attribution import attribute_equations, attribute_errors
 from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.gap_reduction import WindowSums
 from ehsid.harness.gap.inference.localisation import Evidence, gather, localise
 from ehsid.harness.gap.model.case import Case, make_case
 from ehsid.harness.gap.model.fit import fit
@@ -36,7 +37,9 @@ def calibrated(case: Case) -> FittedCandidate:
 
 def candidate(x: np.ndarray, values: Mapping[str, float]) -> FittedCandidate:
     """A candidate without the costs and errors that only the selection reads."""
-    return FittedCandidate((), x, values, 0.0, 0.0, True, np.zeros((1, 1)), np.ones(1))
+    return FittedCandidate(
+        (), x, values, 0.0, 0.0, True, np.zeros((1, 1)), np.ones(1), WindowSums({}, {}, np.ones(1))
+    )
 
 
 def with_effects(calibrated_fit: FittedCandidate, effect_ids: Sequence[str]) -> FittedCandidate:

@@ -13,6 +13,7 @@ from ehsid.harness.gap.inference.candidates import (
     refine,
     screen,
 )
+from ehsid.harness.gap.inference.gap_reduction import WindowSums
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.inference.search import candidate_effects, restrict, search
 from ehsid.harness.gap.model.case import Case
@@ -177,7 +178,9 @@ def test_the_result_does_not_depend_on_the_workers() -> None:
 def never_fitted(case: Case, effects: tuple[str, ...]) -> FittedCandidate:
     """A candidate in which every value of x is different."""
     x, nothing = np.arange(float(len(case.parameters(effects)))), np.zeros(0)
-    return FittedCandidate(effects, x, {}, 0.0, 0.0, True, nothing[:, np.newaxis], nothing)
+    return FittedCandidate(
+        effects, x, {}, 0.0, 0.0, True, nothing[:, np.newaxis], nothing, WindowSums({}, {}, nothing)
+    )
 
 
 @given(data=st.data())

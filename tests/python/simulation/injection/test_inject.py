@@ -244,11 +244,11 @@ def test_all_that_can_be_put_in_is_of_the_catalogue_or_told_apart(plant: str) ->
 @pytest.mark.parametrize(
     ("effects", "message"),
     [
-        ({}, "no effect is named; there are: load_force, gain"),
+        ({}, "no effect is named; name one with --effect; there are: load_force, gain"),
         ({"valve_dead_band": {"overlap": 0.03}}, "does not act on plant 'axis'"),
         ({"coulomb_friction": {"force_n": 9.0}}, "changes what the machine does"),
         ({"transport_dely": {"delay_s": 0.01}}, "did you mean 'transport_delay'"),
-        ({"transport_delay": {}}, "'transport_delay' needs delay_s, 0 to 0.2"),
+        ({"transport_delay": {}}, "'transport_delay': delay_s is missing: expected 0 to 0.2"),
         ({"transport_delay": {"delay_s": 0.3}}, "= 0.3: expected 0 to 0.2"),
         ({"transport_delay": {"delay_s": float("nan")}}, "expected 0 to 0.2"),
         ({"transport_delay": {"delay_s": 0.0}}, "that is no effect"),

@@ -80,9 +80,9 @@ def test_a_parameter_of_two_effects_is_set_by_its_full_name(here: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (asked(), "no effect is named; there are: gain, valve_dead_band"),
+        (asked(), "no effect is named; name one with --effect; there are: gain"),
         (asked("valve_deadband", "overlap=0.1"), "did you mean 'valve_dead_band'"),
-        (asked("valve_dead_band"), "'valve_dead_band' needs overlap, 0 to 0.3"),
+        (asked("valve_dead_band"), "'valve_dead_band': overlap is missing: expected 0 to 0.3"),
         (asked("valve_dead_band", "overlap=wide"), "expected PARAMETER=NUMBER"),
         (asked("valve_dead_band", "overlap=nan"), "expected PARAMETER=NUMBER"),
         (asked("valve_dead_band", "overlap=1e9"), "expected 0 to 0.3"),
@@ -91,7 +91,10 @@ def test_a_parameter_of_two_effects_is_set_by_its_full_name(here: Path) -> None:
         (asked("gain", "gain", "factor=1.1"), "name each effect once"),
         (asked("gain", "gain", "transport_delay", "factor=1.1"), "--effect gain: name each"),
         (asked("gain", "factor=1.1", out="made.txt"), "made.txt"),
-        (asked("gain", "factor=1.1", out="no/made.csv"), "there is no folder no; make it first"),
+        (
+            asked("gain", "factor=1.1", out="no/made.csv"),
+            "there is no folder no: expected one that exists",
+        ),
         (asked("gain", "factor=1.1", out="run.csv"), "run.csv: this is an input of the command"),
     ],
 )

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT
+"""Sentences on what a reader of the verdict would otherwise take for a contradiction."""
+
+from __future__ import annotations
+
+import math
+
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.effect_selection import Selection
+from ehsid.harness.gap.inference.gap_reduction import explained_share
+from ehsid.harness.gap.inference.search import SearchResult
+from ehsid.harness.gap.inference.standing import standing
+from ehsid.harness.gap.inference.words import in_words, percent
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.schema import HowFar
+from ehsid.harness.gap.thresholds import AT_BOUND, DECIDED_TOGETHER, WORSE_CALIBRATED
+
+
+def caveats(
+    case: Case, search_result: SearchResult, selection: Selection, reduction: HowFar
+) -> tuple[str, ...]:
+    """Returns the sentences that apply, in the order in which a reader meets the matter."""
+    return (
+        *_worse_calibration(reduction),
+        *_unnamed_candidates(case, search_result, selection),
+        *_values_at_bounds(case, selection.best),
+    )
+
+
+def _worse_calibration(reduction: HowFar) -> list[str]:
+    """Says where the fitted values are worse than the rig file on data that were not fitted."""
+    nominal, calibrated = reduction.nominal, reduction.calibrated
+    if calibrated <= max(WORSE_CALIBRATED * nominal, reduction.noise_floor[1]):
+        return []
+    return [
+        f"The fitted values of the rig are worse than those of the rig file on held-out data: "
+        f"{percent(calibrated)} after {percent(nominal)}. The fitted records need values that the "
+        "held-out ones contradict; the cause differs between them, or the model lacks it."
+    ]
+
+
+def _unnamed_candidates(case: Case, search_result: SearchResult, selection: Selection) -> list[str]:
+    """Says why the first candidate, or one that explains much while nothing is named, is not named.
+
+    Equivalent sets are listed in the verdict itself.
+    """
+    best, calibrated = selection.best, search_result.calibrated
+    fitted = search_result.fitted()
+    first = fitted[0]
+    in_set = any(first is candidate for candidate in (best, *selection.equivalent))
+    sentences = []
+    if first.effects and not in_set:
+        why = standing(case, search_result, selection, first).why
+        sentences.append(
+            f"The set with the smallest errors on held-out data, {in_words(first.effects)}, is not "
+            f"named: {why}."
+        )
+    if best.effects:
+        return sentences
+    for candidate in fitted:
+        share = explained_share(calibrated.sums, candidate.sums, case.floors, best.sums)
+        if candidate in (first, calibrated) or share is None or share < DECIDED_TOGETHER:
+            continue
+        why = standing(case, search_result, selection, candidate).why
+        sentences.append(
+            f"The set {in_words(candidate.effects)} would remove {100.0 * share:.0f} % of the gap "
+            f"above the noise floor, but is not named: {why}."
+        )
+        break
+    return sentences
+
+
+def _values_at_bounds(case: Case, best: FittedCandidate) -> list[str]:
+    """Says which fitted values of the rig or of an effect ended at an end of their range."""
+    sentences = []
+    for parameter, x in zip(case.parameters(best.effects), best.x, strict=True):
+        key = ParameterKey(parameter.name)
+        span = parameter.high - parameter.low
+        if key.is_nuisance or not 0.0 < span < math.inf:
+            continue
+        near = AT_BOUND * span
+        if parameter.low + near < x < parameter.high - near:
+            continue
+        end = "lower" if x <= parameter.low + near else "upper"
+        value = f"{parameter.name} = {parameter.value(float(x)):.4g} is at the {end} end of "
+        if key.effect in best.effects:
+            sentences.append(
+                f"{value}the range of this effect: a further cause may act in the same way."
+            )
+        else:
+            sentences.append(
+                f"{value}what the uncertainty in the rig file allows: either give it a larger one "
+                "under [uncertainty], or this value stands in for a cause that is not modelled."
+            )
+    return sentences

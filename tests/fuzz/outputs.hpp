@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// What holds for the outputs of every estimator after a call that was not refused.
+#pragma once
+
+#include "data.hpp"
+
+#include <ehsid/c_api.h>
+#include <ehsid/types.hpp>
+
+namespace fuzz {
+
+/// A variance, or another number that is never negative.
+template <class Scalar>
+bool is_magnitude(Scalar value) {
+  return ehsid::is_finite(value) && value >= Scalar(0);
+}
+
+/// Whether sigma^2 and sigma^2 P_ii may be beyond the largest number: with settings and samples of a plausible size it never is, in
+/// a state that somebody has made up it may be.
+enum class Uncertainty { finite, may_overflow };
+
+/// sigma^2, or a deviation or variance of a parameter. Of NaN the comparison is false.
+template <class Scalar>
+bool is_uncertainty(Scalar value, Uncertainty expected) {
+  return expected == Uncertainty::finite ? is_magnitude(value) : value >= Scalar(0);
+}
+
+/// An estimator of C.
+inline void check_c_outputs(const ehsid_estimator* estimator,
+                            Uncertainty expected = Uncertainty::finite) {
+  const std::size_t n = ehsid_parameters(estimator);
+  float theta[EHSID_MAX_PARAMETERS] = {};
+  float deviation[EHSID_MAX_PARAMETERS] = {};
+  float variance[EHSID_MAX_PARAMETERS] = {};
+  ehsid_report report = {};
+  check(ehsid_theta(estimator, theta, n) == EHSID_OK &&
+            ehsid_standard_deviation(estimator, deviation, n) == EHSID_OK &&
+            ehsid_covariance_diagonal(estimator, variance, n) == EHSID_OK &&
+            ehsid_read(estimator, &report) == EHSID_OK,
+        "an estimator can be read");
+  for (std::size_t i = 0; i < n; ++i) {
+    check(ehsid::is_finite(theta[i]), "theta is finite");
+    check(is_uncertainty(deviation[i], expected), "deviations are not negative, and finite");
+    check(is_uncertainty(variance[i], expected), "variances are not negative, and finite");
+  }
+  check(ehsid::is_finite(report.innovation), "the innovation is finite");
+  check(report.forgetting_factor > 0.0F && report.forgetting_factor <= 1.0F,
+        "lambda is above 0 and at most 1");
+  check(is_uncertainty(report.residual_variance, expected), "sigma^2 is not negative, and finite");
+  // The fit is a share of the variance of the output: it is -Inf where the errors are.
+  check(ehsid::is_finite(report.fit_percent) ||
+            (expected == Uncertainty::may_overflow && report.fit_percent < 0.0F),
+        "the fit is finite");
+  check(report.excitation >= 0.0F && report.excitation <= 1.0F, "the excitation is a share");
+  check(report.resets >= 0, "resets are counted from 0 on");
+}
+
+/// An estimator of C++.
+template <class Estimator>
+void check_outputs(const Estimator& estimator, Uncertainty expected = Uncertainty::finite) {
+  const auto theta = estimator.theta_hat();
+  const auto deviation = estimator.standard_deviation();
+  const auto covariance = estimator.covariance();
+  for (int i = 0; i < estimator.size(); ++i) {
+    check(ehsid::is_finite(theta[i]), "theta is finite");
+    check(is_uncertainty(deviation[i], expected), "deviations are not negative, and finite");
+    check(is_uncertainty(covariance(i, i), expected), "variances are not negative, and finite");
+  }
+  check(ehsid::is_finite(estimator.innovation()), "the innovation is finite");
+  check(estimator.forgetting_factor() > 0 && estimator.forgetting_factor() <= 1,
+        "lambda is above 0 and at most 1");
+  check(is_uncertainty(estimator.residual_variance(), expected),
+        "sigma^2 is not negative, and finite");
+}
+
+}  // namespace fuzz

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT
+"""Bad frames to the host, and bad frames to the firmware.
+
+tests/servo/bad_frames.cpp sends the latter; a test of ctest compares the answers.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+
+from bad_input.case import Case, Outcome
+from bad_input.tables import cases_of
+from sources import ROOT
+
+from ehsid.harness.deploy.hil import cobs
+from ehsid.harness.deploy.hil.answers import parse_answer
+from ehsid.harness.deploy.hil.errors import BadFrame, HilError
+from ehsid.harness.deploy.hil.frames import Packet, decode, encode
+from ehsid.harness.deploy.hil.session import Session
+
+TITLE = "Frames on the serial line"
+ABOUT = (
+    "A frame that is damaged is dropped and counted, and the request is sent again: lines are "
+    "never perfect. A run ends only where no answer comes in time, or where the target answers "
+    "something that it would answer again. The first rows are frames that the host receives, then "
+    "targets that misbehave, then frames that the firmware of `examples/firmware/servo` receives."
+)
+IDENTITY = struct.pack("<H3BBH", 1, 1, 2, 3, 0b1001, 1 << 6) + b"board".ljust(12, b"\0")
+RESULT = struct.pack("<I3fBBH", 0, 0.0, 20.0, 0.05, 0, 0, 0) + struct.pack("<5f", 0, 1, 99, 1, 0)
+RESULT += struct.pack("<I3H", 0, 0, 0, 0) + struct.pack("<B2f", 2, 0.5, 0.5)
+
+
+def call(
+    wrong: str, shown: str, kind: type[Exception], run: Callable[[], object], *says: str
+) -> Case:
+    """A call that must raise an exception of this kind."""
+
+    def outcome() -> Outcome:
+        try:
+            run()
+        except kind as error:
+            return Outcome(type(error).__name__, str(error))
+        return Outcome("nothing", "")
+
+    return Case(wrong, shown, outcome, kind.__name__, says, {})
+
+
+def frame(wrong: str, content: bytes, *says: str) -> Case:
+    """Bytes between two zeros, which the host takes for a frame."""
+    shown = (
+        content.hex(" ")
+        if len(content) < 20
+        else f"{content[:4].hex(' ')} ... ({len(content)} bytes)"
+    )
+    return call(wrong, shown, BadFrame, lambda: decode(content), *says)
+
+
+def answer(
+    wrong: str, shown: str, kind: int, body: bytes, *says: str, error: type[Exception] = BadFrame
+) -> Case:
+    """A packet with a right check sum, which the host takes for an answer."""
+    return call(wrong, shown, error, lambda: parse_answer(Packet(kind, 1, body)), *says)
+
+
+class Scripted:
+    """A line whose other end answers each request with these packets: kind and body, or bytes."""
+
+    name = "/dev/ttyACM0"
+
+    def __init__(self, *answers: tuple[int, bytes] | bytes) -> None:
+        self._answers = answers
+        self._waiting: list[bytes] = []
+
+    def send(self, data: bytes) -> None:
+        sequence = decode(data.strip(b"\0")).sequence
+        self._waiting = [
+            one if isinstance(one, bytes) else encode(one[0], sequence, one[1]).strip(b"\0")
+            for one in self._answers
+        ]
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        return self._waiting.pop(0) if self._waiting else None
+
+
+def target(
+    wrong: str, shown: str, *answers: tuple[int, bytes] | bytes, says: tuple[str, ...]
+) -> Case:
+    """A target that answers `hello` in this way."""
+
+    def run() -> None:
+        line = Scripted(*answers)
+        Session(line, timeout_s=2.5, attempts=2).hello()  # type: ignore[arg-type]
+
+    return call(wrong, shown, HilError, run, *says)
+
+
+def refusal(reason: int, state: int = 1, status: int = 0) -> tuple[int, bytes]:
+    return 0x85, struct.pack("<3BI", reason, state, status, 5)
+
+
+GOOD = encode(0x81, 1, IDENTITY).strip(b"\0")
+CASES = (
+    frame("nothing between two zeros", b"", "0 bytes", "at least 5"),
+    frame("one byte", b"\x01", "at least 5"),
+    frame("a block that ends too early", b"\x05ab", "needs 5 bytes", "has 3 left"),
+    frame("a zero inside", b"\x03a\0", "zero byte inside"),
+    frame("a frame longer than any", b"\x55" * 600, "longer than 515 bytes"),
+    frame("a packet longer than any", cobs.encode(bytes(513)), "at most 512"),
+    frame("a bit flipped on the way", bytes([GOOD[0], GOOD[1] ^ 4]) + GOOD[2:], "check sum"),
+    frame("text of a boot loader", b"U-Boot 2024.01", "not COBS"),
+    answer("an answer of no kind", "kind 0x77", 0x77, b"", "0x77"),
+    answer("a request for an answer", "kind 0x01", 0x01, b"\1\0", "0x01"),
+    answer("an identity cut short", "identity of 10 bytes", 0x81, IDENTITY[:10], "bytes"),
+    answer(
+        "an identity that is too long", "identity of 25 bytes", 0x81, IDENTITY + b"12345", "bytes"
+    ),
+    answer(
+        "an older protocol",
+        "identity of version 0",
+        0x81,
+        b"\0\0" + IDENTITY[2:],
+        "version 0",
+        "bring the firmware up to date",
+        error=HilError,
+    ),
+    answer(
+        "a newer protocol",
+        "identity of version 9",
+        0x81,
+        b"\x09\0" + IDENTITY[2:],
+        "version 9",
+        "pip install -U ehsid",
+        error=HilError,
+    ),
+    answer("a result cut short", "result of 20 bytes", 0x84, RESULT[:20], "bytes"),
+    answer(
+        "fewer parameters than announced", "result with 1 of 2", 0x84, RESULT[:-4], "4 bytes", "2"
+    ),
+    answer(
+        "an estimate that is not a number",
+        "result with theta[1] = NaN",
+        0x84,
+        RESULT[:-4] + struct.pack("<f", float("nan")),
+        "theta[1] = nan",
+        "expected a finite number",
+        error=HilError,
+    ),
+    answer(
+        "an infinite command",
+        "result with command_v = inf",
+        0x84,
+        RESULT[:4] + struct.pack("<f", float("inf")) + RESULT[8:],
+        "command_v = inf",
+        "expected a finite number",
+        error=HilError,
+    ),
+    answer(
+        "a status that does not exist",
+        "result with status = 77",
+        0x84,
+        RESULT[:16] + b"\x4d" + RESULT[17:],
+        "status = 77",
+        "expected a status",
+        error=HilError,
+    ),
+    answer("a state that does not exist", "done with state 9", 0x82, b"\x09", "9"),
+    answer("a reason that does not exist", "refused with reason 200", *refusal(200), "200"),
+    target("a target that says nothing", "hello()", says=("no answer to hello", "powered")),
+    target("a target that sends rubbish", "hello()", b"\x05ab", says=("2 damaged frames", "baud")),
+    target("a flood of bad frames", "hello()", *([b"\x05ab"] * 50), says=("no answer", "damaged")),
+    target(
+        "a refusal of an unknown request",
+        "hello()",
+        refusal(3),
+        says=("refused hello", "one release"),
+    ),
+    target(
+        "a refusal in the wrong state",
+        "hello()",
+        refusal(1, 2),
+        says=("in its state", "begin with"),
+    ),
+    target(
+        "a refusal of the settings",
+        "hello()",
+        refusal(4, 0, 8),
+        says=("invalid argument", "controller.hpp"),
+    ),
+    *cases_of(
+        ROOT / "tests" / "servo" / "bad_frames.txt",
+        lambda text: Outcome("answer of the firmware", text),
+    ),
+)

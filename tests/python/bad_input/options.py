@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: MIT
+"""Options that a command cannot use, beside records and rigs that are good."""
+
+from __future__ import annotations
+
+from bad_input.case import Case, Content, command
+from bad_input.inputs import AXIS, BENCH, LONG
+
+TITLE = "Options"
+ABOUT = "The records and rig files beside these options are good."
+FILES: dict[str, Content] = {
+    "record.csv": LONG,
+    "rig.toml": BENCH,
+    "axis.toml": AXIS,
+    "machines/m1/rig.toml": BENCH,
+    "machines/m1/run.csv": LONG,
+}
+SIMULATE = "ehsid simulate rig.toml --excitation steps"
+INJECT = "ehsid inject record.csv --rig rig.toml --out new.csv"
+HIL = "ehsid hil --port socket://127.0.0.1:9"
+
+
+def option(wrong: str, line: str, *says: str, library: str | None = None) -> Case:
+    return command(wrong, line, *says, files=FILES, library=library)
+
+
+CASES = (
+    option("no such command", "ehsid identifi record.csv", "identifi"),
+    option("no such option", "ehsid identify record.csv --oders 2", "--oders"),
+    option("no record", "ehsid identify", "RECORD"),
+    option("two records", "ehsid identify record.csv record.csv", "record.csv"),
+    option("no rig", "ehsid gap record.csv --out out", "--rig"),
+    option("no folder for the results", "ehsid gap record.csv --rig rig.toml", "--out"),
+    option("an option without its value", "ehsid identify record.csv --orders", "--orders"),
+    option("an order of 0", "ehsid estimate record.csv --na 0", "--na", "1"),
+    option("an order of 7", "ehsid estimate record.csv --nb 7", "--nb", "6"),
+    option("an order of 1e21", "ehsid export record.csv --na 1000000000000000000000", "--na", "6"),
+    option("an order of 2.5", "ehsid estimate record.csv --na 2.5", "--na", "2.5"),
+    option("a delay below 0", "ehsid estimate record.csv --nk=-1", "--nk"),
+    option("text for an order", "ehsid estimate record.csv --na three", "--na", "three"),
+    option("text for orders", "ehsid identify record.csv --orders two", "--orders", "2-5"),
+    option("orders upside down", "ehsid identify record.csv --orders 5-2", "--orders", "2-5"),
+    option("orders of 20 digits", "ehsid identify record.csv --orders 1-" + "9" * 20, "--orders"),
+    option("orders beyond the limit", "ehsid identify record.csv --orders 2-51", "at most 50"),
+    option("orders in Arabic digits", "ehsid identify record.csv --orders ٢", "--orders"),
+    option("delays below 0", "ehsid identify record.csv --delays=-1", "--delays"),
+    option("delays beyond the limit", "ehsid identify record.csv --delays 1-9999", "at most 1000"),
+    option(
+        "no such policy", "ehsid estimate record.csv --forgetting fratio", "--forgetting", "f-ratio"
+    ),
+    option(
+        "a factor of another policy",
+        "ehsid estimate record.csv --forgetting f-ratio --lambda0 0.9",
+        "--lambda0",
+        "--setting",
+    ),
+    option("a factor above 1", "ehsid estimate record.csv --lambda0 1.5", "lambda0", "(0, 1]"),
+    option("a factor of 0", "ehsid estimate record.csv --lambda0 0", "lambda0", "(0, 1]"),
+    option("a factor that is no number", "ehsid estimate record.csv --lambda0 nan", "lambda0"),
+    option(
+        "a setting without a number", "ehsid estimate record.csv --setting lambda0", "--setting"
+    ),
+    option(
+        "a setting of another policy", "ehsid estimate record.csv --setting eta=1", "eta", "lambda0"
+    ),
+    option(
+        "a setting with text", "ehsid estimate record.csv --setting lambda0=big", "'big'", "number"
+    ),
+    option(
+        "a setting given twice",
+        "ehsid estimate record.csv --lambda0 0.9 --setting lambda0=0.8",
+        "twice",
+    ),
+    option(
+        "a negative inflation",
+        "ehsid export record.csv --inflation -1",
+        "--inflation -1",
+        "at least 1",
+    ),
+    option(
+        "an inflation of NaN",
+        "ehsid export record.csv --inflation nan",
+        "--inflation nan",
+        "at least 1",
+    ),
+    option(
+        "a name that is C++ code",
+        "ehsid export record.csv --name 'x{};int y'",
+        "x{};int y",
+        "a letter",
+    ),
+    option("a name that is a keyword", "ehsid export record.csv --name class", "class"),
+    option(
+        "a name of 300 letters",
+        f"ehsid export record.csv --name {'n' * 300}",
+        "300 letters",
+        "at most 31",
+    ),
+    option(
+        "orders given and to be chosen", "ehsid export record.csv --na 2 --identify", "--identify"
+    ),
+    option("no source of a command", "ehsid simulate rig.toml", "--command", "--excitation"),
+    option("two sources of a command", f"{SIMULATE} --command record.csv", "either"),
+    option(
+        "a logged command in a closed loop",
+        "ehsid simulate rig.toml --command record.csv --loop p",
+        "--loop",
+        "--excitation",
+    ),
+    option("no such signal", "ehsid simulate rig.toml --excitation sine", "sine", "chirp"),
+    option("a duration of 1e300 s", f"{SIMULATE} --duration 1e300", "--duration", "at most"),
+    option("a duration below 0", f"{SIMULATE} --duration=-1", "--duration", "expected"),
+    option("a duration that is no number", f"{SIMULATE} --duration nan", "--duration", "expected"),
+    option("a sampling time of 0", f"{SIMULATE} --dt 0", "--dt", "expected"),
+    option("a sampling time of 1e-12 s", f"{SIMULATE} --dt 1e-12", "--dt", "at most"),
+    option("an infinite sampling time", f"{SIMULATE} --dt inf", "--dt", "expected"),
+    option("an amplitude of 0", f"{SIMULATE} --amplitude 0", "--amplitude", "> 0"),
+    option("an amplitude above the rated command", f"{SIMULATE} --amplitude 99", "at most", "10 V"),
+    option(
+        "a reference longer than the stroke", f"{SIMULATE} --loop p --amplitude 9", "9.1 m", "0.3 m"
+    ),
+    option(
+        "a bandwidth of 0", f"{SIMULATE} --loop p --bandwidth 0", "bandwidth of 0 Hz", "above 0"
+    ),
+    option(
+        "a bandwidth of 1e300 Hz", f"{SIMULATE} --loop p --bandwidth 1e300", "bandwidth", "1000 Hz"
+    ),
+    option("a start outside the stroke", f"{SIMULATE} --position0 9", "--position0", "0.3"),
+    option("a start that is no number", f"{SIMULATE} --position0 nan", "--position0"),
+    option("an effect without a number", f"{SIMULATE} --effect coulomb_friction", "--effect"),
+    option("no such effect", f"{SIMULATE} --effect friction.force_n=3", "friction", "did you mean"),
+    option(
+        "a size outside its range",
+        f"{SIMULATE} --effect coulomb_friction.force_n=-3",
+        "force_n",
+        "expected",
+    ),
+    option("a size as text", f"{SIMULATE} --effect coulomb_friction.force_n=much", "much"),
+    option("a negative seed", f"{SIMULATE} --seed=-1", "--seed"),
+    option("text for a sampling time", f"{SIMULATE} --dt 1ms", "--dt 1ms", "expected a number"),
+    option(
+        "noise of sensors that the rig does not tell",
+        "ehsid simulate axis.toml --excitation steps --noise",
+        "--noise",
+        "position_noise_m",
+    ),
+    option(
+        "no such effect to leave out",
+        "ehsid gap record.csv --rig rig.toml --out out --exclude-effect friction",
+        "did you mean",
+    ),
+    option(
+        "no processes", "ehsid gap record.csv --rig rig.toml --out out --workers 0", "--workers"
+    ),
+    option(
+        "a cluster that is not there",
+        "ehsid gap-fleet machines --out out --dask tcp://127.0.0.1:9",
+        "tcp://127.0.0.1:9",
+        "dask scheduler",
+        library=r"(?<='tcp://127.0.0.1:9': ).*?(?=; start)",
+    ),
+    option(
+        "a cluster and processes",
+        "ehsid gap-fleet machines --out out --dask tcp://127.0.0.1:9 --workers 2",
+        "--workers",
+        "--dask",
+    ),
+    option("no such effect to put in", f"{INJECT} --effect friction", "friction"),
+    option("an effect named twice", f"{INJECT} --effect gain --effect gain", "once"),
+    option("an effect without its size", f"{INJECT} --effect gain", "factor is missing"),
+    option("a size without an effect", f"{INJECT} --set factor=1.1", "effect"),
+    option(
+        "a size of none of the effects", f"{INJECT} --effect gain --set overlap=0.1", "'overlap'"
+    ),
+    option("a size that is no number", f"{INJECT} --effect gain --set factor=nan", "--set"),
+    option("a size given twice", f"{INJECT} --effect gain --set factor=1 --set factor=2", "twice"),
+    option(
+        "a size of a name that two effects have",
+        f"{INJECT} --effect transport_delay --effect position_delay --set delay_s=0.01",
+        "EFFECT.delay_s",
+    ),
+    option("no cases of a check", "ehsid gap-check --out out --count 0", "count"),
+    option("a check of 1e12 cases", "ehsid gap-check --out out --count 1000000000000", "count"),
+    option("a check with a negative seed", "ehsid gap-check --out out --seed=-1", "seed"),
+    option("no such grade", "ehsid gap-check --out out --grade easy", "easy", "plain"),
+    option("no such sensors", "ehsid gap-check --out out --sensors all", "all", "pressures"),
+    option("records of 0 s", "ehsid gap-check --out out --seconds 0", "seconds"),
+    option("records of 1e9 s", "ehsid gap-check --out out --seconds 1e9", "seconds"),
+    option("too few runs of the experiment", "ehsid experiment --out out --runs 3", "--runs"),
+    option("no such trend", "ehsid experiment --out out --trend cubic", "--trend", "linear"),
+    option("no target", "ehsid hil --out out", "--port", "--qemu"),
+    option("two targets", f"{HIL} --qemu servo.elf --out out", "--port", "--qemu"),
+    option(
+        "a target that is not there",
+        f"{HIL} --out out",
+        "127.0.0.1:9",
+        "something that listens there",
+        library=r"(?<=opened \().*?(?=\); expected)",
+    ),
+    option(
+        "no such serial port",
+        "ehsid hil --port /dev/nowhere --out out",
+        "/dev/nowhere",
+        "no such port",
+        library=r"(?<=there are: ).*?(?=\. Is the)",
+    ),
+    option("an address without a port", "ehsid hil --port socket://host --out out", "socket://"),
+    option("no such firmware", "ehsid hil --qemu servo.elf --out out", "servo.elf"),
+    option("a rig of another plant", f"{HIL} --actual axis.toml --out out", "--actual", '"axis"'),
+    option("a sampling time of NaN", f"{HIL} --dt nan --out out", "--dt", "expected"),
+    option("a speed of 0 baud", f"{HIL} --baud 0 --out out", "--baud"),
+)

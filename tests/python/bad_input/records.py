@@ -1,0 +1,391 @@
+# SPDX-License-Identifier: MIT
+"""Records that no command can read. The message is the same whatever the command."""
+
+from __future__ import annotations
+
+import gzip
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse
+from bad_input.case import Case, Content, command
+from bad_input.inputs import (
+    BENCH,
+    GOOD,
+    LONG,
+    a_folder,
+    a_link_to,
+    a_pipe,
+    made,
+    mat,
+    npz,
+    parquet,
+    signals,
+)
+
+TITLE = "Records"
+ABOUT = (
+    "Every command that reads records reads them in the same way and gives the same message. The "
+    "test gives each of these files to all of them: `identify`, `estimate`, `export`, `experiment "
+    "--record`, `gap`, `gap --validate`, `inject`, `simulate --command` and `gap-fleet`."
+)
+FIELDS = {name: values[:6] for name, values in signals(6, 0.1).items()}
+OBJECTS = np.array([{}] * 6, dtype=object)
+HDF5 = b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(384) + b"\x89HDF\r\n\x1a\n"
+# The words of the library that reads the format.
+READER = r"(?<=file \().*?(?=\)\. Expected)"
+
+
+def damaged(content: bytes) -> bytes:
+    """The content with other bytes in its middle."""
+    middle = len(content) // 2
+    return content[:middle] + bytes(20) + content[middle + 20 :]
+
+
+# What each command needs beside the record, and its line; RECORD stands for the file.
+LINES = {
+    "identify": "ehsid identify RECORD --out out",
+    "estimate": "ehsid estimate RECORD --out out",
+    "export": "ehsid export RECORD --out servo.hpp",
+    "experiment": "ehsid experiment --record RECORD --out out",
+    "gap": "ehsid gap RECORD --rig rig.toml --out out",
+    "gap --validate": "ehsid gap good.csv --validate RECORD --rig rig.toml --out out",
+    "inject": "ehsid inject RECORD --rig rig.toml --effect gain --set factor=1.1 --out new.csv",
+    "simulate": "ehsid simulate rig.toml --command RECORD --out new.csv",
+}
+ENDINGS = (".csv", ".csv.gz", ".parquet", ".mat", ".npz")
+BESIDE: dict[str, Content] = {"rig.toml": BENCH, "good.csv": LONG}
+
+
+@dataclass(frozen=True)
+class BadRecord:
+    """A record that cannot be read.
+
+    Attributes
+    ----------
+    wrong
+        what is wrong with it.
+    name, content
+        of its file; without content there is no file.
+    says
+        parts that the message must have.
+    library
+        as in `Case`.
+    environment
+        environment variables of the command.
+    """
+
+    wrong: str
+    name: str
+    content: Content | None
+    says: tuple[str, ...]
+    library: str | None
+    environment: Mapping[str, str]
+
+    def case(self, verb: str) -> Case:
+        """This record given to one of the commands in `LINES`."""
+        files = {} if self.content is None else {self.name: self.content}
+        return command(
+            self.wrong,
+            LINES[verb].replace("RECORD", self.name),
+            *self.says,
+            files=files if verb == "identify" else {**BESIDE, **files},
+            environment=self.environment,
+            library=self.library,
+        )
+
+
+def with_content(
+    wrong: str,
+    name: str,
+    content: Content | None,
+    *says: str,
+    library: str | None = None,
+    **environment: str,
+) -> BadRecord:
+    return BadRecord(wrong, name, content, (name, *says), library, environment)
+
+
+def bad_csv(wrong: str, text: str | bytes, *says: str, **environment: str) -> BadRecord:
+    return with_content(wrong, "record.csv", text, *says, **environment)
+
+
+def changed(wrong: str, old: str, new: str, *says: str) -> BadRecord:
+    """The good record after one replacement."""
+    assert old in GOOD
+    return bad_csv(wrong, GOOD.replace(old, new), *says)
+
+
+def times(*written: str) -> str:
+    return "time_s,command_v,position_m\n" + "".join(f"{t},1,0.5\n" for t in written)
+
+
+BAD = (
+    bad_csv("an empty file", "", "is empty", "Expected", "export it again"),
+    bad_csv("only spaces and line ends", " \n\n \n", "is empty", "Expected"),
+    bad_csv("a header only", "time_s,command_v,position_m\n", "no data", "row 1"),
+    bad_csv("a header and one row", GOOD[: GOOD.index("0.1")], "one sample", "at least 2"),
+    bad_csv("no header", GOOD.partition("\n")[2], "row 1", "numbers, not names", "header row"),
+    bad_csv("a blank first row", "\n" + GOOD, "row 1", "blank", "remove that row"),
+    bad_csv("a blank row in the middle", GOOD.replace("0.3,", "\n0.3,"), "row 5", "blank"),
+    bad_csv("semicolons", GOOD.replace(",", ";"), "row 1", "';'", "commas"),
+    bad_csv("tabs", GOOD.replace(",", "\t"), "row 1", "tabs", "commas"),
+    bad_csv("spaces between the columns", GOOD.replace(",", " "), "spaces", "commas"),
+    bad_csv(
+        "semicolons and a decimal comma",
+        GOOD.replace(",", ";").replace(".", ","),
+        "decimal comma",
+        "decimal point",
+    ),
+    bad_csv(
+        "a decimal comma between commas",
+        "time_s,command_v,position_m\n" + "".join(f"0,{k},1,0,0,{k}\n" for k in range(6)),
+        "row 2",
+        "decimal",
+    ),
+    changed("text in a cell", "0.3,3,", "0.3,abc,", "row 5", "'command_v'", "abc", "To fix it"),
+    changed("a quoted decimal comma", "0.3,3,", '0.3,"3,5",', "row 5", "decimal point"),
+    changed("an underscore in a number", "0.3,3,", "0.3,1_000,", "row 5", "'1_000'", "correct"),
+    changed("a thousands separator", "0.3,3,", "0.3,1'000,", "row 5", "1'000", "To fix it"),
+    changed("Arabic digits", "0.3,3,", "0.3,٣,", "row 5", "٣", "digits 0 to 9"),
+    changed("full-width digits", "0.3,3,", "0.3,３,", "row 5", "digits 0 to 9"),
+    changed("a minus sign of typography", "0.3,3,", "0.3,−3,", "row 5", "−3", "To fix it"),
+    changed("a unit behind the number", "0.3,3,", "0.3,3 V,", "row 5", "3 V", "To fix it"),
+    changed("a hexadecimal number", "0.3,3,", "0.3,0x10,", "row 5", "0x10", "To fix it"),
+    changed("a formula", "0.3,3,", "0.3,=A1+1,", "row 5", "=A1+1", "To fix it"),
+    changed("an escape sequence in a cell", "0.3,3,", "0.3,\x1b[2J,", "row 5", "\\x1b[2J"),
+    changed("an empty cell", "0.3,3,", "0.3,,", "row 5", "'command_v'", "empty", "fill in"),
+    changed("NaN in a cell", "0.3,3,", "0.3,NaN,", "row 5", "NaN", "fill in"),
+    changed("infinity in a cell", "0.3,3,", "0.3,-inf,", "row 5", "infinite", "finite number"),
+    changed("a number beyond float64", "0.3,3,", "0.3,1e999,", "row 5", "infinite", "finite"),
+    changed("a cell too many", "0.3,3,", "0.3,3,3,", "row 5", "4 cells", "3 columns"),
+    changed("a cell too few", "0.3,3,", "0.3,", "row 5", "2 cells", "3 columns"),
+    changed("a quotation mark that is not closed", "0.3,3", '0.3,"3', "row 5", "quotation mark"),
+    changed("two columns of one name", "command_v", "position_m", "'position_m'", "2 times"),
+    changed("a column without a name", "command_v", "", "row 1", "no name", "name the column"),
+    changed("a name with a typing error", "command_v", "comand_v", "rename 'comand_v'"),
+    changed("a name in capital letters", "command_v", "COMMAND_V", "rename 'COMMAND_V'"),
+    changed("no such column", "position_m", "x", "no column 'position_m'", "time_s"),
+    bad_csv("one time twice", times("0", "0.1", "0.1", "0.2"), "row 4", "same", "remove"),
+    bad_csv("time that runs backwards", times("0", "0.2", "0.1", "0.3"), "row 4", "backwards"),
+    bad_csv(
+        "one time step that is too long",
+        times("0", "0.1", "0.2", "0.32", *(f"0.{k}2" for k in range(4, 10)), "1.02", "1.12"),
+        "row 3",
+        "resample",
+    ),
+    bad_csv(
+        "time with too few digits",
+        times(*(f"{k / 30:.2f}" for k in range(40))),
+        "uneven time",
+        "more digits",
+    ),
+    bad_csv("dates for times", times("12:00:00", "12:00:01"), "row 2", "'time_s'", "12:00:00"),
+    bad_csv("the same time everywhere", times("1", "1", "1"), "row 3", "same"),
+    bad_csv(
+        "a file cut within its last number",
+        LONG[:-4],
+        "row 401",
+        "ends within the number",
+        "line end",
+    ),
+    bad_csv("UTF-16 text", GOOD.encode("utf-16"), "UTF-16", "UTF-8"),
+    bad_csv("UTF-16 text without its mark", GOOD.encode("utf-16-le"), "zero bytes", "UTF-8"),
+    bad_csv(
+        "Latin-1 text",
+        GOOD.replace("position_m", "größe").encode("latin-1"),
+        "0xf6",
+        "row 1",
+        "UTF-8",
+    ),
+    bad_csv("a zero byte", GOOD.replace("0.3,3", "0.3,\0").encode(), "row 5", "zero byte"),
+    bad_csv("random bytes", np.random.default_rng(1).bytes(500), "row 1", "Expected"),
+    bad_csv("a picture (PNG)", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(60), "row", "Expected"),
+    bad_csv("gzip that its name does not show", gzip.compress(GOOD.encode()), "rename", ".csv.gz"),
+    bad_csv(
+        "a line longer than the limit",
+        "time_s,command_v,position_m\n" + "1" * 5000,
+        "row 2",
+        "more than 1000 bytes in one line",
+        "EHSID_MAX_LINE",
+        EHSID_MAX_LINE="1000",
+    ),
+    bad_csv(
+        "more samples than the limit",
+        GOOD,
+        "6 samples",
+        "at most 5",
+        "EHSID_MAX_SAMPLES",
+        EHSID_MAX_SAMPLES="5",
+    ),
+    bad_csv(
+        "more columns than the limit",
+        ",".join(f"c{i}" for i in range(2100)) + "\n" + "1," * 2099 + "1\n",
+        "2100 columns",
+        "at most 2000",
+        "EHSID_MAX_COLUMNS",
+    ),
+    with_content("an empty gzip file", "record.csv.gz", b"", "empty", "gzip"),
+    with_content("plain text named .gz", "record.csv.gz", GOOD, "not gzip", "rename"),
+    with_content("gzip cut short", "record.csv.gz", gzip.compress(LONG.encode())[:-20], "cut"),
+    with_content(
+        "gzip with a damaged middle",
+        "record.csv.gz",
+        damaged(gzip.compress(LONG.encode())),
+        "damaged",
+        "compress the file again",
+        library=r"(?<=damaged \().*?(?=\)\.)",
+    ),
+    with_content(
+        "gzip of 64 MB of zeros (a bomb)",
+        "record.csv.gz",
+        gzip.compress(bytes(2**26)),
+        "more than 1000000 bytes",
+        "EHSID_MAX_BYTES",
+        EHSID_MAX_BYTES="1000000",
+    ),
+    with_content("an empty NPZ file", "record.npz", b"", "is empty", "export it again"),
+    with_content("text named .npz", "record.npz", GOOD, "not an NPZ file", "export it again"),
+    with_content("NPZ cut short", "record.npz", npz(**FIELDS)[:-50], "NPZ", library=READER),
+    with_content(
+        "a single array, not an archive",
+        "record.npz",
+        made(lambda file: np.save(file, np.arange(6.0))),
+        "single array",
+        "numpy.savez",
+    ),
+    with_content(
+        "NPZ with Python objects",
+        "record.npz",
+        npz(**FIELDS | {"command_v": OBJECTS}),
+        "'command_v'",
+        "float64",
+        library=r"(?<=read \().*?(?=\)\.)",
+    ),
+    with_content(
+        "NPZ with text",
+        "record.npz",
+        npz(**FIELDS | {"command_v": np.array(["1"] * 6)}),
+        "'command_v'",
+        "real numbers",
+    ),
+    with_content(
+        "NPZ with complex numbers",
+        "record.npz",
+        npz(**FIELDS | {"command_v": np.ones(6) * 1j}),
+        "complex128",
+        "real numbers",
+    ),
+    with_content(
+        "NPZ with dates for times",
+        "record.npz",
+        npz(**FIELDS | {"time_s": np.arange("2024-01-01", "2024-01-07", dtype="datetime64[D]")}),
+        "'time_s'",
+        "real numbers",
+    ),
+    with_content(
+        "columns of unequal lengths",
+        "record.npz",
+        npz(**FIELDS | {"position_m": np.arange(5.0)}),
+        "5 samples",
+        "equal length",
+    ),
+    with_content(
+        "a matrix for a column",
+        "record.npz",
+        npz(**FIELDS | {"position_m": np.ones((6, 2))}),
+        "6 x 2",
+        "one value a sample",
+    ),
+    with_content(
+        "a number for a column", "record.npz", npz(**FIELDS | {"position_m": 1.0}), "single number"
+    ),
+    with_content(
+        "NPZ of 64 MB of zeros (a bomb)",
+        "record.npz",
+        made(lambda file: np.savez_compressed(file, **FIELDS, x=np.zeros(2**23))),
+        "bytes of content",
+        "EHSID_MAX_BYTES",
+        EHSID_MAX_BYTES="1000000",
+    ),
+    with_content("text named .mat", "record.mat", GOOD, "not a readable MAT", library=READER),
+    with_content("MAT cut short", "record.mat", mat(**FIELDS)[:-50], "MAT", library=READER),
+    with_content("MAT of version 7.3", "record.mat", HDF5, "7.3", "-v7"),
+    with_content(
+        "a sparse matrix",
+        "record.mat",
+        mat(**FIELDS | {"command_v": scipy.sparse.csc_matrix(np.eye(6))}),
+        "sparse",
+        "full(...)",
+    ),
+    with_content(
+        "a cell array",
+        "record.mat",
+        mat(**FIELDS | {"command_v": OBJECTS}),
+        "'command_v'",
+        "real numbers",
+    ),
+    with_content(
+        "a struct around the signals",
+        "record.mat",
+        mat(run=FIELDS),
+        "no column 'command_v'",
+        "the columns are: run",
+    ),
+    with_content(
+        "text named .parquet", "record.parquet", GOOD, "not a readable Parquet", library=READER
+    ),
+    with_content(
+        "Parquet cut short",
+        "record.parquet",
+        parquet(**FIELDS)[:-50],
+        "not a readable Parquet",
+        library=READER,
+    ),
+    with_content(
+        "Parquet with text",
+        "record.parquet",
+        parquet(**FIELDS | {"command_v": ["1"] * 6}),
+        "type String",
+        "real numbers",
+    ),
+    with_content(
+        "Parquet with missing cells",
+        "record.parquet",
+        parquet(**FIELDS | {"command_v": [1.0, None, 2.0, None, 1.0, 1.0]}),
+        "row 2",
+        "empty or NaN",
+        "1 more row",
+    ),
+    with_content(
+        "Parquet of 2e6 equal rows (a bomb)",
+        "record.parquet",
+        parquet(**{name: np.zeros(2_000_000) for name in FIELDS}),
+        "2000000 samples",
+        "EHSID_MAX_SAMPLES",
+        EHSID_MAX_SAMPLES="1000000",
+    ),
+    with_content("no such file", "record.csv", None, "no such file", "check the path"),
+    with_content("a folder", "record.csv", a_folder, "directory", "one of the files in it"),
+    with_content("a pipe", "record.csv", a_pipe, "device or a pipe", "write the data to a file"),
+    with_content("a link to a device", "record.csv", a_link_to("/dev/zero"), "device", "file"),
+    with_content("a link to nowhere", "record.csv", a_link_to("nowhere"), "no such file"),
+    with_content("a link to itself", "record.csv", a_link_to("record.csv"), "cannot be read"),
+    with_content("an extension that is not known", "record.docx", GOOD, "'.docx'", ".parquet"),
+    with_content("no extension", "record", GOOD, "no extension", ".csv"),
+    with_content("a name of 300 letters", "r" * 300 + ".csv", None, "too long"),
+)
+
+CASES = (
+    *(record.case("identify") for record in BAD),
+    command(
+        "a limit that is no number",
+        "ehsid identify record.csv",
+        "EHSID_MAX_BYTES=1e9",
+        "whole number",
+        "environment variable",
+        files={"record.csv": GOOD},
+        environment={"EHSID_MAX_BYTES": "1e9"},
+    ),
+)

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""Fitted candidates made by hand, whose errors are known, and a case that holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import MappingProxyType
+from typing import Any, cast
+
+import numpy as np
+from gap_rig import RIG
+
+from ehsid.harness.gap.data.floor import NoiseFloor
+from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.gap_reduction import WindowSums
+from ehsid.harness.gap.inference.search import SearchResult
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.model.parameters import Parameter
+
+WINDOWS, SAMPLES, FLOOR, VARIATION = 40, 500, 1e-6, 1e-2
+
+
+class _Record:
+    dt_s = 1e-3
+
+
+class MadeCase:
+    """The attributes of a case that the selection reads."""
+
+    outputs = ("position_m",)
+    floors = MappingProxyType({"position_m": NoiseFloor(FLOOR, FLOOR, FLOOR)})
+    records = (_Record(),)
+    rig = RIG
+    all_states = False
+    pressures = True
+
+    def parameters(self, effects: Sequence[str] = ()) -> tuple[Parameter, ...]:
+        """As many values as x has, none of which is near an end of its range."""
+        return tuple(
+            Parameter(f"load.value_{k}", False, 0.0, 1.0, -4.0, 4.0) for k in range(20)
+        ) + (
+            tuple(
+                Parameter(f"effects.{effect}.size", False, 0.0, 1.0, -4.0, 4.0)
+                for effect in effects
+            )
+        )
+
+    def variation(self) -> np.ndarray:
+        return np.array([VARIATION])
+
+
+CASE = cast(Case, cast(Any, MadeCase()))
+SIZES = {
+    "effects.coulomb_friction.force_n": 400.0,
+    "effects.stribeck_friction.coulomb_n": 400.0,
+    "effects.stribeck_friction.static_n": 600.0,
+    "effects.stribeck_friction.stribeck_velocity_m_s": 0.02,
+    "effects.valve_dead_band.overlap": 0.03,
+    "effects.transport_delay.delay_s": 5e-3,
+    "effects.sensor_lag.time_constant_s": 5e-3,
+}
+
+
+def candidate(
+    *effects: str, rms: float, parameters: int | None = None, **sizes: float
+) -> FittedCandidate:
+    """A candidate whose held-out errors have this rms (m), scattered by a tenth over windows."""
+    seed = sum(map(ord, "".join(effects)))
+    squares = SAMPLES * rms**2 * np.random.default_rng(seed).uniform(0.9, 1.1, (WINDOWS, 1))
+    counts = np.full(WINDOWS, float(SAMPLES))
+    mse = squares.sum() / counts.sum()
+    cost = 200.0 * np.log(mse + FLOOR**2)
+    values = SIZES | {f"effects.{name}": size for name, size in sizes.items()}
+    x = np.zeros(20 + (parameters or len(effects)))
+    sums = WindowSums({"position_m": squares[:, 0]}, {"position_m": counts * VARIATION**2}, counts)
+    return FittedCandidate(effects, x, values, cost, cost, True, squares, counts, sums)
+
+
+def search_result(
+    calibrated: FittedCandidate, *candidates: FittedCandidate, nominal: float = 1e-3
+) -> SearchResult:
+    ordered = tuple(sorted(candidates, key=lambda each: each.held_out_cost))
+    return SearchResult(candidate(rms=nominal), calibrated, ordered, ())

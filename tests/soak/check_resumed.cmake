@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: MIT
+# A hold of 30,000 samples in one go and in two gives the same state, bit for bit.
+foreach(policy IN ITEMS constant f_ratio random_walk)
+  set(whole ${FOLDER}/${policy}-whole)
+  set(parts ${FOLDER}/${policy}-parts)
+  file(REMOVE ${whole} ${parts})
+  foreach(run IN ITEMS "${whole};30000" "${parts};10000" "${parts};30000")
+    list(GET run 0 file)
+    list(GET run 1 updates)
+    execute_process(COMMAND ${PROGRAM} ${policy} reset ${file} 600 ${updates} OUTPUT_VARIABLE printed
+                            COMMAND_ERROR_IS_FATAL ANY)
+    string(JSON held GET "${printed}" held)
+    if(NOT held EQUAL updates)
+      message(FATAL_ERROR "${policy}: ${held} held updates, expected ${updates}")
+    endif()
+  endforeach()
+  file(SHA256 ${whole} whole)
+  file(SHA256 ${parts} parts)
+  if(NOT whole STREQUAL parts)
+    message(FATAL_ERROR "${policy}: a resumed hold is not the one that was never interrupted")
+  endif()
+endforeach()
