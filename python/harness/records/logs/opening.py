@@ -76,7 +76,8 @@ def open_log(data: bytes, path: Path, ending: str, refused: RecordError | None =
         ) from None
     try:
         return read(data, path)
-    except RecordError:
-        if refused is not None:
+    except RecordError as error:
+        # An error with a row says more than why the file is no record of the schema.
+        if refused is not None and error.row is None:
             raise refused from None
         raise
