@@ -9,6 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
+
+from ehsid.harness.catalogue.spellings import SPELLINGS
 
 TIME = "time_s"
 COMMAND = "command_v"
@@ -18,6 +21,14 @@ SUPPLY_PRESSURE = "supply_pressure_pa"
 SPOOL = "spool"
 
 EHS, AXIS, LINEAR = "ehs", "axis", "linear"
+
+
+class Guess(NamedTuple):
+    """A unit, and the range in which numbers of this unit usually lie."""
+
+    unit: str
+    lowest: float
+    highest: float
 
 
 @dataclass(frozen=True)
@@ -47,6 +58,12 @@ class Channel:
         valve.
     moves
         whether it follows the motion; the command is set, and the temperature is slow.
+    spellings
+        how logs call the channel, in lower case, words separated by one space; the order of the
+        words does not matter.
+    guesses
+        units in which a log may hold the channel without saying so, each with the range of the
+        largest absolute value (of the travel, for the position) that is usual in it.
     """
 
     name: str
@@ -59,13 +76,33 @@ class Channel:
     noise: str | None = None
     compared: bool = False
     moves: bool = True
+    spellings: tuple[str, ...] = ()
+    guesses: tuple[Guess, ...] = ()
+
+
+# Ranges of machines with 20 to 420 bar. Where two ranges overlap, a number alone does not tell.
+_PRESSURES = (
+    Guess("Pa", 2e6, 4.2e7),
+    Guess("kPa", 2e3, 4.2e4),
+    Guess("MPa", 2.0, 42.0),
+    Guess("bar", 20.0, 420.0),
+    Guess("psi", 500.0, 6000.0),
+)
 
 
 CHANNELS = MappingProxyType(
     {
         channel.name: channel
         for channel in (
-            Channel(TIME, "s", "time of the sample, uniform within 1 %", "time", "s", moves=False),
+            Channel(
+                TIME,
+                "s",
+                "time of the sample, uniform within 1 %",
+                "time",
+                "s",
+                moves=False,
+                spellings=SPELLINGS[TIME],
+            ),
             Channel(
                 COMMAND,
                 "V",
@@ -73,6 +110,7 @@ CHANNELS = MappingProxyType(
                 "command",
                 "V",
                 moves=False,
+                spellings=SPELLINGS[COMMAND],
             ),
             Channel(
                 POSITION,
@@ -84,6 +122,8 @@ CHANNELS = MappingProxyType(
                 (EHS, AXIS, LINEAR),
                 "position_noise_m",
                 compared=True,
+                spellings=SPELLINGS[POSITION],
+                guesses=(Guess("m", 0.005, 2.0), Guess("mm", 5.0, 2000.0)),
             ),
             Channel(
                 CHAMBER_PRESSURES[0],
@@ -95,6 +135,8 @@ CHANNELS = MappingProxyType(
                 (EHS,),
                 "pressure_a_noise_pa",
                 compared=True,
+                spellings=SPELLINGS[CHAMBER_PRESSURES[0]],
+                guesses=_PRESSURES,
             ),
             Channel(
                 CHAMBER_PRESSURES[1],
@@ -106,6 +148,8 @@ CHANNELS = MappingProxyType(
                 (EHS,),
                 "pressure_b_noise_pa",
                 compared=True,
+                spellings=SPELLINGS[CHAMBER_PRESSURES[1]],
+                guesses=_PRESSURES,
             ),
             Channel(
                 SUPPLY_PRESSURE,
@@ -117,6 +161,8 @@ CHANNELS = MappingProxyType(
                 (EHS,),
                 "supply_pressure_noise_pa",
                 compared=True,
+                spellings=SPELLINGS[SUPPLY_PRESSURE],
+                guesses=_PRESSURES,
             ),
             Channel(
                 SPOOL,
@@ -128,6 +174,8 @@ CHANNELS = MappingProxyType(
                 (EHS, LINEAR),
                 "spool_noise",
                 compared=True,
+                spellings=SPELLINGS[SPOOL],
+                guesses=(Guess("1", 0.02, 1.2), Guess("percent", 2.0, 120.0)),
             ),
             Channel(
                 "velocity_m_s",
@@ -138,9 +186,28 @@ CHANNELS = MappingProxyType(
                 1e3,
                 (EHS, AXIS, LINEAR),
                 "velocity_noise_m_s",
+                spellings=SPELLINGS["velocity_m_s"],
+                guesses=(Guess("m/s", 0.02, 3.0), Guess("mm/s", 5.0, 3000.0)),
             ),
-            Channel("force_n", "N", "force on the rod", "force", "N"),
-            Channel("temperature_c", "degC", "oil temperature", "temperature", "degC", moves=False),
+            Channel(
+                "force_n",
+                "N",
+                "force on the rod",
+                "force",
+                "N",
+                spellings=SPELLINGS["force_n"],
+                guesses=(Guess("N", 500.0, 5e6), Guess("kN", 0.5, 400.0)),
+            ),
+            Channel(
+                "temperature_c",
+                "degC",
+                "oil temperature",
+                "temperature",
+                "degC",
+                moves=False,
+                spellings=SPELLINGS["temperature_c"],
+                guesses=(Guess("degC", 5.0, 110.0), Guess("kelvin", 270.0, 390.0)),
+            ),
         )
     }
 )

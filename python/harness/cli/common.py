@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ehsid.harness.identification import IoData
+    from ehsid.harness.records import Hints, Origin
 
 
 # Beyond these a search over orders and delays takes hours, and its models have no meaning.
@@ -49,8 +50,12 @@ def parse_range(text: str, option: str, most: int) -> range:
     return range(low, high + 1)
 
 
-def read_io(path: Path, input_name: str, output_name: str) -> IoData:
+def read_io(
+    path: Path, input_name: str, output_name: str, hints: Hints
+) -> tuple[IoData, Origin | None]:
     """Reads the input column and the output column of a record.
+
+    What was taken for what in a log of another layout is shown on stderr, and returned.
 
     Raises
     ------
@@ -58,8 +63,8 @@ def read_io(path: Path, input_name: str, output_name: str) -> IoData:
         the two options name the same column, or the time; or the record has a problem.
     """
     from ehsid.harness.catalogue.channels import TIME
+    from ehsid.harness.cli.log_options import read_shown
     from ehsid.harness.identification import IoData
-    from ehsid.harness.records import read_record
 
     for option, name in (("--input", input_name), ("--output", output_name)):
         if name == TIME:
@@ -72,8 +77,13 @@ def read_io(path: Path, input_name: str, output_name: str) -> IoData:
             f"--input {input_name}, --output {output_name}: expected two columns; name the command "
             "as the input and the measured signal as the output"
         )
-    record = read_record(path, columns=[input_name, output_name])
-    return IoData.from_record(record, input_name, output_name)
+    record = read_shown(path, hints, columns=[input_name, output_name])
+    return IoData.from_record(record, input_name, output_name), record.origin
+
+
+def with_reading(results: dict[str, Any], origin: Origin | None) -> dict[str, Any]:
+    """Returns results as JSON has them, with what was taken for what in a log as "reading"."""
+    return results if origin is None else {**results, "reading": origin.to_dict()}
 
 
 @contextmanager

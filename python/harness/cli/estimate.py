@@ -11,8 +11,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from ehsid.harness.cli.common import about, make_table, read_io, write_results
+from ehsid.harness.cli.common import (
+    about,
+    make_table,
+    read_io,
+    with_reading,
+    write_results,
+)
 from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import (
     AsJson,
     Delay,
@@ -51,6 +58,8 @@ def estimate_command(
     lambda0: Lambda0 = None,
     setting: PolicySettings = None,
     reset: Reset = True,
+    maps: Maps = None,
+    sampling_time: SamplingTime = None,
     as_json: AsJson = False,
     out: Annotated[Path | None, typer.Option(help="folder for estimate.json and .png")] = None,
 ) -> None:
@@ -65,7 +74,8 @@ def estimate_command(
     with (
         nullcontext() if out is None else result_folder(out, "estimate", names, [record]) as folder
     ):
-        data = read_io(record, input_name, output_name)
+        hints = hints_of(maps, sampling_time)
+        data, origin = read_io(record, input_name, output_name, hints)
         orders = ArxOrders(na, nb, nk, offset=False)
         policy = make_policy(forgetting, lambda0, setting)
         with about(record):
@@ -74,9 +84,9 @@ def estimate_command(
             from ehsid.harness.report.model_figures import estimation_figure
 
             figure = estimation_figure(result, data.dt_s)
-            write_results(folder, "estimate", result.to_dict(), figure)
+            write_results(folder, "estimate", with_reading(result.to_dict(), origin), figure)
     if as_json:
-        typer.echo(json.dumps(result.to_dict(), allow_nan=False))
+        typer.echo(json.dumps(with_reading(result.to_dict(), origin), allow_nan=False))
         return
     console = Console()
     console.print(f"{result.orders}, {result.forgetting}")

@@ -13,6 +13,7 @@ import typer
 import ehsid
 from ehsid.harness.cli.common import MOST_DELAY, MOST_ORDER, parse_range, refuse
 from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RigOrPublished
 from ehsid.harness.cli.progress import stages
 from ehsid.harness.files import result_folder
@@ -47,6 +48,8 @@ def experiment_command(
     runs: Annotated[
         int, typer.Option(min=20, help="Monte Carlo runs of each comparison; not with --record")
     ] = 200,
+    maps: Maps = None,
+    sampling_time: SamplingTime = None,
     as_json: AsJson = False,
     out: Annotated[Path, typer.Option(help="folder of the report")] = Path("experiment"),
 ) -> None:
@@ -82,7 +85,9 @@ def experiment_command(
     with result_folder(out, "experiment", FILES, inputs) as folder:
         rig = None if rig_file is None else read_rig(rig_file)
         if record is not None:
-            report = on_record(record, rig, offline, input_name, output_name)
+            report = on_record(
+                record, rig, offline, input_name, output_name, hints_of(maps, sampling_time)
+            )
         else:
             rig = rig or published_rig()
             if rig.plant != "ehs":

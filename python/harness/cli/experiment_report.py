@@ -10,11 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import ehsid
+from ehsid.harness.cli.common import with_reading
+from ehsid.harness.cli.log_options import read_shown
 from ehsid.harness.encoding import to_plain
 from ehsid.harness.files import write_text
 from ehsid.harness.identification import ArxOrders, IoData, Preprocessing, fit_arx
-from ehsid.harness.records import read_record
+from ehsid.harness.records import NO_HINTS, Hints
 from ehsid.harness.report.page import Page, Section, write_page, write_pictures
+from ehsid.harness.report.reading_section import reading_section
 from ehsid.harness.rigs import Rig
 from ehsid.harness.studies.convergence import Starts, compare_starts
 from ehsid.harness.studies.evidence import median_interval
@@ -158,23 +161,30 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
 
 
 def on_record(
-    path: Path, rig: Rig | None, offline: Offline, input_name: str, output_name: str
+    path: Path,
+    rig: Rig | None,
+    offline: Offline,
+    input_name: str,
+    output_name: str,
+    hints: Hints = NO_HINTS,
 ) -> Report:
     """Runs the offline and the recursive half of the experiment on one record.
 
     A record has no known truth and no other random draws, so the claims cannot be judged.
     """
     columns = [input_name, output_name]
-    record = read_record(path, columns=columns, layout={} if rig is None else rig.columns)
+    record = read_shown(path, hints, columns=columns, layout={} if rig is None else rig.columns)
     data = IoData.from_record(record, input_name, output_name)
     procedure = offline.run(data)
     response = None
     if rig is not None and data.dt_s is not None:
         response = small_signal_response(rig, data.dt_s, amplitude_v=0.5 * float(data.u.std()))
     sections = offline_sections(procedure, record_name=record.name, rig_response=response)
-    plain: dict[str, Any] = {"offline": procedure.to_dict()}
+    plain = with_reading({"offline": procedure.to_dict()}, record.origin)
     problems = [finding.text for finding in procedure.problems]
     lead = [*procedure.meaning, *problems]
+    if record.origin is not None:
+        sections.append(reading_section(record.origin))
     model = None if procedure.kept is None else procedure.best.model
     if model is not None:
         results = run_on_record((data.u, data.y), model, data.dt_s, rig)

@@ -11,6 +11,7 @@ import typer
 
 from ehsid.harness.cli.common import about, read_io
 from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import InputColumn, OutputColumn, RecordFile, Reset
 from ehsid.harness.cli.policy_option import (
     POLICIES,
@@ -45,7 +46,7 @@ def _provenance(path: Path, data: IoData, export: Export) -> list[str]:
     deviation = math.sqrt(export.model.noise_variance) * scale
     return [
         f"Record {path.name}, {data.n_samples} samples{sampled},",
-        f"sha256 {sha256_of(path)};",
+        f"sha256 {sha256_of(path)};" if path.is_file() else "a folder;",
         f"command: {data.input_name}, position: {data.output_name}, in the units of the record.",
         f"Offline model: {export.configuration.orders}, least squares over "
         f"{export.model.n_rows} equations,",
@@ -87,6 +88,8 @@ def export_command(
             show_default=False,
         ),
     ] = None,
+    maps: Maps = None,
+    sampling_time: SamplingTime = None,
     name: Annotated[str, typer.Option(help="namespace in C++, prefix in C")] = "servo",
     c: Annotated[
         bool, typer.Option("--c", help="C99, for ehsid/c_api.h, without the self-test")
@@ -119,7 +122,7 @@ def export_command(
     policy = make_policy(forgetting, lambda0, setting)
     path = out or Path(f"servo_configuration.{'h' if c else 'hpp'}")
     with result_files(path, "export", inputs=[record]) as folder:
-        data = read_io(record, input_name, output_name)
+        data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
         with about(record):
             orders = _orders(data, (na, nb, nk), choose, offset)
             export = configure_from_record(

@@ -13,21 +13,22 @@ import typer
 from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.options import AsJson, ExcludedEffects, RigFile, Workers
+from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_shown
+from ehsid.harness.cli.options import RECORD_HELP, AsJson, ExcludedEffects, RigFile, Workers
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import result_folder
 from ehsid.harness.parallel import workers as using
-from ehsid.harness.records import Record, read_record
+from ehsid.harness.records import NO_HINTS, Hints, Record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.rigs.checks import unknown
 
 NEEDED_COLUMNS = (*REQUIRED_COLUMNS, POSITION)
 
 
-def read_for(rig: Rig, paths: Sequence[Path]) -> list[Record]:
+def read_for(rig: Rig, paths: Sequence[Path], hints: Hints = NO_HINTS) -> list[Record]:
     """Reads records, each with all columns of the schema that it has."""
     return [
-        read_record(path, columns=list(CHANNELS), required=NEEDED_COLUMNS, layout=rig.columns)
+        read_shown(path, hints, columns=list(CHANNELS), required=NEEDED_COLUMNS, layout=rig.columns)
         for path in paths
     ]
 
@@ -80,7 +81,7 @@ def check_excluded(ids: Sequence[str]) -> None:
 def gap_command(
     records: Annotated[
         list[Path],
-        typer.Argument(metavar="RECORD...", help="CSV, CSV.gz, Parquet, MAT or NPZ; to be fitted"),
+        typer.Argument(metavar="RECORD...", help=f"to be fitted: {RECORD_HELP}"),
     ],
     rig_file: RigFile,
     out: Annotated[Path, typer.Option(help="folder of the results")],
@@ -91,6 +92,8 @@ def gap_command(
             help="records to judge by, never fitted; without: blocks of the records are held out",
         ),
     ] = None,
+    maps: Maps = None,
+    sampling_time: SamplingTime = None,
     exclude_effect: ExcludedEffects = None,
     workers: Workers = None,
     as_json: AsJson = False,
@@ -110,7 +113,8 @@ def gap_command(
     check_excluded(excluded)
     with result_folder(out, "gap", FILES, [*records, *(validate or []), rig_file]) as folder:
         rig = read_rig(rig_file)
-        fitted, held_out = read_for(rig, records), read_for(rig, validate or [])
+        hints = hints_of(maps, sampling_time)
+        fitted, held_out = read_for(rig, records, hints), read_for(rig, validate or [], hints)
         named = told_apart([*fitted, *held_out])
         with progress_of(f"diagnosing {rig.name}") as progress, using(workers):
             diagnosis = diagnose(

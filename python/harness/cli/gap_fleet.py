@@ -81,9 +81,9 @@ def gap_fleet_command(
 ) -> None:
     """Diagnose a folder of machines: whose gap is largest, and which of them share one.
 
-    Each sub-folder of DIR is a machine: rig.toml and its records (CSV, CSV.gz, Parquet, MAT, NPZ);
-    records whose names start with "validate" are held out. A machine that has been diagnosed is
-    not diagnosed again until one of its files changes.
+    Each sub-folder of DIR is a machine: rig.toml and its records (CSV, Parquet, MAT, NPZ, Excel,
+    HDF5, MF4, TDMS, MCAP, .bag); records whose names start with "validate" are held out. A machine
+    that has been diagnosed is not diagnosed again until one of its files changes.
 
     Writes fleet.html, fleet.json and, for each machine, a folder with what `ehsid gap` writes.
     Exit code 2 where nothing could be diagnosed.

@@ -18,10 +18,12 @@ from ehsid.harness.cli.common import (
     make_table,
     parse_range,
     read_io,
+    with_reading,
     write_figure,
     write_results,
 )
 from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RecordFile
 from ehsid.harness.files import result_folder
 
@@ -76,6 +78,8 @@ def identify_command(
     output_name: OutputColumn = "position_m",
     orders: Annotated[str, typer.Option(help="orders na = nb to try, e.g. 2-5")] = "2-5",
     delays: Annotated[str, typer.Option(help="delays nk to try, in samples")] = "1-5",
+    maps: Maps = None,
+    sampling_time: SamplingTime = None,
     as_json: AsJson = False,
     out: Annotated[
         Path | None, typer.Option(help="folder for identify.json, .png and _bode.png")
@@ -83,7 +87,9 @@ def identify_command(
 ) -> None:
     """Choose order and delay of an ARX model on one half of a record, judged on the other.
 
-    Example: ehsid identify rec.csv --input u --output y --orders 2-5
+    Examples: ehsid identify rec.csv --input u --output y --orders 2-5
+
+    ehsid identify log.mf4 --map "command_v=Valve" --map "position_m=Stroke [mm]"
     """
     from ehsid.harness.identification import identify
 
@@ -92,7 +98,8 @@ def identify_command(
     ):
         wanted_orders = parse_range(orders, "--orders", MOST_ORDER)
         wanted_delays = parse_range(delays, "--delays", MOST_DELAY)
-        data = read_io(record, input_name, output_name)
+        hints = hints_of(maps, sampling_time)
+        data, origin = read_io(record, input_name, output_name, hints)
         with about(record):
             result = identify(data, orders=wanted_orders, delays=wanted_delays)
         lines = [
@@ -105,10 +112,11 @@ def identify_command(
         if folder is not None:
             from ehsid.harness.report.model_figures import identification_figure
 
-            write_results(folder, "identify", result.to_dict(), identification_figure(result))
+            plain = with_reading(result.to_dict(), origin)
+            write_results(folder, "identify", plain, identification_figure(result))
             lines.append(_write_bode(folder / FILES[2], result, data))
     if as_json:
-        typer.echo(json.dumps(result.to_dict(), allow_nan=False))
+        typer.echo(json.dumps(with_reading(result.to_dict(), origin), allow_nan=False))
         return
     console = Console()
     console.print(_table(result))

@@ -10,7 +10,8 @@ import typer
 
 from ehsid.harness.cli.common import check_ending
 from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.options import AsJson
+from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_shown
+from ehsid.harness.cli.options import RECORD_HELP, AsJson
 from ehsid.harness.files import result_files
 
 if TYPE_CHECKING:
@@ -33,9 +34,7 @@ def _print(answer: Answer, out: Path, console: Console) -> None:
 
 
 def inject_command(
-    record_file: Annotated[
-        Path, typer.Argument(metavar="RECORD", help="CSV, CSV.gz, Parquet, MAT or NPZ")
-    ],
+    record_file: Annotated[Path, typer.Argument(metavar="RECORD", help=RECORD_HELP)],
     rig_file: Annotated[Path, typer.Option("--rig", help="rig file of the machine, TOML")],
     out: Annotated[Path, typer.Option(help="record to write, beside it OUT.answer.json")],
     effect: Annotated[
@@ -54,6 +53,8 @@ def inject_command(
             help="size of the effect, SI; EFFECT.PARAMETER=NUMBER where two effects have it",
         ),
     ] = None,
+    maps: Maps = None,
+    sampling_time: SamplingTime = None,
     as_json: AsJson = False,
 ) -> None:
     """Put an effect of known size into the log of a real machine, to see whether it is found.
@@ -67,7 +68,6 @@ def inject_command(
     """
     from ehsid.harness.catalogue.channels import POSITION, REQUIRED_COLUMNS
     from ehsid.harness.cli.inject_sizes import parse_sizes
-    from ehsid.harness.records import read_record
     from ehsid.harness.rigs import read_rig
     from ehsid.harness.simulation.injection import answer_path, inject, write_injected
 
@@ -76,8 +76,11 @@ def inject_command(
     with result_files(out, "inject", beside, inputs=[record_file, rig_file]) as folder:
         rig = read_rig(rig_file)
         sizes_by_effect = parse_sizes(effect or [], sizes or [], rig.plant)
-        record = read_record(
-            record_file, required=(*REQUIRED_COLUMNS, POSITION), layout=rig.columns
+        record = read_shown(
+            record_file,
+            hints_of(maps, sampling_time),
+            required=(*REQUIRED_COLUMNS, POSITION),
+            layout=rig.columns,
         )
         injected = inject(record, rig, sizes_by_effect)
         write_injected(injected, folder / out.name)

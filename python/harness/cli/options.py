@@ -9,6 +9,8 @@ from typing import Annotated
 
 import typer
 
+RECORD_HELP = "CSV, Parquet, MAT, NPZ, or any log: text, Excel, HDF5, MF4, TDMS, MCAP, ROS bag"
+
 
 class SignalName(StrEnum):
     """Names of the test signals."""
@@ -28,7 +30,7 @@ class HilLoop(StrEnum):
     position = "position"
 
 
-RecordFile = Annotated[Path, typer.Argument(help="CSV, CSV.gz, Parquet, MAT or NPZ")]
+RecordFile = Annotated[Path, typer.Argument(help=RECORD_HELP)]
 RigFile = Annotated[Path, typer.Option("--rig", help="rig file, TOML")]
 RigOrPublished = Annotated[
     Path | None, typer.Option("--rig", help="rig file, TOML; default: the published rig")

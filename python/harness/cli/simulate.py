@@ -14,6 +14,7 @@ from rich.table import Table
 
 from ehsid.harness.cli.common import check_ending, make_table, write_figure
 from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.log_options import Maps, hints_of, read_shown
 from ehsid.harness.cli.options import AsJson, SignalName
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import result_files
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from ehsid.harness.records import Hints
     from ehsid.harness.rigs import Rig
     from ehsid.harness.simulation import PositionController, SimulationRun
 
@@ -39,14 +41,13 @@ class LoopName(StrEnum):
     pi = "pi"
 
 
-def _logged_command(path: Path, rig: Rig) -> tuple[npt.NDArray[np.float64], float]:
+def _logged_command(path: Path, rig: Rig, hints: Hints) -> tuple[npt.NDArray[np.float64], float]:
     import numpy as np
 
-    from ehsid.harness.records import read_record
     from ehsid.harness.simulation import command_limit
 
-    record = read_record(
-        path, columns=["command_v"], required=["time_s", "command_v"], layout=rig.columns
+    record = read_shown(
+        path, hints, columns=["command_v"], required=["time_s", "command_v"], layout=rig.columns
     )
     if len(record.segments) > 1 or record.dt_s is None:
         raise ValueError(f"{path}: a command with gaps cannot drive a rig; give one stretch of it")
@@ -82,7 +83,15 @@ def simulate_command(
     ] = None,
     excitation: Annotated[SignalName | None, typer.Option(help="or a test signal")] = None,
     duration: Annotated[float, typer.Option(help="of the test signal, s")] = 10.0,
-    dt: Annotated[float, typer.Option(help="sampling time of the test signal, s")] = 1e-3,
+    dt: Annotated[
+        float | None,
+        typer.Option(
+            help="sampling time of the test signal, s, default 0.001; or of a logged command "
+            "without time",
+            show_default=False,
+        ),
+    ] = None,
+    maps: Maps = None,
     amplitude: Annotated[
         float | None,
         typer.Option(
@@ -145,17 +154,18 @@ def simulate_command(
         picture = out.with_suffix(".png").name
         inputs = [rig_file] if command is None else [rig_file, command]
         placing = result_files(out, "simulate", [picture], inputs)
+    step = 1e-3 if dt is None else dt
     with placing as folder:
         values = parse_settings(effect or [])
         rig = read_rig(rig_file)
         check_start(rig, position0)
         volts, signal, limited = None, None, None
         if command is not None:
-            volts, dt = _logged_command(command, rig)
+            volts, step = _logged_command(command, rig, hints_of(maps, dt))
             samples = volts.size
         else:
             assert excitation is not None
-            signal = SignalOptions(excitation, duration, dt, amplitude, seed)
+            signal = SignalOptions(excitation, duration, step, amplitude, seed)
             samples = signal.samples
         with progress_of(f"simulating {rig.name}") as progress:
             settings: dict[str, Any] = {"values": values, "progress": progress}
@@ -170,27 +180,27 @@ def simulate_command(
             if signal is not None and loop is not LoopName.open:
                 controller = _controller(rig, loop, bandwidth)
                 reference = as_reference(rig, signal, controller, position0)
-                closed = simulate_closed_loop(rig, reference, controller, dt_s=dt, **settings)
+                closed = simulate_closed_loop(rig, reference, controller, dt_s=step, **settings)
                 run, limited = closed.run, float(np.mean(closed.limited))
             else:
                 if signal is not None:
                     volts = as_command(rig, signal, position0)
                     settings["keep_inside"] = True
                 assert volts is not None
-                run = simulate(rig, volts, dt_s=dt, position0_m=position0, **settings)
+                run = simulate(rig, volts, dt_s=step, position0_m=position0, **settings)
         if out is not None and folder is not None:
             from ehsid.harness.report.record_figure import record_figure
 
             (folder / out.name).write_bytes(record_bytes(run.record, out.name))
             write_figure(folder / picture, record_figure(run.record))
     if as_json:
-        result = {"samples": len(run.record), "dt_s": dt, "substeps": run.substeps}
+        result = {"samples": len(run.record), "dt_s": step, "substeps": run.substeps}
         if limited is not None:
             result["share_at_limit"] = limited
         typer.echo(json.dumps({**result, "error": dict(run.error)}))
         return
     console = Console()
-    console.print(f"{rig.name}: {len(run.record)} samples at {dt:g} s, {run.substeps} steps each")
+    console.print(f"{rig.name}: {len(run.record)} samples at {step:g} s, {run.substeps} steps each")
     if limited:
         console.print(f"the command is at its limit for {100.0 * limited:.1f} % of the time")
     console.print(_table(run))

@@ -3,11 +3,13 @@
 
 >>> record = read_record("bench.csv")                                  # the full schema
 >>> record = read_record("crane.csv", columns=("valve_opening", "oil_pressure"))  # any two columns
+>>> record = read_record("run.mf4"); record.origin             # a log: what was taken for what
 """
 
 from ehsid.harness.catalogue.channels import CHANNELS, REQUIRED_COLUMNS, Channel
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.layout import ColumnMap, Layout
+from ehsid.harness.records.origin import NO_HINTS, Hints, Origin, Taken
 from ehsid.harness.records.reading import read_record
 from ehsid.harness.records.record import Record, make_record
 from ehsid.harness.records.timebase import Gap, Jitter, TimeBase
@@ -15,14 +17,18 @@ from ehsid.harness.records.writing import write_record
 
 __all__ = [
     "CHANNELS",
+    "NO_HINTS",
     "REQUIRED_COLUMNS",
     "Channel",
     "ColumnMap",
     "Gap",
+    "Hints",
     "Jitter",
     "Layout",
+    "Origin",
     "Record",
     "RecordError",
+    "Taken",
     "TimeBase",
     "make_record",
     "read_record",

@@ -63,7 +63,7 @@ def split_header(data: bytes, path: Path) -> tuple[list[str], bytes]:
         no data rows, ends within a number, or is beyond a limit.
     """
     data = _clean_text(data, path)
-    _check_size(data, path)
+    check_size(data, path)
     first_line, _, body = data.partition(b"\n")
     names = _names(first_line.decode("utf-8").rstrip("\r"), body, path)
     if not body.endswith((b"\n", b"\r")):
@@ -146,7 +146,7 @@ def _clean_text(data: bytes, path: Path) -> bytes:
     return data
 
 
-def _check_size(data: bytes, path: Path) -> None:
+def check_size(data: bytes, path: Path) -> None:
     """Checks the number of lines and their lengths before any line is divided into cells."""
     SAMPLES.check(data.count(b"\n") - 1, path)
     longest, start = LINE.most, 0

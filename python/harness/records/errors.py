@@ -52,7 +52,7 @@ class RecordError(ValueError):
     def __reduce__(self) -> tuple[Callable[..., RecordError], tuple[str, str]]:
         """Keeps all arguments in pickling; by default an exception is rebuilt from `args` only."""
         rebuild = partial(
-            RecordError,
+            type(self),
             row=self.row,
             column=self.column,
             expected=self.expected,

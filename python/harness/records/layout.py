@@ -49,7 +49,11 @@ def _units() -> pint.UnitRegistry[Any]:
     # pint is imported only where it is needed: its import takes longer than most commands run.
     import pint
 
-    return pint.UnitRegistry()
+    registry: pint.UnitRegistry[Any] = pint.UnitRegistry()
+    # Pressures of the schema are absolute; gauges read zero at the standard atmosphere.
+    registry.define("barg = 1e5 * pascal; offset: 101325")
+    registry.define("psig = 6894.757293168361 * pascal; offset: 101325")
+    return registry
 
 
 def _parsable(schema_unit: str) -> str:

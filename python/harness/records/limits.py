@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import os
 import stat
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,7 +81,48 @@ class Limit:
 BYTES = Limit("EHSID_MAX_BYTES", 2**30, "bytes of content")
 SAMPLES = Limit("EHSID_MAX_SAMPLES", 20_000_000, "samples")
 COLUMNS = Limit("EHSID_MAX_COLUMNS", 2_000, "columns")
+# Room for the libraries that a reader imports, and for what they hold while they work.
+ROOM_BYTES = 2**30
 LINE = Limit("EHSID_MAX_LINE", 2**20, "bytes in one line")
+
+
+@contextmanager
+def bounded_memory(file: Path | str) -> Iterator[None]:
+    """Bounds the memory that is taken inside of the block, on systems that can.
+
+    It is for readers that decompress whatever a file holds, even more than it states.
+
+    Raises
+    ------
+    RecordError
+        the block needs more than `ROOM_BYTES` and four times the limit on the content.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    try:
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    except OSError:  # another system than Linux
+        yield
+        return
+    most = pages * resource.getpagesize() + ROOM_BYTES + 4 * BYTES.most
+    for limit in (soft, hard):
+        most = most if limit == resource.RLIM_INFINITY else min(most, limit)
+    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+    try:
+        yield
+    except MemoryError:
+        raise RecordError(
+            file,
+            "its content takes more memory than its limit allows",
+            expected=f"at most {BYTES.most} {BYTES.unit}",
+            mend=f"divide the record, or, if it is meant to be so large, {BYTES.remedy}",
+        ) from None
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
 def read_file(path: Path, limit: Limit = BYTES) -> bytes:

@@ -19,6 +19,10 @@ from ehsid.harness.records.errors import RecordError, damaged
 from ehsid.harness.records.limits import BYTES, COLUMNS
 from ehsid.harness.records.mat_elements import check_elements
 
+# A file of version 7.3 is HDF5 behind a head of MATLAB.
+HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+HDF5_AT = 512
+
 
 class MatTable:
     """A MAT file of version 4 to 7; each variable is a column."""
@@ -35,6 +39,8 @@ class MatTable:
                 # scipy 1.18 warns that sparse variables will be of another class. This does not
                 # matter here, because all sparse variables are refused.
                 warnings.filterwarnings("ignore", ".*`spmatrix`", DeprecationWarning)
+                # All objects of MATLAB, such as timetables, are called "None" by this reader.
+                warnings.filterwarnings("ignore", "Duplicate variable name .None.")
                 content = scipy.io.loadmat(file)
         except RecordError:
             raise
@@ -47,8 +53,8 @@ class MatTable:
             ) from None
         except Exception as error:  # scipy has no common exception for damaged files
             raise damaged(path, "MAT", error) from None
-        self._variables = {k: v for k, v in content.items() if not k.startswith("__")}
-        self.names = list(self._variables)
+        self.variables = {k: v for k, v in content.items() if not k.startswith("__")}
+        self.names = list(self.variables)
         COLUMNS.check(len(self.names), path)
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
@@ -62,7 +68,7 @@ class MatTable:
         return {name: self._dense(name) for name in wanted}
 
     def _dense(self, name: str) -> npt.NDArray[Any]:
-        variable = self._variables[name]
+        variable = self.variables[name]
         shape = variable.shape
         # A sparse matrix has the dimensions that the file states, however few values it holds.
         if scipy.sparse.issparse(variable):

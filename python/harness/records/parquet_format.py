@@ -27,11 +27,11 @@ class ParquetTable:
         self._path = path
         self._data = data
         with self._damage_named():
-            self._schema = pl.read_parquet_schema(BytesIO(data))
+            self.schema = pl.read_parquet_schema(BytesIO(data))
             rows = pl.scan_parquet(BytesIO(data)).select(pl.len()).collect().item()
-        self.names = list(self._schema)
-        self._rows = int(rows)
-        SAMPLES.check(self._rows, path)
+        self.names = list(self.schema)
+        self.rows = int(rows)
+        SAMPLES.check(self.rows, path)
         COLUMNS.check(len(self.names), path)
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
@@ -45,13 +45,13 @@ class ParquetTable:
         """
         for name in wanted:
             self._check_type(name)
-        BYTES.check(self._rows * len(wanted) * FLOAT64_BYTES, self._path)
+        BYTES.check(self.rows * len(wanted) * FLOAT64_BYTES, self._path)
         with self._damage_named():
             frame = pl.read_parquet(BytesIO(self._data), columns=list(wanted))
         return {name: frame[name].cast(pl.Float64).to_numpy() for name in wanted}
 
     def _check_type(self, name: str) -> None:
-        dtype = self._schema[name]
+        dtype = self.schema[name]
         if not dtype.is_numeric() and dtype != pl.Boolean:
             raise RecordError(
                 self._path,

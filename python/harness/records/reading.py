@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +19,8 @@ import numpy.typing as npt
 from ehsid.harness.catalogue.channels import CHANNELS, REQUIRED_COLUMNS, TIME
 from ehsid.harness.records.checks import check_columns
 from ehsid.harness.records.csv_text import decompress
-from ehsid.harness.records.errors import RecordError, missing_column
-from ehsid.harness.records.formats import format_of, stem_of
+from ehsid.harness.records.errors import RecordError
+from ehsid.harness.records.formats import FORMATS, ending_of, format_of, stem_of
 from ehsid.harness.records.layout import (
     ColumnMap,
     Layout,
@@ -26,8 +29,11 @@ from ehsid.harness.records.layout import (
     layout_of,
     names_in_file,
 )
-from ehsid.harness.records.limits import read_file
+from ehsid.harness.records.limits import bounded_memory, read_file
+from ehsid.harness.records.origin import NO_HINTS, Hints, Origin
 from ehsid.harness.records.record import Record, make_record
+from ehsid.harness.records.timebase import TimeError
+from ehsid.harness.records.wish import Wish
 
 if TYPE_CHECKING:
     from ehsid.harness.records.csv_format import CsvTable
@@ -38,6 +44,10 @@ if TYPE_CHECKING:
     Table = CsvTable | ParquetTable | MatTable | NpzTable
 
 AS_THE_SCHEMA: Layout = MappingProxyType({})
+# Kinds whose readers decompress more than a file states.
+UNBOUNDED = ("mf4", "mdf", "mf3", "dat", "tdms", "mcap", "bag", "db3")
+# Longer sampling times are none of a servo; such a column of time is often in milliseconds.
+SLOW_S = 0.5
 
 
 def read_record(
@@ -46,14 +56,19 @@ def read_record(
     columns: Sequence[str] | None = None,
     required: Sequence[str] | None = None,
     layout: Mapping[str, ColumnMap] = AS_THE_SCHEMA,
+    hints: Hints = NO_HINTS,
 ) -> Record:
-    """Reads and checks a record.
+    """Reads and checks a record, or a log of any other layout.
+
+    A file with the names of the schema (or of `layout`, or of `columns`) is read as it is. In
+    every other one the columns are found by their names, units and ranges, and its signals are
+    brought to an even time; `Record.origin` then says what was taken for what.
 
     Parameters
     ----------
     path
-        file in the format CSV, CSV.gz, Parquet, MAT (version 4 to 7) or NPZ, given by the
-        extension.
+        file in the format CSV, CSV.gz, Parquet, MAT or NPZ, given by the extension, or a log of
+        another kind (docs/records.md). A ROS 2 bag may be a folder.
     columns
         names of the columns to read; `time_s` is also read if the file has it. None reads all
         columns, which must then all be numbers.
@@ -64,37 +79,104 @@ def read_record(
         columns of the schema that have other names or units in the file, as in `[columns]` of a
         rig. `columns` and `required` use the names of the schema. Layout columns that are read must
         be in the file, unless the file has only names of the schema instead.
+    hints
+        names, units and sampling time that the user states; they go before all others.
 
     Returns
     -------
-    The record; without a `time_s` column its `dt_s` is None.
+    The record; without a time its `dt_s` is None.
 
     Raises
     ------
     RecordError
         the file has a problem; the message says where it is and how to mend it.
+    ValueError
+        the hints have a sampling time that is not above 0.
     """
     path = Path(path)
-    data = _bytes(path)
-    table = _table(data, path)
+    if hints.dt_s is not None and not 0.0 < hints.dt_s < math.inf:
+        raise ValueError(f"sampling time {hints.dt_s:g} s: expected a number above 0")
+    ending = ending_of(path) if not path.is_dir() else _folder_kind(path)
+    data, sha256 = _bytes(path, ending)
     if required is None:
         required = REQUIRED_COLUMNS if columns is None else tuple(columns)
     check_layout(layout, path)
-    layout = layout_of(table.names, layout)
+    wish = Wish(columns, tuple(required), layout, hints)
+    refused: RecordError | None = None
+    if ending in FORMATS and not hints:
+        try:
+            table = _table(data, path)
+            if wish.is_met_by(table.names, path) and not _has_other_time(table.names):
+                return _as_the_schema(table, wish, path, sha256)
+        except _NotTheSchemaError as error:
+            refused = error.refused
+        except RecordError as error:
+            # The time may be typed as dates; of text the layout has told already.
+            text = ending in ("csv", "csv.gz")
+            if text or isinstance(error, TimeError) or error.column != wish.time_name:
+                raise
+    from ehsid.harness.records.logs.opening import open_log
+    from ehsid.harness.records.logs.reading import record_of
+
+    name = path.name if path.is_dir() else stem_of(path)
+    with bounded_memory(path) if ending in UNBOUNDED else nullcontext():
+        log = open_log(data, path, ending, refused)
+        return record_of(log, path, wish, name=name, sha256=sha256)
+
+
+def _has_other_time(file_names: Sequence[str]) -> bool:
+    """Whether a file has no column `time_s`, but one that may be the time under another name."""
+    if TIME in file_names:
+        return False
+    from ehsid.harness.records.logs.names import means
+
+    return any(means(name, TIME) for name in file_names)
+
+
+class _NotTheSchemaError(Exception):
+    """A file is not laid out as the schema wants it; `refused` says why, if its reader does."""
+
+    def __init__(self, refused: RecordError | None) -> None:
+        super().__init__(str(refused))
+        self.refused = refused
+
+
+def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
+    """Reads a file that has all columns, bit for bit; only an uneven time is resampled."""
+    layout = layout_of(table.names, wish.layout)
     names = names_in_file(table.names, layout, path)
-    requested = {*names, *layout} if columns is None else {*columns, *required, TIME}
-    for name in (*required, *(target for target in layout if target in requested)):
-        name_in_file = layout[name].name if name in layout else name
-        if names.get(name) != name_in_file:
-            raise missing_column(path, name_in_file, table.names, _why(name))
+    requested = wish.requested(names)
     wanted = {name: names[name] for name in names if name in requested}
-    return make_record(
-        _arrays(table, wanted, layout, path),
-        name=stem_of(path),
-        source=path,
-        sha256=hashlib.sha256(data).hexdigest(),
-        first_row=table.first_row,
+    arrays = _arrays(table, wanted, layout, path)
+    about: _About = {
+        "name": stem_of(path),
+        "sha256": sha256,
+        "first_row": table.first_row,
+    }
+    try:
+        record = make_record(arrays, source=path, **about)
+        return replace(record, origin=_slow(record, path))
+    except TimeError as error:
+        from ehsid.harness.records.logs.reading import even_record
+
+        return even_record(arrays, error, path=path, kind=ending_of(path), **about)
+
+
+def _slow(record: Record, path: Path) -> Origin | None:
+    """Returns a remark on a servo with a sampling time that only a wrong unit explains."""
+    if record.dt_s is None or record.dt_s < SLOW_S or record.columns.keys().isdisjoint(CHANNELS):
+        return None
+    remark = (
+        f"the samples are {record.dt_s:.4g} s apart, which is slow for a servo. If '{TIME}' is in "
+        f"ms: --map '{TIME}={TIME} [ms]'"
     )
+    return Origin(ending_of(path), (), (remark,))
+
+
+class _About(TypedDict):
+    name: str
+    sha256: str
+    first_row: int
 
 
 def _arrays(
@@ -112,7 +194,26 @@ def _arrays(
     }
 
 
-def _bytes(path: Path) -> bytes:
+def _folder_kind(path: Path) -> str:
+    """Returns the kind of a folder that is one log.
+
+    Raises
+    ------
+    RecordError
+        it is another folder.
+    """
+    if (path / "metadata.yaml").is_file():
+        return "db3"
+    raise RecordError(
+        path,
+        "this is a directory",
+        expected="a record file",
+        mend="name one of the files in it",
+    )
+
+
+def _bytes(path: Path, ending: str) -> tuple[bytes, str]:
+    """Returns the content of a file and its SHA-256; of a folder its digest only."""
     if "\0" in str(path):
         raise RecordError(
             path,
@@ -120,16 +221,13 @@ def _bytes(path: Path) -> bytes:
             expected="a record file",
             mend="check the path",
         )
-    if path.is_dir():
-        raise RecordError(
-            path,
-            "this is a directory",
-            expected="a record file",
-            mend="name one of the files in it",
-        )
-    format_of(path)
     try:
-        return read_file(path)
+        if path.is_dir():
+            files = sorted(file for file in path.iterdir() if file.is_file())
+            contents = [read_file(file) for file in files]
+            return b"", hashlib.sha256(b"".join(contents)).hexdigest()
+        data = read_file(path)
+        return data, hashlib.sha256(data).hexdigest()
     except FileNotFoundError:
         problem, mend = "there is no such file", "check the path"
     except OSError as error:
@@ -141,16 +239,17 @@ def _table(data: bytes, path: Path) -> Table:
     # Only the library of the file's format is imported: polars and scipy take long to import.
     match format_of(path):
         case "csv" | "csv.gz" as kind:
-            from ehsid.harness.records.csv_format import CsvTable
-
-            return CsvTable(data if kind == "csv" else decompress(data, path), path)
+            text = data if kind == "csv" else decompress(data, path)
+            return _csv_table(text, path)
         case "parquet":
             from ehsid.harness.records.parquet_format import ParquetTable
 
             return ParquetTable(data, path)
         case "mat":
-            from ehsid.harness.records.mat_format import MatTable
+            from ehsid.harness.records.mat_format import HDF5_AT, HDF5_MAGIC, MatTable
 
+            if data.startswith(HDF5_MAGIC, HDF5_AT):
+                raise _NotTheSchemaError(None)
             return MatTable(data, path)
         case "npz":
             from ehsid.harness.records.npz_format import NpzTable
@@ -158,6 +257,22 @@ def _table(data: bytes, path: Path) -> Table:
             return NpzTable(data, path)
 
 
-def _why(name: str) -> str:
-    channel = CHANNELS.get(name)
-    return f"{channel.meaning}, in {channel.unit}" if channel else "a column of this name"
+def _csv_table(text: bytes, path: Path) -> CsvTable:
+    """Opens a CSV file, if it is laid out as the schema wants it.
+
+    A file with another layout may have the right names: with a row of units below them, with a
+    decimal comma, or with dates in the column of time.
+    """
+    from ehsid.harness.records.csv_format import CsvTable
+    from ehsid.harness.records.logs.text import differs_from_schema
+
+    refused = None
+    try:
+        table = CsvTable(text, path)
+    except RecordError as error:
+        refused = error
+    if differs_from_schema(text, path):
+        raise _NotTheSchemaError(refused)
+    if refused is not None:
+        raise refused
+    return table

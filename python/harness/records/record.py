@@ -15,6 +15,7 @@ import numpy.typing as npt
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.records.checks import check_columns
 from ehsid.harness.records.errors import RecordError, missing_column
+from ehsid.harness.records.origin import Origin
 from ehsid.harness.records.timebase import Gap, Jitter, analyse_time
 
 
@@ -42,6 +43,9 @@ class Record:
         file from which the record was read, or None.
     sha256
         SHA-256 hex digest of the bytes of that file, or None.
+    origin
+        what was taken for what in a log that does not follow the schema; None for a record that
+        does.
     """
 
     name: str
@@ -53,6 +57,7 @@ class Record:
     gaps: tuple[Gap, ...]
     source: Path | None = None
     sha256: str | None = None
+    origin: Origin | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))
@@ -60,7 +65,7 @@ class Record:
     def __reduce__(self) -> tuple[type[Record], tuple[Any, ...]]:
         # A mapping proxy cannot be pickled. Another process receives a plain dictionary.
         rest = (self.time_s, self.dt_s, self.segments, self.jitter, self.gaps)
-        return Record, (self.name, dict(self.columns), *rest, self.source, self.sha256)
+        return Record, (self.name, dict(self.columns), *rest, self.source, self.sha256, self.origin)
 
     def __len__(self) -> int:
         """Number of samples."""
@@ -88,6 +93,7 @@ def make_record(
     source: Path | None = None,
     sha256: str | None = None,
     first_row: int = 1,
+    origin: Origin | None = None,
 ) -> Record:
     """Checks columns and builds a record from them.
 
@@ -104,6 +110,8 @@ def make_record(
         SHA-256 hex digest of that file.
     first_row
         row number of the first sample in messages (2 for CSV, whose row 1 is the header).
+    origin
+        what was taken for what in the file; None where it follows the schema.
 
     Raises
     ------
@@ -136,4 +144,5 @@ def make_record(
         gaps=base.gaps if base else (),
         source=source,
         sha256=sha256,
+        origin=origin,
     )

@@ -16,6 +16,10 @@ MAX_JITTER = 0.01  # relative to dt; a record with more jitter does not count as
 GAP_FACTOR = 1.5  # a step longer than this many median steps is a gap
 
 
+class TimeError(RecordError):
+    """The time column of a record is not uniform; another module may be able to resample it."""
+
+
 @dataclass(frozen=True)
 class Jitter:
     """Deviation of the time steps inside segments from the sampling time dt.
@@ -141,7 +145,7 @@ def _check_increasing(
         mend = "sort the rows by time, or split the file where a new run starts"
     if not_increasing.size > 1:
         problem += f" ({not_increasing.size} such rows)"
-    raise RecordError(
+    raise TimeError(
         file, problem, row=row, column=column, expected="time that increases", mend=mend
     )
 
@@ -153,16 +157,16 @@ def _uneven(
     file: Path | str,
     first_row: int,
     column: str,
-) -> RecordError:
+) -> TimeError:
     step = float(time_s[k + 1] - time_s[k])
     mend = "resample the record to a uniform step"
-    resolution = _written_resolution(time_s)
+    resolution = written_resolution(time_s)
     if resolution is not None and resolution > MAX_JITTER * dt_s:
         mend = (
             f"time is written in steps of {resolution:g} s, too coarse for samples "
             f"{dt_s:.3g} s apart: write it with more digits, or {mend}"
         )
-    return RecordError(
+    return TimeError(
         file,
         f"uneven time: this step is {step:.6g} s, the mean step is {dt_s:.6g} s "
         f"({100.0 * (step / dt_s - 1.0):+.1f} %)",
@@ -173,7 +177,7 @@ def _uneven(
     )
 
 
-def _written_resolution(time_s: npt.NDArray[np.float64]) -> float | None:
+def written_resolution(time_s: npt.NDArray[np.float64]) -> float | None:
     """Returns the coarsest step 10^-d s, d = 0..6, of which every time is a multiple, or None."""
     for digits in range(7):
         if np.allclose(np.round(time_s, digits), time_s, rtol=0.0, atol=10.0**-digits * 1e-6):

@@ -57,6 +57,7 @@ def write_diagnosis(
             diagnosis.records.get(record.name, ""),
             str(record.source or record.name),
             record.sha256 or "",
+            record.origin,
         )
         for record in records
     ]

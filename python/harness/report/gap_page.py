@@ -18,6 +18,7 @@ from ehsid.harness.gap.schema import (
     NextExperiment,
     Remark,
 )
+from ehsid.harness.records import Origin
 from ehsid.harness.report.gap_marks import (
     gap_bars,
     share_bar,
@@ -58,6 +59,7 @@ from ehsid.harness.report.page import (
     Tagged,
     render_page,
 )
+from ehsid.harness.report.reading_section import reading_folded
 
 # Number of candidates that the page shows unfolded.
 SHOWN_CANDIDATES = 8
@@ -65,12 +67,16 @@ SHOWN_CANDIDATES = 8
 
 @dataclass(frozen=True)
 class RecordLine:
-    """Source of a record: its name, its role in the diagnosis, its file and its SHA-256."""
+    """Source of a record: its name, its role in the diagnosis, its file and its SHA-256.
+
+    `origin` says how a log was read that does not follow the schema of records.
+    """
 
     name: str
     role: str
     file: str
     sha256: str
+    origin: Origin | None = None
 
 
 def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_file: str) -> str:
@@ -425,6 +431,7 @@ def _settings(diagnosis: Diagnosis, records: Sequence[RecordLine]) -> Section:
                 ("record", "role", "file", "SHA-256"),
                 [(record.name, record.role, record.file, record.sha256) for record in records],
             ),
+            *(reading_folded(one.name, one.origin) for one in records if one.origin is not None),
             Folded("Settings", [Table("", ("setting", "value"), settings)]),
             Folded("Files beside this page", [Table("", ("file", "contents"), files)]),
         ],

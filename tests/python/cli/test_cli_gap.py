@@ -179,7 +179,10 @@ def test_records_of_one_name_are_told_apart(diagnose: FakeDiagnose, here: Path) 
         (["none.csv", "--rig", "rig.toml"], ["none.csv", "no such file"]),
         (["one.csv", "--rig", "none.toml"], ["none.toml", "no such file"]),
         (["one.csv", "--rig", "one.csv"], ["one.csv", "not TOML"]),
-        (["short.csv", "--rig", "rig.toml"], ["short.csv", "no column 'position_m'", "Position"]),
+        (
+            ["short.csv", "--rig", "rig.toml"],
+            ["short.csv", "unit of 'Position'", "--map 'position_m=Position [mm]'"],
+        ),
         (
             ["one.csv", "--rig", "rig.toml", "--exclude-effect", "coulomb_fricton"],
             ["did you mean 'coulomb_friction'?", "valve_dead_band"],

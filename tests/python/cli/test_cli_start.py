@@ -24,7 +24,12 @@ CRANE = [RECORD, "--input", "valve_opening", "--output", "oil_pressure"]
 BENCH = str(EXAMPLES / "rigs" / "bench.toml")
 
 DRAWING = {"matplotlib", "bokeh", "jinja2"}
-HEAVY = DRAWING | {"control", "distributed", "joblib", "numba", "pandas", "pint", "polars", "scipy"}
+LOGS = {"asammdf", "fastexcel", "h5py", "matio", "mcap", "nptdms", "rosbags"}
+HEAVY = (
+    DRAWING
+    | LOGS
+    | {"control", "distributed", "joblib", "numba", "pandas", "pint", "polars", "scipy"}
+)
 
 # In a process of its own: this one has imported everything.
 RUN = """

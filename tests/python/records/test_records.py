@@ -94,6 +94,7 @@ def test_required_columns_follow_the_columns_asked_for(tmp_path: Path) -> None:
     assert chosen.dt_s == 1.0  # time is read, too
     # An optional column can be requested without being required.
     assert list(read_record(path, columns=("u", "spool"), required=("u",)).columns) == ["u"]
+    path.write_text("time_s,a,b\n0,1,2\n1,2,3\n2,3,4\n")
     with pytest.raises(RecordError, match="no column 'command_v'"):
         read_record(path)
 

@@ -10,6 +10,7 @@ import pytest
 from made_diagnoses import VERDICTS, made_diagnosis
 
 from ehsid.harness.gap.schema import Estimate, HeldOutRun, Remark
+from ehsid.harness.records import Origin, Taken
 from ehsid.harness.report.gap_marks import gap_bars, share_bar, timelines, value_table
 from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
 from ehsid.harness.report.page import Mark, Tagged
@@ -48,6 +49,18 @@ class Reader(HTMLParser):
     def handle_data(self, data: str) -> None:
         if not {"script", "style"} & set(self.open):
             self.text.append(data)
+
+
+def test_the_page_has_what_was_taken_for_what_in_a_log() -> None:
+    taken = Taken("position_m", "<b>Stroke</b> [mm]", "mm", 1e-3, 0.0, "by its name")
+    origin = Origin("text, columns separated by ';'", (taken,), ("a remark of its own",))
+    lines = [replace(RECORDS[0], origin=origin), RECORDS[1]]
+    _, text = read(render_diagnosis(made_diagnosis("effects"), lines, "bench.toml"))
+    assert "How the log fit was read" in text
+    assert "The file was read as text, columns separated by ';'." in text
+    assert "<b>Stroke</b> [mm]" in text  # as text, not as markup
+    assert "a remark of its own" in text
+    assert "How the log held_out was read" not in text
 
 
 @cache

@@ -91,7 +91,7 @@ def _of_record(record: Record, rig: Rig) -> list[Remark]:
                 serious=True,
             )
         ]
-    remarks = check_clock(record)
+    remarks = [*_how_read(record), *check_clock(record)]
     if record.dt_s is None:
         return remarks
     part = longest_stretch(record)
@@ -101,6 +101,20 @@ def _of_record(record: Record, rig: Rig) -> list[Remark]:
     for check in _CHECKS:
         remarks += check(part, rig)
     return remarks
+
+
+def _how_read(record: Record) -> list[Remark]:
+    """Says what was taken for what in a log that does not follow the schema of records."""
+    origin = record.origin
+    if origin is None:
+        return []
+    columns = "; ".join(
+        f"{one.channel} from '{one.column}'" + (f" in {one.unit}" if one.unit else "")
+        for one in origin.taken
+        if one.column
+    )
+    remarks = [f"read as {origin.kind}" + (f": {columns}" if columns else ""), *origin.remarks]
+    return [Remark(record.name, text) for text in remarks]
 
 
 def _noise_differs(records: Sequence[Record], rig: Rig) -> list[Remark]:

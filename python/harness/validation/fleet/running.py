@@ -12,7 +12,7 @@ from pathlib import Path
 import ehsid
 from ehsid.harness.files import is_incomplete
 from ehsid.harness.manifest import sha256_of
-from ehsid.harness.records.formats import FORMATS
+from ehsid.harness.records.formats import BINARY_ENDINGS, FORMATS
 from ehsid.harness.validation.blind.running import DIAGNOSIS, run_and_keep
 from ehsid.harness.validation.jobs import (
     ERROR,
@@ -65,7 +65,8 @@ def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
     """
     if not (folder / RIG).is_file():
         raise ValueError(f"{folder}: has no {RIG}: expected it beside the records")
-    endings = tuple(f".{ending}" for ending in FORMATS)
+    # Text that is no CSV may be a note about the machine.
+    endings = tuple(f".{ending}" for ending in (*FORMATS, *BINARY_ENDINGS))
     records = sorted(
         path
         for path in folder.iterdir()

@@ -13,7 +13,7 @@ from ehsid.harness.gap.data.gate import gate, longest_stretch, stretch
 from ehsid.harness.gap.data.gate_channels import spikes
 from ehsid.harness.gap.data.gate_signs import correlation
 from ehsid.harness.gap.data.oil_spring import oil_spring_hz
-from ehsid.harness.records import make_record
+from ehsid.harness.records import Origin, Taken, make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.simulation import draw_noise, simulate
 
@@ -51,6 +51,17 @@ def remarks(change: Callable[[Columns], None], rig: Rig = RIG) -> list[tuple[str
     result = gate([make_record(columns, name="one")], rig)
     assert all(remark.record == "one" for remark in result)
     return [(remark.what, remark.serious) for remark in result]
+
+
+def test_how_a_log_was_read_is_a_remark() -> None:
+    taken = Taken("position_m", "Stroke", "mm", 1e-3, 0.0, "by its name")
+    origin = Origin("spreadsheet, sheet 'Data'", (taken,), ("rows 3 to 5 are left out",))
+    found = gate([make_record(CLEAN, name="one", origin=origin)], RIG)
+    assert [remark.what for remark in found] == [
+        "read as spreadsheet, sheet 'Data': position_m from 'Stroke' in mm",
+        "rows 3 to 5 are left out",
+    ]
+    assert not any(remark.serious for remark in found)
 
 
 def test_clean_records_have_no_remarks() -> None:

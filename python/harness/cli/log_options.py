@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""Options of all commands that read a record, and the way in which they show what they read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ehsid.harness.cli.console import Console
+
+if TYPE_CHECKING:
+    from ehsid.harness.records import Hints, Layout, Record
+    from ehsid.harness.records.origin import Origin
+
+Maps = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--map",
+        metavar="CHANNEL=COLUMN",
+        help="column of the log for a channel, with its unit: 'position_m=Stroke [mm]'. "
+        "Again for more",
+    ),
+]
+SamplingTime = Annotated[
+    float | None,
+    typer.Option(
+        "--dt",
+        metavar="SECONDS",
+        help="sampling time, where the log has no time; else the log is resampled to it",
+        show_default=False,
+    ),
+]
+
+
+def hints_of(maps: Sequence[str] | None, dt_s: float | None) -> Hints:
+    """Returns what the options say about a log.
+
+    Raises
+    ------
+    ValueError
+        an option cannot be read.
+    """
+    from ehsid.harness.records import NO_HINTS, Hints
+
+    if dt_s is not None and not 0.0 < dt_s < float("inf"):
+        raise ValueError(f"--dt {dt_s:g}: expected a sampling time in seconds, above 0")
+    if not maps:
+        return Hints(dt_s=dt_s) if dt_s is not None else NO_HINTS
+    from ehsid.harness.records.logs.mapping import parse_maps
+
+    return Hints(parse_maps(maps), dt_s)
+
+
+def read_shown(
+    path: Path,
+    hints: Hints,
+    *,
+    columns: Sequence[str] | None = None,
+    required: Sequence[str] | None = None,
+    layout: Layout | None = None,
+) -> Record:
+    """Reads a record, and shows on stderr what was taken for what in a log of another layout."""
+    from ehsid.harness.records import read_record
+
+    record = read_record(path, columns=columns, required=required, layout=layout or {}, hints=hints)
+    if record.origin is not None:
+        show_origin(record.name, record.origin, Console(stderr=True))
+    return record
+
+
+def show_origin(name: str, origin: Origin, console: Console) -> None:
+    """Prints the table of columns of a log, and the remarks."""
+    console.print(f"{name}: read as {origin.kind}", soft_wrap=True)
+    if origin.taken:
+        from ehsid.harness.cli.common import make_table
+
+        headings = ("column", "taken for", "unit", "factor", "why")
+        console.print(make_table(headings, origin.rows(), justify="left"))
+    for remark in origin.remarks:
+        console.print(f"note: {remark}", soft_wrap=True)

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: MIT
+"""Finds the times of the values of a series, in seconds, whatever the log calls and counts them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.channels import TIME
+from ehsid.harness.records.errors import RecordError, missing_column
+from ehsid.harness.records.layout import ColumnMap, layout_of
+from ehsid.harness.records.logs.log import Log, Series
+from ehsid.harness.records.logs.names import is_counter, means, parts_of, says
+from ehsid.harness.records.logs.units import pint_unit, split_unit
+from ehsid.harness.records.origin import Taken
+
+# Seconds of a unit of time.
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86400.0}
+# Steps of servo records in seconds, with some room.
+LEAST_STEP_S, MOST_STEP_S = 2e-5, 0.25
+# Counts since 1970, from 2001 to 2096, by unit.
+SINCE_1970 = {"s": (1e9, 4e9), "ms": (1e12, 4e12), "us": (1e15, 4e15), "ns": (1e18, 4e18)}
+# Days since the year 0 (MATLAB) and since 1900 (spreadsheets), from 1954 to 2119.
+DAYS = ((714_000.0, 774_000.0), (20_000.0, 80_000.0))
+SMALL_STEP_DAYS = 1e-3
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Times of the rows of a group in seconds, shape (n,), and what they were taken from."""
+
+    time_s: FloatArray
+    taken: Taken
+
+
+class Clocks:
+    """The clocks of a log by group; `remarks` are sentences on what was guessed."""
+
+    def __init__(self, log: Log, path: Path, time: ColumnMap | None, dt_s: float | None) -> None:
+        self._log = log
+        self._path = path
+        self._named = time
+        self._dt_s = dt_s
+        self._found: dict[str, Clock | None] = {}
+        self.remarks: list[str] = []
+
+    def of(self, series: Series) -> Clock | None:
+        """Returns the clock of a series, or None where the log has no time.
+
+        Raises
+        ------
+        RecordError
+            the column named for the time is not there.
+        """
+        if series.time is not None and self._named is None:
+            why = "time of the values in the log"
+            return Clock(series.time(), Taken(TIME, "", None, 1.0, 0.0, why))
+        if series.group not in self._found:
+            self._found[series.group] = self._find(series)
+        return self._found[series.group]
+
+    def _find(self, series: Series) -> Clock | None:
+        group = [
+            one
+            for one in self._log.series
+            if one.group == series.group and one.size == series.size and one is not series
+        ]
+        candidates = self._candidates(group)
+        if candidates:
+            time = candidates[0]
+            return self._read(time)
+        stated, why = self._dt_s, "from --dt"
+        if stated is None and self._log.dt_s is not None:
+            stated, why = self._log.dt_s, "as the file states"
+            self.remarks.append(
+                f"there is no column of time: the sampling time of {stated:.6g} s is the one that "
+                "the file states. To say otherwise: --dt SECONDS"
+            )
+        if stated is None:
+            return None
+        rows = stated * np.arange(series.size, dtype=np.float64)
+        return Clock(rows, Taken(TIME, "", None, 1.0, 0.0, f"{stated:.6g} s between rows, {why}"))
+
+    def _candidates(self, group: Sequence[Series]) -> list[Series]:
+        if self._named is not None:
+            name = self._named.name.strip().casefold()
+            named_so = [
+                one
+                for one in self._log.series
+                if name in (one.name.casefold(), split_unit(one.name)[0].casefold())
+            ]
+            found = [one for one in named_so if one in group]
+            if not named_so:
+                names = [one.name for one in self._log.series]
+                raise missing_column(self._path, self._named.name, names, "the column of time")
+            return found
+        named = [one for one in group if one.name == TIME]
+        if named:
+            return named
+        # The last one of dates is that of date and time of day together.
+        dates = [one for one in group if one.is_time][::-1]
+        numbers = [
+            one
+            for one in group
+            if not one.is_time
+            and not is_counter(one.name)
+            and means(one.name, TIME)
+            and (one.unit is None or not one.unit.strip() or pint_unit(one.unit, TIME))
+        ]
+        usable = [one for one in numbers if _runs(one)]
+        return usable + [one for one in dates if _runs(one)]
+
+    def _read(self, time: Series) -> Clock:
+        if time.is_time:
+            values = time.read()
+            why = "dates or times in the log, counted from the first"
+            return Clock(values, Taken(TIME, time.name, None, 1.0, 0.0, why))
+        values = time.read()
+        unit, why, guessed = self._unit(time, values)
+        if guessed:
+            self.remarks.append(
+                f"'{time.name}' has no unit: taken as {unit} because {why}. To say otherwise: "
+                f"--map '{TIME}={split_unit(time.name)[0]} [{'s' if unit != 's' else 'ms'}]'"
+            )
+        start = 0.0
+        if why.startswith("it counts"):
+            start = float(values[np.isfinite(values)][0])
+        factor = SECONDS[unit]
+        kept = None if unit == "s" else unit
+        seconds = (values - start) * factor if start else values if unit == "s" else values * factor
+        return Clock(seconds, Taken(TIME, time.name, kept, factor, -start * factor, why))
+
+    def _unit(self, time: Series, values: FloatArray) -> tuple[str, str, bool]:
+        """Returns the unit, the reason, and whether it is only a guess."""
+        if self._named is not None and self._named.unit:
+            return _known(self._named.unit), "named; unit as named", False
+        if time.name == TIME and not time.unit:
+            return "s", "name of the schema", False
+        finite = values[np.isfinite(values)]
+        since = next(
+            (
+                unit
+                for unit, (low, high) in SINCE_1970.items()
+                if finite.size and low <= finite[0] <= high and low <= finite[-1] <= high
+            ),
+            None,
+        )
+        said = time.unit or next(
+            (unit for part in parts_of(time.name) if isinstance(unit := says(part, TIME), str)), ""
+        )
+        stated = pint_unit(said, TIME) if said else None
+        if stated is not None:
+            counts = "it counts from 1970; " if since else ""
+            return _known(stated), f"{counts}unit {stated} in the log", False
+        if since is not None:
+            return since, "it counts from 1970", False
+        step = float(np.median(np.diff(finite))) if finite.size > 1 else 0.0
+        if step < SMALL_STEP_DAYS and any(low <= finite[0] <= high for low, high in DAYS):
+            return "day", "it counts days of the calendar", False
+        for unit in ("s", "ms", "us", "ns"):
+            if LEAST_STEP_S <= step * SECONDS[unit] <= MOST_STEP_S:
+                clear = unit == "s"
+                return unit, f"its step is {step:.4g}", not clear
+        return "s", f"its step is {step:.4g}", True
+
+
+def _known(unit: str) -> str:
+    """Returns the key of `SECONDS` for a unit of time in the notation of pint."""
+    names = {"second": "s", "minute": "min", "hour": "h", "hr": "h", "d": "day", "days": "day"}
+    unit = names.get(unit, unit)
+    return unit if unit in SECONDS else "s"
+
+
+def _runs(time: Series) -> bool:
+    """Whether the values of a series can be times: numbers, most of which rise."""
+    try:
+        values = time.read()
+    except RecordError:
+        return False
+    finite = values[np.isfinite(values)]
+    return (
+        finite.size > 1
+        and bool(finite[-1] > finite[0])
+        and bool(np.mean(np.diff(finite) >= 0.0) > 0.5)
+    )
+
+
+def time_map(
+    maps: Mapping[str, ColumnMap], layout: Mapping[str, ColumnMap], log: Log
+) -> ColumnMap | None:
+    """Returns what was said about the time, by the user or by the layout of a rig."""
+    if TIME in maps:
+        return maps[TIME]
+    return layout_of([one.name for one in log.series], layout).get(TIME)

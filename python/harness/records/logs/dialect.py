@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: MIT
+"""Finds out how a text file of numbers is laid out: delimiter, decimal mark, header, first row."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ehsid.harness.records.logs.units import looks_like_a_unit
+
+SAMPLE_LINES = 400  # header blocks of loggers are shorter than half of these
+DELIMITERS = ("\t", ";", "|", ",", " ")  # in the order in which they win a tie
+SURE_ROWS = 3
+LEAST_SCORE = 0.6  # share of cells of the data that are numbers or dates
+EMPTY = frozenset({"", "-", "--", "---", "n/a", "na", "nan", "null", "none", "#n/a", "nil"})
+
+_NUMBER = {
+    ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?"),
+    ",": re.compile(r"[+-]?\d+(?:,\d+)?(?:[eEdD][+-]?\d+)?"),
+}
+_DATE = re.compile(
+    r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{2,4}(?:[ T]+\d{1,2}:\d{2}.*)?"
+    r"|\d{1,2}:\d{2}(?::\d{2})?(?:[.,:]\d+)?(?:\s*[APap][Mm])?)"
+)
+_RATE = re.compile(
+    r"(?:sampl\w*|scan|abtast)\W*(?:rate|freq\w*)?[^0-9;,=:]*[;,=:\s]\s*([\d.]+)\s*(k?)Hz\b", re.I
+)
+_RATE_NAME = re.compile(
+    r"(?:sampl\w*|scan)[\s_]*(?:rate|freq\w*)\W*?(?:\(?Hz\)?)?\W*([\d.]+(?:e[+-]?\d+)?)\s*$", re.I
+)
+_STEP_NAME = re.compile(
+    r"(?:(?:sampl\w*|scan)[\s_]*(?:interval|period|time)|delta[\s_]?[xt]|dt|abtastzeit|schrittweite)"
+    r"\W*?(?:\(?s\)?)?\W*([\d.]+(?:e[+-]?\d+)?)\s*(ms|s)?\s*$",
+    re.I,
+)
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """Layout of a text file; rows are counted from 1.
+
+    Attributes
+    ----------
+    delimiter
+        the character between cells; " " stands for any run of blanks.
+    decimal
+        "." or ",".
+    names, units
+        cells of the row of names and of the row of units; empty where there is none.
+    names_row, data_row
+        row of the names, 0 if there is none, and first row of the data.
+    columns
+        number of columns.
+    dt_s
+        sampling time that the header block states, or None.
+    dates
+        numbers of the columns, from 0, that hold dates or times of day.
+    """
+
+    delimiter: str
+    decimal: str
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    names_row: int
+    data_row: int
+    columns: int
+    dt_s: float | None
+    dates: frozenset[int]
+
+    @property
+    def words(self) -> str:
+        """The layout in words."""
+        shown = {"\t": "tabs", " ": "blanks", ",": "commas"}.get(
+            self.delimiter, f"'{self.delimiter}'"
+        )
+        told = [f"text, columns separated by {shown}"]
+        if self.decimal == ",":
+            told.append("decimal comma")
+        if self.names_row > 1:
+            told.append(f"names in row {self.names_row}")
+        elif self.names_row == 0:
+            told.append("no names")
+        if self.units:
+            told.append("a row of units")
+        return ", ".join(told)
+
+
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """Returns the cells of a line, without blanks around them.
+
+    Raises
+    ------
+    csv.Error
+        the line cannot be divided.
+    """
+    if delimiter == " ":
+        return line.split()
+    if '"' in line:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+    return [cell.strip() for cell in line.split(delimiter)]
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number with the given decimal mark."""
+    return _NUMBER[decimal].fullmatch(cell) is not None
+
+
+def is_date(cell: str) -> bool:
+    """Whether a cell looks like a date, a time of day or both."""
+    return len(cell) < 60 and _DATE.fullmatch(cell) is not None
+
+
+def sniff(lines: Sequence[str], *, whole: bool) -> Dialect | None:
+    """Returns the layout of a text file, or None if its lines are no table of numbers.
+
+    Parameters
+    ----------
+    lines
+        its first lines, at most `SAMPLE_LINES`.
+    whole
+        whether these are all lines.
+    """
+    filled = [(row, line) for row, line in enumerate(lines, start=1) if line.strip()]
+    if not whole:
+        filled = filled[:-1]
+    region = [line for _, line in filled[len(filled) // 2 :]]
+    if not region:
+        return None
+    best: tuple[float, str, str] = (0.0, "", "")
+    for delimiter in DELIMITERS:
+        for decimal in ".,":
+            score = _score(region, delimiter, decimal)
+            if score > best[0] + 1e-9:
+                best = (score, delimiter, decimal)
+    score, delimiter, decimal = best
+    if score < LEAST_SCORE:
+        return None
+    rows = [(row, cells_of(line, delimiter)) for row, line in filled]
+    columns = _usual_count([cells for _, cells in rows[len(rows) // 2 :]])
+    is_data = [_is_data(cells, columns, decimal) for _, cells in rows]
+    # A line of the header block may look like data, but not several.
+    start = next((i for i in range(len(rows)) if all(is_data[i : i + SURE_ROWS])), None)
+    if start is None:
+        return None
+    above = [(row, line) for row, line in filled[:start]]
+    names_row, names, units = _header(above, columns, delimiter, decimal)
+    first = rows[start][1]
+    widest = max(columns, len(names), *(len(c) for _, c in rows[start:] if len(c) <= len(names)))
+    return Dialect(
+        delimiter,
+        decimal,
+        names,
+        units,
+        names_row,
+        rows[start][0],
+        widest,
+        _stated_step([line for row, line in above if row != names_row]),
+        frozenset(
+            i for i, cell in enumerate(first) if is_date(cell) and not is_number(cell, decimal)
+        ),
+    )
+
+
+def _score(region: Sequence[str], delimiter: str, decimal: str) -> float:
+    """Returns the share of cells that are numbers or dates, in rows of the usual count."""
+    if delimiter == "," and decimal == "," and not any('"' in line for line in region):
+        return 0.0
+    if delimiter != " " and delimiter not in region[0] + region[-1]:
+        return 0.0
+    try:
+        rows = [cells_of(line, delimiter) for line in region]
+    except csv.Error:
+        return 0.0
+    columns = _usual_count(rows)
+    if columns < 2:
+        return 0.0
+    good = total = 0
+    points = 0
+    for cells in rows:
+        if len(cells) == columns:
+            good += sum(is_number(cell, decimal) or is_date(cell) for cell in cells)
+            points += sum(decimal in cell for cell in cells)
+        total += (
+            max(columns, len(cells))
+            if len(cells) != columns
+            else sum(c.casefold() not in EMPTY for c in cells)
+        )
+    # Of two readings that fit, the one with decimals in use is right; whole numbers fit both.
+    return good / max(total, 1) + (1e-3 if points else 0.0) - (1e-4 if decimal == "," else 0.0)
+
+
+def _usual_count(rows: Sequence[Sequence[str]]) -> int:
+    counts = Counter(len(cells) for cells in rows)
+    return counts.most_common(1)[0][0]
+
+
+def _is_data(cells: Sequence[str], columns: int, decimal: str) -> bool:
+    filled = [cell for cell in cells if cell.casefold() not in EMPTY]
+    numbers = sum(is_number(cell, decimal) or is_date(cell) for cell in filled)
+    return (
+        len(cells) >= max(2, columns - 1)
+        and bool(filled)
+        and 2 * numbers >= len(filled)
+        and numbers > 0
+    )
+
+
+def _header(
+    above: Sequence[tuple[int, str]], columns: int, delimiter: str, decimal: str
+) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
+    """Returns row and cells of the names and the cells of the units, from the lines above."""
+    rows: list[tuple[int, list[str]]] = []
+    for row, line in reversed(above[-3:]):
+        cells = _header_cells(line, columns, delimiter)
+        if cells is None or any(is_number(cell, decimal) for cell in cells if len(cells) > 2):
+            break
+        rows.append((row, cells))
+    if not rows:
+        return 0, (), ()
+    if len(rows) > 1 and _are_units(rows[0][1]) and not _are_units(rows[1][1]):
+        return rows[1][0], tuple(rows[1][1]), tuple(rows[0][1])
+    return rows[0][0], tuple(rows[0][1]), ()
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    return any(cell.strip(" -[]()") for cell in cells) and all(map(looks_like_a_unit, cells))
+
+
+def _header_cells(line: str, columns: int, delimiter: str) -> list[str] | None:
+    """Returns the cells of a line above the data if they can be names or units, else None."""
+    stripped = line.lstrip("#%/*' \t") if delimiter == " " else line.lstrip("#%/*'")
+    for separator in (delimiter, *(d for d in DELIMITERS if d != delimiter)):
+        try:
+            cells = cells_of(stripped.strip("\r\n"), separator)
+        except csv.Error:
+            return None
+        if separator == " " and len(cells) != columns:
+            cells = re.findall(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?", stripped)
+            if len(cells) != columns:
+                cells = [cell for cell in re.split(r"\s{2,}|\t", stripped.strip()) if cell]
+        if columns <= len(cells) <= columns + 1 and columns >= 2:
+            return cells
+        if len(cells) > columns + 1 and separator == delimiter != " ":
+            return cells
+    return None
+
+
+def _stated_step(lines: Sequence[str]) -> float | None:
+    """Returns the sampling time that a header block states, in seconds."""
+    for line in lines:
+        text = re.sub(r"[;,\t\"]+", " ", line).strip()
+        match = _STEP_NAME.search(text)
+        if match and (step := _positive(match[1])):
+            return step * (1e-3 if match[2] and match[2].lower() == "ms" else 1.0)
+        match = _RATE.search(line)
+        if match and (rate := _positive(match[1])):
+            return 1.0 / (rate * (1e3 if match[2] else 1.0))
+        match = _RATE_NAME.search(text)
+        if match and (rate := _positive(match[1])):
+            return 1.0 / rate
+    return None
+
+
+def _positive(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if 0.0 < value < 1e12 else None

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""Reads logs from HDF5 files, and from MAT files of version 7.3, which are HDF5."""
+
+from __future__ import annotations
+
+from functools import partial
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.records.errors import RecordError, damaged
+from ehsid.harness.records.limits import BYTES, COLUMNS
+from ehsid.harness.records.logs.arrays import Part, series_of
+from ehsid.harness.records.logs.log import Log
+from ehsid.harness.records.logs.matlab_objects import object_parts
+
+UNIT_NAMES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
+_INTEGERS = (f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
+NUMERIC_CLASSES = frozenset(["double", "single", "logical", *_INTEGERS])
+
+
+def read(data: bytes, path: Path) -> Log:
+    """Returns the datasets of numbers as a log, with their paths as names.
+
+    Links to other files are not followed.
+
+    Raises
+    ------
+    RecordError
+        the file is damaged or beyond a limit.
+    """
+    notes: list[str] = []
+    parts: list[Part] = []
+    objects: list[str] = []
+    try:
+        file = h5py.File(BytesIO(data), "r")
+        is_mat = b"MATLAB" in data[:16]
+
+        def visit(name: str, item: Any) -> None:
+            COLUMNS.check(len(parts), path)
+            if not name.startswith("#") and isinstance(item, h5py.Dataset):
+                parts.extend(_parts(name, item, path, objects))
+
+        file.visititems(visit)
+    except RecordError:
+        raise
+    except Exception as error:  # OSError, RuntimeError, KeyError, as the damage is
+        raise damaged(path, "HDF5", error) from None
+    if objects:
+        BYTES.check(_content_bytes(file), path)
+        parts += object_parts(data, notes)
+    kind = "MAT file of version 7.3 (HDF5)" if is_mat else "HDF5"
+    return Log(kind, series_of(parts, path), 1, tuple(notes))
+
+
+def _parts(name: str, dataset: Any, path: Path, objects: list[str]) -> list[Part]:
+    where = tuple(name.split("/"))
+    of_matlab = _text(dataset.attrs.get("MATLAB_class"))
+    if of_matlab is not None and of_matlab not in NUMERIC_CLASSES:
+        if "MATLAB_object_decode" in dataset.attrs and len(where) == 1:
+            objects.append(name)
+        return []
+    if dataset.is_virtual or dataset.external or "MATLAB_empty" in dataset.attrs:
+        return []
+    unit = next((u for key in UNIT_NAMES if (u := _text(dataset.attrs.get(key)))), None)
+    if dataset.dtype.names:
+        return [
+            Part(
+                (*where, field),
+                dataset.shape,
+                dataset.dtype[field],
+                partial(_values, dataset, field, path),
+            )
+            for field in dataset.dtype.names
+        ]
+    read_all = partial(_values, dataset, None, path)
+    return [Part(where, dataset.shape, dataset.dtype, read_all, unit)]
+
+
+def _content_bytes(file: Any) -> int:
+    """Returns how many bytes all datasets have without compression."""
+    sizes: list[int] = []
+
+    def visit(_: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset):
+            sizes.append(int(item.size) * item.dtype.itemsize)
+
+    file.visititems(visit)
+    return sum(sizes)
+
+
+def _values(dataset: Any, field: str | None, path: Path) -> npt.NDArray[Any]:
+    BYTES.check(int(dataset.size) * 8, path)
+    try:
+        return np.asarray(dataset[()] if field is None else dataset[field])
+    except Exception as error:  # as in `read`
+        raise damaged(path, "HDF5", error) from None
+
+
+def _text(value: Any) -> str | None:
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace")
+    return value if isinstance(value, str) else None

@@ -1,0 +1,326 @@
+# SPDX-License-Identifier: MIT
+"""Decides which series of a log is which channel, in which unit, and says why."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
+from ehsid.harness.records.errors import RecordError, missing_column, nearest_name
+from ehsid.harness.records.layout import ColumnMap, layout_of
+from ehsid.harness.records.logs.log import Log, Series
+from ehsid.harness.records.logs.names import is_counter, means, parts_of, says
+from ehsid.harness.records.logs.units import conversion, converts, pint_unit, split_unit
+from ehsid.harness.records.origin import Taken
+
+PRESSURE_UNIT = "Pa"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A series that is read as a column of the record, and how."""
+
+    series: Series
+    taken: Taken
+
+    def values(self) -> FloatArray:
+        """Returns the values of the series in the unit of the record."""
+        read = self.series.read()
+        if self.taken.factor == 1.0 and self.taken.offset == 0.0:
+            return read
+        with np.errstate(over="ignore"):  # the record refuses infinite values
+            return read * self.taken.factor + self.taken.offset
+
+
+class Matching:
+    """The choices for one log; `remarks` are sentences on what was guessed or left out."""
+
+    def __init__(
+        self, log: Log, path: Path, maps: Mapping[str, ColumnMap], layout: Mapping[str, ColumnMap]
+    ) -> None:
+        self._log = log
+        self._path = path
+        self._signals = [one for one in log.series if not one.is_time]
+        self.remarks: list[str] = []
+        self._maps = dict(maps)
+        # As in every layout, no unit stands for that of the schema.
+        for channel, column in layout_of([one.name for one in self._signals], layout).items():
+            if channel != TIME:
+                self._maps.setdefault(channel, ColumnMap(column.name, column.unit or ""))
+
+    def choose(self, wanted: Collection[str], required: Collection[str]) -> list[Choice]:
+        """Returns the choices for the wanted columns but the time, in the order of `wanted`.
+
+        A name that is no channel is the name of a series, which is read as it is.
+
+        Raises
+        ------
+        RecordError
+            a required column is not found, or not without doubt; the message says how to name it.
+        """
+        found = {name: self._series_of(name, name in required) for name in wanted if name != TIME}
+        choices = []
+        taken_by: dict[str, str] = {}
+        for name, series in found.items():
+            if series is None:
+                continue
+            other = taken_by.setdefault(f"{series.group}\0{series.name}", name)
+            if other != name and name in CHANNELS and other in CHANNELS:
+                raise self._refusal(
+                    f"'{series.name}' is named for both '{other}' and '{name}'", name, [series]
+                )
+            choice = self._choice(name, series, name in required, found)
+            if choice is not None:
+                choices.append(choice)
+        return choices
+
+    def rest(self, choices: Sequence[Choice], times: Collection[str]) -> list[Choice]:
+        """Returns the series that are no channel, under their own names and as they are."""
+        used = {(one.series.group, one.series.name) for one in choices}
+        names = {one.taken.channel for one in choices}
+        rest = []
+        for series in self._signals:
+            known = (series.group, series.name) in used or series.name in (*times, *names, TIME)
+            if known or series.name in CHANNELS:
+                continue
+            try:
+                values = series.read()
+            except RecordError:
+                self.remarks.append(f"'{series.name}' is left out: it does not hold numbers only")
+                continue
+            if not np.isfinite(values).any():
+                self.remarks.append(f"'{series.name}' is left out: it is empty")
+                continue
+            names.add(series.name)
+            why = "no channel of the schema; kept as it is"
+            rest.append(Choice(series, Taken(series.name, series.name, None, 1.0, 0.0, why)))
+        return rest
+
+    def _named(self, name: str) -> list[Series]:
+        """Returns the series of a name; the unit in brackets may be left out, and the case."""
+        tests = (
+            lambda one: one.name == name,
+            lambda one: one.name.strip().casefold() == name.strip().casefold(),
+            lambda one: split_unit(one.name)[0].casefold() == split_unit(name)[0].casefold(),
+            lambda one: parts_of(one.name)[-1].casefold() == name.strip().casefold(),
+        )
+        for test in tests:
+            found = [one for one in self._signals if test(one)]
+            if found:
+                return found
+        return []
+
+    def _series_of(self, name: str, required: bool) -> Series | None:
+        if name in self._maps:
+            found = self._named(self._maps[name].name)
+            if not found:
+                raise self._missing(name, self._maps[name].name)
+        elif name not in CHANNELS:
+            found = self._named(name)
+        else:
+            found = [one for one in self._signals if one.name == name] or [
+                one for one in self._signals if self._means(one, name)
+            ]
+            found = [one for one in found if not is_counter(one.name)]
+        if len(found) == 1:
+            return found[0]
+        if len(found) > 1:
+            problem = f"{len(found)} columns can be '{name}': {_listed(found)}"
+            if required or name in self._maps:
+                raise self._refusal(problem, name, found)
+            self.remarks.append(
+                f"{problem}; none is read. To say which: {self.map_option(name, found[0])}"
+            )
+            return None
+        if required:
+            raise self._missing(name, name)
+        return None
+
+    @staticmethod
+    def _means(series: Series, channel: str) -> bool:
+        unit = series.unit
+        if unit is not None and unit.strip() and pint_unit(unit, channel) is None:
+            return False
+        return means(series.name, channel)
+
+    def _choice(
+        self, name: str, series: Series, required: bool, found: Mapping[str, Series | None]
+    ) -> Choice | None:
+        if name not in CHANNELS:
+            unit = "as it is" if series.unit is None else f"as it is, in {series.unit}"
+            return Choice(series, Taken(name, series.name, None, 1.0, 0.0, f"named; {unit}"))
+        why_name = "named" if name in self._maps else "by its name"
+        found_unit = self._unit(name, series)
+        if found_unit is None:
+            found_unit = self._guess(name, series, required, found)
+        if found_unit is None:
+            return None
+        unit, why_unit = found_unit
+        if name == COMMAND and not converts(unit, name):
+            if unit != "1":
+                self.remarks.append(
+                    f"'{series.name}' is in {unit}, which is no voltage: its numbers are kept as "
+                    f"'{COMMAND}', so rated_command_v of a rig must be in {unit}, too"
+                )
+            return Choice(
+                series, Taken(name, series.name, None, 1.0, 0.0, f"{why_name}; {why_unit}")
+            )
+        factor, offset = conversion(unit, name)
+        kept = None if unit == CHANNELS[name].unit or unit == "1" else unit
+        return Choice(
+            series, Taken(name, series.name, kept, factor, offset, f"{why_name}; {why_unit}")
+        )
+
+    def _unit(self, name: str, series: Series) -> tuple[str, str] | None:
+        """Returns the unit in the notation of pint that is stated anywhere, and where; or None."""
+        mapped = self._maps.get(name)
+        if mapped is not None and mapped.unit is not None:
+            return mapped.unit or CHANNELS[name].unit, "unit as named"
+        if series.unit is not None and series.unit.strip():
+            stated = pint_unit(series.unit, name)
+            if stated is not None:
+                return stated, f"unit {series.unit.strip()} in the log"
+            if name in self._maps:
+                raise RecordError(
+                    self._path,
+                    f"the unit of the log, '{series.unit}', is not one of '{name}'",
+                    column=series.name,
+                    expected=f"a unit that converts into {CHANNELS[name].unit}",
+                    mend=f"say the unit: {self.map_option(name, series)}",
+                )
+        for part in parts_of(series.name):
+            said = says(part, name)
+            if isinstance(said, str):
+                return said, f"unit {said} in its name"
+        bracket = split_unit(series.name)[1]
+        unit = None if bracket is None else pint_unit(bracket, name)
+        if unit is not None:
+            return unit, f"unit {unit} in its name"
+        if series.name == name:
+            return CHANNELS[name].unit, "name of the schema"
+        if name == COMMAND:
+            return CHANNELS[name].unit, "no unit: taken as V"
+        return None
+
+    def _guess(
+        self, name: str, series: Series, required: bool, found: Mapping[str, Series | None]
+    ) -> tuple[str, str] | None:
+        """Returns a unit from the range of the values, where it leaves no doubt, and why."""
+        size, what = self._size(name, series, found)
+        guesses = CHANNELS[name].guesses
+        fitting = [one.unit for one in guesses if one.lowest <= size <= one.highest]
+        if len(fitting) == 1:
+            others = [
+                one.unit
+                for one in guesses
+                if one.unit != fitting[0]
+                and one.lowest <= 20.0 * size
+                and size <= 20.0 * one.highest
+            ]
+            also = f" (less likely: {', '.join(others)})" if others else ""
+            self.remarks.append(
+                f"'{series.name}' has no unit: taken as {fitting[0]} because {what} is {size:.4g}"
+                f"{also}. To say otherwise: {self.map_option(name, series)}"
+            )
+            return fitting[0], f"unit guessed: {what} is {size:.4g}"
+        could = " or ".join(fitting) if fitting else "any unit that is usual for it"
+        problem = (
+            f"the unit of '{series.name}', taken for '{name}', is not stated, and {what}, "
+            f"{size:.4g}, fits {could}"
+            if fitting
+            else f"the unit of '{series.name}', taken for '{name}', is not stated, and {what}, "
+            f"{size:.4g}, does not fit {could}"
+        )
+        if required or name in self._maps:
+            raise self._refusal(problem, name, [series], fitting or [g.unit for g in guesses])
+        self.remarks.append(
+            f"{problem}: it is left out. To read it: {self.map_option(name, series)}"
+        )
+        return None
+
+    def _size(
+        self, name: str, series: Series, found: Mapping[str, Series | None]
+    ) -> tuple[float, str]:
+        if name == POSITION:
+            return _travel(series.read()), "its travel"
+        if CHANNELS[name].unit != PRESSURE_UNIT:
+            return _largest(series.read()), "its largest value"
+        # The pressures of a machine come from one source and, without a unit, from one logger.
+        others = [
+            one
+            for channel, one in found.items()
+            if one is not None
+            and channel in CHANNELS
+            and CHANNELS[channel].unit == PRESSURE_UNIT
+            and self._unit(channel, one) is None
+        ]
+        return max(_largest(one.read()) for one in others), "the largest pressure"
+
+    def map_option(self, channel: str, series: Series | None, unit: str | None = None) -> str:
+        """Returns the option --map for a column, ready to paste; the unit is an example."""
+        name = "COLUMN" if series is None else split_unit(series.name)[0]
+        if unit is None:
+            guesses = CHANNELS[channel].guesses if channel in CHANNELS else ()
+            unit = guesses[1].unit if len(guesses) > 1 else None
+            if channel == POSITION:
+                unit = "mm"
+            elif guesses and CHANNELS[channel].unit == PRESSURE_UNIT:
+                unit = "bar"
+        value = f"{channel}={name}" if unit in (None, "1") else f"{channel}={name} [{unit}]"
+        return f"--map {shlex.quote(value)}"
+
+    def _missing(self, channel: str, name: str) -> RecordError:
+        names = [one.name for one in self._signals]
+        why = (
+            f"{CHANNELS[channel].meaning}, in {CHANNELS[channel].unit}"
+            if channel in CHANNELS
+            else "a column of this name"
+        )
+        error = missing_column(self._path, name, names, why)
+        if channel not in CHANNELS:
+            return error
+        near = nearest_name(channel, names)
+        series = next((one for one in self._signals if one.name == near), None)
+        option = self.map_option(channel, series)
+        return RecordError(
+            self._path,
+            f"{error.problem} (read as {self._log.kind})",
+            column=error.column,
+            expected=error.expected,
+            mend=f"{error.mend}, such as {option}",
+        )
+
+    def _refusal(
+        self, problem: str, name: str, series: Sequence[Series], units: Sequence[str] = ()
+    ) -> RecordError:
+        if units:
+            options = [self.map_option(name, series[0], unit) for unit in units]
+        else:
+            options = [self.map_option(name, one) for one in series]
+        return RecordError(
+            self._path,
+            problem,
+            column=series[0].name,
+            expected=f"one column for '{name}', with its unit",
+            mend=f"say which is right: {' or '.join(options)}",
+        )
+
+
+def _listed(series: Sequence[Series]) -> str:
+    return ", ".join(f"'{one.name}'" for one in series[:12])
+
+
+def _largest(values: FloatArray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.max(np.abs(finite))) if finite.size else 0.0
+
+
+def _travel(values: FloatArray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.ptp(finite)) if finite.size else 0.0

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT
+"""Reads logs from MF4 and MDF files, the format of measurement systems in vehicles."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import cache, partial
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import asammdf
+import numpy as np
+
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.records.errors import RecordError, damaged
+from ehsid.harness.records.limits import BYTES, COLUMNS, SAMPLES
+from ehsid.harness.records.logs.arrays import as_float
+from ehsid.harness.records.logs.log import Log, Series
+
+# A block of compressed data; its original length stands behind its head of 24 bytes and 8 more.
+COMPRESSED = b"##DZ"
+LENGTH_AT = 32
+
+
+def _close_quietly(file: Any) -> None:
+    with suppress(Exception):
+        file.close()
+
+
+# Their own __del__ raises where the file was refused half read, which Python prints as a traceback.
+for _kind in (asammdf.blocks.mdf_v3.MDF3, asammdf.blocks.mdf_v4.MDF4):
+    _kind.__del__ = _close_quietly
+
+
+def read(data: bytes, path: Path) -> Log:
+    """Returns the channels of a file as a log; each group has its own master channel as time.
+
+    Raises
+    ------
+    RecordError
+        the file is damaged or beyond a limit.
+    """
+    _check_compressed(data, path)
+    try:
+        file = asammdf.MDF(BytesIO(data), raise_on_multiple_occurrences=False)
+        groups = list(enumerate(file.groups))
+        BYTES.check(
+            sum(int(g.channel_group.cycles_nr) * int(g.channel_group.samples_byte_nr)
+                for _, g in groups),
+            path,
+        )  # fmt: skip
+        COLUMNS.check(sum(len(g.channels) for _, g in groups), path)
+        series = [one for number, group in groups for one in _of_group(file, number, group, path)]
+    except RecordError:
+        raise
+    except Exception as error:  # the reader has no common exception for damaged files
+        raise damaged(path, "MF4", error) from None
+    return Log(f"MDF {file.version}", tuple(series))
+
+
+def _of_group(file: Any, number: int, group: Any, path: Path) -> list[Series]:
+    count = int(group.channel_group.cycles_nr)
+    SAMPLES.check(count, path)
+    master = file.masters_db.get(number)
+    if count < 1:
+        return []
+
+    @cache
+    def time() -> FloatArray:
+        with _damage_named(path):
+            return np.asarray(file.get_master(number), dtype=np.float64)
+
+    @cache
+    def values(index: int) -> FloatArray:
+        with _damage_named(path):
+            signal = file.get(group=number, index=index, ignore_invalidation_bits=False)
+        numbers = as_float(signal.samples, signal.name, path)
+        invalid = signal.invalidation_bits
+        if invalid is not None:
+            numbers = np.where(np.asarray(invalid, dtype=bool), np.nan, numbers)
+        return numbers
+
+    return [
+        Series(
+            str(channel.name),
+            count,
+            partial(values, index),
+            str(getattr(channel, "unit", "") or "") or _unit(file, number, index),
+            group=str(number),
+            time=time if master is not None else None,
+        )
+        for index, channel in enumerate(group.channels)
+        if index != master
+    ]
+
+
+def _unit(file: Any, group: int, index: int) -> str | None:
+    return str(file.get_channel_unit(group=group, index=index) or "").strip() or None
+
+
+@contextmanager
+def _damage_named(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except Exception as error:  # as in `read`
+        raise damaged(path, "MF4", error) from None
+
+
+def _check_compressed(data: bytes, path: Path) -> None:
+    """Checks the lengths that compressed blocks state, before anything is decompressed."""
+    total, at = 0, data.find(COMPRESSED)
+    while at >= 0:
+        if at + LENGTH_AT + 8 <= len(data):
+            total += struct.unpack_from("<Q", data, at + LENGTH_AT)[0]
+        BYTES.check(total, path)
+        at = data.find(COMPRESSED, at + 1)

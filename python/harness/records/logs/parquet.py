@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: MIT
+"""Reads logs from Parquet files, with typed dates."""
+
+from __future__ import annotations
+
+from functools import cache
+from io import BytesIO
+from pathlib import Path
+
+import polars as pl
+
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.records.errors import damaged
+from ehsid.harness.records.limits import BYTES
+from ehsid.harness.records.logs.dates import from_datetimes
+from ehsid.harness.records.logs.log import Log, Series
+from ehsid.harness.records.parquet_format import FLOAT64_BYTES, ParquetTable
+
+
+def read(data: bytes, path: Path) -> Log:
+    """Returns the columns of numbers and of dates of a Parquet file as a log.
+
+    Raises
+    ------
+    RecordError
+        the file is damaged or beyond a limit.
+    """
+    table = ParquetTable(data, path)
+    schema = table.schema
+    usable = [name for name in table.names if schema[name].is_numeric() or _is_time(schema[name])]
+    BYTES.check(table.rows * len(usable) * FLOAT64_BYTES, path)
+    skipped = [name for name in table.names if name not in usable]
+    notes = (f"columns without numbers are left out: {', '.join(skipped)}",) if skipped else ()
+
+    def series(name: str) -> Series:
+        @cache
+        def values() -> FloatArray:
+            try:
+                column = pl.read_parquet(BytesIO(data), columns=[name])[name]
+            except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
+                raise damaged(path, "Parquet", error) from None
+            if _is_time(schema[name]):
+                return from_datetimes(column)
+            return column.cast(pl.Float64).fill_null(float("nan")).to_numpy()
+
+        is_time = _is_time(schema[name])
+        return Series(name, table.rows, values, "s" if is_time else None, is_time=is_time)
+
+    return Log("Parquet", tuple(series(name) for name in usable), 1, notes)
+
+
+def _is_time(dtype: pl.DataType) -> bool:
+    return dtype.is_temporal()

@@ -1,0 +1,306 @@
+# SPDX-License-Identifier: MIT
+"""Makes a record of a log: which series is which channel, and all of them on one uniform time."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
+from ehsid.harness.records.errors import RecordError
+from ehsid.harness.records.logs.clock import Clock, Clocks, time_map
+from ehsid.harness.records.logs.log import Log
+from ehsid.harness.records.logs.matching import Choice, Matching
+from ehsid.harness.records.logs.uniform import (
+    EQUAL,
+    FILTER_RATIO,
+    Grid,
+    Timed,
+    beyond_repair,
+    is_uniform,
+    repaired,
+    rounded,
+    usual_step,
+)
+from ehsid.harness.records.origin import Hints, Origin
+from ehsid.harness.records.record import Record, make_record
+from ehsid.harness.records.timebase import MAX_JITTER, TimeError, analyse_time
+from ehsid.harness.records.wish import Wish
+
+MIN_VALUES = 2
+
+
+def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None) -> Record:
+    """Returns the record that a log holds.
+
+    Raises
+    ------
+    RecordError
+        a required column is not found, or not without doubt; its time cannot be repaired.
+    """
+    required, hints = wish.required, wish.hints
+    named = CHANNELS if wish.columns is None else wish.columns
+    wanted = list(dict.fromkeys([*named, *required, *hints.maps]))
+    matching = Matching(log, path, hints.maps, wish.layout)
+    choices = matching.choose(wanted, set(required) - {TIME})
+    clocks = Clocks(log, path, time_map(hints.maps, wish.layout, log), hints.dt_s)
+    if wish.columns is None:
+        times = {clock.taken.column for one in choices if (clock := clocks.of(one.series))}
+        choices += matching.rest(choices, times)
+    if not choices:
+        raise RecordError(
+            path,
+            f"no column of numbers was found (read as {log.kind})",
+            expected="at least one signal",
+            mend="look into the file, or export it again",
+        )
+    maker = _Maker(path, log.first_row, clocks, hints)
+    made, taken_time = maker.make(choices, set(required), TIME in required)
+    remarks = (*log.notes, *matching.remarks, *clocks.remarks, *maker.remarks)
+    used = [one.taken for one in choices if one.taken.channel in made]
+    origin = Origin(log.kind, (*([taken_time.taken] if taken_time else []), *used), remarks)
+    return make_record(
+        made, name=name, source=path, sha256=sha256, first_row=log.first_row, origin=origin
+    )
+
+
+class _Maker:
+    """Brings the chosen series to one time; `remarks` say what was done."""
+
+    def __init__(self, path: Path, first_row: int, clocks: Clocks, hints: Hints) -> None:
+        self._path = path
+        self._first_row = first_row
+        self._clocks = clocks
+        self._hints = hints
+        self.remarks: list[str] = []
+
+    def make(
+        self, choices: Sequence[Choice], required: Collection[str], needs_time: bool
+    ) -> tuple[dict[str, FloatArray], Clock | None]:
+        """Returns the columns of the record, the time among them if there is any, and its clock."""
+        clock_of = {one.taken.channel: self._clocks.of(one.series) for one in choices}
+        first = next((clock for clock in clock_of.values() if clock is not None), None)
+        if first is None:
+            return self._without_time(choices, needs_time), None
+        timed = {
+            one.taken.channel: self._timed(one, clock_of[one.taken.channel]) for one in choices
+        }
+        signals = {name: signal for name, signal in timed.items() if signal is not None}
+        for name in required:
+            if name in timed and name not in signals:
+                raise RecordError(
+                    self._path,
+                    "there are fewer than two values with a time",
+                    column=name,
+                    expected="a signal with a time",
+                    mend="name another column with --map",
+                )
+        return self.together(signals, _leading(signals, required)), first
+
+    def _without_time(self, choices: Sequence[Choice], needs_time: bool) -> dict[str, FloatArray]:
+        if needs_time:
+            raise RecordError(
+                self._path,
+                "there is no time: no column looks like one, and no sampling time is stated",
+                column=TIME,
+                expected="the time of the samples",
+                mend="say the sampling time in seconds, such as --dt 0.001, or the column, such as "
+                "--map 'time_s=COLUMN [ms]'",
+            )
+        return {one.taken.channel: one.values() for one in choices}
+
+    def _timed(self, choice: Choice, clock: Clock | None) -> Timed | None:
+        name = choice.taken.channel
+        if clock is None:
+            self.remarks.append(f"'{choice.taken.column}' is left out: it has no time")
+            return None
+        values, time_s = choice.values(), clock.time_s
+        there = np.isfinite(values) & np.isfinite(time_s)
+        infinite = np.isinf(values)
+        if infinite.any():
+            raise RecordError(
+                self._path,
+                f"row {int(np.argmax(infinite)) + self._first_row} is infinite",
+                row=int(np.argmax(infinite)) + self._first_row,
+                column=choice.taken.column,
+                expected="a finite number in every row",
+                mend="remove these rows",
+            )
+        if not there.all():
+            empty = int(np.sum(~there))
+            self.remarks.append(
+                f"'{choice.taken.column}' has no value in {empty} of {there.size} rows"
+            )
+            values, time_s = values[there], time_s[there]
+        if values.size < MIN_VALUES:
+            return None
+        before = list(self.remarks)
+        mended = repaired(time_s, self.remarks)
+        if mended is None:
+            # The checks of a record have the words for what is wrong.
+            analyse_time(time_s, file=self._path, first_row=self._first_row)
+            raise RecordError(self._path, "its times are no clock", column=name)
+        self.remarks = before + [one for one in self.remarks[len(before) :] if one not in before]
+        return Timed(mended[0], values[mended[1]], held=name == COMMAND)
+
+    def together(
+        self, signals: Mapping[str, Timed], leading: Sequence[str]
+    ) -> dict[str, FloatArray]:
+        """Returns the signals and their time; they stay as they are where they are even already.
+
+        `leading` are the names of those whose rate and span the others get.
+        """
+        first = signals[leading[0]].time_s
+        same = all(np.array_equal(one.time_s, first) for one in signals.values())
+        dt_s = self._hints.dt_s
+        if same and is_uniform(first, MAX_JITTER):
+            step = usual_step(first)
+            if dt_s is None or abs(dt_s - step) <= EQUAL * step:
+                return {TIME: first.copy(), **{name: one.values for name, one in signals.items()}}
+        return self._resampled(signals, leading, same)
+
+    def _resampled(
+        self, signals: Mapping[str, Timed], leading: Sequence[str], same: bool
+    ) -> dict[str, FloatArray]:
+        steps = {name: usual_step(one.time_s) for name, one in signals.items()}
+        dt_s = self._hints.dt_s or rounded(max(steps[name] for name in leading))
+        start = max(float(signals[name].time_s[0]) for name in leading)
+        end = min(float(signals[name].time_s[-1]) for name in leading)
+        if end - start < dt_s:
+            raise RecordError(
+                self._path,
+                "the signals have no time in common",
+                expected="signals that were logged at the same time",
+                mend="name the columns of one run with --map",
+            )
+        grid = Grid(start, end, dt_s, self._path)
+        made: dict[str, FloatArray] = {}
+        valid = np.ones(grid.time_s.size, dtype=bool)
+        bridged = 0
+        for name in leading:
+            made[name], count = grid.sample(signals[name])
+            bridged = max(bridged, count)
+            valid &= np.isfinite(made[name])
+        error = beyond_repair(self._path, bridged, grid.time_s.size, dt_s)
+        if error is not None:
+            raise error
+        if np.count_nonzero(valid) < MIN_VALUES:
+            raise RecordError(
+                self._path,
+                f"at a step of {dt_s:.4g} s no two samples lie beside each other",
+                expected="rows at a nearly even rate",
+                mend="give a longer step with --dt, or log at a fixed rate",
+            )
+        for name in (name for name in signals if name not in leading):
+            made_one = self._optional(name, signals[name], grid, steps[name])
+            if np.isfinite(made_one[valid]).all():
+                made[name] = made_one
+            else:
+                self.remarks.append(f"'{name}' is left out: it does not cover the whole record")
+        self._say(steps, leading, grid, bridged, int(np.count_nonzero(~valid)), same, signals)
+        order = [name for name in signals if name in made]
+        return {TIME: grid.time_s[valid], **{name: made[name][valid] for name in order}}
+
+    @staticmethod
+    def _optional(name: str, signal: Timed, grid: Grid, step: float) -> FloatArray:
+        """Returns a further signal on the grid; its ends are held for up to one of its steps."""
+        made, _ = grid.sample(signal)
+        time_s, values = signal.time_s, signal.values
+        early = (grid.time_s < time_s[0]) & (grid.time_s >= time_s[0] - 1.5 * step)
+        late = (grid.time_s > time_s[-1]) & (grid.time_s <= time_s[-1] + 1.5 * step)
+        made[early & np.isnan(made)] = values[0]
+        made[late & np.isnan(made)] = values[-1]
+        return made
+
+    def _say(
+        self,
+        steps: Mapping[str, float],
+        leading: Sequence[str],
+        grid: Grid,
+        bridged: int,
+        left_out: int,
+        same: bool,
+        signals: Mapping[str, Timed],
+    ) -> None:
+        time_s = signals[leading[0]].time_s
+        between = np.diff(time_s)
+        regular = between[between <= 1.5 * np.median(between)]
+        wavers = float(np.max(np.abs(regular / steps[leading[0]] - 1.0)))
+        why = f"steps vary by up to {100.0 * wavers:.3g} %"
+        if self._hints.dt_s is not None:
+            why = f"from {1e3 * steps[leading[0]]:.4g} ms"
+        rates = sorted({f"{1e3 * step:.4g}" for step in steps.values()}, key=float)
+        if not same and len(rates) > 1:
+            why = f"signals every {', '.join(rates)} ms"
+        filtered = [
+            n for n in signals if grid.dt_s >= FILTER_RATIO * steps[n] and not signals[n].held
+        ]
+        text = f"resampled to an even {grid.dt_s:.6g} s ({why})"
+        if filtered:
+            text += f"; {', '.join(filtered)} filtered below {0.5 / grid.dt_s:.4g} Hz before"
+        self.remarks.append(text)
+        slow = [n for n in signals if steps[n] > FILTER_RATIO * grid.dt_s]
+        if slow:
+            self.remarks.append(
+                f"{', '.join(slow)}: logged more slowly, interpolated, and held at the ends; above "
+                f"{0.5 / max(steps[n] for n in slow):.3g} Hz nothing was measured"
+            )
+        if bridged:
+            self.remarks.append(
+                f"{bridged} samples lie in holes of single rows and are interpolated"
+            )
+        if left_out:
+            self.remarks.append(
+                f"{left_out} samples lie in gaps, which divide the record and are not filled"
+            )
+
+
+def _leading(signals: Mapping[str, Timed], required: Collection[str]) -> list[str]:
+    """Returns the signals whose rate and span the record gets.
+
+    They are the required ones, else command and position, else the fastest.
+    """
+    for names in (required, (COMMAND, POSITION)):
+        found = [name for name in signals if name in names]
+        if found:
+            return found
+    steps = {name: usual_step(one.time_s) for name, one in signals.items()}
+    return [name for name, step in steps.items() if step <= FILTER_RATIO * min(steps.values())]
+
+
+def even_record(
+    columns: Mapping[str, FloatArray],
+    error: TimeError,
+    *,
+    path: Path,
+    name: str,
+    sha256: str,
+    first_row: int,
+    kind: str,
+) -> Record:
+    """Returns a record that follows the schema but for its time, resampled to an even time.
+
+    Raises
+    ------
+    RecordError
+        `error`, where the time cannot be repaired.
+    """
+    time_s = np.asarray(columns[TIME])
+    remarks: list[str] = []
+    mended = repaired(time_s, remarks)
+    if mended is None:
+        raise error
+    maker = _Maker(path, first_row, Clocks(Log(kind, ()), path, None, None), Hints())
+    signals = {
+        one: Timed(mended[0], np.asarray(values)[mended[1]], held=one == COMMAND)
+        for one, values in columns.items()
+        if one != TIME
+    }
+    made = maker.together(signals, list(signals))
+    origin = Origin(kind, (), (*remarks, *maker.remarks))
+    return make_record(
+        made, name=name, source=path, sha256=sha256, first_row=first_row, origin=origin
+    )

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: MIT
+"""Reads logs from ROS bags: a .bag file of ROS 1, or the folder of a bag of ROS 2."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from ehsid.harness.records.errors import RecordError, damaged
+from ehsid.harness.records.limits import COLUMNS
+from ehsid.harness.records.logs.log import Log, Series
+from ehsid.harness.records.logs.messages import topic_series
+
+
+def read(data: bytes, path: Path) -> Log:
+    """Returns the numbers in the messages of a bag as a log, topic by topic.
+
+    The reader takes a path, so `data` is not used.
+
+    Raises
+    ------
+    RecordError
+        the bag is damaged or beyond a limit.
+    """
+    bag = path.parent if path.suffix.lower() == ".db3" else path
+    if path.suffix.lower() == ".db3" and not (bag / "metadata.yaml").is_file():
+        raise RecordError(
+            path,
+            "metadata.yaml is not beside it",
+            expected="the whole folder of a ROS 2 bag",
+            mend="copy the folder, or make the file anew with 'ros2 bag reindex'",
+        )
+    series: list[Series] = []
+    notes: list[str] = []
+    try:
+        with _opened(bag) as reader:
+            COLUMNS.check(len(reader.connections), path)
+            start = int(reader.start_time)
+            firsts = []
+            for connection in reader.connections:
+                try:
+                    first = next(iter(_of(reader, connection)), None)
+                except KeyError:
+                    notes.append(f"'{connection.topic}' is left out: its type is not known")
+                    continue
+                firsts.append((connection, first))
+        for connection, first in firsts:
+            if first is not None:
+                messages = partial(_messages, bag, connection.topic)
+                series += topic_series(
+                    connection.topic, first[1], messages, connection.msgcount, start, path
+                )
+    except RecordError:
+        raise
+    except Exception as error:  # the reader has several families of exceptions
+        raise damaged(path, "ROS bag", error) from None
+    return Log("ROS bag", tuple(series), 1, tuple(notes))
+
+
+def _opened(bag: Path) -> Any:
+    return AnyReader([bag], default_typestore=get_typestore(Stores.LATEST))
+
+
+def _messages(bag: Path, topic: str) -> Iterator[tuple[int, Any]]:
+    with _opened(bag) as reader:
+        for connection in reader.connections:
+            if connection.topic == topic:
+                yield from _of(reader, connection)
+
+
+def _of(reader: Any, connection: Any) -> Iterator[tuple[int, Any]]:
+    for _, time_ns, raw in reader.messages(connections=[connection]):
+        yield time_ns, reader.deserialize(raw, connection.msgtype)

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""What was taken for what in a log that does not follow the schema of records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+from ehsid.harness.catalogue.channels import CHANNELS
+from ehsid.harness.records.layout import ColumnMap
+
+
+@dataclass(frozen=True)
+class Hints:
+    """What the user says about a log; it goes before all that is guessed.
+
+    Attributes
+    ----------
+    maps
+        for a column of the schema: name and unit of the column in the log; without a unit, the
+        unit is taken from the log, or guessed.
+    dt_s
+        sampling time in seconds: of the rows where the log has no time, else the one to which the
+        log is resampled. None: as in the log.
+    """
+
+    maps: Mapping[str, ColumnMap] = field(default_factory=lambda: MappingProxyType({}))
+    dt_s: float | None = None
+
+    def __bool__(self) -> bool:
+        """Whether anything is said."""
+        return bool(self.maps) or self.dt_s is not None
+
+
+NO_HINTS = Hints()
+
+
+@dataclass(frozen=True)
+class Taken:
+    """A column of a log and what it was taken for: value in the record = factor x + offset.
+
+    Attributes
+    ----------
+    channel
+        column of the record.
+    column
+        column of the log, or "" where the time comes from elsewhere.
+    unit
+        unit of the log in the notation of `ColumnMap`; None is the unit of the record.
+    factor, offset
+        the conversion.
+    why
+        the reason, in words.
+    """
+
+    channel: str
+    column: str
+    unit: str | None
+    factor: float
+    offset: float
+    why: str
+
+
+@dataclass(frozen=True)
+class Origin:
+    """How a log became a record.
+
+    Attributes
+    ----------
+    kind
+        what the file was taken for, such as "text, columns separated by ';', decimal comma".
+    taken
+        the columns that are in the record.
+    remarks
+        sentences on what was changed, left out or guessed.
+    """
+
+    kind: str
+    taken: tuple[Taken, ...]
+    remarks: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the origin as plain values for JSON."""
+        return {
+            "kind": self.kind,
+            "columns": [vars(one).copy() for one in self.taken],
+            "remarks": list(self.remarks),
+        }
+
+    def rows(self) -> list[tuple[str, str, str, str, str]]:
+        """Returns the table of columns as text: column, taken for, unit, factor, why."""
+        return [
+            (
+                one.column or "-",
+                one.channel,
+                one.unit or unit_of(one.channel),
+                f"{one.factor:.6g}" + (f" {one.offset:+.6g}" if one.offset else ""),
+                one.why,
+            )
+            for one in self.taken
+        ]
+
+    def columns_block(self) -> str:
+        """Returns the columns of the schema as a [columns] block of a rig file; "" without any."""
+        lines = [
+            f"{one.channel} = {{ {_pairs(one)} }}"
+            for one in self.taken
+            if one.channel in CHANNELS and one.column
+        ]
+        return "\n".join(["[columns]", *lines]) + "\n" if lines else ""
+
+
+def unit_of(name: str) -> str:
+    """Returns the unit of a column of a record in words, "as logged" for one of no channel."""
+    return CHANNELS[name].unit if name in CHANNELS else "as logged"
+
+
+def _pairs(taken: Taken) -> str:
+    name = f"name = {toml_string(taken.column)}"
+    return name if taken.unit is None else f"{name}, unit = {toml_string(taken.unit)}"
+
+
+def toml_string(text: str) -> str:
+    """Returns a text as a basic string of TOML."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in escaped) + '"'

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: MIT
+"""What the caller of `read_record` asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ehsid.harness.catalogue.channels import TIME
+from ehsid.harness.records.layout import Layout, layout_of, names_in_file
+from ehsid.harness.records.origin import Hints
+
+
+@dataclass(frozen=True)
+class Wish:
+    """The parameters of `read_record`; `required` is never None here."""
+
+    columns: Sequence[str] | None
+    required: tuple[str, ...]
+    layout: Layout
+    hints: Hints
+
+    def is_met_by(self, file_names: Sequence[str], path: Path) -> bool:
+        """Whether a file has all required columns, and the mapped ones, under the names asked for.
+
+        Raises
+        ------
+        RecordError
+            two columns of the file would get the same name.
+        """
+        layout = layout_of(file_names, self.layout)
+        names = names_in_file(file_names, layout, path)
+        requested = self.requested(names)
+        needed = (*self.required, *(name for name in layout if name in requested))
+        return all(
+            names.get(name) == (layout[name].name if name in layout else name) for name in needed
+        )
+
+    def requested(self, names: Mapping[str, str]) -> set[str]:
+        """Returns the columns to read of a file with the columns `names`."""
+        if self.columns is None:
+            return {*names, *self.layout}
+        return {*self.columns, *self.required, TIME}
+
+    @property
+    def time_name(self) -> str:
+        """Name of the column of time in the file, as the layout has it."""
+        return self.layout[TIME].name if TIME in self.layout else TIME

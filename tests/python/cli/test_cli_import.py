@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: MIT
+"""`ehsid import`, and the walk from each kind of log to a report."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import Result
+from log_files import COUNT, TRUTH, WRITERS, write_excel, write_german_text, write_mf4
+from sources import ROOT
+from typer.testing import CliRunner
+
+from ehsid.harness.cli import app
+from ehsid.harness.records import read_record
+
+DATA = ROOT / "examples" / "data"
+BENCH = str(ROOT / "examples" / "rigs" / "bench.toml")
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(one) for one in arguments])
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_from_each_kind_of_log_to_a_report(tmp_path: Path, kind: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the writers
+        log = WRITERS[kind](tmp_path)
+        out = tmp_path / "results"
+        outcome = run("identify", log, "--orders", "2-3", "--delays", "1-2", "--out", out)
+    assert outcome.exit_code == 0, outcome.output
+    shown = " ".join(outcome.stderr.split())
+    assert "read as" in shown
+    assert "command_v" in shown
+    assert "position_m" in shown
+    results = json.loads((out / "identify.json").read_text())
+    columns = {one["channel"]: one for one in results["reading"]["columns"]}
+    assert {"time_s", "command_v", "position_m"} == set(columns)
+    assert all(one["why"] for one in columns.values())
+    assert (out / "identify_bode.png").is_file()
+
+
+def test_import_keeps_a_log_as_a_record(tmp_path: Path) -> None:
+    log, out = write_german_text(tmp_path), tmp_path / "rec.parquet"
+    outcome = run("import", log, "--out", out)
+    assert outcome.exit_code == 0, outcome.output
+    text = " ".join(outcome.stdout.split())
+    assert "read as text, columns separated by ';', decimal comma" in text
+    assert f"{COUNT} samples, every 0.002 s" in text
+    record = read_record(out)
+    assert record.origin is None  # it follows the schema
+    for name, true in TRUTH.items():
+        limit = 5e-9 * float(np.max(np.abs(true)))  # nine digits
+        np.testing.assert_allclose(record.column(name), true, rtol=0, atol=limit)
+    block = outcome.stdout[outcome.stdout.index("[columns]") :].split("\n\n")[0]
+    assert tomllib.loads(block)["columns"]["position_m"] == {"name": "Stroke", "unit": "mm"}
+
+
+def test_the_printed_block_in_a_rig_reads_the_log(tmp_path: Path) -> None:
+    log = write_german_text(tmp_path)
+    outcome = run("import", log)
+    block = outcome.stdout[outcome.stdout.index("[columns]") :].split("\n\n")[0]
+    rig = tmp_path / "rig.toml"
+    rig.write_text((ROOT / "examples" / "rigs" / "bench.toml").read_text() + "\n" + block)
+    out = tmp_path / "sim.csv"
+    outcome = run("simulate", rig, "--command", log, "--out", out)
+    assert outcome.exit_code == 0, outcome.output
+    assert len(read_record(out)) == COUNT
+
+
+def test_import_as_json(tmp_path: Path) -> None:
+    outcome = run("import", write_mf4(tmp_path), "--json")
+    summary = json.loads(outcome.stdout)
+    assert summary["samples"] == COUNT
+    assert summary["dt_s"] == pytest.approx(0.002)
+    position = next(one for one in summary["reading"]["columns"] if one["channel"] == "position_m")
+    assert (position["column"], position["unit"], position["factor"]) == ("Stroke", "mm", 1e-3)
+
+
+def test_a_record_of_the_schema_needs_no_import() -> None:
+    outcome = run("import", ROOT / "tests" / "python" / "data" / "emps" / "emps.csv")
+    assert "follows the schema of records: nothing had to be changed" in outcome.stdout
+    assert outcome.stderr == ""
+
+
+def test_map_and_dt_say_otherwise(tmp_path: Path) -> None:
+    log = write_excel(tmp_path)
+    options = ("--map", "position_m=Stroke [cm]", "--dt", "0.004")
+    outcome = run("import", log, *options, "--out", tmp_path / "rec.csv")
+    assert outcome.exit_code == 0, outcome.output
+    record = read_record(tmp_path / "rec.csv")
+    assert record.dt_s == pytest.approx(0.004)
+    assert np.ptp(record.column("position_m")) == pytest.approx(1.0, rel=1e-3)  # 100 mm as cm
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--map", "position=Stroke"], ["--map", "no channel 'position'"]),
+        (["--map", "position_m=Hub"], ["no column 'Hub'"]),
+        (["--dt", "0"], ["--dt 0", "above 0"]),
+        (["--dt", "nan"], ["--dt nan", "above 0"]),
+        (["--out", "rec.xlsx"], ["'.xlsx' is not known"]),
+        (["--out", "run.xlsx"], ["run.xlsx"]),
+    ],
+)
+def test_wrong_use_is_one_message(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], words: list[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    log = write_excel(tmp_path)
+    before = log.read_bytes()
+    outcome = run("import", log, *options)
+    assert outcome.exit_code == 2
+    for word in words:
+        assert word in " ".join(outcome.stderr.split())
+    assert "Traceback" not in outcome.output
+    assert log.read_bytes() == before
+
+
+def test_the_log_of_the_press_is_identified_as_it_was_written() -> None:
+    outcome = run(
+        "identify", DATA / "mts_press_head.txt", "--input", "CHANNEL2", "--output", "CHANNEL0"
+    )
+    assert outcome.exit_code == 0, outcome.output
+    assert "names in row 7" in outcome.stderr
+    assert "dates or times in the log" in " ".join(outcome.stderr.replace("│", " ").split())
+
+
+@pytest.mark.parametrize(
+    "verb", ["identify", "estimate", "export", "experiment", "gap", "inject", "simulate", "import"]
+)
+def test_every_command_that_reads_a_record_has_the_options(verb: str) -> None:
+    text = run(verb, "--help").stdout
+    assert "--map" in text
+    assert "--dt" in text

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: MIT
+"""Layouts of text that loggers write, and what was taken for what in them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sources import ROOT
+
+from ehsid.harness.records import RecordError, read_record, write_record
+from ehsid.harness.records.logs.dialect import sniff
+
+PRESS = ROOT / "examples" / "data" / "mts_press_head.txt"
+N = 40
+TIME_S, COMMAND_V = 0.01 * np.arange(N), np.round(np.sin(0.3 * np.arange(N)), 4)
+POSITION_M = np.round(0.1 + 0.05 * np.cos(0.3 * np.arange(N)), 5)
+
+
+def table(separator: str, decimal: str = ".") -> str:
+    rows = zip(TIME_S, COMMAND_V, POSITION_M, strict=True)
+    lines = [separator.join(f"{x:.5f}" for x in row).replace(".", decimal) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+class Text(NamedTuple):
+    label: str
+    content: str
+    kind: str
+    encoding: str = "utf-8"
+
+
+NAMES = ("time_s", "command_v", "position_m")
+TEXTS = [
+    Text("semicolons", ";".join(NAMES) + "\n" + table(";"), "text, columns separated by ';'"),
+    Text("tabs", "\t".join(NAMES) + "\n" + table("\t"), "text, columns separated by tabs"),
+    Text("bars", "|".join(NAMES) + "\n" + table("|"), "text, columns separated by '|'"),
+    Text("blanks", " ".join(NAMES) + "\n" + table("   "), "text, columns separated by blanks"),
+    Text("decimal comma", ";".join(NAMES) + "\n" + table(";", ","),
+         "text, columns separated by ';', decimal comma"),
+    Text("decimal comma and blanks", " ".join(NAMES) + "\n" + table("  ", ","),
+         "text, columns separated by blanks, decimal comma"),
+    Text("quoted decimal commas", ",".join(NAMES) + "\n" + "".join(
+        '"' + line.replace(";", '","') + '"\n' for line in table(";", ",").splitlines()),
+        "text, columns separated by commas, decimal comma"),
+    Text("header block", "Rig: 7\nOperator: A, B\nRate: 100 Hz\n\n" + ";".join(NAMES) + "\n"
+         + table(";"), "text, columns separated by ';', names in row 5"),
+    Text("blank first row", "\n" + ",".join(NAMES) + "\n" + table(","),
+         "text, columns separated by commas, names in row 2"),
+    Text("row of units", ",".join(NAMES) + "\ns,V,m\n" + table(","),
+         "text, columns separated by commas, a row of units"),
+    Text("comment sign", "# " + " ".join(NAMES) + "\n" + table(" "),
+         "text, columns separated by blanks"),
+    Text("units in names", "time [s];command [V];position [m]\n" + table(";"),
+         "text, columns separated by ';'"),
+    Text("blanks and units in names", "time (s)  command (V)  position (m)\n" + table("  "),
+         "text, columns separated by blanks"),
+    Text("UTF-16", ";".join(NAMES) + "\n" + table(";"), "text, columns separated by ';'", "utf-16"),
+    Text("Latin-1", "Meßwert\n" + ";".join(NAMES) + "\n" + table(";"),
+         "text, columns separated by ';', names in row 2", "latin-1"),
+    Text("end of Windows", (";".join(NAMES) + "\n" + table(";")).replace("\n", "\r\n"),
+         "text, columns separated by ';'"),
+    Text("trailing delimiter", ";".join(NAMES) + ";\n" + table(";").replace("\n", ";\n"),
+         "text, columns separated by ';'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", TEXTS, ids=lambda text: text.label)
+def test_a_layout_is_found_and_told(tmp_path: Path, text: Text) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(text.content.encode(text.encoding))
+    record = read_record(path)
+    np.testing.assert_array_equal(record.column("command_v"), COMMAND_V)
+    np.testing.assert_array_equal(record.column("position_m"), POSITION_M)
+    np.testing.assert_allclose(np.asarray(record.time_s), TIME_S, rtol=0, atol=1e-12)
+    assert record.origin is not None
+    assert record.origin.kind == text.kind
+
+
+def test_a_text_without_names_is_read_by_number(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text(table(" "))
+    with pytest.raises(RecordError, match="column_1, column_2, column_3"):
+        read_record(path)
+    record = read_record(path, columns=["column_2", "column_3"])
+    np.testing.assert_array_equal(record.column("column_3"), POSITION_M)
+
+
+def test_the_log_of_the_press_is_read_as_it_was_written() -> None:
+    record = read_record(PRESS, columns=["CHANNEL2", "CHANNEL0"])
+    assert record.dt_s == pytest.approx(1e-3, rel=1e-9)
+    assert len(record) == 2000
+    assert record.origin is not None
+    assert record.origin.kind == "text, columns separated by commas, names in row 7"
+    assert record.origin.taken[0].column == "Date/Time"
+    # The reader of numpy gives the same values.
+    expected = np.genfromtxt(PRESS, delimiter=",", skip_header=7, usecols=(2, 4))
+    np.testing.assert_array_equal(record.column("CHANNEL0"), expected[:, 0])
+    np.testing.assert_array_equal(record.column("CHANNEL2"), expected[:, 1])
+
+
+def test_a_record_of_the_schema_is_not_touched(tmp_path: Path) -> None:
+    path = tmp_path / "r.csv"
+    path.write_text(",".join(NAMES) + "\n" + table(","))
+    record = read_record(path)
+    assert record.origin is None
+    write_record(record, tmp_path / "again.csv")
+    assert read_record(tmp_path / "again.csv").origin is None
+
+
+@pytest.mark.parametrize(
+    ("spoil", "row", "column", "problem"),
+    [
+        (lambda t: t.replace("0.05000;", "0.05x;", 1), 7, "time_s", "'0.05x' is not a number"),
+        (lambda t: t.replace("0.05000;", "0.05000;1;", 1), 7, None, "the row has 4 cells"),
+        (lambda t: "only\nwords in\nhere\n", None, None, "no table of numbers was found"),
+        (lambda t: "\n \n", None, None, "the file is empty"),
+        (lambda t: "\x00" + t, None, None, "binary"),
+    ],
+)
+def test_damage_is_named_and_not_mended(
+    tmp_path: Path, spoil: Callable[[str], str], row: int | None, column: str | None, problem: str
+) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text(spoil(";".join(NAMES) + "\n" + table(";")))
+    with pytest.raises(RecordError) as caught:
+        read_record(path)
+    assert problem in caught.value.problem
+    assert caught.value.row == row
+    assert caught.value.column == column
+    assert caught.value.mend
+
+
+def test_a_last_row_that_the_logger_did_not_finish_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text((";".join(NAMES) + "\n" + table(";"))[:-12])
+    record = read_record(path)
+    assert len(record) == N - 1
+    assert record.origin is not None
+    assert "the last row is not complete and is left out" in record.origin.remarks
+
+
+@settings(max_examples=200)
+@given(st.lists(st.text(max_size=60), max_size=30))
+def test_any_lines_are_a_layout_or_none(lines: list[str]) -> None:
+    found = sniff(lines, whole=True)
+    if found is not None:
+        assert 1 <= found.data_row <= len(lines)
+        assert found.names_row < found.data_row
+        assert found.columns >= 2

@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: MIT
+"""Names and units in many spellings; what is not clear is refused with the option that says it."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ehsid.harness.catalogue.channels import CHANNELS
+from ehsid.harness.records import ColumnMap, Hints, RecordError, read_record
+from ehsid.harness.records.logs.mapping import parse_maps
+from ehsid.harness.records.logs.names import is_counter, means, says
+from ehsid.harness.records.logs.units import conversion, pint_unit
+
+NAMES = [
+    ("Stroke [mm]", "position_m", "mm"),
+    ("Kolbenweg (mm)", "position_m", "mm"),
+    ("Zylinder-Weg", "position_m", True),
+    ("posición", "position_m", True),
+    ("déplacement [cm]", "position_m", "cm"),
+    ("cylinderPosition_mm", "position_m", "mm"),
+    ("Actual Position, mm", "position_m", "mm"),
+    ("LVDT (in)", "position_m", "inch"),
+    ("Stellgröße", "command_v", True),
+    ("valve_cmd [V]", "command_v", "V"),
+    ("Valve command (mA)", "command_v", "mA"),
+    ("p_A [bar]", "pressure_a_pa", "bar"),
+    ("Druck (A)", "pressure_a_pa", True),
+    ("A pressure", "pressure_a_pa", True),
+    ("pressure_B_psi", "pressure_b_pa", "psi"),
+    ("pB", "pressure_b_pa", True),
+    ("P2 [bar(g)]", "pressure_b_pa", "barg"),
+    ("Supply pressure MPa", "supply_pressure_pa", "MPa"),
+    ("p_s", "supply_pressure_pa", True),
+    ("Spool position [%]", "spool", "percent"),
+    ("Kraft [kN]", "force_n", "kN"),
+    ("Load cell (lbf)", "force_n", "lbf"),
+    ("force_t", "force_n", "force_metric_ton"),
+    ("v [mm/s]", "velocity_m_s", "mm/s"),
+    ("Öltemperatur [°C]", "temperature_c", "degC"),
+    ("Zeit_ms", "time_s", "ms"),
+    ("Time (s)", "time_s", "s"),
+    ("/rig/cylinder.position", "position_m", True),
+]
+
+
+@pytest.mark.parametrize(("name", "channel", "said"), NAMES, ids=[one[0] for one in NAMES])
+def test_a_name_means_one_channel(name: str, channel: str, said: str | bool) -> None:
+    if "/rig" not in name:
+        assert says(name, channel) == said
+    assert [one for one in CHANNELS if means(name, one)] == [channel]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["position setpoint", "Position reference [mm]", "Sollweg", "Position [%]", "Position [bar]",
+     "flow [l/min]", "CHANNEL0", "target_mm", "remark", "", "[mm]", "pump speed"],
+)  # fmt: skip
+def test_other_names_mean_no_channel(name: str) -> None:
+    assert not [one for one in CHANNELS if means(name, one)]
+
+
+@given(st.text(max_size=80))
+def test_any_name_can_be_asked(name: str) -> None:
+    for channel in CHANNELS:
+        assert means(name, channel) in (True, False)
+    assert is_counter(name) in (True, False)
+
+
+@pytest.mark.parametrize(
+    ("text", "channel", "factor", "offset"),
+    [
+        ("mm", "position_m", 1e-3, 0.0),
+        ("in", "position_m", 0.0254, 0.0),
+        ("bar", "pressure_a_pa", 1e5, 0.0),
+        ("barg", "pressure_a_pa", 1e5, 101325.0),
+        ("psi", "supply_pressure_pa", 6894.757293, 0.0),
+        ("psig", "supply_pressure_pa", 6894.757293, 101325.0),
+        ("N/mm²", "pressure_b_pa", 1e6, 0.0),
+        ("kN", "force_n", 1e3, 0.0),
+        ("t", "force_n", 9806.65, 0.0),
+        ("kg", "force_n", 9.80665, 0.0),
+        ("lbf", "force_n", 4.4482216153, 0.0),
+        ("%", "spool", 0.01, 0.0),
+        ("mV", "command_v", 1e-3, 0.0),
+        ("m/min", "velocity_m_s", 1.0 / 60.0, 0.0),
+        ("K", "temperature_c", 1.0, -273.15),
+        ("°F", "temperature_c", 5.0 / 9.0, -160.0 / 9.0),
+        ("BAR", "pressure_a_pa", 1e5, 0.0),
+    ],
+)
+def test_units_of_engineers(text: str, channel: str, factor: float, offset: float) -> None:
+    unit = pint_unit(text, channel)
+    assert unit is not None
+    assert conversion(unit, channel) == pytest.approx((factor, offset), rel=1e-9, abs=1e-9)
+
+
+def test_every_channel_has_names_that_no_other_has() -> None:
+    for channel in CHANNELS.values():
+        assert channel.spellings
+        for spelling in channel.spellings:
+            assert [one for one in CHANNELS if means(spelling, one)] == [channel.name], spelling
+
+
+def test_ranges_of_guesses_do_not_depend_on_luck() -> None:
+    """Where ranges of two units overlap a number tells nothing; all but pressures keep apart."""
+    for channel in CHANNELS.values():
+        ranges = sorted((guess.lowest, guess.highest) for guess in channel.guesses)
+        assert all(low < high for low, high in ranges)
+        if channel.unit != "Pa":
+            assert all(a[1] <= b[0] for a, b in itertools.pairwise(ranges))
+
+
+def write(path: Path, **columns: object) -> Path:
+    n = 60
+    table = {"t": 0.002 * np.arange(n), "u": np.sin(np.arange(n)), **columns}
+    lines = [",".join(table)]
+    lines += [",".join(f"{np.asarray(c)[k]:.9g}" for c in table.values()) for k in range(n)]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+WAVE = np.sin(0.2 * np.arange(60))
+
+
+def remark_on(path: Path, text: str, **settings: object) -> str:
+    record = read_record(path, **settings)  # type: ignore[arg-type]
+    assert record.origin is not None
+    (found,) = [remark for remark in record.origin.remarks if text in remark]
+    return found
+
+
+def test_a_unit_guessed_from_the_range_is_told(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", y=150 + 100 * WAVE)
+    said = remark_on(path, "'y' has no unit")
+    assert "taken as mm because its travel is" in said
+    assert "--map 'position_m=y [mm]'" in said
+    np.testing.assert_allclose(read_record(path).column("position_m"), 0.15 + 0.1 * WAVE)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1500.0])
+def test_a_required_unit_that_is_not_clear_is_refused(tmp_path: Path, scale: float) -> None:
+    path = write(tmp_path / "log.csv", y=scale * WAVE * 1.6)
+    with pytest.raises(RecordError, match="is not stated") as caught:
+        read_record(path, columns=["command_v", "position_m"])
+    assert "--map 'position_m=y [m]' or --map 'position_m=y [mm]'" in str(caught.value)
+    hints = Hints(parse_maps(["position_m=y [mm]"]))
+    values = read_record(path, columns=["command_v", "position_m"], hints=hints)
+    np.testing.assert_allclose(values.column("position_m"), 1.6e-3 * scale * WAVE)
+
+
+def test_an_optional_channel_that_is_not_clear_is_left_out_and_told(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", **{"y [mm]": 100 * WAVE, "pA": 30 + WAVE})
+    said = remark_on(path, "pressure_a_pa", columns=list(CHANNELS), required=["command_v"])
+    assert "fits MPa or bar: it is left out" in said
+    assert "--map 'pressure_a_pa=pA [bar]'" in said
+
+
+def test_pressures_of_one_logger_have_one_unit(tmp_path: Path) -> None:
+    """30 may be bar or MPa; beside a supply of 160 it is bar."""
+    path = write(tmp_path / "log.csv", **{"y [mm]": 100 * WAVE, "pA": 30 + WAVE, "pS": 160 + WAVE})
+    record = read_record(path)
+    np.testing.assert_allclose(record.column("pressure_a_pa"), 1e5 * (30 + WAVE), rtol=1e-7)
+
+
+def test_two_columns_for_one_channel_are_refused_where_it_is_required(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", **{"Stroke [mm]": 100 * WAVE, "position [mm]": 90 * WAVE})
+    with pytest.raises(RecordError, match="2 columns can be 'position_m'") as caught:
+        read_record(path, columns=["command_v", "position_m"])
+    assert "--map 'position_m=Stroke [mm]' or --map 'position_m=position [mm]'" in str(caught.value)
+
+
+def test_a_command_in_milliamperes_keeps_its_numbers(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", **{"y [mm]": 100 * WAVE})
+    path.write_text(path.read_text().replace("t,u,", "t,Valve [mA],"))
+    assert "rated_command_v of a rig must be in mA" in remark_on(path, "no voltage")
+    np.testing.assert_allclose(read_record(path).column("command_v"), np.sin(np.arange(60)), 1e-7)
+
+
+@pytest.mark.parametrize(
+    ("texts", "problem"),
+    [
+        (["position_m"], "expected CHANNEL=COLUMN"),
+        (["position_m="], "expected CHANNEL=COLUMN"),
+        (["positon_m=Stroke"], "did you mean 'position_m'"),
+        (["position_m=Stroke [bar]"], "'bar' is not a unit of 'position_m'"),
+        (["position_m=Stroke [m**9**9]"], "is not a unit of"),
+        (["position_m=a", "position_m=b"], "named twice"),
+    ],
+)
+def test_a_wrong_map_is_refused(texts: list[str], problem: str) -> None:
+    with pytest.raises(ValueError, match="--map") as caught:
+        parse_maps(texts)
+    assert problem in str(caught.value)
+
+
+def test_maps_are_read() -> None:
+    assert parse_maps(["position_m=Stroke [mm]", "force_n = F=1 [t]", "command_v=CHANNEL2"]) == {
+        "position_m": ColumnMap("Stroke", "mm"),
+        "force_n": ColumnMap("F=1", "force_metric_ton"),
+        "command_v": ColumnMap("CHANNEL2"),
+    }
+
+
+def test_a_map_may_name_what_is_not_there(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", y=100 * WAVE)
+    with pytest.raises(RecordError, match="there is no column 'Stroke'"):
+        read_record(path, hints=Hints(parse_maps(["position_m=Stroke [mm]"])))
