@@ -251,8 +251,11 @@ ValueError
              const std::vector<double>& d, double noise_variance) {
             if (self.seed(theta, unit_upper(self, u), d, noise_variance) != Status::ok) {
               throw py::value_error(
-                  "seed: theta, u and d must be finite, d > 0 and noise_variance finite and >= 0 "
-                  "in the precision of the estimator; nothing was changed");
+                  "seed: theta, u, d and u diag(d) u' must be finite, d > 0, noise_variance >= 0, "
+                  "and "
+                  "theta and noise_variance so small that their squares are finite in the "
+                  "precision "
+                  "of the estimator; nothing was changed");
             }
           },
           py::arg("theta"), py::arg("u"), py::arg("d"), py::arg("noise_variance") = 0.0,

@@ -8,10 +8,12 @@ import concurrent.futures
 import importlib.metadata
 import itertools
 import logging
+import os
 import pickle
 import signal
 import socket
 import threading
+import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -25,6 +27,7 @@ Progress = Callable[[float], None]
 
 PACKAGE = "ehsid"
 CONNECT_S = 10.0
+WATCH_S = 0.5  # between two looks of a worker process at its parent
 
 _WORKERS: ContextVar[int] = ContextVar("_WORKERS", default=-1)
 _CLUSTER: ContextVar[Any] = ContextVar("_CLUSTER", default=None)  # Dask client of the cluster
@@ -62,6 +65,24 @@ def _workers_deaf_to_ctrl_c() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def _end_with(parent: int) -> None:
+    """Makes this worker process end soon after its parent process, whose id is given.
+
+    A parent that was killed cannot end its workers, and they would finish tasks whose results
+    nobody reads. A thread looks at the id of the parent, which changes when the parent has ended.
+    On Windows it does not change: there a worker ends after five minutes without a task. Linux can
+    send a signal instead (PR_SET_PDEATHSIG), but it does so already when the thread ends that has
+    started the worker.
+    """
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(WATCH_S)
+        os._exit(1)
+
+    threading.Thread(target=watch, name="end with the parent process", daemon=True).start()
 
 
 @contextmanager
@@ -180,9 +201,12 @@ def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
 
     try:
         with _workers_deaf_to_ctrl_c():
-            running = joblib.Parallel(n_jobs=worker_count(), return_as="generator_unordered")(
-                joblib.delayed(task)() for task in tasks
-            )
+            running = joblib.Parallel(
+                n_jobs=worker_count(),
+                return_as="generator_unordered",
+                initializer=_end_with,
+                initargs=(os.getpid(),),
+            )(joblib.delayed(task)() for task in tasks)
         yield from running
     except TerminatedWorkerError:
         raise ChildProcessError(

@@ -29,15 +29,7 @@ struct Place {
   std::unique_ptr<std::uint8_t[]> storage;  // from new: aligned to 8 bytes and more
   std::size_t bytes = 0;
   ehsid_estimator* estimator = nullptr;
-  bool defaults = false;  // its settings are the defaults, and it starts from zero
   fuzz::Plant plant;
-
-  /// Settings at the ends of their ranges are accepted, and with them an output may overflow.
-  void check_outputs() const {
-    if (defaults) {
-      fuzz::check_c_outputs(estimator);
-    }
-  }
 
   std::vector<std::uint8_t> copy() const { return {storage.get(), storage.get() + bytes}; }
 };
@@ -123,9 +115,8 @@ void init(fuzz::Data& data, Place& place) {
   fuzz::check(ehsid_default_configuration(&configuration, kernel, na, nb, data.up_to(20), offset) ==
                   EHSID_OK,
               "orders in their ranges are accepted");
-  const bool defaults = data.coin();
   const ehsid_estimate seed = estimate(data);
-  if (!defaults) {
+  if (data.coin()) {
     change_settings(data, configuration);
     configuration.seed = data.coin() ? &seed : nullptr;
   }
@@ -143,8 +134,7 @@ void init(fuzz::Data& data, Place& place) {
               "there is an estimator where the status says so");
   if (status == EHSID_OK) {
     fuzz::check(bytes >= needed && misaligned == 0, "storage is large enough and aligned");
-    made.defaults = defaults;
-    made.check_outputs();
+    fuzz::check_c_outputs(made.estimator);
     place = std::move(made);
     return;
   }
@@ -164,7 +154,7 @@ void step(fuzz::Data& data, Place& place) {
   const float command = data.real();
   const float position = data.real();
   if (!ehsid_is_error(ehsid_step(place.estimator, command, position))) {
-    place.check_outputs();
+    fuzz::check_c_outputs(place.estimator);
   }
 }
 
@@ -172,7 +162,7 @@ void steps(fuzz::Data& data, Place& place) {
   for (int left = data.up_to(63); left > 0; --left) {
     place.plant.advance();
     if (!ehsid_is_error(ehsid_step(place.estimator, place.plant.command, place.plant.position))) {
-      place.check_outputs();
+      fuzz::check_c_outputs(place.estimator);
     }
   }
 }
@@ -199,6 +189,11 @@ void save(fuzz::Data& data, const Place& place, std::vector<std::uint8_t>& saved
   if (status == EHSID_OK && written > 0) {
     room.resize(written);
     saved = room;
+    ehsid_snapshot_fault fault = EHSID_SNAPSHOT_FITS;
+    fuzz::check(
+        ehsid_check_snapshot(place.estimator, saved.data(), saved.size(), &fault) == EHSID_OK &&
+            fault == EHSID_SNAPSHOT_FITS,
+        "an estimator takes its own snapshot");
   }
 }
 
@@ -216,7 +211,7 @@ void restore(fuzz::Data& data, Place& place, const std::vector<std::uint8_t>& sa
   if (ehsid_is_error(ehsid_restore(place.estimator, from, count))) {
     fuzz::check(place.copy() == before, "a refused snapshot changes nothing");
   } else {
-    place.defaults = false;  // those of the estimator that was saved, which may not be its state
+    fuzz::check_c_outputs(place.estimator);
   }
 }
 
@@ -226,7 +221,7 @@ void seed(fuzz::Data& data, Place& place) {
   if (ehsid_is_error(ehsid_seed(place.estimator, data.up_to(7) == 0 ? nullptr : &given))) {
     fuzz::check(place.copy() == before, "a refused seed changes nothing");
   } else {
-    place.defaults = false;
+    fuzz::check_c_outputs(place.estimator);
   }
 }
 

@@ -4,6 +4,7 @@
 import importlib.metadata
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from interrupts import interruptible, left_of_session
 
 from ehsid.harness.parallel import (
     on_cluster,
@@ -82,6 +84,35 @@ def test_a_worker_that_is_killed_is_one_message() -> None:
         run_tasks(tasks)  # type: ignore[arg-type]
     with workers(2):
         assert [value for value, _ in run_tasks([partial(square, 3)] * 2)] == [9, 9]
+
+
+WORKING_FOR_LONG = """
+import functools, pathlib, sys, time
+from ehsid.harness.parallel import run_tasks, workers
+
+def work(path):
+    path.touch()
+    time.sleep(600)
+
+if __name__ == "__main__":
+    started = [pathlib.Path(sys.argv[1], name) for name in "ab"]
+    with workers(2):
+        run_tasks([functools.partial(work, path) for path in started])
+"""
+
+
+def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(WORKING_FOR_LONG, encoding="utf-8")
+    with interruptible([sys.executable, str(program), str(tmp_path)]) as process:
+        deadline = time.monotonic() + 60.0
+        while not all((tmp_path / name).exists() for name in "ab"):
+            assert process.poll() is None
+            assert time.monotonic() < deadline, "two tasks are under way"
+            time.sleep(0.1)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        assert left_of_session(process.pid, within_s=20.0) == []
 
 
 def test_a_cluster_gives_the_same(dask_cluster: str) -> None:

@@ -5,9 +5,9 @@
 
 Each round runs a fleet of machines once without disturbance, and once killed again and again
 (SIGKILL to the command alone, or to its worker processes too). Then the results are those of the
-undisturbed run but for the seconds it took; no file is half-written; and what was finished before a
-kill was neither lost nor made again. Adds to the JSON file STATE; exit code 1 where something did
-not hold.
+undisturbed run but for the seconds it took; no file is half-written; what was finished before a
+kill was neither lost nor made again; and no worker process outlives its command. Adds to the JSON
+file STATE; exit code 1 where something did not hold.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from interrupts import left_of_session
 from made_diagnoses import bench, measured_record
 
 from ehsid.harness.records import write_record
@@ -36,6 +37,7 @@ MACHINES = 8
 VERDICTS = ("effects", "no_gap", "parameters")
 KILLS = 5  # of a round, then it may end
 LONGEST_S = 300.0  # of one run that is not killed
+GONE_S = 30.0  # after a kill no process of the run is left, on a busy machine
 
 
 def make_fleet(folder: Path) -> None:
@@ -110,6 +112,9 @@ def one_round(rng: random.Random, state: dict) -> list[str]:
             except subprocess.TimeoutExpired:
                 kill(process, rng)
                 state["kills"] += 1
+                if left := left_of_session(process.pid, GONE_S):
+                    problems.append(f"{len(left)} processes outlive a killed command by {GONE_S} s")
+                    os.killpg(process.pid, signal.SIGKILL)
             after = finished(killed)
             lost = [machine for machine in before if after.get(machine) != before[machine]]
             if lost:

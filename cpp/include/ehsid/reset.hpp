@@ -85,7 +85,7 @@ class RmseReset {
     state_.armed = 1;
   }
 
-  /// The same with the noise known beforehand (finite, >= 0; 0 for unknown): as if the long window were full of
+  /// The same with the noise known beforehand (is_squarable(), >= 0; 0 for unknown): as if the long window were full of
   /// it, so that errors beyond it raise an alarm from the first sample on.
   void restart(Scalar noise_variance) {
     restart();
@@ -97,7 +97,7 @@ class RmseReset {
     }
   }
 
-  /// One normalised squared prediction error (finite, >= 0). True: the plant has changed, reset now.
+  /// One normalised squared prediction error (is_squarable(), >= 0). True: the plant has changed, reset now.
   bool update(Scalar square) {
     const Scalar before =
         state_.long_square;  // the alarm must not be hidden by the error that raises it
@@ -138,8 +138,7 @@ class RmseReset {
 
   /// May this saved state be taken over?
   static bool usable(const State& saved) {
-    return is_finite(saved.short_square) && saved.short_square >= Scalar(0) &&
-           is_finite(saved.long_square) && saved.long_square >= Scalar(0) && saved.seen >= 0 &&
+    return is_variance(saved.short_square) && is_variance(saved.long_square) && saved.seen >= 0 &&
            saved.cooling >= 0 && saved.alarms >= 0 && saved.armed <= 1;
   }
 

@@ -98,8 +98,8 @@ class Rls {
   /// Number of parameters: kN, or where that is up_to(most) the size of the last start.
   int size() const { return initial_factors_.size(); }
 
-  /// Starts from theta0, each is_squarable(), and P0 = diag(variances), variances > 0 in units of sigma^2. n times a
-  /// variance and its inverse must be normal numbers; invalid_argument, and nothing changed, otherwise.
+  /// Starts from theta0, each is_squarable(), and P0 = diag(variances), variances > 0 in units of sigma^2. Each
+  /// variance, n times it and the inverse of that must be normal numbers; invalid_argument, and nothing changed, otherwise.
   Status start(const Parameters& theta0, const Parameters& variances) {
     UdFactors<Scalar, kN> factors;
     return factors.set_diagonal(variances) ? begin(theta0, factors) : Status::invalid_argument;
@@ -111,15 +111,16 @@ class Rls {
     return factors.factorise(p0) ? begin(theta0, factors) : Status::invalid_argument;
   }
 
-  /// Takes over an estimate made elsewhere, e.g. offline: theta, P = U D U' and sigma^2 (>= 0, 0 for unknown).
+  /// Takes over an estimate made elsewhere, e.g. offline: theta, P = U D U' and sigma^2 (>= 0, 0 for unknown), of which
+  /// theta and sigma^2 are squarable, see is_squarable().
   ///
   /// reset() and the ceiling keep to the P0 of start(): after a change of the plant what was known before no
   /// longer holds. Factors, because those of a fast-sampled plant have condition numbers that a float32 P
-  /// does not hold. invalid_argument, and nothing changed, unless all are finite and every D_ii > 0.
+  /// does not hold. invalid_argument, and nothing changed, unless all are finite, P_ii too, and every D_ii > 0.
   Status seed(const Parameters& theta, const UdFactors<Scalar, kN>& factors,
               Scalar noise_variance) {
     if (!fits(theta) || !factors.usable() || factors.size() != size() ||
-        !is_magnitude(noise_variance)) {
+        !is_squared(noise_variance)) {
       return Status::invalid_argument;
     }
     reset(noise_variance);
@@ -208,7 +209,7 @@ class Rls {
   /// lambda and P back to their start values, theta kept (Fig. 4). sigma^2 stays until new samples replace it.
   void reset() { reset(known_residual_variance()); }
 
-  /// The same with sigma^2 from elsewhere (finite, >= 0), where the last errors are those of a change. It counts
+  /// The same with sigma^2 from elsewhere (is_variance()), where the last errors are those of a change. It counts
   /// as much as two samples: without it the first deviations after a reset would be zero and look certain.
   void reset(Scalar noise_variance) {
     state_.factors = initial_factors_;
@@ -272,20 +273,16 @@ class Rls {
     stream_fields(writer, of, initial_factors_);
   }
 
-  /// May this saved state be taken over? Its numbers are finite, and so are the variances made of them.
+  /// May this saved state be taken over? Every number is one that a recursion can reach, or not far beyond it, so that
+  /// what is made of them is finite, now and later.
   static bool usable(const State& saved) {
     const int n = saved.factors.size();
-    bool good = saved.factors.usable() && all_finite(n, saved.theta) &&
-                all_finite(n, saved.remainder) && saved.forgetting.valid() &&
-                all_finite(n, saved.gain) && is_finite(saved.innovation) &&
-                is_forgetting_factor(saved.forgetting_factor) && is_magnitude(saved.square) &&
-                is_magnitude(saved.mean_square) && is_magnitude(saved.weight) &&
-                saved.weight <= kWeightLimit && is_finite(saved.mean_square * saved.weight) &&
-                is_magnitude(saved.recent_square);
-    for (int i = 0; good && i < n; ++i) {
-      good = is_finite(saved.factors.variance(i));
-    }
-    return good;
+    return saved.factors.usable() && all_squarable(n, saved.theta) &&
+           all_finite(n, saved.remainder) && saved.forgetting.valid() &&
+           all_finite(n, saved.gain) && is_finite(saved.innovation) &&
+           is_forgetting_factor(saved.forgetting_factor) && is_squared(saved.square) &&
+           is_variance(saved.mean_square) && saved.weight >= Scalar(0) &&
+           saved.weight <= kWeightLimit && is_variance(saved.recent_square);
   }
 
   /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable and of this size.
@@ -326,20 +323,21 @@ class Rls {
     return theta.size() == size() && all_squarable(size(), theta);
   }
 
-  static bool all_squarable(int n, const Parameters& theta) {
+  template <class Values>
+  static bool all_squarable(int n, const Values& theta) {
     bool good = true;
     for (int i = 0; i < n; ++i) {
-      good = is_squarable(theta[i]) && good;
+      good = is_squarable(entry(theta, i)) && good;
     }
     return good;
   }
 
-  static bool is_magnitude(Scalar value) { return is_finite(value) && value >= Scalar(0); }
+  static bool is_squared(Scalar value) { return is_squarable(value) && value >= Scalar(0); }
 
   Status begin(const Parameters& theta0, const UdFactors<Scalar, kN>& factors) {
     const int n = factors.size();
     Array<Scalar, kN> weights{};
-    bool good = theta0.size() == n && all_squarable(n, theta0);
+    bool good = theta0.size() == n && all_squarable(n, theta0) && factors.usable();
     for (int i = 0; i < n; ++i) {
       const auto at = static_cast<std::size_t>(i);
       weights[at] = Scalar(1) / (Scalar(n) * factors.variance(i));
@@ -421,7 +419,12 @@ class Rls {
     Scalar factor = known / recent;
     factor = predicted && needed < factor ? needed : factor;
     factor = room < factor ? room : factor;
-    if (factor > Scalar(1)) {
+    // A ceiling far above 1 does not keep P finite.
+    bool good = factor > Scalar(1);
+    for (int i = 0; i < size(); ++i) {
+      good = good && is_finite(factor * state_.factors.variance(i));
+    }
+    if (good) {
       state_.factors.scale(factor);
       state_.mean_square /= factor;
     }

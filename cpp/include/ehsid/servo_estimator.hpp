@@ -308,11 +308,9 @@ class OnlineEstimator {
     return fault != SnapshotFault::none || possible(found) ? fault : SnapshotFault::impossible;
   }
 
-  /// Can an estimator with these options have this state? The numbers it reports are finite, too.
+  /// Can an estimator with these options have this state? Then the numbers it reports are finite, too.
   bool possible(const Contents& found) const {
     return found.enabled <= 1 && Recursion::usable(found.recursion) &&
-           all_finite(model_.size(),
-                      in_units(to_vector<kN>(model_.size(), found.recursion.theta))) &&
            model_.usable(found.history) && plausible(found.history) &&
            RmseReset<Scalar>::usable(found.reset) &&
            ConvergenceMonitor<Scalar>::usable(found.convergence);

@@ -3,6 +3,8 @@
 
 #include <ehsid/types.hpp>
 
+#include <limits>
+
 namespace ehsid {
 
 /// Sum of the last kWindow numbers by additions only.
@@ -14,6 +16,9 @@ namespace ehsid {
 template <class Scalar, int kWindow>
 struct SlidingSum {
   static_assert(kWindow >= 1, "a window holds at least one sample");
+  /// The largest value that push() and peek() may be given: an eighth of what a full window can hold, so that no sum
+  /// overflows, of a restored window neither. The least is 0.
+  static constexpr Scalar kMost = std::numeric_limits<Scalar>::max() / Scalar(8 * kWindow);
 
   Array<Scalar, kWindow> slots{};  // [0, next): this block's values; [next, kWindow): suffix sums
   Scalar head{};                   // sum of this block's values
@@ -49,9 +54,23 @@ struct SlidingSum {
     }
   }
 
-  /// May a saved window be taken over? `next` says where push() writes.
+  /// May a saved window be taken over? `next` says where push() writes. Sums may be twice what the largest values give:
+  /// rounding adds up, too.
   bool usable() const {
-    return next >= 0 && next < kWindow && is_finite(head) && all_finite<kWindow>(slots);
+    if (next < 0 || next >= kWindow) {
+      return false;
+    }
+    bool good = is_from_zero_to(Scalar(2) * Scalar(next) * kMost, head);
+    for (int i = 0; i < kWindow; ++i) {
+      const Scalar most = i < next ? kMost : Scalar(2 * kWindow) * kMost;
+      good = is_from_zero_to(most, slots[static_cast<std::size_t>(i)]) && good;
+    }
+    return good;
+  }
+
+ private:
+  static bool is_from_zero_to(Scalar most, Scalar value) {
+    return is_finite(value) && value >= Scalar(0) && value <= most;
   }
 };
 

@@ -131,6 +131,12 @@ bool is_squarable(Scalar value) {
   return (bits_of(value) & Bits<Scalar>::kExponent) < Bits<Scalar>::kSquareOverflows;
 }
 
+/// Can this be a variance, which is a mean of squarable numbers >= 0? Twice their limit, because rounding may raise a mean.
+template <class Scalar>
+bool is_variance(Scalar value) {
+  return value >= Scalar(0) && is_squarable(value / Scalar(2));
+}
+
 /// The product of two finite numbers, or the largest finite number of its sign where the product is beyond it.
 template <class Scalar>
 Scalar bounded_product(Scalar a, Scalar b) {

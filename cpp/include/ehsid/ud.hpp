@@ -257,7 +257,7 @@ struct UdFactors : Extent<kN> {
     }
   }
 
-  /// Every number finite and every d a normal positive one.
+  /// Every number finite, every d a normal positive one, and every P_ii finite.
   bool usable() const {
     const int n = size();
     if (!this->accepts(n)) {
@@ -265,7 +265,7 @@ struct UdFactors : Extent<kN> {
     }
     bool good = all_finite(n > 1 ? n * (n - 1) / 2 : 1, u);
     for (int i = 0; i < n; ++i) {
-      good = is_normal_positive(d[static_cast<std::size_t>(i)]) && good;
+      good = is_normal_positive(d[static_cast<std::size_t>(i)]) && is_finite(variance(i)) && good;
     }
     return good;
   }

@@ -26,7 +26,7 @@ struct Exponential {
 
   Scalar lambda0 = Scalar(0.99);
   Scalar lambda_initial = Scalar(0.95);  // lambda(0)
-  // 1 - lambda(k), state. Kept instead of lambda: a float32 lambda stops short of one, at 1 - 3e-6 for
+  // 1 - lambda(k), state; 1 where lambda_initial is too small for a difference. Kept instead of lambda: a float32 lambda stops short of one, at 1 - 3e-6 for
   // lambda0 = 0.99, where its steps round to nothing.
   Scalar deficit = Scalar(1) - Scalar(0.95);
 
@@ -46,7 +46,7 @@ struct Exponential {
   }
 
   bool valid() const {
-    return settings_valid(*this) && deficit >= Scalar(0) && deficit < Scalar(1);
+    return settings_valid(*this) && deficit >= Scalar(0) && deficit <= Scalar(1);
   }
   void restart() { deficit = Scalar(1) - lambda_initial; }
   template <class Factors>

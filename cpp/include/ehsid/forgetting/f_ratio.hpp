@@ -73,7 +73,7 @@ struct FRatio {
     if (seen + 1 < kLong) {
       return {Scalar(1), Scalar(1)};  // the long window has no meaning yet
     }
-    const Scalar square = evidence.innovation * evidence.innovation;
+    const Scalar square = square_of(evidence);
     const Scalar short_mean = short_window.peek(square) / Scalar(kShort);
     const Scalar long_mean = long_window.peek(square) / Scalar(kLong);
     if (!(short_mean > critical_ratio * long_mean)) {
@@ -83,10 +83,18 @@ struct FRatio {
     return {Scalar(1) / (Scalar(1) + eta * g), Scalar(1)};
   }
   void accept(const Evidence<Scalar>& evidence) {
-    const Scalar square = evidence.innovation * evidence.innovation;
+    const Scalar square = square_of(evidence);
     short_window.push(square);
     long_window.push(square);
     seen = seen < kLong ? seen + 1 : kLong;
+  }
+
+ private:
+  /// epsilon^2, at most what both windows can sum up.
+  static Scalar square_of(const Evidence<Scalar>& evidence) {
+    constexpr Scalar kMost = SlidingSum<Scalar, kLong>::kMost;
+    const Scalar square = evidence.innovation * evidence.innovation;
+    return square < kMost ? square : kMost;
   }
 };
 
