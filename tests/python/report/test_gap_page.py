@@ -105,7 +105,7 @@ def test_page_shows_what_was_found() -> None:
         "|velocity| < 0.004 m/s",
         "0 to 2 Hz",
         "force balance",
-        "in the set",
+        "named",
         "fluid: bulk modulus",
         "moved",
         "presliding",

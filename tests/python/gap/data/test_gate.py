@@ -337,7 +337,7 @@ def test_a_correlation_does_not_depend_on_the_unit(unit: float) -> None:
     n=st.integers(2, 400),
     dt_s=st.sampled_from([1e-4, 1e-3, 0.05, 1.0]),
     plant=st.sampled_from(["bench", "axis", "linear"]),
-    scale=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 1e7, 1e150]),
+    scale=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 1e7, 1e90]),
 )
 def test_the_gate_never_raises(
     data: st.DataObject, n: int, dt_s: float, plant: str, scale: float
