@@ -277,9 +277,9 @@ def _which(diagnosis: Diagnosis) -> Section:
         blocks.append(
             Note(
                 "Every set was fitted together with all values of the rig, with the same budget. "
-                '"Behind the best" is the held-out log-likelihood below that of the first, in '
-                "nats. The gap that is removed is that above the noise floor which remained after "
-                "the rig's values were fitted. Marked sets are those the data cannot tell from the "
+                '"Behind" is the held-out log-likelihood below that of the first, in nats. "Gap '
+                'removed" is the share of the gap above the noise floor that remained after the '
+                "rig's values were fitted. Marked sets are those the data cannot tell from the "
                 "best."
             )
         )
@@ -317,7 +317,7 @@ def _candidates(candidates: Sequence[Candidate], first: int, end: int | None) ->
         (
             Tagged(
                 f"{rank}. {effect_set(candidate.effects)}",
-                STANDINGS[candidate.standing.kind],
+                STANDINGS[candidate.standing.kind] if candidate.in_confidence_set else "",
             ),
             f"{candidate.score:.1f}",
             share_bar("", candidate.held_out_shrinkage),
@@ -326,19 +326,18 @@ def _candidates(candidates: Sequence[Candidate], first: int, end: int | None) ->
                 f"{quantity(value, unit_of(f'effects.{name}'), 3)}".partition(": ")[2]
                 for name, value in candidate.parameters.items()
             ),
-            candidate.standing.why,
+            _decision(candidate),
         )
         for rank, candidate in enumerate(candidates[first:end], start=first + 1)
     ]
     marked = [i for i, candidate in enumerate(candidates[first:end]) if candidate.in_confidence_set]
-    columns = (
-        "effects",
-        "behind the best",
-        "share of the remaining gap removed",
-        "sizes",
-        "reason",
-    )
+    columns = ("effects", "behind", "gap removed", "sizes", "decision")
     return Table("", columns, rows, marked)
+
+
+def _decision(candidate: Candidate) -> str:
+    standing = candidate.standing
+    return ": ".join(filter(None, (STANDINGS[standing.kind], standing.why)))
 
 
 def _next(coming: NextExperiment | None, records: Sequence[RecordLine], rig_file: str) -> Section:

@@ -10,6 +10,7 @@ from ehsid.harness.gap.inference.effect_selection import (
     Selection,
     edges_can_replace_force,
     insignificance,
+    is_significant,
     objection,
     removed_share,
 )
@@ -40,7 +41,7 @@ def standing(
     if candidate is best:
         return Standing("named" if best.effects else "sufficient", "")
     if any(candidate is other for other in search_result.screened):
-        return Standing("screened", "only a short fit was made, because others gained more by it")
+        return Standing("screened", "others gained more by a short fit")
     gain = likelihood_gain(case, best, candidate)
     if any(candidate is other for other in selection.equivalent):
         return Standing("equivalent", insignificance(gain) or "")
@@ -57,6 +58,8 @@ def standing(
             "unequal metering edges of the valve can explain a load force of this size; measured "
             "chamber pressures would separate them",
         )
+    if is_significant(gain):
+        return Standing("worse", _how_much_worse(gain.relative))
     # A smaller or equal set is compared with the calibrated rig, a larger one with the named set.
     extends = len(candidate.effects) > len(best.effects) or candidate.x.size > best.x.size
     against = objection(case, candidate, best if extends else calibrated, calibrated)
@@ -69,11 +72,11 @@ def standing(
             f"it removes {100.0 * share:.0f} % of the errors above the noise floor, and less than "
             f"{100.0 * DECIDED_TOGETHER:.0f} % is not given a name",
         )
-    why = insignificance(gain)
-    if why is None:
-        return Standing("worse", _how_much_worse(gain.relative))
-    return Standing("not_needed", against or f"it does not differ enough from the named set: {why}")
+    return Standing("not_needed", against or insignificance(gain) or "")
 
 
 def _how_much_worse(relative: float) -> str:
-    return f"its errors on held-out data are {100.0 * math.expm1(min(relative, 50.0)):.3g} % larger"
+    ratio = math.exp(min(relative, 50.0))
+    if ratio < 2.0:
+        return f"its errors on held-out data are {100.0 * (ratio - 1.0):.2g} % larger"
+    return f"its errors on held-out data are {ratio:.3g} times as large"

@@ -84,7 +84,7 @@ def test_a_better_candidate_that_is_not_named_is_explained(sizes: list[float]) -
     [
         (1.95e-5, ("coulomb_friction", "sensor_lag"), {}, "not_needed", "errors differ by 3"),
         (2.02e-5, ("sensor_lag",), {}, "equivalent", "nats"),
-        (5.0e-5, ("sensor_lag",), {}, "worse", " % larger"),
+        (5.0e-5, ("sensor_lag",), {}, "worse", "times as large"),
         (
             1.5e-5,
             ("transport_delay",),
