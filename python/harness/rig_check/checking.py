@@ -312,7 +312,8 @@ def _delay(record: Record, rig: Rig, moved: Motion) -> Finding:
         + values.get("effects.transport_delay.delay_s", 0.0)
         + values.get("effects.sensor_lag.time_constant_s", 0.0)
     )
-    seen, far = moved.delay_s, max(DELAY_SHARE * expected, DELAY_S, record.dt_s)
+    share = max(DELAY_SHARE, 2.0 * rig.sigma(key)) if values.get(key) else DELAY_SHARE
+    seen, far = moved.delay_s, max(share * expected, DELAY_S, record.dt_s)
     shown = (
         f"the speed follows the command after {1e3 * seen:.3g} ms, valve and delays of the rig "
         f"account for {1e3 * expected:.3g} ms"

@@ -236,10 +236,13 @@ def edge_balances(
 def flow_gain(
     record: Record, rig: Rig, moved: Motion, area: Areas, supply_pa: float | None = None
 ) -> FlowGain:
-    """Estimates the rated flow from the balances of `edge_balances`, by least squares."""
+    """Estimates the rated flow from the balances of `edge_balances`, by least squares.
+
+    The stored flow has a weight of its own: volumes and bulk modulus of a rig are hardly known.
+    """
     gains: list[float | None] = []
     for edge in edge_balances(record, rig, moved, area, supply_pa):
-        gains += _slopes(edge.area * moved.speed + edge.stored, edge.out, edge.back)
+        gains += _slopes(edge.area * moved.speed, edge)
     return FlowGain(*gains)
 
 
@@ -258,14 +261,17 @@ def has_pressures(record: Record) -> bool:
     return all(name in record.columns for name in CHAMBER_PRESSURES)
 
 
-def _slopes(flow: FloatArray, out: FloatArray, back: FloatArray) -> list[float | None]:
-    """Flow over each of two terms, by least squares; None if a term hardly acts, or is negative."""
-    acts = np.abs(out) + np.abs(back) > LEAST_OPENING
-    terms = np.column_stack([out, back])[acts]
+def _slopes(flow: FloatArray, edge: Edge) -> list[float | None]:
+    """Rated flow extending and retracting; None where the valve hardly opens, or if negative."""
+    acts = np.abs(edge.out) + np.abs(edge.back) > LEAST_OPENING
+    terms = np.column_stack([edge.out, edge.back])[acts]
     often = [np.count_nonzero(np.abs(term) > LEAST_OPENING) >= LEAST_SAMPLES for term in terms.T]
     if not any(often):
         return [None, None]
-    slopes = np.linalg.lstsq(terms, flow[acts], rcond=1e-6)[0].tolist()
+    if np.ptp(edge.stored) > 0.0:
+        # In units of the flow, so that no column is small beside the others.
+        terms = np.column_stack([terms, edge.stored[acts] / np.abs(flow).max()])
+    slopes = np.linalg.lstsq(terms, flow[acts], rcond=1e-6)[0].tolist()[:2]
     return [
         slope if there and slope > 0.0 else None
         for slope, there in zip(slopes, often, strict=True)

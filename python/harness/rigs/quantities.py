@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ehsid.harness.records.layout import is_convertible
+from ehsid.harness.rigs.checks import LARGEST_SIGMA
 
 if TYPE_CHECKING:
     import pint
@@ -24,6 +25,8 @@ _SPELLINGS = MappingProxyType(
      "kg/s": "N*s/m", "cm³": "cm**3", "N·s/m": "N*s/m", "Ns/m": "N*s/m", "N s/m": "N*s/m",
      "kN s/m": "kN*s/m", "kNs/m": "kN*s/m"}
 )  # fmt: skip
+# "120 kg +- 20 %": a value and its relative 1-sigma.
+_SIGMA = re.compile(r"(.*?)\s*(?:±|\+/?-)\s*(\d{1,3}(?:[.,]\d{1,3})?)\s*%\s*")
 # The number of a command is kept: a record has the same number in its column.
 OF_COMMANDS = ("V", "mA", "percent")
 
@@ -40,11 +43,14 @@ class Quantity:
         as the user would write it, with its unit.
     assumed
         whether the unit was not given, so that the usual one was taken.
+    sigma
+        relative 1-sigma, if the user gave one.
     """
 
     value: float
     text: str
     assumed: bool = False
+    sigma: float | None = None
 
 
 @cache
@@ -66,6 +72,7 @@ def read_quantity(text: str, option: str, usual: str, si: str) -> Quantity:
     ----------
     text
         a number, with a decimal point or comma, and a unit; without a unit the usual one is taken.
+        Behind it, "+- 20 %" may give the relative 1-sigma.
     option
         name for messages, such as "--bore".
     usual
@@ -78,6 +85,16 @@ def read_quantity(text: str, option: str, usual: str, si: str) -> Quantity:
     ValueError
         the text has no number, or the unit does not convert.
     """
+    whole = text
+    uncertain = _SIGMA.fullmatch(text) if len(text) <= 80 else None
+    sigma = None
+    if uncertain is not None:
+        text, sigma = uncertain[1], float(uncertain[2].replace(",", ".")) / 100.0
+        if not 0.0 < sigma <= LARGEST_SIGMA:
+            raise ValueError(
+                f"{option} {whole!r}: expected an uncertainty above 0 %, "
+                f"{100.0 * LARGEST_SIGMA:g} % at most"
+            )
     match = _NUMBER.fullmatch(text) if len(text) <= 80 else None
     example = f"'50 {usual}'"
     if match is None:
@@ -102,4 +119,4 @@ def read_quantity(text: str, option: str, usual: str, si: str) -> Quantity:
         value = float(_registry().Quantity(number, unit).to(si).magnitude)
     if not math.isfinite(value):
         raise ValueError(f"{option} {text!r}: expected a finite number, such as {example}")
-    return Quantity(value, f"{match[1]} {written}", assumed=not match[2])
+    return Quantity(value, f"{match[1]} {written}", assumed=not match[2], sigma=sigma)
