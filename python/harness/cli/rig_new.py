@@ -240,7 +240,9 @@ def rig_new_command(
         from ehsid.harness.rigs.new import axis_entries, ehs_entries
 
         known, asked = _known(plant, given, console)
-        assumed = [f"{quantity.text} for --{one}" for one, quantity in known.items() if quantity.assumed]
+        assumed = [
+            f"{quantity.text} for --{one}" for one, quantity in known.items() if quantity.assumed
+        ]
         if assumed:
             console.print(f"note: taken as {', '.join(assumed)}, since no unit was given")
         if plant is PlantKind.axis:

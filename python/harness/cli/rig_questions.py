@@ -35,7 +35,9 @@ class Question:
 
 
 EHS = (
-    Question("bore", "diameter of the piston", "mm", "m", True, "on the name plate of the cylinder"),
+    Question(
+        "bore", "diameter of the piston", "mm", "m", True, "on the name plate of the cylinder"
+    ),
     Question("rod", "diameter of the rod", "mm", "m", True, "0 for a plunger without a rod"),
     Question("stroke", "stroke", "mm", "m", True, "from end to end"),
     Question("supply", "supply pressure", "bar", "Pa", True, "absolute; 'barg' for a manometer"),
@@ -46,8 +48,8 @@ EHS = (
         "bar",
         "Pa",
         False,
-        "over one edge, P to A. Data sheets often give it over both, P to A and B to T: 70 bar over "
-        "both are 35 bar over one",
+        "over one edge, P to A. Data sheets often give it over both, P to A and B to T: 70 bar "
+        "over both are 35 bar over one",
     ),
     Question(
         "rated-command",
@@ -59,11 +61,21 @@ EHS = (
     ),
     Question("mass", "moved mass", "kg", "kg", False, "'120 kg +- 20 %' for a rough guess"),
     Question(
-        "valve-bandwidth", "bandwidth of the valve", "Hz", "Hz", False, "at -90 degrees, small signal"
+        "valve-bandwidth",
+        "bandwidth of the valve",
+        "Hz",
+        "Hz",
+        False,
+        "at -90 degrees, small steps",
     ),
     Question("tank", "tank pressure", "bar", "Pa", False, "absolute, at the valve's T port"),
     Question(
-        "bulk-modulus", "bulk modulus of the oil", "GPa", "Pa", False, "effective, with walls and lines"
+        "bulk-modulus",
+        "bulk modulus of the oil",
+        "GPa",
+        "Pa",
+        False,
+        "effective, with walls and lines",
     ),
     Question(
         "dead-volume",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Checks a rig against a record: all comparisons in the order in which they depend on each other."""
+"""Checks a rig against a record: each comparison after those that it depends on."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def _usable(record: Record) -> Record:
     """The longest stretch without a gap; raises ValueError where it does not do."""
     if record.dt_s is None:
         raise ValueError(
-            f"{record.name}: there is no time: expected a column 'time_s'; name the column, or give "
+            f"{record.name}: there is no time: expected a column 'time_s'; name it, or give "
             "--dt SECONDS"
         )
     part = longest_stretch(record)
@@ -171,9 +171,7 @@ def _supply(rig: Rig, at_edges: Edges | None) -> Finding:
     return judged(check, key, seen / says, tolerance, (shown, bad))
 
 
-def _areas(
-    record: Record, rig: Rig, moved: Motion, area: Areas, at_edges: Edges | None
-) -> Finding:
+def _areas(record: Record, rig: Rig, moved: Motion, area: Areas, at_edges: Edges | None) -> Finding:
     check, key = "areas", "cylinder.bore_m"
     says = area.annulus / area.cap
     if at_edges is None:
@@ -181,55 +179,58 @@ def _areas(
             check, f"rod side over cap side is {says:.3f}; it takes chamber pressures", key
         )
     part = at_edges.part
-    shown = f"the pressures fit a ratio of rod side to cap side of {part:.3f}, the rig has {says:.3f}"
+    shown = (
+        f"the pressures fit a ratio of rod side to cap side of {part:.3f}, the rig has {says:.3f}"
+    )
     bore, rod = rig.values[key], rig.values["cylinder.rod_m"]
     tolerance = 2.0 * math.hypot(PART_METHOD, rig.sigma(key), rig.sigma("cylinder.rod_m"))
     return judged(
-        check, key, part / says, tolerance, (shown, shown + _remedy(record, rig, moved, part, bore, rod))
+        check,
+        key,
+        part / says,
+        tolerance,
+        (shown, shown + _remedy(record, rig, moved, part, bore, rod)),
     )
 
 
-def _remedy(
-    record: Record, rig: Rig, moved: Motion, part: float, bore: float, rod: float
-) -> str:
-    """The bore or the rod that gives a ratio of the areas; the one with which the flow fits, too."""
+def _remedy(record: Record, rig: Rig, moved: Motion, part: float, bore: float, rod: float) -> str:
+    """The bore and the rod that give a ratio of the areas, the better one first."""
     if part > 0.97:
         return ": both sides look equal, as with a rod on both sides; check bore and rod"
     if rod == 0.0:
         return ": the sides differ, so the rod is on one side only; check bore and rod"
-    (other_bore, bore_fits), (other_rod, rod_fits) = (
-        _changed(record, rig, moved, name, part) for name in ("cylinder.bore_m", "cylinder.rod_m")
-    )
-    by_bore = f"cylinder.bore_m to {other_bore:.4g} (factor {other_bore / bore:.3g})"
-    by_rod = f"cylinder.rod_m to {other_rod:.4g} (factor {other_rod / rod:.3g})"
-    fits = [bore_fits, rod_fits]
-    if fits == [True, False]:
-        return f": set {by_bore}; then the speeds fit the rated flow, too"
-    if fits == [False, True]:
-        return f": set {by_rod}; then the speeds fit the rated flow, too"
-    return f": set {by_bore}, or {by_rod}"
+    found = []
+    for name, now in (("cylinder.bore_m", bore), ("cylinder.rod_m", rod)):
+        value, needs = _changed(record, rig, moved, name, part)
+        # The better remedy is the one with which the flow fits, too.
+        far = math.inf if needs is None else abs(math.log(needs))
+        text = f"{name} to {value:.4g} (factor {value / now:.3g})"
+        if needs is not None:
+            text += f", and the speeds need {needs:.3g} times the rated flow"
+        found.append((far, text))
+    found.sort()
+    return f": set {found[0][1]}; or {found[1][1]}"
 
 
 def _changed(
     record: Record, rig: Rig, moved: Motion, name: str, part: float
-) -> tuple[float, bool]:
-    """Diameter that makes the ratio of the areas fit, and whether the rated flow then fits, too.
+) -> tuple[float, float | None]:
+    """Diameter that makes the ratio of the areas fit, and the rated flow then over that of the rig.
 
-    The oil that a chamber stores goes with its area, so that the ratio is found again with each
-    new diameter; four times are enough for four digits.
+    The ratio hardly depends on the diameters; a second time with the new one settles it.
     """
-    flow_fits = False
-    for _ in range(4):
-        other = "cylinder.rod_m" if name == "cylinder.bore_m" else "cylinder.bore_m"
+    value, needs = rig.values[name], None
+    other = rig.values["cylinder.rod_m" if name == "cylinder.bore_m" else "cylinder.bore_m"]
+    for _ in range(2):
         thin = math.sqrt(max(1.0 - part, 1e-3))
-        value = rig.values[other] * (1.0 / thin if name == "cylinder.bore_m" else thin)
+        value = other / thin if name == "cylinder.bore_m" else other * thin
         changed = rig.with_values({name: value})
         at_edges = edges(record, changed, moved, areas(changed))
         if at_edges is None:
             break
-        part = at_edges.part
-        flow_fits = _flow(record, changed, at_edges.gain).status is Status.fits
-    return value, flow_fits
+        part, flow = at_edges.part, at_edges.gain.mean
+        needs = None if flow is None else flow / rig.values["valve.rated_flow_m3_s"]
+    return value, needs
 
 
 def _flow(record: Record, rig: Rig, gain: FlowGain) -> Finding:
@@ -242,11 +243,14 @@ def _flow(record: Record, rig: Rig, gain: FlowGain) -> Finding:
         for way, value in (("extending", gain.extending), ("retracting", gain.retracting))
         if value is not None
     )
-    shown = f"the speeds fit a rated flow of {_flow_text(seen)} ({ways}), the rig says {_flow_text(says)}"
+    shown = (
+        f"the speeds fit a rated flow of {_flow_text(seen)} ({ways}), the rig says "
+        f"{_flow_text(says)}"
+    )
     factor = seen / says
     bad = (
-        f"{shown}: change {key} by the factor {factor:.3g}, to {seen:.4g}; or, if the flow is right, "
-        f"valve.rated_command_v by {1.0 / factor:.3g}"
+        f"{shown}: change {key} by the factor {factor:.3g}, to {seen:.4g}; or, if the flow is "
+        f"right, valve.rated_command_v by {1.0 / factor:.3g}"
     )
     if has_pressures(record):
         bad += f", or both diameters by {factor**-0.5:.3g}"
@@ -323,7 +327,9 @@ def _delay(record: Record, rig: Rig, moved: Motion) -> Finding:
     spool = seen - (expected - lag)
     text = f"{shown} (within {1e3 * far:.2g} ms)"
     if spool > 0.0:
-        text += f": the valve may have a bandwidth of {damping / (math.pi * spool):.3g} Hz, set {key}"
+        text += (
+            f": the valve may have a bandwidth of {damping / (math.pi * spool):.3g} Hz, set {key}"
+        )
     if seen > expected:
         text += f"; or there is a delay of {1e3 * (seen - expected):.3g} ms, "
         text += "effects.transport_delay.delay_s"

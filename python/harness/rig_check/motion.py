@@ -273,8 +273,7 @@ def _slopes(flow: FloatArray, edge: Edge) -> list[float | None]:
         terms = np.column_stack([terms, edge.stored[acts] / np.abs(flow).max()])
     slopes = np.linalg.lstsq(terms, flow[acts], rcond=1e-6)[0].tolist()[:2]
     return [
-        slope if there and slope > 0.0 else None
-        for slope, there in zip(slopes, often, strict=True)
+        slope if there and slope > 0.0 else None for slope, there in zip(slopes, often, strict=True)
     ]
 
 

@@ -46,7 +46,9 @@ def ringing_finding(record: Record, rig: Rig) -> list[Finding]:
         ]
     seen = _ringing_hz(record, rig, expected, top)
     if seen is None:
-        return [untold(check, f"{told}; the record shows no ringing: a step command excites it", key)]
+        return [
+            untold(check, f"{told}; the record shows no ringing: a step command excites it", key)
+        ]
     sigmas = [rig.sigma(name) for name in (key, "load.mass_kg", "cylinder.dead_volume_a_m3")]
     # The frequency goes with the square root of each, and changes along the stroke.
     tolerance = 2.0 * math.hypot(0.1, 0.5 * math.hypot(*sigmas))

@@ -142,9 +142,7 @@ def axis_entries(known: Mapping[str, Quantity]) -> list[Entry]:
     entries = _Entries(known)
     mass = entries.given("axis.mass_kg", "mass")
     entries.given("axis.force_per_volt", "force-gain")
-    entries.either(
-        "axis.viscous_friction_n_s_m", "viscous-friction", typical.axis_friction(mass)
-    )
+    entries.either("axis.viscous_friction_n_s_m", "viscous-friction", typical.axis_friction(mass))
     if "friction" in known:
         entries.given("effects.coulomb_friction.force_n", "friction")
     entries.sensor("position_noise_m", "position-noise", typical.position_noise(0.0))
@@ -172,7 +170,9 @@ class _Entries:
         return self.add(Entry(key, quantity.value, sigma, True, quantity.text, why))
 
     def typical(self, key: str, value: Typical) -> float:
-        return self.add(Entry(key, value.value, value.sigma, False, shown(key, value.value), value.why))
+        return self.add(
+            Entry(key, value.value, value.sigma, False, shown(key, value.value), value.why)
+        )
 
     def either(self, key: str, name: str, value: Typical) -> float:
         return self.given(key, name) if name in self.known else self.typical(key, value)

@@ -84,9 +84,7 @@ def axis_friction(mass_kg: float) -> Typical:
 
 def tank_pressure() -> Typical:
     """Absolute pressure of the return line, Pa."""
-    return Typical(
-        2.0 * BAR, 0.5, "1 bar of the atmosphere and 1 bar in return line and filter"
-    )
+    return Typical(2.0 * BAR, 0.5, "1 bar of the atmosphere and 1 bar in return line and filter")
 
 
 def rated_drop() -> Typical:
