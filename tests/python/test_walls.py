@@ -74,6 +74,7 @@ ROOMS: dict[str, set[str]] = {
     "simulation": {"records", "rigs"},
     "gap/tables": {"records", "rigs"},
     "gap/data": {"gap/tables", "records", "rigs", "simulation"},
+    "rig_check": {"gap/data", "gap/tables", "records", "rigs", "simulation"},
     "gap/model": {"gap/data", "gap/tables", "records", "rigs", "simulation"},
     "gap/inference": {"gap/data", "gap/model", "gap/tables", "records", "rigs", "simulation"},
     "gap/design": {
@@ -112,7 +113,7 @@ ROOMS: dict[str, set[str]] = {
     },
     "report": {
         *("deploy", "estimation", "gap", "gap/tables", "identification", "records"),
-        *("rigs", "validation/fleet", "validation/scoring"),
+        *("rig_check", "rigs", "validation/fleet", "validation/scoring"),
     },
     "studies": {
         *("deploy", "excitation", "identification", "records", "report", "rigs", "simulation"),

@@ -48,13 +48,20 @@ VERBS = (
     ),
     Verb("hil", "Simulate the servo here, control it and estimate it on the target, in lock step."),
     Verb("simulate", "Simulate a rig on a logged command or on a test signal."),
+    Verb("rig new", "Write a rig file from what is known of a machine, and fill in the rest."),
+    Verb(
+        "rig check",
+        "Say what of a rig fits records, and which value to change, before anything is fitted.",
+    ),
     Verb(
         "effects",
         "List the effects the simulator knows: where they act, their parameters, what shows them.",
     ),
 )
 
-app = typer.Typer(cls=lazy_group(VERBS), no_args_is_help=True, add_completion=False)
+GROUPS = {"rig": "Describe a machine in a rig file (new), and check it against records (check)."}
+
+app = typer.Typer(cls=lazy_group(VERBS, GROUPS), no_args_is_help=True, add_completion=False)
 
 
 def _print_version(wanted: bool) -> None:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -23,12 +23,13 @@ OF_PYBIND = ("incompatible function arguments", "incompatible constructor argume
 class Verb:
     """Entry of the overview for a command whose module is not imported yet.
 
-    The command `gap-check` is the function `gap_check_command` of `ehsid.harness.cli.gap_check`.
+    The command `gap-check` is the function `gap_check_command` of `ehsid.harness.cli.gap_check`,
+    and `rig new` is `rig_new_command` of `ehsid.harness.cli.rig_new`.
 
     Attributes
     ----------
     name
-        name that the user types.
+        name that the user types; with a space, the name of a group of commands is in front.
     summary
         first line of the docstring of the function; a test compares the two.
     command_class
@@ -39,9 +40,19 @@ class Verb:
     summary: str
     command_class: type[TyperCommand] = TyperCommand
 
+    @property
+    def stem(self) -> str:
+        """Name of the module, and of the function without its ending."""
+        return self.name.replace("-", "_").replace(" ", "_")
+
+    @property
+    def last_name(self) -> str:
+        """Name inside its group."""
+        return self.name.split()[-1]
+
     def function(self) -> Callable[..., Any]:
         """Imports the module and returns the function of the command."""
-        stem = self.name.replace("-", "_")
+        stem = self.stem
         module = importlib.import_module(f"ehsid.harness.cli.{stem}")
         function: Callable[..., Any] = getattr(module, f"{stem}_command")
         return function
@@ -50,7 +61,7 @@ class Verb:
         """Imports the module and makes the command."""
         app = typer.Typer(add_completion=False)
         function = errors_as_messages()(self.function())
-        app.command(self.name, cls=self.command_class)(function)
+        app.command(self.last_name, cls=self.command_class)(function)
         return typer.main.get_command(app)
 
 
@@ -113,7 +124,7 @@ class DeferredCommand(TyperCommand):
     """Takes the place of a command until its arguments are parsed."""
 
     def __init__(self, verb: Verb) -> None:
-        super().__init__(verb.name, help=verb.summary)
+        super().__init__(verb.last_name, help=verb.summary)
         self.verb = verb
 
     def make_context(
@@ -129,14 +140,27 @@ class DeferredCommand(TyperCommand):
                 refuse(usage_message(error, self.verb.function(), given, called))
 
 
-def lazy_group(verbs: Iterable[Verb]) -> type[TyperGroup]:
-    """Returns a class for `typer.Typer(cls=...)`: the group of these commands, in this order."""
+def lazy_group(verbs: Sequence[Verb], groups: Mapping[str, str]) -> type[TyperGroup]:
+    """Returns a class for `typer.Typer(cls=...)`: the group of these commands, in this order.
+
+    Parameters
+    ----------
+    verbs
+        commands; those with a space in their names are in a group inside this group.
+    groups
+        summaries of these inner groups, by name.
+    """
 
     class LazyGroup(TyperGroup):
         def __init__(self, **settings: Any) -> None:
             super().__init__(**settings)
             for verb in verbs:
-                self.add_command(DeferredCommand(verb))
+                name, _, inside = verb.name.partition(" ")
+                if not inside:
+                    self.add_command(DeferredCommand(verb))
+                elif name not in self.commands:
+                    inner = [one for one in verbs if one.name.startswith(f"{name} ")]
+                    self.add_command(inner_group(name, groups[name], inner))
 
         def resolve_command(self, ctx: Any, args: list[str]) -> Any:
             """Returns the command that the first argument names."""
@@ -149,3 +173,19 @@ def lazy_group(verbs: Iterable[Verb]) -> type[TyperGroup]:
             return super().resolve_command(ctx, args)
 
     return LazyGroup
+
+
+def inner_group(name: str, summary: str, verbs: Iterable[Verb]) -> TyperGroup:
+    """Returns a group of commands inside the group of all; its verbs are known by their last names.
+
+    Parameters
+    ----------
+    name, summary
+        of the group, for the overview.
+    verbs
+        its commands, in their order.
+    """
+    group = lazy_group((), {})(name=name, help=summary, no_args_is_help=True)
+    for verb in verbs:
+        group.add_command(DeferredCommand(verb))
+    return group

@@ -3,19 +3,25 @@
 
 from __future__ import annotations
 
+import numpy as np
 from bad_input.case import Case, Content, command
-from bad_input.inputs import AXIS, BENCH, LONG
+from bad_input.inputs import AXIS, BENCH, GOOD, LONG, csv, signals
 
 TITLE = "Options"
 ABOUT = "The records and rig files beside these options are good."
+STILL = csv({**signals(400), "position_m": np.full(400, 0.1)})
 FILES: dict[str, Content] = {
     "record.csv": LONG,
     "rig.toml": BENCH,
     "axis.toml": AXIS,
+    "short.csv": GOOD,
+    "still.csv": STILL,
     "machines/m1/rig.toml": BENCH,
     "machines/m1/run.csv": LONG,
 }
 SIMULATE = "ehsid simulate rig.toml --excitation steps"
+NEW = "ehsid rig new --rod 35mm --stroke 300mm --supply 120bar --rated-flow 38l/min --out new.toml"
+CHECK = "ehsid rig check rig.toml record.csv"
 INJECT = "ehsid inject record.csv --rig rig.toml --out new.csv"
 HIL = "ehsid hil --port socket://127.0.0.1:9"
 
@@ -143,6 +149,67 @@ CASES = (
         "ehsid simulate axis.toml --excitation steps --noise",
         "--noise",
         "position_noise_m",
+    ),
+    option("no such command of rigs", "ehsid rig nwe", "nwe", "did you mean 'new'"),
+    option("a rig of nothing", "ehsid rig new --out new.toml", "--bore", "63 mm", "terminal"),
+    option("a bore without a number", f"{NEW} --bore wide", "--bore", "'wide'", "50 mm"),
+    option("a bore in bar", f"{NEW} --bore '63 bar'", "--bore", "'bar'", "50 mm"),
+    option("a bore of a power tower", f"{NEW} --bore '63 mm**9**9**9'", "--bore", "50 mm"),
+    option("a bore that is no number", f"{NEW} --bore 'nan mm'", "--bore", "number"),
+    option("a bore beyond all numbers", f"{NEW} --bore '1e999 mm'", "--bore", "finite"),
+    option("a bore of 0", f"{NEW} --bore '0 mm'", "--bore", "more than 0"),
+    option("a bore of 30 m", f"{NEW} --bore '30 m'", "cylinder.bore_m", "expected"),
+    option("a rod as thick as the bore", f"{NEW} --bore '35 mm'", "--rod", "thinner"),
+    option(
+        "an uncertainty of 0",
+        f"{NEW} --bore '63 mm' --mass '120 kg +- 0 %'",
+        "--mass",
+        "uncertainty above 0 %",
+    ),
+    option(
+        "a command in bar",
+        f"{NEW} --bore '63 mm' --rated-command '10 bar'",
+        "--rated-command",
+        "V, mA or %",
+    ),
+    option(
+        "a supply below the tank pressure",
+        f"{NEW} --bore '63 mm' --tank '200 bar'",
+        "supply",
+        "tank pressure",
+    ),
+    option(
+        "a line without its diameter",
+        f"{NEW} --bore '63 mm' --line-length '1 m'",
+        "--line-bore",
+        "both or neither",
+    ),
+    option(
+        "edges of a drop that is not given",
+        f"{NEW} --bore '63 mm' --drop-over both",
+        "--drop-over",
+        "--rated-drop",
+    ),
+    option(
+        "a bore of an axis",
+        "ehsid rig new --plant axis --bore '63 mm' --out new.toml",
+        "--bore",
+        "--force-gain",
+    ),
+    option("no such plant", f"{NEW} --bore '63 mm' --plant pump", "--plant", "axis"),
+    option("no record to check", "ehsid rig check rig.toml", "RECORD"),
+    option("a sampling time of 0 for a check", f"{CHECK} --dt 0", "--dt", "above 0"),
+    option(
+        "a record that is too short to check",
+        "ehsid rig check rig.toml short.csv",
+        "samples",
+        "at least 200",
+    ),
+    option(
+        "a record without motion to check",
+        "ehsid rig check rig.toml still.csv",
+        "position_m",
+        "constant",
     ),
     option(
         "no such effect to leave out",

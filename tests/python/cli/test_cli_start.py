@@ -15,7 +15,7 @@ from click.testing import Result
 from typer.testing import CliRunner
 
 import ehsid
-from ehsid.harness.cli import VERBS, app
+from ehsid.harness.cli import GROUPS, VERBS, app
 from ehsid.harness.cli.lazy import Verb
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -54,30 +54,43 @@ def imported_by(*arguments: str) -> set[str]:
 
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
 def test_the_overview_has_the_first_line_of_the_docstring(verb: Verb) -> None:
-    stem = verb.name.replace("-", "_")
-    module = importlib.import_module(f"ehsid.harness.cli.{stem}")
-    told = inspect.getdoc(getattr(module, f"{stem}_command"))
+    module = importlib.import_module(f"ehsid.harness.cli.{verb.stem}")
+    told = inspect.getdoc(getattr(module, f"{verb.stem}_command"))
     assert told is not None
     assert verb.summary == told.splitlines()[0]
 
 
 def test_the_overview_lists_every_verb_in_order() -> None:
     text = CliRunner().invoke(app, ["--help"]).stdout
-    places = [text.index(f" {verb.name} ") for verb in VERBS]
+    places = [text.index(f" {verb.name.split()[0]} ") for verb in VERBS]
     assert places == sorted(places)
+
+
+def test_a_group_lists_its_verbs() -> None:
+    text = CliRunner().invoke(app, ["rig", "--help"]).stdout
+    assert GROUPS["rig"] in " ".join(text.split())
+    assert text.index("│ new ") < text.index("│ check ")
+
+
+def test_an_unknown_verb_of_a_group_is_told_with_the_nearest() -> None:
+    outcome = CliRunner().invoke(app, ["rig", "chek"])
+    assert outcome.exit_code == 2
+    assert "there is no command 'chek'; did you mean 'check'? There are: new, check" in (
+        outcome.output
+    )
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"]])
 def test_the_overview_imports_no_verb_and_no_library(arguments: list[str]) -> None:
     modules = imported_by(*arguments)
     assert not modules & (HEAVY | {"numpy"})
-    assert not modules & {f"ehsid.harness.cli.{verb.name.replace('-', '_')}" for verb in VERBS}
+    assert not modules & {f"ehsid.harness.cli.{verb.stem}" for verb in VERBS}
 
 
-@pytest.mark.parametrize("verb", [verb.name for verb in VERBS])
-def test_the_help_of_a_verb_imports_no_library(verb: str) -> None:
-    modules = imported_by(verb, "--help")
-    assert f"ehsid.harness.cli.{verb.replace('-', '_')}" in modules
+@pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
+def test_the_help_of_a_verb_imports_no_library(verb: Verb) -> None:
+    modules = imported_by(*verb.name.split(), "--help")
+    assert f"ehsid.harness.cli.{verb.stem}" in modules
     assert not modules & HEAVY
 
 
@@ -124,9 +137,9 @@ def raised_in(verb: str, error: BaseException, monkeypatch: pytest.MonkeyPatch) 
     def fails() -> None:
         raise error
 
-    stem = verb.replace("-", "_")
+    stem = Verb(verb, "").stem
     monkeypatch.setattr(f"ehsid.harness.cli.{stem}.{stem}_command", fails)
-    return CliRunner().invoke(app, [verb])
+    return CliRunner().invoke(app, verb.split())
 
 
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)

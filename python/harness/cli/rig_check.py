@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""`ehsid rig check`: says what of a rig fits a record, before anything is fitted."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.table import Table
+from rich.text import Text
+
+from ehsid.harness.cli.common import write_figure
+from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_shown
+from ehsid.harness.cli.options import RECORD_HELP, AsJson
+from ehsid.harness.files import result_folder, write_text
+
+if TYPE_CHECKING:
+    from ehsid.harness.rig_check import RecordCheck
+
+STYLES = {"fits": "green", "does not fit": "bold red", "cannot be told": "dim"}
+# More records than this have no reader.
+MOST_RECORDS = 100
+
+
+def _table(check: RecordCheck) -> Table:
+    table = Table("check", "", "why", title=None, show_lines=False)
+    for finding in check.findings:
+        status = str(finding.status)
+        table.add_row(finding.check, Text(status, style=STYLES[status]), finding.text)
+    return table
+
+
+def _print(checks: Sequence[RecordCheck], console: Console) -> None:
+    for check in checks:
+        console.print(f"{check.record}:")
+        console.print(_table(check))
+        for note in check.notes:
+            console.print(f"note: {note}")
+        wrong = [finding.check for finding in check.findings if finding.status == "does not fit"]
+        if wrong:
+            console.print(f"does not fit: {', '.join(wrong)}; correct the rig, or the record")
+        else:
+            console.print("nothing contradicts the rig")
+
+
+def rig_check_command(
+    rig_file: Annotated[Path, typer.Argument(metavar="RIG", help="rig file, TOML")],
+    records: Annotated[list[Path], typer.Argument(metavar="RECORD...", help=RECORD_HELP)],
+    maps: Maps = None,
+    sampling_time: SamplingTime = None,
+    as_json: AsJson = False,
+    out: Annotated[
+        Path | None, typer.Option(help="folder for rig_check.json and a picture of each record")
+    ] = None,
+) -> None:
+    """Say what of a rig fits records, and which value to change, before anything is fitted.
+
+    Compares directions, stroke, commands, supply, areas, flow, mass, response and oil spring. Each
+    line says "fits", "does not fit" or "cannot be told", with the numbers. The exit code is 0
+    whatever fits.
+
+    Example: ehsid rig check rig.toml run1.csv run2.mf4 --out check
+    """
+    from ehsid.harness.rig_check import check_rig
+    from ehsid.harness.rigs import read_rig
+
+    if len(records) > MOST_RECORDS:
+        raise ValueError(f"{len(records)} records: expected at most {MOST_RECORDS}; name fewer")
+    pictures = [f"rig_check_{i + 1}.png" for i in range(len(records))]
+    placing = (
+        nullcontext()
+        if out is None
+        else result_folder(out, "rig-check", ["rig_check.json", *pictures], [rig_file, *records])
+    )
+    with placing as folder:
+        rig = read_rig(rig_file)
+        hints = hints_of(maps, sampling_time)
+        required = ["time_s", "command_v", "position_m"]
+        checks = [
+            check_rig(read_shown(path, hints, required=required, layout=rig.columns), rig)
+            for path in records
+        ]
+        result = {"rig": rig.name, "records": [check.to_dict() for check in checks]}
+        text = json.dumps(result, indent=None if out is None else 2, allow_nan=False)
+        if folder is not None:
+            from ehsid.harness.report.rig_check_figure import rig_check_figure
+
+            write_text(folder / "rig_check.json", text + "\n")
+            for name, check in zip(pictures, checks, strict=True):
+                write_figure(folder / name, rig_check_figure(check))
+    if as_json:
+        typer.echo(json.dumps(result, allow_nan=False))
+        return
+    console = Console()
+    _print(checks, console)
+    if out is not None:
+        console.print(f"pictures: {', '.join(str(out / name) for name in pictures)}")

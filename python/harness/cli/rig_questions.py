@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""What `ehsid rig new` asks for: options and questions, with units and reasons."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Question:
+    """Something that an engineer may know of her machine.
+
+    Attributes
+    ----------
+    name
+        of the option, without dashes.
+    words
+        what is asked for.
+    usual
+        unit of a number without one.
+    si
+        unit of the rig file; "command" for the rated command.
+    essential
+        whether there is no rig without it.
+    why
+        what to know about it, for the terminal.
+    """
+
+    name: str
+    words: str
+    usual: str
+    si: str
+    essential: bool
+    why: str
+
+
+EHS = (
+    Question(
+        "bore", "diameter of the piston", "mm", "m", True, "on the name plate of the cylinder"
+    ),
+    Question("rod", "diameter of the rod", "mm", "m", True, "0 for a plunger without a rod"),
+    Question("stroke", "stroke", "mm", "m", True, "from end to end"),
+    Question("supply", "supply pressure", "bar", "Pa", True, "absolute; 'barg' for a manometer"),
+    Question("rated-flow", "rated flow of the valve", "l/min", "m^3/s", True, "at full command"),
+    Question(
+        "rated-drop",
+        "pressure drop at the rated flow",
+        "bar",
+        "Pa",
+        False,
+        "over one edge, P to A. Data sheets often give it over both, P to A and B to T: 70 bar "
+        "over both are 35 bar over one",
+    ),
+    Question(
+        "rated-command",
+        "command at full opening",
+        "V",
+        "command",
+        False,
+        "V, mA or %, the unit of the column in your records",
+    ),
+    Question("mass", "moved mass", "kg", "kg", False, "'120 kg +- 20 %' for a rough guess"),
+    Question(
+        "valve-bandwidth",
+        "bandwidth of the valve",
+        "Hz",
+        "Hz",
+        False,
+        "at -90 degrees, small steps",
+    ),
+    Question("tank", "tank pressure", "bar", "Pa", False, "absolute, at the valve's T port"),
+    Question(
+        "bulk-modulus",
+        "bulk modulus of the oil",
+        "GPa",
+        "Pa",
+        False,
+        "effective, with walls and lines",
+    ),
+    Question(
+        "dead-volume",
+        "dead volume of each chamber with its line",
+        "cm³",
+        "m^3",
+        False,
+        "at the end of the stroke; or leave it empty and give the lines",
+    ),
+    Question("line-length", "length of each line", "m", "m", False, "from valve to cylinder"),
+    Question("line-bore", "inner diameter of each line", "mm", "m", False, ""),
+    Question("friction", "dry friction", "N", "N", False, "force to keep the rod moving slowly"),
+    Question("viscous-friction", "viscous friction", "N s/m", "N*s/m", False, "force over speed"),
+    Question("position-noise", "noise of the position sensor", "um", "m", False, "1-sigma"),
+    Question("pressure-noise", "noise of the pressure sensors", "bar", "Pa", False, "1-sigma"),
+)
+AXIS = (
+    Question("mass", "moved mass", "kg", "kg", True, "with what the motor's inertia adds"),
+    Question("force-gain", "force of the drive over command", "N/V", "N/V", True, ""),
+    *(q for q in EHS if q.name in ("viscous-friction", "friction", "position-noise")),
+)
+QUESTIONS = {"ehs": EHS, "axis": AXIS}
+
+
+def help_of(name: str) -> str:
+    """Returns the help of the option of this name."""
+    one = next(q for questions in QUESTIONS.values() for q in questions if q.name == name)
+    needed = "" if name == "mass" else "; needed" if one.essential else ""
+    why = f" ({one.why})" if one.why else ""
+    return f"{one.words}, such as '{EXAMPLES[name]}'{why}{needed}"
+
+
+EXAMPLES = {
+    "bore": "63 mm",
+    "rod": "35 mm",
+    "stroke": "300 mm",
+    "supply": "120 bar",
+    "rated-flow": "38 l/min",
+    "rated-drop": "35 bar",
+    "rated-command": "10 V",
+    "mass": "120 kg",
+    "valve-bandwidth": "70 Hz",
+    "tank": "2 bar",
+    "bulk-modulus": "1.1 GPa",
+    "dead-volume": "250 cm³",
+    "line-length": "1.5 m",
+    "line-bore": "12 mm",
+    "friction": "400 N",
+    "viscous-friction": "900 N s/m",
+    "position-noise": "10 um",
+    "pressure-noise": "0.1 bar",
+    "force-gain": "35 N/V",
+}

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: MIT
+"""`ehsid rig new` and `ehsid rig check` as a user calls them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from ehsid.harness.cli import app
+from ehsid.harness.rigs import read_rig
+
+KNOWN = {
+    "--bore": "63 mm",
+    "--rod": "35 mm",
+    "--stroke": "300 mm",
+    "--supply": "120 bar",
+    "--rated-flow": "38 l/min",
+}
+OPTIONS = [word for pair in KNOWN.items() for word in pair]
+BENCH = str(Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml")
+
+
+def said(*arguments: str, answers: str | None = None) -> str:
+    outcome = CliRunner().invoke(app, arguments, input=answers, env={"COLUMNS": "200"})
+    assert outcome.exit_code == 0, outcome.output
+    return " ".join(outcome.stdout.split())
+
+
+def test_new_writes_a_rig_of_what_is_known(tmp_path: Path) -> None:
+    out = tmp_path / "press.toml"
+    shown = said("rig", "new", *OPTIONS, "--mass", "120 kg +- 30 %", "--out", str(out))
+    rig = read_rig(out)
+    assert rig.name == "press"
+    assert rig.values["cylinder.bore_m"] == 0.063
+    assert rig.sigma("load.mass_kg") == pytest.approx(0.3)
+    assert "fluid.bulk_modulus_pa" in shown
+    assert "typical" in shown
+    assert f"ehsid rig check {out}" in shown
+    text = out.read_text(encoding="utf-8")
+    assert "given as 63 mm" in text
+    assert "typical: effective value" in text
+
+
+def test_a_drop_over_both_edges_is_halved(tmp_path: Path) -> None:
+    out = tmp_path / "rig.toml"
+    drop = ["--rated-drop", "70 bar"]
+    shown = said("rig", "new", *OPTIONS, *drop, "--out", str(out))
+    assert "taken for one edge" in shown
+    assert read_rig(out).values["valve.rated_pressure_drop_pa"] == 7e6
+    said("rig", "new", *OPTIONS, *drop, "--drop-over", "both", "--out", str(out))
+    assert read_rig(out).values["valve.rated_pressure_drop_pa"] == 3.5e6
+
+
+def test_numbers_without_units_are_said(tmp_path: Path) -> None:
+    shown = said("rig", "new", *OPTIONS, "--mass", "120", "--out", str(tmp_path / "rig.toml"))
+    assert "taken as 120 kg for --mass" in shown
+
+
+def test_on_a_terminal_it_asks_for_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ehsid.harness.cli.rig_new._on_a_terminal", lambda: True)
+    out = tmp_path / "rig.toml"
+    answers = {
+        "rod": ["thick", "35 mm"],  # asked again
+        "stroke": ["", "300 mm"],  # needed
+        "supply": ["120 bar"],
+        "rated-flow": ["38 l/min"],
+        "rated-drop": ["70 bar"],
+    }
+    # What is left: eleven questions that may stay empty, then both edges, rod, hoses.
+    given = [answer for some in answers.values() for answer in some]
+    lines = [*given, *[""] * 12, "yes", "no", "perhaps", "no"]
+    shown = said(
+        "rig", "new", "--bore", "63 mm", "--out", str(out), answers="\n".join(lines) + "\n"
+    )
+    rig = read_rig(out)
+    assert rig.values["cylinder.rod_m"] == 0.035
+    assert rig.values["cylinder.stroke_m"] == 0.3
+    assert rig.values["valve.rated_pressure_drop_pa"] == 3.5e6
+    assert "'thick': expected a number and its unit" in shown
+    assert "can be left empty" in shown
+
+
+def test_the_end_of_the_input_is_one_message(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ehsid.harness.cli.rig_new._on_a_terminal", lambda: True)
+    outcome = CliRunner().invoke(app, ["rig", "new", "--out", str(tmp_path / "rig.toml")], input="")
+    assert outcome.exit_code == 2
+    assert "the input has ended" in outcome.stderr
+    assert not (tmp_path / "rig.toml").exists()
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("record") / "run.csv"
+    said(
+        *("simulate", BENCH, "--excitation", "multisine", "--noise", "--duration", "8"),
+        *("--amplitude", "5", "--out", str(path)),
+    )
+    return str(path)
+
+
+def test_check_says_what_fits(record: str, tmp_path: Path) -> None:
+    shown = said("rig", "check", BENCH, record, "--out", str(tmp_path))
+    assert "nothing contradicts the rig" in shown
+    assert (tmp_path / "rig_check_1.png").read_bytes().startswith(b"\x89PNG")
+    written = json.loads((tmp_path / "rig_check.json").read_text(encoding="utf-8"))
+    assert [one["record"] for one in written["records"]] == ["run"]
+
+
+def test_check_says_what_does_not_fit_by_which_factor_and_ends_well(
+    record: str, tmp_path: Path
+) -> None:
+    rig = tmp_path / "rig.toml"
+    said("rig", "new", *OPTIONS[:-1], "25 l/min", "--mass", "120 kg", "--out", str(rig))
+    printed = json.loads(said("rig", "check", str(rig), record, "--json"))
+    found = {one["check"]: one for one in printed["records"][0]["findings"]}
+    assert found["flow"]["status"] == "does not fit"
+    assert found["flow"]["value"] == "valve.rated_flow_m3_s"
+    assert found["flow"]["factor"] == pytest.approx(38.0 / 25.0, rel=0.08)
+    assert found["flow"]["fitting"][0] < 1.0 < found["flow"]["fitting"][1]
+    assert "does not fit: flow" in said("rig", "check", str(rig), record)
