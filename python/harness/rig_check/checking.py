@@ -99,8 +99,7 @@ def _usable(record: Record) -> Record:
     where = record.source or record.name
     if record.dt_s is None:
         raise ValueError(
-            f"{where}: there is no time: expected a column 'time_s'; name it, or give "
-            "--dt SECONDS"
+            f"{where}: there is no time: expected a column 'time_s'; name it, or give --dt SECONDS"
         )
     part = longest_stretch(record)
     if len(part) < LEAST_SAMPLES:
