@@ -293,7 +293,9 @@ def _mass(record: Record, rig: Rig, area: Areas) -> Finding:
     if rig.plant == "axis":
         bad += f", or axis.force_per_volt by {says / seen:.3g}"
     tolerance = 2.0 * math.hypot(rig.sigma(key), found.deviation / seen, 0.05)
-    return judged(check, key, seen / says, tolerance, (shown, bad))
+    better = abs(math.log(seen / says)) > 2.0 * found.deviation / seen + 0.1
+    good = f"{shown}, hardly known: {key} = {seen:.4g} is better" if better else shown
+    return judged(check, key, seen / says, tolerance, (good, bad))
 
 
 def _delay(record: Record, rig: Rig, moved: Motion) -> Finding:
