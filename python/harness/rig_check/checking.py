@@ -96,21 +96,21 @@ def check_rig(record: Record, rig: Rig) -> RecordCheck:
 
 def _usable(record: Record) -> Record:
     """The longest stretch without a gap; raises ValueError where it does not do."""
+    where = record.source or record.name
     if record.dt_s is None:
         raise ValueError(
-            f"{record.name}: there is no time: expected a column 'time_s'; name it, or give "
-            "--dt SECONDS"
+            f"{where}: there is no time: expected a column 'time_s'; name it, or give --dt SECONDS"
         )
     part = longest_stretch(record)
     if len(part) < LEAST_SAMPLES:
         raise ValueError(
-            f"{record.name}: {len(part)} samples without a gap: expected at least {LEAST_SAMPLES}; "
+            f"{where}: {len(part)} samples without a gap: expected at least {LEAST_SAMPLES}; "
             "record for longer"
         )
     for name in (COMMAND, POSITION):
         if np.ptp(part.column(name)) == 0.0:
             raise ValueError(
-                f"{record.name}, column '{name}': it is constant: expected a machine that moves; "
+                f"{where}, column '{name}': it is constant: expected a machine that moves; "
                 "record with an excitation, or check the sensor"
             )
     return part
@@ -293,7 +293,9 @@ def _mass(record: Record, rig: Rig, area: Areas) -> Finding:
     if rig.plant == "axis":
         bad += f", or axis.force_per_volt by {says / seen:.3g}"
     tolerance = 2.0 * math.hypot(rig.sigma(key), found.deviation / seen, 0.05)
-    return judged(check, key, seen / says, tolerance, (shown, bad))
+    better = abs(math.log(seen / says)) > 2.0 * found.deviation / seen + 0.1
+    good = f"{shown}, hardly known: {key} = {seen:.4g} is better" if better else shown
+    return judged(check, key, seen / says, tolerance, (good, bad))
 
 
 def _delay(record: Record, rig: Rig, moved: Motion) -> Finding:
