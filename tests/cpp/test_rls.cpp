@@ -187,9 +187,9 @@ TEST(Rls, AStepWhoseVarianceOrFactorLeavesTheNumbersIsRefused) {
     Eigen::Vector2f phi;
   };
   const Case cases[] = {
-      {{{1.0F, 1e38F}, {10.0F}}, {1e-20F, 0.0F}},        // P_11 = 1 + 10^2 1e38 overflows
+      {{{1.0F, 3.39e36F}, {10.0F}}, {1e-22F, 0.0F}},     // P_11 = 10^2 3.39e36 / 0.99 overflows
       {{{Limits::min(), 1.0F}, {0.0F}}, {1e19F, 0.0F}},  // D_11 falls below the normal numbers
-      {{{1e-20F, 1e10F}, {1e30F}}, {1e-12F, -1e18F}},    // U_12 overflows in its square
+      {{{1e4F, 1e-10F}, {0.0F}}, {0.01F, 1e18F}},        // U_12 = -5e19 overflows in its square
   };
   // Up to nearly the largest that is taken: there the ceiling weighs next to nothing.
   for (const float variance : {1e6F, 4e37F}) {
@@ -203,6 +203,18 @@ TEST(Rls, AStepWhoseVarianceOrFactorLeavesTheNumbersIsRefused) {
       EXPECT_EQ(std::memcmp(&state, &rls.state(), sizeof state), 0);
     }
   }
+}
+
+TEST(Rls, RefusesASeedOfWhichANumberOverflows) {
+  using Factors = ehsid::UdFactors<float, 2>;
+  ehsid::Rls<float, 2, ehsid::Constant<float>> rls;
+  const Eigen::Vector2f zero = Eigen::Vector2f::Zero();
+  const Factors good({1.0F, 1.0F}, {0.0F});
+  const Factors infinite_variance({1.0F, 1e38F}, {10.0F});
+  EXPECT_EQ(rls.seed(zero, infinite_variance, 0.0F), Status::invalid_argument);
+  EXPECT_EQ(rls.seed(zero, good, 1e19F), Status::invalid_argument);  // beyond 2^63
+  EXPECT_EQ(rls.seed(Eigen::Vector2f(1e19F, 0.0F), good, 0.0F), Status::invalid_argument);
+  EXPECT_EQ(rls.seed(zero, good, 9e18F), Status::ok);
 }
 
 TEST(Rls, OfOneParameterStaysAFiniteState) {
