@@ -19,6 +19,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <type_traits>
 
 namespace {
 
@@ -43,10 +44,13 @@ struct Policy {
 constexpr Policy kPolicies[] = {EHSID_EACH_POLICY(SOAK_POLICY)};
 #undef SOAK_POLICY
 
+/// Without padding, whose bytes would have no value: files of equal states must be equal.
 struct Snapshot {
-  std::array<unsigned char, EHSID_SNAPSHOT_BYTES(soak::kN)> bytes{};
-  std::size_t count = 0;
+  static constexpr std::size_t kWord = sizeof(std::uint64_t);
+  std::array<unsigned char, (EHSID_SNAPSHOT_BYTES(soak::kN) + kWord - 1) / kWord * kWord> bytes{};
+  std::uint64_t count = 0;
 };
+static_assert(std::has_unique_object_representations<Snapshot>::value, "no padding");
 
 class Estimator {
  public:
@@ -82,13 +86,16 @@ class Estimator {
 
   Snapshot save() const {
     Snapshot saved;
-    if (ehsid_save(estimator_, saved.bytes.data(), saved.bytes.size(), &saved.count) != EHSID_OK) {
+    std::size_t count = 0;
+    if (ehsid_save(estimator_, saved.bytes.data(), saved.bytes.size(), &count) != EHSID_OK) {
       fail("the estimator cannot be saved");
     }
+    saved.count = count;
     return saved;
   }
   bool restore(const Snapshot& saved) {
-    return ehsid_restore(estimator_, saved.bytes.data(), saved.count) == EHSID_OK;
+    return ehsid_restore(estimator_, saved.bytes.data(), static_cast<std::size_t>(saved.count)) ==
+           EHSID_OK;
   }
 
  private:
