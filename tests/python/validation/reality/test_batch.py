@@ -11,7 +11,12 @@ import pytest
 from ehsid.harness.records import read_record
 from ehsid.harness.validation.reality import case as cases
 from ehsid.harness.validation.reality import make_case
-from ehsid.harness.validation.reality.batch import draw_seconds, write_cases, write_drawn_case
+from ehsid.harness.validation.reality.batch import (
+    draw_sampling_time,
+    draw_seconds,
+    write_cases,
+    write_drawn_case,
+)
 from ehsid.harness.validation.reality.excitation import EXCITATIONS
 from ehsid.harness.validation.reality.structure import GRADES
 
@@ -84,18 +89,30 @@ def test_the_transfer_record_is_written_to_its_own_folder(tmp_path: Path) -> Non
 
 @pytest.mark.slow
 def test_lengths_are_drawn_independently(tmp_path: Path) -> None:
-    lengths = [draw_seconds(seed) for seed in range(500)]
+    lengths = [draw_seconds(seed, "plain") for seed in range(500)]
     assert 8.0 <= min(lengths) < 8.5
     assert 19.5 < max(lengths) <= 20.0
     # The mean of 500 uniform draws has a standard error of 12 / sqrt(12 * 500) = 0.155 s; the
     # tolerance is four of them.
     assert np.mean(lengths) == pytest.approx(14.0, abs=0.62)
+    slow = [draw_seconds(seed, "slow") for seed in range(500)]
+    assert 30.0 <= min(slow) < 31.25
+    assert 58.75 < max(slow) <= 60.0
     write_cases(tmp_path / "cases", tmp_path / "answers.json", [11, 12], seconds=None)
     answers = json.loads((tmp_path / "answers.json").read_text(encoding="utf-8"))
     for name, answer in answers.items():
-        assert answer["seconds"] == draw_seconds(answer["seed"])
+        assert answer["seconds"] == draw_seconds(answer["seed"], "plain")
         record = read_record(tmp_path / "cases" / name / "train.csv")
         assert len(record) == round(answer["seconds"] / answer["dt_s"])
+
+
+def test_slow_records_are_sampled_every_20_or_50_ms() -> None:
+    drawn = [draw_sampling_time(seed, "slow") for seed in range(200)]
+    assert set(drawn) == {0.02, 0.05}
+    # Of 200 fair draws, each value has 100; four standard errors are 28.
+    assert 72 <= drawn.count(0.02) <= 128
+    for grade in ("plain", "hard", "confusable"):
+        assert {draw_sampling_time(seed, grade) for seed in range(20)} == {1e-3}
 
 
 @pytest.mark.usefixtures("one_process")
