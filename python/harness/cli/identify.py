@@ -85,11 +85,11 @@ def identify_command(
         Path | None, typer.Option(help="folder for identify.json, .png and _bode.png")
     ] = None,
 ) -> None:
-    """Choose order and delay of an ARX model on one half of a record, judged on the other.
+    r"""Choose order and delay of an ARX model on one half of a record, judged on the other.
 
     Examples: ehsid identify rec.csv --input u --output y --orders 2-5
 
-    ehsid identify log.mf4 --map "command_v=Valve" --map "position_m=Stroke [mm]"
+    ehsid identify log.mf4 --map "command_v=Valve" --map "position_m=Stroke \[mm]"
     """
     from ehsid.harness.identification import identify
 

@@ -56,14 +56,14 @@ def import_command(
         Path | None, typer.Option(help="record to write (parquet, csv, csv.gz, mat, npz)")
     ] = None,
 ) -> None:
-    """Read a log of any kind, say what was taken for what, and keep it as a record.
+    r"""Read a log of any kind, say what was taken for what, and keep it as a record.
 
     Channels get the names and SI units of a record; other columns keep their names and numbers.
     Without --out nothing is written.
 
     Examples: ehsid import run.mf4 --out run.parquet
 
-    ehsid import run.txt --map "position_m=Stroke [mm]" --dt 0.001 --out run.parquet
+    ehsid import run.txt --map "position_m=Stroke \[mm]" --dt 0.001 --out run.parquet
     """
     from ehsid.harness.records import read_record
     from ehsid.harness.records.formats import format_of

@@ -20,7 +20,7 @@ Maps = Annotated[
     typer.Option(
         "--map",
         metavar="CHANNEL=COLUMN",
-        help="column of the log for a channel, with its unit: 'position_m=Stroke [mm]'. "
+        help="column of the log for a channel, with its unit: 'position_m=Stroke \\[mm]'. "
         "Again for more",
     ),
 ]

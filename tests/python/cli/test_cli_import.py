@@ -26,6 +26,12 @@ def run(*arguments: object) -> Result:
     return CliRunner().invoke(app, [str(one) for one in arguments])
 
 
+@pytest.mark.parametrize("command", ["import", "identify", "estimate", "gap", "simulate"])
+def test_help_shows_how_a_unit_is_named(command: str) -> None:
+    """Square brackets would be markup of the terminal."""
+    assert "[mm]" in run(command, "--help").output
+
+
 @pytest.mark.parametrize("kind", WRITERS)
 def test_from_each_kind_of_log_to_a_report(tmp_path: Path, kind: str) -> None:
     with warnings.catch_warnings():

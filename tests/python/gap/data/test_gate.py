@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.excitation import multisine
+from ehsid.harness.gap.data import gate_signs
 from ehsid.harness.gap.data.gate import gate, longest_stretch, stretch
 from ehsid.harness.gap.data.gate_channels import spikes
 from ehsid.harness.gap.data.gate_signs import correlation
@@ -246,6 +247,31 @@ def test_forces_against_the_motion_are_remarked_on_but_not_refused() -> None:
         if "acts against the motion" in each.what or "exchanged" in each.what
     )
     assert not remark.serious
+
+
+@pytest.mark.parametrize(
+    ("as_named", "exchanged", "serious"),
+    [
+        # Residual in N, then mass and power of friction in their standard deviations.
+        ((100.0, -9.0, -9.0), (100.0, 9.0, 9.0), [True]),
+        ((1000.0, 9.0, 9.0), (100.0, 9.0, 0.0), [True]),
+        ((1000.0, 9.0, 9.0), (100.0, 2.0, 9.0), []),
+        ((100.0, -9.0, -1.0), (100.0, 9.0, 9.0), [False]),
+        ((100.0, -1.0, -9.0), (100.0, 9.0, 9.0), [False]),
+        ((100.0, -9.0, -9.0), (100.0, 9.0, 1.0), [False]),
+        ((100.0, -3.0, -3.0), (100.0, 9.0, 9.0), []),
+    ],
+)
+def test_exchanged_ports_are_refused_only_where_mass_and_friction_say_so(
+    monkeypatch: pytest.MonkeyPatch,
+    as_named: tuple[float, float, float],
+    exchanged: tuple[float, float, float],
+    serious: list[bool],
+) -> None:
+    balances = iter([gate_signs._Balance(*as_named), gate_signs._Balance(*exchanged)])
+    monkeypatch.setattr(gate_signs, "_balance", lambda record, force: next(balances))
+    remarks_on_ports = gate_signs.check_ports(make_record(CLEAN), RIG)
+    assert [remark.serious for remark in remarks_on_ports] == serious
 
 
 def test_ports_are_not_judged_where_the_sampling_hides_the_acceleration() -> None:

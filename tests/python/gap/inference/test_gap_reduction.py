@@ -116,3 +116,20 @@ def test_interval_is_wider_where_windows_differ(seed: int) -> None:
         widths.append(share.high - share.low)
     if bursts.any():
         assert widths[1] > widths[0]
+
+
+def test_the_floor_is_never_above_the_error_that_was_reached() -> None:
+    """A floor estimated ten times too high would make the removed share larger than all."""
+    record = compared(3)
+    before, after = sums_of(record, (0.1, 0.1), 1), sums_of(record, (0.001, 0.01), 2)
+    high = {
+        name: NoiseFloor(10.0 * floor.value, 9.0 * floor.value, 12.0 * floor.value)
+        for name, floor in FLOORS.items()
+    }
+    result = gap_reduction(before, before, after, high, np.random.default_rng(0))
+    assert result.of_explainable is not None
+    assert result.of_explainable.value == pytest.approx(1.0)
+    low, upper = result.noise_floor
+    assert low == pytest.approx(result.augmented)
+    # The upper end stays: the floor may be as high elsewhere.
+    assert upper > result.augmented
