@@ -81,6 +81,10 @@ class Clocks:
                 "the file states. To say otherwise: --dt SECONDS"
             )
         if stated is None:
+            # A time with a damaged cell is no log without time: the error names its row.
+            for one in group:
+                if not one.is_time and not is_counter(one.name) and means(one.name, TIME):
+                    one.read()
             return None
         rows = stated * np.arange(series.size, dtype=np.float64)
         return Clock(rows, Taken(TIME, "", None, 1.0, 0.0, f"{stated:.6g} s between rows, {why}"))

@@ -131,3 +131,14 @@ def test_signals_of_one_table_may_have_other_rates(tmp_path: Path) -> None:
         record.column("temperature_c")[:251], 40 + 0.01 * np.arange(251), atol=1e-9
     )
     assert (record.column("temperature_c")[251:] == 42.5).all()  # the last value is held
+
+
+def test_a_damaged_time_is_named_and_not_left_out(tmp_path: Path) -> None:
+    """Without its column of time the log would be read as one that has none."""
+    rows = [f"{0.001 * k:.3f};{k % 2};{100 + k % 7}" for k in range(300)]
+    rows[200] = "x;1;100"
+    log = tmp_path / "log.csv"
+    text = "\n".join(["Zeit;Ventil [V];Weg [mm]", *rows])
+    log.write_text(text.replace(".", ",") + "\n", encoding="utf-8")
+    with pytest.raises(RecordError, match=r"row 202, column 'Zeit': the text 'x' is not a number"):
+        read_record(log)
