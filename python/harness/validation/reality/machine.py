@@ -35,6 +35,9 @@ ATMOSPHERE_PA = 101325.0
 POLYTROPIC = 1.3
 ACCUMULATOR_POLYTROPIC = 1.2
 STOP_RAD_S = 1500.0  # sqrt(stiffness / mass) at the end stops
+# The number of integration steps is chosen anew at least this often, s: within a sampling time of
+# 50 ms, a rod that starts at rest reaches speeds at which its bristles need far shorter steps.
+CHOSEN_ANEW_S = 1e-3
 
 
 @compiled
@@ -266,7 +269,7 @@ def steps_per_second(s: FloatArray, t: Truth, refinement: int) -> float:
 
 
 @compiled
-def advance(
+def advance_piece(
     time: float,
     span: float,
     s: FloatArray,
@@ -275,10 +278,9 @@ def advance(
     t: Truth,
     refinement: int,
 ) -> float:
-    """Integrates the state s in place over `span`, s; returns the state of the sensor's play, m.
+    """Integrates as `advance` does, with equal steps whose number the state at the start decides.
 
-    The command is held. The method is the classical one of fourth order; the state at the start
-    decides the number of steps.
+    The method is the classical one of fourth order.
     """
     n = math.ceil(span * steps_per_second(s, t, refinement))
     n = min(max(n, refinement), 5000)
@@ -300,6 +302,29 @@ def advance(
             s[i] += h / 6.0 * (d1[i] + 2.0 * (d2[i] + d3[i]) + d4[i])
         time += h
         sensor_position = min(max(sensor_position, s[Y] - t.sensor_play_m), s[Y] + t.sensor_play_m)
+    return sensor_position
+
+
+@compiled
+def advance(
+    time: float,
+    span: float,
+    s: FloatArray,
+    command: float,
+    sensor_position: float,
+    t: Truth,
+    refinement: int,
+) -> float:
+    """Integrates the state s in place over `span`, s; returns the state of the sensor's play, m.
+
+    The command is held.
+    """
+    pieces = max(math.ceil(span / CHOSEN_ANEW_S - 1e-9), 1)
+    piece = span / pieces
+    for i in range(pieces):
+        sensor_position = advance_piece(
+            time + i * piece, piece, s, command, sensor_position, t, refinement
+        )
     return sensor_position
 
 
