@@ -70,10 +70,9 @@ void simulate(const Simulation& run, const double* command, const double* aligne
 
 int recommended_substeps(PlantKind kind, const std::vector<double>& values, double dt) {
   const ServoPlant<double> plant(kind, values, dt, 1, 0);
-  constexpr double kRadians = 1.0 / 3.0;
   constexpr int kLeast = 2;
   constexpr int kMost = 1000;
-  const double steps = std::ceil(plant.fastest_rate() * dt / kRadians);
+  const double steps = std::ceil(plant.fastest_rate() * dt / kRadiansPerStep);
   return std::clamp(steps < kMost ? static_cast<int>(steps) : kMost, kLeast, kMost);
 }
 

@@ -418,8 +418,8 @@ DECIDED_SHARE = 0.1
 # ln of a hundred: no simulator comes closer to a machine than a hundredth of its gap, however good
 # the sensor.
 MOST_ABOVE_FLOOR = 4.6
-# It must also remove this share of the errors of the calibrated rig itself, so that errors close to
-# the floor are not given a name.
+# It must also remove this share of the errors of the calibrated rig itself, at least in one output,
+# so that errors close to the floor are not given a name.
 DECIDED_OF_ALL = 0.05
 # A load force must be this many of its standard deviations, which include those of metering edges
 # that cannot be seen.

@@ -15,13 +15,19 @@ template <class Scalar>
 class Seals {
  public:
   Seals() = default;
-  Seals(const Scalar& at_rest, const Scalar& presliding)
-      : active_(value_of(at_rest) > 0.0), at_rest_(at_rest), presliding_(presliding) {}
+
+  /// at_rest: friction at rest, N. presliding: the distance d, m. stiffest: the seals are no stiffer than this, N/m,
+  /// because the steps of integration could not follow them; > 0.
+  Seals(const Scalar& at_rest, const Scalar& presliding, const Scalar& stiffest)
+      : active_(value_of(at_rest) > 0.0),
+        at_rest_(at_rest),
+        stiffness_(active_ ? at_rest / presliding : Scalar(0.0)),
+        presliding_(stiffness_ > stiffest ? at_rest / stiffest : presliding) {}
 
   bool active() const { return active_; }
 
-  /// Before sliding, N/m.
-  Scalar stiffness() const { return active_ ? at_rest_ / presliding_ : Scalar(0.0); }
+  /// Before sliding, as the values say, whatever the steps can follow, N/m.
+  Scalar stiffness() const { return stiffness_; }
 
   /// Elastic part of the force, N.
   Scalar force() const { return at_rest_ * bend_; }
@@ -49,6 +55,7 @@ class Seals {
 
   bool active_ = false;
   Scalar at_rest_{};
+  Scalar stiffness_{};
   Scalar presliding_{};
   Scalar bend_{};
   Scalar sliding_{1.0};  // g(v) / g(0) at the last velocity

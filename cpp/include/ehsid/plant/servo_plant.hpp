@@ -51,6 +51,9 @@ std::array<Scalar, kOutputNames.size()> in_order(const Outputs<Scalar>& o) {
 /// Numbers of a state: position, velocity, pressures at the cap and at the rod, as Initial.
 inline constexpr std::size_t kStates = static_cast<std::size_t>(Initial::count);
 
+/// The fastest oscillation turns by at most this angle in a step, rad: about 0.1 % of its frequency.
+inline constexpr double kRadiansPerStep = 1.0 / 3.0;
+
 template <class Scalar>
 class ServoPlant {
  public:
@@ -120,6 +123,11 @@ class ServoPlant {
   /// Of the mass on its end stop, rad/s: stiff, but no stiffer than the step can follow.
   double stop_rate() const { return (std::min)(1000.0, 0.5 / h_); }
 
+  /// The same of the mass on its seals before they slide. Above 2 / h the leapfrog is unstable: friction bounds the
+  /// motion, but nothing bounds the sensitivities, which then say nothing. A third of a radian a step, as in
+  /// recommended_substeps(), so that no run with the recommended steps is changed.
+  double seal_rate() const { return kRadiansPerStep / h_; }
+
   PlantKind kind_;
   double h_;
   int substeps_;
@@ -156,7 +164,8 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       spool_(spool_of(kind, values, effects_, 0.5 * h_)),
       hydraulics_(values, effects_, load(value_at(values, Initial::position))),
       linear_(values, effects_.overlap(), load(value_at(values, Initial::position))),
-      seals_(friction(Scalar(0.0)), value_at(values, Nuisance::presliding)),
+      seals_(friction(Scalar(0.0)), value_at(values, Nuisance::presliding),
+             mass_ * (seal_rate() * seal_rate())),
       null_bias_(kind == PlantKind::ehs ? value_at(values, Nuisance::null_bias) : Scalar(0.0)),
       position_(value_at(values, Initial::position)),
       velocity_(value_at(values, Initial::velocity)),

@@ -136,6 +136,7 @@ def search(
         if not front:
             break
     refined = _grown_laws(case, refined)
+    calibrated, *refined = _without_small_effects(case, [calibrated, *refined])
     staged.done(1.0)
     return SearchResult(
         nominal, calibrated, tuple(sorted(refined, key=_held_out_cost)), tuple(screened)
@@ -276,6 +277,37 @@ def _grown_laws(case: Case, refined: Sequence[FittedCandidate]) -> list[FittedCa
             sizes = [x for _, x in effect_parameters(effect, grown, case.rig.plant)]
             x = np.concatenate([restrict(case, ahead, others), sizes])
             tasks.append(partial(refine, case, (*others, effect), x))
+    for fitted in run_tasks(tasks):
+        effect_set = frozenset(fitted.effects)
+        by_set[effect_set] = min(by_set[effect_set], fitted, key=lambda each: each.cost)
+    return list(by_set.values())
+
+
+def _without_small_effects(
+    case: Case, candidates: Sequence[FittedCandidate]
+) -> list[FittedCandidate]:
+    """Fits again each set that ended behind a larger one whose further effects do not matter.
+
+    Such effects can explain little, so that the smaller set can fit nearly as well. Where it does
+    not, its fit ended in another minimum, and it starts again from the larger set. The calibration
+    comes first, as in `candidates`.
+    """
+    by_set = {frozenset(candidate.effects): candidate for candidate in candidates}
+    ahead: dict[frozenset[str], FittedCandidate] = {}
+    for candidate in candidates:
+        large = frozenset(
+            effect for effect in candidate.effects if matters(effect, candidate.values, case.rig)
+        )
+        smaller = by_set.get(large)
+        if len(large) == len(candidate.effects) or smaller is None:
+            continue
+        best = ahead.get(large, smaller)
+        if candidate.cost < best.cost - (BEHIND_NATS if best is smaller else 0.0):
+            ahead[large] = candidate
+    tasks = []
+    for large_set, candidate in ahead.items():
+        kept = tuple(effect for effect in candidate.effects if effect in large_set)
+        tasks.append(partial(refine, case, kept, restrict(case, candidate, kept)))
     for fitted in run_tasks(tasks):
         effect_set = frozenset(fitted.effects)
         by_set[effect_set] = min(by_set[effect_set], fitted, key=lambda each: each.cost)
