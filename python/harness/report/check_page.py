@@ -19,6 +19,7 @@ from ehsid.harness.report.check_plots import (
 from ehsid.harness.report.check_tables import (
     baseline_table,
     bins_table,
+    contradiction_table,
     control_table,
     outcome_table,
     split_table,
@@ -62,6 +63,7 @@ def check_page(score: Score) -> Page:
                 "Where it is good and where not", [split_table(table) for table in score.splits]
             ),
             _wrong(score),
+            _contradictions(score),
         ]
     return Page(TITLE, lead(score), [*sections, _how(score)])
 
@@ -215,6 +217,13 @@ def _wrong(score: Score) -> Section:
     if not score.wrong:
         return Section("What it gets wrong", ["Nothing in this check."])
     return Section("What it gets wrong", [wrong_table(score.wrong)])
+
+
+def _contradictions(score: Score) -> Section:
+    title = "Does a diagnosis contradict itself?"
+    if not score.contradictions:
+        return Section(title, ["No: all statements of each diagnosis agree with each other."])
+    return Section(title, [contradiction_table(score.contradictions)])
 
 
 def _how(score: Score) -> Section:

@@ -11,7 +11,7 @@ from ehsid.harness.report.page import Table
 from ehsid.harness.validation.scoring.baselines import Baseline, Control
 from ehsid.harness.validation.scoring.calibration import Reliability
 from ehsid.harness.validation.scoring.reading import SENSORS
-from ehsid.harness.validation.scoring.score import Score
+from ehsid.harness.validation.scoring.score import Contradiction, Score
 from ehsid.harness.validation.scoring.tables import FigureTable, SplitTable
 from ehsid.harness.validation.scoring.wrong import WrongCase
 
@@ -136,4 +136,13 @@ def wrong_table(each: Sequence[WrongCase]) -> Table:
             )
             for case in each
         ],
+    )
+
+
+def contradiction_table(each: Sequence[Contradiction]) -> Table:
+    """Returns the table of the diagnoses that contradict themselves."""
+    return Table(
+        "Diagnoses that contradict themselves. Each rule says what should hold.",
+        ("record", "rule that is broken"),
+        [(case.name, rule) for case in each for rule in case.rules],
     )

@@ -65,9 +65,9 @@ def target_text(target: Range | None, unit: str) -> str:
     return f"{ends[0].removesuffix(' %')}\N{EN DASH}{ends[1]}"
 
 
-def plural(n: int, noun: str) -> str:
-    """Returns the number and the noun, with an s unless the number is 1."""
-    return f"{n} {noun}{'' if n == 1 else 's'}"
+def plural(n: int, noun: str, several: str | None = None) -> str:
+    """Returns the number and the noun: `several`, or the noun with an s, unless the number is 1."""
+    return f"{n} {noun if n == 1 else several or f'{noun}s'}"
 
 
 def lead(score: Score) -> list[str]:
@@ -119,6 +119,11 @@ def _doubts(score: Score) -> list[str]:
     if score.unfinished:
         sentences.append(
             f"{plural(len(score.unfinished), 'record')} not yet diagnosed: they do not count."
+        )
+    if score.contradictions:
+        sentences.append(
+            f"{plural(len(score.contradictions), 'diagnosis', 'diagnoses')} with statements that "
+            "contradict each other: this is a fault of the program; see the last table."
         )
     if score.sealed is False:
         sentences.append(

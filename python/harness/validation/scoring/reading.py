@@ -17,6 +17,7 @@ from ehsid.harness.gap.diagnosis_file import (
     read_diagnosis_file,
 )
 from ehsid.harness.gap.schema import Estimate
+from ehsid.harness.validation.scoring.contradictions import contradictions
 
 FAILED = "failed"  # in place of a verdict, where the diagnosis raised an error
 SENSORS = ("pressures", "position only")  # what was measured
@@ -66,6 +67,8 @@ class Findings:
         time that the diagnosis took, s.
     settings
         settings of the diagnosis.
+    contradictions
+        rules that the statements of the diagnosis break; none where it is consistent.
     """
 
     verdict: str
@@ -81,6 +84,7 @@ class Findings:
     from_nominal: Estimate | None = None
     seconds: float = math.nan
     settings: Mapping[str, Any] = field(default_factory=dict)
+    contradictions: tuple[str, ...] = ()
 
 
 def read_findings(folder: Path) -> Findings | None:
@@ -129,6 +133,7 @@ def _findings(file: DiagnosisFile) -> Findings:
         from_nominal=_finite(how_far.shrinkage_from_nominal),
         seconds=known(file.provenance.seconds),
         settings=file.provenance.settings,
+        contradictions=contradictions(file),
     )
 
 

@@ -48,6 +48,14 @@ from ehsid.harness.validation.scoring.transfer import (
 from ehsid.harness.validation.scoring.wrong import Regret, WrongCase, regret_of, wrong_cases
 
 
+@dataclass(frozen=True)
+class Contradiction:
+    """A case whose diagnosis contradicts itself, and the rules that it breaks."""
+
+    name: str
+    rules: tuple[str, ...]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Results:
     """Results of a check, in its score and in the file of the score.
@@ -78,6 +86,8 @@ class Results:
         what simpler methods and permuted answers score.
     wrong
         all cases that are not right, the worst first.
+    contradictions
+        cases whose diagnosis contradicts itself, by name; there should be none.
     """
 
     unfinished: tuple[str, ...]
@@ -95,6 +105,7 @@ class Results:
     baselines: tuple[Baseline, ...]
     controls: tuple[Control, ...]
     wrong: tuple[WrongCase, ...]
+    contradictions: tuple[Contradiction, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,6 +238,11 @@ def score_cases(
         baselines=baselines(cases, samples or {}),
         controls=controls(cases),
         wrong=wrong_cases(cases),
+        contradictions=tuple(
+            Contradiction(case.name, case.findings.contradictions)
+            for case in sorted(cases, key=lambda case: case.name)
+            if case.findings.contradictions
+        ),
         cases=tuple(cases),
         seal=seal,
     )

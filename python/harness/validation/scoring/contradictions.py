@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""What no diagnosis may contain: statements that contradict each other."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.gap.diagnosis_file import Candidate, DiagnosisFile, known
+from ehsid.harness.gap.inference.effect_selection import effect_families
+from ehsid.harness.gap.inference.quantised import QUANTISATION
+from ehsid.harness.gap.inference.words import in_words
+from ehsid.harness.gap.thresholds import DECIDED_TOGETHER, WORSE_CALIBRATED
+
+CHOSEN = ("named", "sufficient")
+IN_THE_SET = (*CHOSEN, "equivalent")
+
+
+def contradictions(file: DiagnosisFile) -> tuple[str, ...]:
+    """Returns the rules that the statements of a diagnosis break; none where it is consistent.
+
+    A file whose candidates have no standing was written by another program, which decides in
+    another way: only rules on what this program decides apply, so none is broken.
+    """
+    if file.verdict == "insufficient_data":
+        return () if file.reasons else ("data that cannot carry a diagnosis have a reason",)
+    candidates = file.which.candidates
+    if not candidates or any(each.standing is None for each in candidates):
+        return ()
+    reasons = " ".join(file.reasons)
+    named = tuple(effect.id for effect in file.which.effects if effect.id != QUANTISATION)
+    sets = [
+        tuple(name for name in names if name != QUANTISATION) for names in file.which.ambiguity_set
+    ]
+    calibrated, nominal = known(file.how_far.calibrated), known(file.how_far.nominal)
+    rules = {
+        "exactly one set is named or sufficient, and it is the one of the verdict": [
+            tuple(each.effects) for each in candidates if each.standing in CHOSEN
+        ]
+        == [named],
+        "sets are marked exactly if their standing is in the set": all(
+            each.in_confidence_set == (each.standing in IN_THE_SET) for each in candidates
+        ),
+        "the ambiguity set holds the marked sets": set(sets) - {()}
+        == {tuple(each.effects) for each in candidates if each.in_confidence_set} - {()},
+        "candidates are in the order of their scores": _ordered(candidates),
+        "each set that is not in the set has a reason": all(
+            each.why or each.standing in IN_THE_SET for each in candidates
+        ),
+        "a first candidate that is not in the set is explained": (
+            candidates[0].in_confidence_set or "smallest errors" in reasons
+        ),
+        "a set that explains much is named or explained": named != ()
+        or all(
+            known(each.held_out_shrinkage) < DECIDED_TOGETHER or in_words(each.effects) in reasons
+            for each in candidates[:2]
+            if each.effects
+        ),
+        "the verdict is ambiguous where families differ": (file.verdict == "ambiguous")
+        == (
+            file.verdict != "outside_catalogue"
+            and len({effect_families(names) for names in file.which.ambiguity_set}) > 1
+        ),
+        "the share that is removed is that of the named set": _same_share(file, named),
+        "a worse calibration is said": ("are worse than those of the rig file" in reasons)
+        == (calibrated > max(WORSE_CALIBRATED * nominal, known(file.how_far.noise_floor[1]))),
+        "values that moved are said where the verdict rests on them": file.verdict != "parameters"
+        or any(value.moved for value in file.calibration.values()),
+        "values that moved are no nuisances": not any(
+            value.moved and ParameterKey(name).is_nuisance
+            for name, value in file.calibration.items()
+        ),
+    }
+    return tuple(rule for rule, holds in rules.items() if not holds)
+
+
+def _ordered(candidates: list[Candidate]) -> bool:
+    scores = [known(each.score) for each in candidates]
+    return scores[0] == 0.0 and all(
+        # The held-out costs decide the order; scores are rounded differently.
+        later >= earlier - 1e-6 * max(1.0, abs(earlier))
+        for earlier, later in itertools.pairwise(scores)
+    )
+
+
+def _same_share(file: DiagnosisFile, named: tuple[str, ...]) -> bool:
+    stated = file.how_far.shrinkage_of_explainable.value
+    if not named or stated is None:
+        return True
+    shares = [
+        known(each.held_out_shrinkage) for each in file.which.candidates if each.standing == "named"
+    ]
+    return (
+        len(shares) == 1
+        and math.isclose(shares[0], stated, rel_tol=1e-6, abs_tol=1e-6)
+        and stated <= 1.0 + 1e-9
+    )
