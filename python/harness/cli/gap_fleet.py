@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,8 +15,10 @@ from ehsid.harness.cli.common import make_table, refuse
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.gap import check_excluded, read_for, told_apart
 from ehsid.harness.cli.gap_check import on
+from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import AsJson, Dask, ExcludedEffects, Workers
 from ehsid.harness.files import check_result_folder, result_folder
+from ehsid.harness.records import NO_HINTS, Hints
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.text import printable
 
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
 MOST_LINES = 20
 
 
-def read_machine(folder: Path) -> Job:
+def read_machine(folder: Path, hints: Hints = NO_HINTS) -> Job:
     """Reads the rig file and the records of a machine.
 
     The results name each file by its path below the folder of the fleet.
@@ -45,7 +48,7 @@ def read_machine(folder: Path) -> Job:
         replace(record, source=record.source.relative_to(folder.parent))
         if record.source
         else record
-        for record in told_apart(read_for(rig, [*fitted, *held_out]))
+        for record in told_apart(read_for(rig, [*fitted, *held_out], hints))
     ]
     count = len(fitted)
     return Job(folder.name, rig, f"{folder.name}/{RIG}", tuple(named[:count]), tuple(named[count:]))
@@ -74,16 +77,20 @@ def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
 def gap_fleet_command(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="one sub-folder a machine")],
     out: Annotated[Path, typer.Option(help="folder of the results; the same again: goes on")],
+    maps: Maps = None,
+    sampling_time: SamplingTime = None,
     exclude_effect: ExcludedEffects = None,
     workers: Workers = None,
     dask: Dask = None,
     as_json: AsJson = False,
 ) -> None:
-    """Diagnose a folder of machines: whose gap is largest, and which of them share one.
+    r"""Diagnose a folder of machines: whose gap is largest, and which of them share one.
 
-    Each sub-folder of DIR is a machine: rig.toml and its records (CSV, Parquet, MAT, NPZ, Excel,
-    HDF5, MF4, TDMS, MCAP, .bag); records whose names start with "validate" are held out. A machine
-    that has been diagnosed is not diagnosed again until one of its files changes.
+    Each sub-folder of DIR is a machine: rig.toml and its records (CSV, TSV, Parquet, MAT, NPZ,
+    Excel, HDF5, MF4, TDMS, MCAP, .bag; a .txt may be a note and is not read); records whose names
+    start with "validate" are held out. A log of another layout is read as \[columns] of its rig
+    file says, or as --map and --dt say, which apply to all machines. A machine that has been
+    diagnosed is not diagnosed again until one of its files changes.
 
     Writes fleet.html, fleet.json and, for each machine, a folder with what `ehsid gap` writes.
     Exit code 2 where nothing could be diagnosed.
@@ -112,7 +119,8 @@ def gap_fleet_command(
             typer.echo(f"{printable(refused[machine.name])}; it is left out", err=True)
         else:
             folders.append(machine)
-    todo = unfinished_machines(folders, out, excluded)
+    hints = hints_of(maps, sampling_time)
+    todo = unfinished_machines(folders, out, excluded, hints)
     check_results(folder, out, todo)
     with result_folder(out, "gap-fleet", FILES) as made:
         if len(todo) < len(folders):
@@ -120,7 +128,8 @@ def gap_fleet_command(
             typer.echo(f"{done} of {len(folders)} machines are finished; going on", err=True)
         if todo:
             with on(dask, workers):
-                outcomes = run_fleet(todo, out, excluded, read_machine, diagnose, write_diagnosis)
+                read = functools.partial(read_machine, hints=hints)
+                outcomes = run_fleet(todo, out, excluded, read, diagnose, write_diagnosis, hints)
                 for _ in shown(outcomes, len(todo), len(folders)):
                     pass
         fleet = read_fleet(out, [machine.name for machine in folders], refused)

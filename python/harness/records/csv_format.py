@@ -12,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from ehsid.harness.records.csv_text import split_header, unreadable_line
+from ehsid.harness.records.csv_text import is_number, split_header, unreadable_line
 from ehsid.harness.records.errors import RecordError
 
 FIRST_DATA_ROW = 2  # row 1 is the header
+HEAD_ROWS = 100  # rows that tell whether a column holds text
 
 
 class CsvTable:
@@ -26,6 +27,26 @@ class CsvTable:
     def __init__(self, data: bytes, path: Path) -> None:
         self._path = path
         self.names, self._body = split_header(data, path)
+
+    def text_names(self) -> list[str]:
+        """Names of the columns whose first cells hold text, and not one of them a number.
+
+        Rows that cannot be divided into cells do not count: `read` says what is wrong with them.
+        """
+        head = self._body.split(b"\n", HEAD_ROWS)[:HEAD_ROWS]
+        rows = csv.reader(line.decode("utf-8") for line in head)
+        filled, with_numbers = set[str](), set[str]()
+        try:
+            for cells in rows:
+                if len(cells) != len(self.names):
+                    continue
+                for name, cell in zip(self.names, cells, strict=True):
+                    if cell.strip():
+                        filled.add(name)
+                        with_numbers |= {name} if is_number(cell) else set()
+        except csv.Error:
+            return []
+        return [name for name in self.names if name in filled - with_numbers]
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[np.float64]]:
         """Returns the columns `wanted` as float64 arrays; an empty cell becomes NaN.

@@ -169,7 +169,7 @@ def _names(line: str, body: bytes, path: Path) -> list[str]:
         raise RecordError(
             path, "the first row is blank", row=1, expected=EXPECTED_CSV, mend="remove that row"
         )
-    if all(_is_number(name) for name in names):
+    if all(is_number(name) for name in names):
         raise RecordError(
             path,
             "the first row holds numbers, not names",
@@ -223,7 +223,8 @@ def _wrong_delimiter(line: str, body: bytes, path: Path) -> RecordError:
     return RecordError(path, problem, row=1, expected=EXPECTED_CSV, mend=mend)
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Whether a cell is a number, "nan" included."""
     try:
         float(text)
     except ValueError:

@@ -57,6 +57,14 @@ class MatTable:
         self.names = list(self.variables)
         COLUMNS.check(len(self.names), path)
 
+    def text_names(self) -> list[str]:
+        """Names of the variables that hold text."""
+        return [
+            name
+            for name, value in self.variables.items()
+            if isinstance(value, np.ndarray) and value.dtype.kind == "U"
+        ]
+
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
         """Returns the variables `wanted` as they are in the file.
 

@@ -51,6 +51,10 @@ class NpzTable:
         files = archive.zip.infolist() if archive.zip else []
         BYTES.check(sum(int(file.file_size) for file in files), path)
 
+    def text_names(self) -> list[str]:
+        """Names of the arrays that hold text; none, because an array is read as a whole."""
+        return []
+
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays `wanted` as they are in the file.
 

@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
 from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.records.layout import ColumnMap
+
+MOST_LISTED = 12  # names of columns in a remark
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,15 @@ class Origin:
             if one.channel in CHANNELS and one.column
         ]
         return "\n".join(["[columns]", *lines]) + "\n" if lines else ""
+
+
+def without_numbers(names: Sequence[str]) -> tuple[str, ...]:
+    """Returns one remark on all columns that are left out because they hold text; none of none."""
+    if not names:
+        return ()
+    listed = ", ".join(f"'{name}'" for name in names[:MOST_LISTED])
+    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+    return (f"columns without numbers are left out: {listed}{more}",)
 
 
 def unit_of(name: str) -> str:

@@ -34,6 +34,10 @@ class ParquetTable:
         SAMPLES.check(self.rows, path)
         COLUMNS.check(len(self.names), path)
 
+    def text_names(self) -> list[str]:
+        """Names of the columns that hold text."""
+        return [name for name, dtype in self.schema.items() if dtype == pl.String]
+
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
         """Returns the columns `wanted` as float64 arrays.
 

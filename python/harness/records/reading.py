@@ -30,7 +30,7 @@ from ehsid.harness.records.layout import (
     names_in_file,
 )
 from ehsid.harness.records.limits import bounded_memory, read_file
-from ehsid.harness.records.origin import NO_HINTS, Hints, Origin
+from ehsid.harness.records.origin import NO_HINTS, Hints, Origin, without_numbers
 from ehsid.harness.records.record import Record, make_record
 from ehsid.harness.records.timebase import TimeError
 from ehsid.harness.records.wish import Wish
@@ -71,7 +71,7 @@ def read_record(
         another kind (docs/records.md). A ROS 2 bag may be a folder.
     columns
         names of the columns to read; `time_s` is also read if the file has it. None reads all
-        columns, which must then all be numbers.
+        columns but those that are no channel and hold text, which a remark then names.
     required
         names of columns that must exist; by default those in `columns`, or `time_s` and
         `command_v` if `columns` is None.
@@ -146,7 +146,17 @@ def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
     layout = layout_of(table.names, wish.layout)
     names = names_in_file(table.names, layout, path)
     requested = wish.requested(names)
-    wanted = {name: names[name] for name in names if name in requested}
+    texts = table.text_names()
+    wanted = {
+        name: names[name]
+        for name in names
+        if name in requested
+        and (
+            names[name] not in texts
+            or name in (TIME, *CHANNELS, *wish.required, *(wish.columns or ()))
+        )
+    }
+    left_out = [name for name in texts if name not in wanted.values()]
     arrays = _arrays(table, wanted, layout, path)
     about: _About = {
         "name": stem_of(path),
@@ -155,22 +165,22 @@ def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
     }
     try:
         record = make_record(arrays, source=path, **about)
-        return replace(record, origin=_slow(record, path))
+        remarks = (*without_numbers(left_out), *_slow(record))
+        return replace(record, origin=Origin(ending_of(path), (), remarks) if remarks else None)
     except TimeError as error:
         from ehsid.harness.records.logs.reading import even_record
 
         return even_record(arrays, error, path=path, kind=ending_of(path), **about)
 
 
-def _slow(record: Record, path: Path) -> Origin | None:
+def _slow(record: Record) -> tuple[str, ...]:
     """Returns a remark on a servo with a sampling time that only a wrong unit explains."""
     if record.dt_s is None or record.dt_s < SLOW_S or record.columns.keys().isdisjoint(CHANNELS):
-        return None
-    remark = (
+        return ()
+    return (
         f"the samples are {record.dt_s:.4g} s apart, which is slow for a servo. If '{TIME}' is in "
-        f"ms: --map '{TIME}={TIME} [ms]'"
+        f"ms: --map '{TIME}={TIME} [ms]'",
     )
-    return Origin(ending_of(path), (), (remark,))
 
 
 class _About(TypedDict):

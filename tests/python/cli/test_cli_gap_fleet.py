@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from check_runs import StandIn
 from made_diagnoses import bench, measured_record
@@ -15,7 +16,7 @@ from typer.testing import CliRunner
 from ehsid.harness.cli import app
 from ehsid.harness.cli.gap_fleet import read_machine
 from ehsid.harness.gap.schema import Diagnosis
-from ehsid.harness.records import write_record
+from ehsid.harness.records import Hints, write_record
 from ehsid.harness.rigs import write_rig
 
 OF_A_MACHINE = {
@@ -199,10 +200,10 @@ def test_a_hostile_machine_does_not_end_the_others(
         (fleet / name / "rig.toml").write_text(text)
     shutil.copytree(saw, fleet / "memory")
 
-    def read(folder: Path) -> Any:
+    def read(folder: Path, hints: Hints) -> Any:
         if folder.name == "memory":
             raise MemoryError("no more")
-        return read_machine(folder)
+        return read_machine(folder, hints)
 
     monkeypatch.setattr("ehsid.harness.cli.gap_fleet.read_machine", read)
     outcome = run("fleet", "--out", "out")
@@ -221,6 +222,74 @@ def test_a_hostile_machine_does_not_end_the_others(
     for name, message in expected.items():
         assert message in plain["failed"][name]
     assert "a file of the results has this name" in (here / "out" / "fleet.html").read_text("utf-8")
+
+
+def raw_log(path: Path, delimiter: str, column: str) -> None:
+    """The record of the bench as another logger has it: other names, mm, bar, a text column."""
+    record = measured_record("record", 3, seconds=1.0, dt_s=5e-3)
+    columns = {
+        "Zeit [s]": record.time_s,
+        "Stellung [V]": record.column("command_v"),
+        column: 1e3 * record.column("position_m"),
+        "p_A [bar]": 1e-5 * record.column("pressure_a_pa"),
+    }
+    lines = [delimiter.join([*columns, "Bediener"])]
+    for row in zip(*columns.values(), strict=True):
+        lines.append(delimiter.join([*(f"{number:.9g}" for number in row), "Anna"]))
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def test_raw_logs_are_read_as_the_rig_files_and_the_options_say(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saw: dict[str, Any] = {}
+
+    class Seen(StandIn):
+        def __call__(self, records: Any, rig: Any, **settings: Any) -> Diagnosis:
+            saw[rig.name] = records[0]
+            return super().__call__(records, rig, **settings)
+
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", Seen(), raising=False)
+    fleet = here / "logs"
+    block = '\n[columns]\nposition_m = { name = "CHANNEL 1", unit = "mm" }\n'
+    for name, ending, delimiter, text in (
+        ("by_block", "csv", ";", block),
+        ("by_name", "tsv", "\t", ""),
+        ("by_option", "csv", ";", ""),
+    ):
+        (fleet / name).mkdir(parents=True)
+        write_rig(replace(bench(), name=name), fleet / name / "rig.toml")
+        with (fleet / name / "rig.toml").open("a", encoding="utf-8") as rig:
+            rig.write(text)
+        (fleet / name / "notes.txt").write_text("12 new seals\n", encoding="utf-8")
+        column = "Stroke [mm]" if name == "by_name" else "CHANNEL 1"
+        raw_log(fleet / name / f"run.{ending}", delimiter, column)
+
+    outcome = run("logs", "--out", "out")
+    assert outcome.exit_code == 0, outcome.output
+    plain = json.loads((here / "out" / "fleet.json").read_text(encoding="utf-8"))
+    assert list(plain["failed"]) == ["by_option"]
+    assert "no column 'position_m'" in plain["failed"]["by_option"]
+    assert "columns without numbers are left out: 'Bediener'" in words(outcome.stderr)
+    truth = measured_record("record", 3, seconds=1.0, dt_s=5e-3)
+    assert set(saw) == {"by_block", "by_name"}
+    for record in saw.values():
+        for name in ("command_v", "position_m", "pressure_a_pa"):
+            np.testing.assert_allclose(record.column(name), truth.column(name), rtol=1e-8)
+
+    # An option holds for all machines, and with another option the results are made anew.
+    shutil.rmtree(fleet / "by_name")
+    saw.clear()
+    option = ("--map", "position_m=CHANNEL 1 [cm]")
+    for expected in ({"by_block", "by_option"}, set[str]()):
+        outcome = run("logs", "--out", "out", *option)
+        assert outcome.exit_code == 0, outcome.output
+        assert set(saw) == expected
+        for record in saw.values():
+            np.testing.assert_allclose(
+                record.column("position_m"), 10.0 * truth.column("position_m"), rtol=1e-8
+            )
+        saw.clear()
 
 
 def test_nothing_diagnosed_is_an_error(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import Result
-from log_files import COUNT, TRUTH, WRITERS, write_excel, write_german_text, write_mf4
+from log_files import COUNT, TIME_S, TRUTH, WRITERS, write_excel, write_german_text, write_mf4
 from sources import ROOT
 from typer.testing import CliRunner
 
@@ -19,6 +19,7 @@ from ehsid.harness.cli import app
 from ehsid.harness.records import read_record
 
 DATA = ROOT / "examples" / "data"
+TRUTH_COLUMNS = (TIME_S, TRUTH["command_v"], TRUTH["position_m"])
 BENCH = str(ROOT / "examples" / "rigs" / "bench.toml")
 
 
@@ -49,6 +50,78 @@ def test_from_each_kind_of_log_to_a_report(tmp_path: Path, kind: str) -> None:
     assert {"time_s", "command_v", "position_m"} == set(columns)
     assert all(one["why"] for one in columns.values())
     assert (out / "identify_bode.png").is_file()
+
+
+TEXT_COLUMN = "columns without numbers are left out: 'operator', 'mode'"
+
+
+def with_text_columns(path: Path, delimiter: str, names: str) -> Path:
+    """A record with two columns of text; with other names it is a log of another layout."""
+    time_s, command, position = TRUTH_COLUMNS
+    lines = [delimiter.join([*names.split(","), "operator", "mode"])]
+    for row in zip(time_s, command, position, strict=True):
+        lines.append(delimiter.join([*(f"{number:.9g}" for number in row), "Anna", "auto"]))
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "names"),
+    [(",", "time_s,command_v,position_m"), (";", "Time [s],Command [V],Position [m]")],
+    ids=["schema", "another layout"],
+)
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("import",),
+        ("identify", "--orders", "2", "--delays", "1"),
+        ("estimate", "--out", "estimate"),
+        ("export", "--out", "header.h"),
+        ("rig", "check", BENCH),
+        (
+            "inject",
+            "--rig",
+            BENCH,
+            "--effect",
+            "transport_delay",
+            "--set",
+            "delay_s=0.01",
+            "--out",
+            "i.csv",
+        ),
+        ("simulate", BENCH, "--out", "s.csv", "--command"),
+    ],
+    ids=lambda command: " ".join(command[:2]).split(" -")[0],
+)
+def test_every_command_says_which_columns_hold_no_numbers(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    command: tuple[str, ...],
+    delimiter: str,
+    names: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    log = with_text_columns(tmp_path / "log.csv", delimiter, names)
+    outcome = run(*command, log)
+    assert outcome.exit_code == 0, outcome.output
+    assert " ".join(outcome.output.split()).count(TEXT_COLUMN) == 1
+
+
+def test_a_text_column_that_is_asked_for_is_refused_by_its_cell(tmp_path: Path) -> None:
+    log = with_text_columns(tmp_path / "log.csv", ",", "time_s,command_v,position_m")
+    outcome = run("identify", log, "--output", "operator")
+    assert outcome.exit_code == 2
+    assert "the text 'Anna' is not a number" in outcome.output
+
+
+def test_one_damaged_cell_is_no_column_of_text(tmp_path: Path) -> None:
+    log = with_text_columns(tmp_path / "log.csv", ",", "time_s,command_v,position_m")
+    lines = log.read_text(encoding="utf-8").split("\n")
+    lines[5] = lines[5].replace(lines[5].split(",")[2], "1.5x")
+    log.write_text("\n".join(lines), encoding="utf-8")
+    outcome = run("import", log)
+    assert outcome.exit_code == 2
+    assert "row 6, column 'position_m': the text '1.5x' is not a number" in outcome.output
 
 
 def test_import_keeps_a_log_as_a_record(tmp_path: Path) -> None:

@@ -63,6 +63,8 @@ class Log:
         sentences on what was left out or changed in reading.
     dt_s
         sampling time in seconds, where the file states one; else None.
+    texts
+        names of the columns that hold text and no numbers; they may be among the series.
     """
 
     kind: str
@@ -70,3 +72,4 @@ class Log:
     first_row: int = 1
     notes: tuple[str, ...] = field(default=())
     dt_s: float | None = None
+    texts: tuple[str, ...] = ()

@@ -86,7 +86,8 @@ class Matching:
         names = {one.taken.channel for one in choices}
         rest = []
         for series in self._signals:
-            known = (series.group, series.name) in used or series.name in (*times, *names, TIME)
+            taken = (*times, *names, *self._log.texts, TIME)
+            known = (series.group, series.name) in used or series.name in taken
             if known or series.name in CHANNELS:
                 continue
             try:

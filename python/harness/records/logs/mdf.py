@@ -23,6 +23,8 @@ from ehsid.harness.records.logs.log import Log, Series
 # A block of compressed data; its original length stands behind its head of 24 bytes and 8 more.
 COMPRESSED = b"##DZ"
 LENGTH_AT = 32
+# Numbers of the types of text in versions 4 and 3 of the format.
+TEXT_TYPES, TEXT_TYPES_3 = (6, 7, 8, 9), (7,)
 
 
 def _close_quietly(file: Any) -> None:
@@ -58,7 +60,14 @@ def read(data: bytes, path: Path) -> Log:
         raise
     except Exception as error:  # the reader has no common exception for damaged files
         raise damaged(path, "MF4", error) from None
-    return Log(f"MDF {file.version}", tuple(series))
+    version = str(file.version)
+    texts = [
+        str(channel.name)
+        for _, group in groups
+        for channel in group.channels
+        if channel.data_type in (TEXT_TYPES if version >= "4" else TEXT_TYPES_3)
+    ]
+    return Log(f"MDF {version}", tuple(series), texts=tuple(texts))
 
 
 def _of_group(file: Any, number: int, group: Any, path: Path) -> list[Series]:

@@ -29,8 +29,7 @@ def read(data: bytes, path: Path) -> Log:
     schema = table.schema
     usable = [name for name in table.names if schema[name].is_numeric() or _is_time(schema[name])]
     BYTES.check(table.rows * len(usable) * FLOAT64_BYTES, path)
-    skipped = [name for name in table.names if name not in usable]
-    notes = (f"columns without numbers are left out: {', '.join(skipped)}",) if skipped else ()
+    skipped = tuple(name for name in table.names if name not in usable)
 
     def series(name: str) -> Series:
         @cache
@@ -46,7 +45,7 @@ def read(data: bytes, path: Path) -> Log:
         is_time = _is_time(schema[name])
         return Series(name, table.rows, values, "s" if is_time else None, is_time=is_time)
 
-    return Log("Parquet", tuple(series(name) for name in usable), 1, notes)
+    return Log("Parquet", tuple(series(name) for name in usable), texts=skipped)
 
 
 def _is_time(dtype: pl.DataType) -> bool:

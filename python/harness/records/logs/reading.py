@@ -25,7 +25,7 @@ from ehsid.harness.records.logs.uniform import (
     rounded,
     usual_step,
 )
-from ehsid.harness.records.origin import Hints, Origin
+from ehsid.harness.records.origin import Hints, Origin, without_numbers
 from ehsid.harness.records.record import Record, make_record
 from ehsid.harness.records.timebase import MAX_JITTER, TimeError, analyse_time
 from ehsid.harness.records.wish import Wish
@@ -59,7 +59,13 @@ def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None
         )
     maker = _Maker(path, log.first_row, clocks, hints)
     made, taken_time = maker.make(choices, set(required), TIME in required)
-    remarks = (*log.notes, *matching.remarks, *clocks.remarks, *maker.remarks)
+    remarks = (
+        *log.notes,
+        *matching.remarks,
+        *without_numbers(log.texts),
+        *clocks.remarks,
+        *maker.remarks,
+    )
     used = [one.taken for one in choices if one.taken.channel in made]
     origin = Origin(log.kind, (*([taken_time.taken] if taken_time else []), *used), remarks)
     return make_record(

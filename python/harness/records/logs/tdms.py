@@ -44,7 +44,12 @@ def read(data: bytes, path: Path) -> Log:
         raise
     except Exception as error:  # the reader has no common exception for damaged files
         raise damaged(path, "TDMS", error) from None
-    return Log("TDMS", tuple(one for one in series if one is not None))
+    texts = tuple(str(channel.name) for channel in channels if not _has_numbers(channel))
+    return Log("TDMS", tuple(one for one in series if one is not None), texts=texts)
+
+
+def _has_numbers(channel: Any) -> bool:
+    return channel.dtype.kind in "fiubmM"
 
 
 def _series(channel: Any, repeated: bool, path: Path) -> Series | None:
@@ -52,7 +57,7 @@ def _series(channel: Any, repeated: bool, path: Path) -> Series | None:
     name = f"{channel.group_name}/{channel.name}" if repeated else str(channel.name)
     SAMPLES.check(len(channel), path)
     is_time = channel.dtype.kind in "mM"
-    if channel.dtype.kind not in "fiubmM":
+    if not _has_numbers(channel):
         return None
 
     @cache

@@ -122,13 +122,22 @@ class _Text:
         frame = self._frame(body)
         names = _unique([*dialect.names, *[""] * (dialect.columns - len(dialect.names))], notes)
         units = [*dialect.units, *[""] * (dialect.columns - len(dialect.units))]
-        series = []
+        series, texts = [], []
         for i, name in enumerate(names):
             column = frame[f"{i}"]
             if column.null_count() < len(column):
                 series.append(self._series(name, units[i] or None, column, i))
+                if not series[-1].is_time and self._is_text(column):
+                    texts.append(name)
         series += self._date_and_time(series, names, frame)
-        return Log(dialect.words, tuple(series), dialect.data_row, tuple(notes), dialect.dt_s)
+        return Log(
+            dialect.words,
+            tuple(series),
+            dialect.data_row,
+            tuple(notes),
+            dialect.dt_s,
+            tuple(texts),
+        )
 
     def _body(self, notes: list[str]) -> bytes:
         """Returns the rows of the data; a last row that the logger did not finish is left out."""
@@ -207,6 +216,11 @@ class _Text:
         if unread.any():
             unread &= ~text.str.to_lowercase().is_in(list(EMPTY))
         return numbers.fill_null(float("nan")).to_numpy(), unread.to_numpy()
+
+    def _is_text(self, column: pl.Series) -> bool:
+        """Whether the first cells of a column hold text, and not one of them a number."""
+        numbers, unread = self._numbers(column.drop_nulls().head(SAMPLE_LINES))
+        return bool(unread.any()) and not bool(np.isfinite(numbers).any())
 
     def _no_number(self, name: str, column: pl.Series, row: int) -> RecordError:
         cell = str(column[row]).strip()

@@ -12,6 +12,7 @@ from pathlib import Path
 import ehsid
 from ehsid.harness.files import is_incomplete
 from ehsid.harness.manifest import sha256_of
+from ehsid.harness.records import NO_HINTS, Hints
 from ehsid.harness.records.formats import BINARY_ENDINGS, FORMATS
 from ehsid.harness.validation.blind.running import DIAGNOSIS, run_and_keep
 from ehsid.harness.validation.jobs import (
@@ -30,6 +31,8 @@ from ehsid.harness.validation.jobs import (
 RIG = "rig.toml"
 INPUTS = "inputs.json"
 HELD_OUT = "validate"
+# Endings of text files that are tables.
+TABLES = ("tsv", "tsv.gz", "tab")
 
 # Reads the folder of a machine; raises a ValueError or OSError with a message where it cannot.
 Read = Callable[[Path], Job]
@@ -65,8 +68,8 @@ def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
     """
     if not (folder / RIG).is_file():
         raise ValueError(f"{folder}: has no {RIG}: expected it beside the records")
-    # Text that is no CSV may be a note about the machine.
-    endings = tuple(f".{ending}" for ending in (*FORMATS, *BINARY_ENDINGS))
+    # Text of another ending may be a note about the machine.
+    endings = tuple(f".{ending}" for ending in (*FORMATS, *TABLES, *BINARY_ENDINGS))
     records = sorted(
         path
         for path in folder.iterdir()
@@ -82,10 +85,17 @@ def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
     return fitted, held_out
 
 
-def inputs_of(folder: Path, exclude: Sequence[str]) -> bytes:
-    """Returns what determines a result, as JSON: digests of files, effects left out, version."""
+def inputs_of(folder: Path, exclude: Sequence[str], hints: Hints = NO_HINTS) -> bytes:
+    """Returns what determines a result, as JSON: digests of files, options, version."""
     files = {path.name: sha256_of(path) for path in sorted(folder.iterdir()) if path.is_file()}
-    plain = {"files": files, "exclude": list(exclude), "ehsid_version": ehsid.__version__}
+    maps = {channel: [column.name, column.unit] for channel, column in hints.maps.items()}
+    plain = {
+        "files": files,
+        "exclude": list(exclude),
+        "map": maps,
+        "dt_s": hints.dt_s,
+        "ehsid_version": ehsid.__version__,
+    }
     return (json.dumps(plain, indent=1) + "\n").encode()
 
 
@@ -96,7 +106,9 @@ def is_finished(result: Path, inputs: bytes) -> bool:
     return there and not is_incomplete(result, RESULT)
 
 
-def unfinished_machines(folders: Iterable[Path], out: Path, exclude: Sequence[str]) -> list[Path]:
+def unfinished_machines(
+    folders: Iterable[Path], out: Path, exclude: Sequence[str], hints: Hints = NO_HINTS
+) -> list[Path]:
     """Returns the machines without a diagnosis of their present files; errors are tried again.
 
     A machine whose files cannot be read is among them: its diagnosis then says why.
@@ -104,7 +116,7 @@ def unfinished_machines(folders: Iterable[Path], out: Path, exclude: Sequence[st
 
     def finished(folder: Path) -> bool:
         try:
-            return is_finished(out / folder.name, inputs_of(folder, exclude))
+            return is_finished(out / folder.name, inputs_of(folder, exclude, hints))
         except OSError:
             return False
 
@@ -118,14 +130,17 @@ def run_fleet(
     read: Read,
     diagnose: Diagnose,
     write: Write,
+    hints: Hints = NO_HINTS,
 ) -> Iterator[Outcome]:
     """Diagnoses each machine; the files of `write` are in OUT/NAME before an outcome is yielded.
+
+    `hints` are what `read` was told about the records; they belong to the inputs of a result.
 
     A machine whose process is killed, for example for want of memory, gets an error; the others go
     on. Which of those at work it was shows when they are run again, half of them at a time.
     """
     left = list(folders)
-    tasks = (_task(folder, exclude, read, diagnose, write) for folder in folders)
+    tasks = (_task(folder, exclude, read, diagnose, write, hints) for folder in folders)
     try:
         for outcome in run_and_keep(tasks, out):
             left = [folder for folder in left if folder.name != outcome.name]
@@ -141,15 +156,21 @@ def run_fleet(
             yield killed
             return
         for some in (left[: len(left) // 2], left[len(left) // 2 :]):
-            yield from run_fleet(some, out, exclude, read, diagnose, write)
+            yield from run_fleet(some, out, exclude, read, diagnose, write, hints)
 
 
 def _task(
-    folder: Path, exclude: Sequence[str], read: Read, diagnose: Diagnose, write: Write
+    folder: Path,
+    exclude: Sequence[str],
+    read: Read,
+    diagnose: Diagnose,
+    write: Write,
+    hints: Hints,
 ) -> Callable[[], Outcome]:
     try:
         job = replace(read(folder), exclude=tuple(exclude))
-        return functools.partial(run_machine, job, diagnose, write, inputs_of(folder, exclude))
+        inputs = inputs_of(folder, exclude, hints)
+        return functools.partial(run_machine, job, diagnose, write, inputs)
     except (ValueError, OSError) as error:
         message = one_line(str(error))
         files = {ERROR: f"{message}\n".encode()}
