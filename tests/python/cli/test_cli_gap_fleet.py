@@ -229,7 +229,7 @@ def raw_log(path: Path, delimiter: str, column: str) -> None:
     record = measured_record("record", 3, seconds=1.0, dt_s=5e-3)
     columns = {
         "Zeit [s]": record.time_s,
-        "Stellung [V]": record.column("command_v"),
+        "Stellgröße [V]": record.column("command_v"),
         column: 1e3 * record.column("position_m"),
         "p_A [bar]": 1e-5 * record.column("pressure_a_pa"),
     }

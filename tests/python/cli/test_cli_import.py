@@ -76,7 +76,7 @@ def with_text_columns(path: Path, delimiter: str, names: str) -> Path:
         ("import",),
         ("identify", "--orders", "2", "--delays", "1"),
         ("estimate", "--out", "estimate"),
-        ("export", "--out", "header.h"),
+        ("export", "--na", "2", "--out", "header.h"),
         ("rig", "check", BENCH),
         (
             "inject",

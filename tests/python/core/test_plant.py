@@ -274,6 +274,47 @@ def test_friction_tends_to_its_sharp_form(presliding: float) -> None:
     assert late < early < np.sqrt(force * give / mass)
 
 
+def test_sensitivities_stay_bounded_where_the_steps_cannot_follow_the_seals() -> None:
+    """At rest, stiff seals would turn by 1.4 rad a step: their sensitivities grew by 1e70 and more.
+
+    The force and the mass are those of a record at 50 Hz whose fits could not move. The seals that
+    the steps can follow give nearly the same motion.
+    """
+    dt_s, substeps = 0.02, 36
+    values = typical() | {
+        "load.mass_kg": 70.0,
+        "effects.coulomb_friction.force_n": 4500.0,
+        "nuisance.presliding_m": 1e-6,
+    }
+    radians = np.sqrt(450.0 / values["nuisance.presliding_m"] / 70.0) * dt_s / substeps
+    assert radians > 1.3
+    command = runs.steps(5, 400, 40, 3.0)
+    varied = [runs.NAMES.index(name) for name in ("load.mass_kg", "supply.pressure_pa")]
+    outputs, slopes = ehsid.simulate_plant(
+        "ehs", runs.vector(values), command, dt_s=dt_s, substeps=substeps, varied=varied
+    )
+    position = outputs[0, :, 0]
+    assert np.ptp(position) > 0.01
+    per_deviation = slopes[0, :, :, 0] * runs.vector(values)[0, varied]
+    # A value that is doubled does not move the rod by ten strokes.
+    assert np.abs(per_deviation).max() < 10.0 * values["cylinder.stroke_m"]
+    finer, _ = ehsid.simulate_plant(
+        "ehs", runs.vector(values), command, dt_s=dt_s, substeps=20 * substeps
+    )
+    assert np.abs(position - finer[0, :, 0]).max() < 0.02 * np.ptp(position)
+
+
+def test_steps_are_recommended_for_the_seals_as_their_values_say() -> None:
+    values = typical() | {"effects.coulomb_friction.force_n": 4500.0}
+    counts = [
+        ehsid.plant_substeps("ehs", runs.vector(values | {"nuisance.presliding_m": d})[0], 0.02)
+        for d in (1e-4, 1e-5, 1e-6)
+    ]
+    # The squares of the steps are in proportion to the stiffness of oil and seals together.
+    squares = np.square(counts, dtype=np.float64)
+    assert (squares[2] - squares[1]) / (squares[1] - squares[0]) == pytest.approx(10.0, rel=0.05)
+
+
 @pytest.mark.parametrize("speed", [3e-4, 1e-3, 1e-2])
 def test_friction_comes_up_with_the_speed(speed: float) -> None:
     """A steady force moves the rod at the speed where friction and viscous force balance it."""

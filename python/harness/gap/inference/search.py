@@ -136,7 +136,7 @@ def search(
         if not front:
             break
     refined = _grown_laws(case, refined)
-    calibrated, *refined = _without_small_effects(case, [calibrated, *refined])
+    calibrated, *refined = without_small_effects(case, [calibrated, *refined])
     staged.done(1.0)
     return SearchResult(
         nominal, calibrated, tuple(sorted(refined, key=_held_out_cost)), tuple(screened)
@@ -283,7 +283,7 @@ def _grown_laws(case: Case, refined: Sequence[FittedCandidate]) -> list[FittedCa
     return list(by_set.values())
 
 
-def _without_small_effects(
+def without_small_effects(
     case: Case, candidates: Sequence[FittedCandidate]
 ) -> list[FittedCandidate]:
     """Fits again each set that ended behind a larger one whose further effects do not matter.

@@ -3,17 +3,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
 import pytest
-from made_candidates import CASE, MadeCase, candidate, search_result
+from made_candidates import CASE, FLOOR, VARIATION, MadeCase, candidate, search_result
 
+from ehsid.harness.gap.data.floor import NoiseFloor
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.effect_selection import (
     effect_families,
     is_justified,
     is_significant,
+    objection,
     select_effects,
 )
 from ehsid.harness.gap.inference.likelihood_gain import likelihood_gain
@@ -67,6 +71,45 @@ def test_a_second_effect_needs_a_large_gain() -> None:
         CASE, search_result(candidate(rms=1e-4), single, candidate(*pair, rms=1.5e-6))
     )
     assert large_gain.best.effects == pair
+
+
+class _TwoOutputs(MadeCase):
+    outputs = ("position_m", "pressure_a_pa")
+    floors = MappingProxyType({name: NoiseFloor(FLOOR, FLOOR, FLOOR) for name in outputs})
+
+    def variation(self) -> np.ndarray:
+        return np.array([VARIATION, VARIATION])
+
+
+def _with_pressure(position: FittedCandidate, pressure: FittedCandidate) -> FittedCandidate:
+    """The first candidate, with the errors of the second in the other output."""
+    squares = np.concatenate([position.squares, pressure.squares], axis=1)
+    return replace(position, squares=squares)
+
+
+@pytest.mark.parametrize(
+    ("smaller_m", "larger_m", "justified"),
+    [
+        (4e-4, 1e-4, True),  # a sensor's effect: three tenths of the errors of its own output
+        (1e-4, 6e-5, False),  # 4 % of them
+        (4e-6, 1e-6, False),  # three quarters of what is left, which is no motion to speak of
+    ],
+)
+def test_an_effect_of_one_sensor_counts_in_the_output_of_that_sensor(
+    smaller_m: float, larger_m: float, justified: bool
+) -> None:
+    """The pressure's large error has another cause, which both sets have already."""
+    case = cast(Case, cast(Any, _TwoOutputs()))
+    calibrated = _with_pressure(candidate(rms=1e-3), candidate(rms=9e-3))
+    smaller = _with_pressure(
+        candidate("coulomb_friction", rms=smaller_m), candidate("coulomb_friction", rms=2e-6)
+    )
+    pair = ("coulomb_friction", "sensor_lag")
+    larger = _with_pressure(candidate(*pair, rms=larger_m), candidate(*pair, rms=2e-6))
+    why = objection(case, larger, smaller, calibrated)
+    assert (why is None) == justified
+    if not justified:
+        assert why == "it removes less than 5 % of the errors of the calibrated rig in every output"
 
 
 def test_errors_next_to_the_floor_need_no_effect() -> None:

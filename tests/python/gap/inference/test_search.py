@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: MIT
+from dataclasses import replace
+
 import gap_cases as made
 import numpy as np
 import pytest
@@ -15,7 +17,12 @@ from ehsid.harness.gap.inference.candidates import (
 )
 from ehsid.harness.gap.inference.gap_reduction import WindowSums
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
-from ehsid.harness.gap.inference.search import candidate_effects, restrict, search
+from ehsid.harness.gap.inference.search import (
+    candidate_effects,
+    restrict,
+    search,
+    without_small_effects,
+)
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import GAIN
 from ehsid.harness.gap.thresholds import AT_FLOOR, DECIDED_NATS, DECIDED_RELATIVE
@@ -224,3 +231,58 @@ def test_an_excluded_effect_is_not_reached_through_the_law_that_contains_it() ->
         result = search(case, made.all_but("stribeck_friction", "valve_dead_band"))
     assert any("stribeck_friction" in candidate.effects for candidate in result.refined)
     assert all("coulomb_friction" not in candidate.effects for candidate in result.refined)
+
+
+def test_a_set_starts_again_from_a_larger_one_whose_further_effect_does_not_matter(
+    calm: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A fit that ended in another minimum is found out by a larger set that fits far better."""
+    small, large = 1e-5, 0.03
+    sizes = {
+        ("internal_leakage",): {"effects.internal_leakage.coefficient_m3_s_pa": 2e-11},
+        ("internal_leakage", "valve_null_bias"): {
+            "effects.internal_leakage.coefficient_m3_s_pa": 2e-11,
+            "effects.valve_null_bias.offset": small,
+        },
+        ("internal_leakage", "valve_dead_band"): {
+            "effects.internal_leakage.coefficient_m3_s_pa": 2e-11,
+            "effects.valve_dead_band.overlap": large,
+        },
+    }
+
+    def made(effects: tuple[str, ...], cost: float) -> FittedCandidate:
+        count = len(calm.parameters(effects))
+        values = sizes.get(effects, {})
+        return replace(_fitted(calm), effects=effects, x=np.full(count, cost), values=values,
+                       cost=cost, held_out_cost=cost)  # fmt: skip
+
+    started = []
+
+    def refined(case: Case, effects: tuple[str, ...], x: np.ndarray) -> FittedCandidate:
+        started.append((effects, x.size))
+        return made(effects, 42.0)
+
+    monkeypatch.setattr("ehsid.harness.gap.inference.search.refine", refined)
+    alone, biased, banded = sizes
+    fitted = [made((), 100.0), made(alone, 90.0), made(biased, 40.0), made(banded, 10.0)]
+    with workers(1):
+        found = without_small_effects(calm, fitted)
+    # The dead band matters, so that its set says nothing about the leakage alone.
+    assert started == [(alone, len(calm.parameters(alone)))]
+    assert {one.effects: one.cost for one in found} == {
+        (): 100.0,
+        alone: 42.0,
+        biased: 40.0,
+        banded: 10.0,
+    }
+    # Where the smaller set is not behind, nothing is fitted again.
+    started.clear()
+    with workers(1):
+        without_small_effects(calm, [made((), 100.0), made(alone, 40.5), made(biased, 40.0)])
+    assert started == []
+
+
+def _fitted(case: Case) -> FittedCandidate:
+    nothing = np.zeros((1, len(case.outputs)))
+    return FittedCandidate((), np.zeros(1), {}, 0.0, 0.0, True, nothing, np.ones(1),
+                           WindowSums({}, {}, np.ones(1)))  # fmt: skip
