@@ -275,7 +275,7 @@ def test_friction_tends_to_its_sharp_form(presliding: float) -> None:
 
 
 def test_sensitivities_stay_bounded_where_the_steps_cannot_follow_the_seals() -> None:
-    """At rest, stiff seals would turn by 1.4 rad a step: their sensitivities grew by 1e70 and more.
+    """At rest, stiff seals would turn by 1.4 rad a step, and the sensitivities would reach 1e40.
 
     The force and the mass are those of a record at 50 Hz whose fits could not move. The seals that
     the steps can follow give nearly the same motion.
@@ -288,20 +288,20 @@ def test_sensitivities_stay_bounded_where_the_steps_cannot_follow_the_seals() ->
     }
     radians = np.sqrt(450.0 / values["nuisance.presliding_m"] / 70.0) * dt_s / substeps
     assert radians > 1.3
-    command = runs.steps(5, 400, 40, 3.0)
+    command = runs.steps(5, 400, 3, 0.2)
     varied = [runs.NAMES.index(name) for name in ("load.mass_kg", "supply.pressure_pa")]
     outputs, slopes = ehsid.simulate_plant(
         "ehs", runs.vector(values), command, dt_s=dt_s, substeps=substeps, varied=varied
     )
     position = outputs[0, :, 0]
-    assert np.ptp(position) > 0.01
+    assert np.ptp(position) > 0.003
     per_deviation = slopes[0, :, :, 0] * runs.vector(values)[0, varied]
     # A value that is doubled does not move the rod by ten strokes.
     assert np.abs(per_deviation).max() < 10.0 * values["cylinder.stroke_m"]
     finer, _ = ehsid.simulate_plant(
         "ehs", runs.vector(values), command, dt_s=dt_s, substeps=20 * substeps
     )
-    assert np.abs(position - finer[0, :, 0]).max() < 0.02 * np.ptp(position)
+    assert np.abs(position - finer[0, :, 0]).max() < 0.05 * np.ptp(position)
 
 
 def test_steps_are_recommended_for_the_seals_as_their_values_say() -> None:
