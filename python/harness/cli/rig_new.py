@@ -194,6 +194,9 @@ def rig_new_command(
     hoses: Annotated[
         bool, typer.Option("--hoses", help="flexible hoses between valve and cylinder")
     ] = False,
+    oil: Annotated[str | None, _option("oil")] = None,
+    accumulator_volume: Annotated[str | None, _option("accumulator-volume")] = None,
+    accumulator_precharge: Annotated[str | None, _option("accumulator-precharge")] = None,
     dead_volume: Annotated[str | None, _option("dead-volume")] = None,
     line_length: Annotated[str | None, _option("line-length")] = None,
     line_bore: Annotated[str | None, _option("line-bore")] = None,
@@ -225,6 +228,9 @@ def rig_new_command(
         "rated-command": rated_command,
         "valve-bandwidth": valve_bandwidth,
         "bulk-modulus": bulk_modulus,
+        "oil": oil,
+        "accumulator-volume": accumulator_volume,
+        "accumulator-precharge": accumulator_precharge,
         "dead-volume": dead_volume,
         "line-length": line_length,
         "line-bore": line_bore,
@@ -252,10 +258,15 @@ def rig_new_command(
             if asked:
                 double_rod = double_rod or _yes("Is the rod on both sides of the piston?", console)
                 hoses = hoses or _yes("Do hoses connect valve and cylinder?", console)
-            if ("line-length" in known) != ("line-bore" in known):
-                raise ValueError(
-                    "--line-length, --line-bore: expected both or neither; give the other one, too"
-                )
+            for pair in (
+                ("line-length", "line-bore"),
+                ("accumulator-volume", "accumulator-precharge"),
+            ):
+                if len(known.keys() & pair) == 1:
+                    raise ValueError(
+                        f"--{pair[0]}, --{pair[1]}: expected both or neither; give the other one, "
+                        "too"
+                    )
             entries = ehs_entries(known, double_rod=double_rod, hoses=hoses)
         text = commented_text(name or out.stem, plant.value, entries)
         parse_rig(text, source="rig new")

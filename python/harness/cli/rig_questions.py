@@ -19,7 +19,7 @@ class Question:
     usual
         unit of a number without one.
     si
-        unit of the rig file; "command" for the rated command.
+        unit of the rig file; "command" for the rated command, "grade" for the oil.
     essential
         whether there is no rig without it.
     why
@@ -78,6 +78,32 @@ EHS = (
         "effective, with walls and lines",
     ),
     Question(
+        "oil",
+        "ISO viscosity grade of the oil",
+        "VG",
+        "grade",
+        False,
+        "on the name plate of the power unit: 32, 46 or 68. It scales the typical viscous "
+        "friction. A rig file has no density and no viscosity, and the grade hardly changes the "
+        "bulk modulus",
+    ),
+    Question(
+        "accumulator-volume",
+        "volume of the accumulator at the valve",
+        "l",
+        "m^3",
+        False,
+        "with its pre-charge: the supply pressure then droops with the flow that is drawn",
+    ),
+    Question(
+        "accumulator-precharge",
+        "gas pressure of the empty accumulator",
+        "bar",
+        "Pa",
+        False,
+        "absolute; 'barg' for a manometer",
+    ),
+    Question(
         "dead-volume",
         "dead volume of each chamber with its line",
         "cm³",
@@ -94,7 +120,14 @@ EHS = (
 )
 AXIS = (
     Question("mass", "moved mass", "kg", "kg", True, "with what the motor's inertia adds"),
-    Question("force-gain", "force of the drive over command", "N/V", "N/V", True, ""),
+    Question(
+        "force-gain",
+        "force of the drive over command",
+        "N/V",
+        "N/V",
+        True,
+        "of a motor-driven axis, whose motor turns the command into a force",
+    ),
     *(q for q in EHS if q.name in ("viscous-friction", "friction", "position-noise")),
 )
 QUESTIONS = {"ehs": EHS, "axis": AXIS}
@@ -102,8 +135,10 @@ QUESTIONS = {"ehs": EHS, "axis": AXIS}
 
 def help_of(name: str) -> str:
     """Returns the help of the option of this name."""
-    one = next(q for questions in QUESTIONS.values() for q in questions if q.name == name)
-    needed = "" if name == "mass" else "; needed" if one.essential else ""
+    plants = {plant: q for plant, asked in QUESTIONS.items() for q in asked if q.name == name}
+    one = next(iter(plants.values()))
+    needing = [plant for plant, question in plants.items() if question.essential]
+    needed = f"; needed with --plant {needing[0]}" if needing else ""
     why = f" ({one.why})" if one.why else ""
     return f"{one.words}, such as '{EXAMPLES[name]}'{why}{needed}"
 
@@ -120,6 +155,9 @@ EXAMPLES = {
     "valve-bandwidth": "70 Hz",
     "tank": "2 bar",
     "bulk-modulus": "1.1 GPa",
+    "oil": "VG 46",
+    "accumulator-volume": "1 l",
+    "accumulator-precharge": "90 bar",
     "dead-volume": "250 cm³",
     "line-length": "1.5 m",
     "line-bore": "12 mm",

@@ -11,7 +11,7 @@ from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.rigs.new import Entry
 from ehsid.harness.text import printable
 
-WIDTH = 44
+WIDTH = 43
 
 
 def commented_text(name: str, plant: str, entries: Sequence[Entry]) -> str:
@@ -29,13 +29,13 @@ def commented_text(name: str, plant: str, entries: Sequence[Entry]) -> str:
             lines += ["", f"[{section}]"]
             if section == "sensors":
                 lines[-1] += "  # standard deviations of the noise"
-        lines.append(f"{f'{key} = {entry.value!r}':<{WIDTH}}# {_comment(entry)}")
+        lines.append(f"{f'{key} = {entry.value!r}':<{WIDTH}} # {_comment(entry)}")
     lines += ["", "[uncertainty]  # relative 1-sigma"]
     for entry in entries:
         if entry.sigma is not None:
             reason = entry.why if entry.given else "typical value"
             text = f'"{entry.key}" = {entry.sigma!r}'
-            lines.append(f"{text:<{WIDTH}}# {printable(reason)}")
+            lines.append(f"{text:<{WIDTH}} # {printable(reason)}")
     return "\n".join(lines) + "\n"
 
 

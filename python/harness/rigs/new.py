@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.rigs import typical
 from ehsid.harness.rigs.errors import RigError
 from ehsid.harness.rigs.quantities import Quantity
@@ -67,8 +68,9 @@ def ehs_entries(known: Mapping[str, Quantity], *, double_rod: bool, hoses: bool)
     Parameters
     ----------
     known
-        what is known, by the names of `GIVEN`, "line-length", "line-bore", "position-noise" and
-        "pressure-noise"; with at least bore, rod, stroke, supply and rated-flow.
+        what is known, by the names of `GIVEN`, "line-length", "line-bore", "accumulator-volume",
+        "accumulator-precharge", "oil", "position-noise" and "pressure-noise"; with at least bore,
+        rod, stroke, supply and rated-flow.
     double_rod
         whether the rod is on both sides; the simulator then has a piston of the same area without
         a rod.
@@ -78,7 +80,8 @@ def ehs_entries(known: Mapping[str, Quantity], *, double_rod: bool, hoses: bool)
     Raises
     ------
     RigError
-        the rod is not thinner than the bore, or a length is not above 0.
+        the rod is not thinner than the bore, a length is not above 0, or the accumulator cannot be
+        that of this supply.
     """
     problems = [
         f"--{name} {known[name].text}: expected more than 0"
@@ -121,8 +124,12 @@ def ehs_entries(known: Mapping[str, Quantity], *, double_rod: bool, hoses: bool)
     entries.either(
         "load.viscous_friction_n_s_m",
         "viscous-friction",
-        typical.viscous_friction(supply * cap, speed),
+        typical.viscous_friction(
+            supply * cap, speed, known["oil"].value if "oil" in known else None
+        ),
     )
+    if "accumulator-volume" in known:
+        _accumulator(entries, supply, flow)
     entries.either(
         "effects.valve_lag.bandwidth_hz", "valve-bandwidth", typical.valve_bandwidth(flow, drop)
     )
@@ -216,8 +223,47 @@ def _dead_volume(entries: _Entries, key: str, swept_m3: float) -> None:
         entries.typical(key, typical.dead_volume(swept_m3))
 
 
+def _accumulator(entries: _Entries, supply_pa: float, flow_m3_s: float) -> None:
+    """Adds the droop of a supply with an accumulator of known volume and pre-charge.
+
+    Raises
+    ------
+    RigError
+        the volume or the pre-charge is impossible, or so large that nothing droops.
+    """
+    volume, precharge = (entries.known[f"accumulator-{name}"] for name in ("volume", "precharge"))
+    if volume.value <= 0.0 or not 0.0 < precharge.value < supply_pa:
+        raise RigError(
+            "rig new",
+            [
+                f"--accumulator-volume {volume.text}, --accumulator-precharge {precharge.text}: "
+                "expected a volume above 0 and a pre-charge between 0 and the supply pressure"
+            ],
+        )
+    key = "effects.supply_droop.accumulator_capacitance_m3_pa"
+    found = typical.accumulator_capacitance(volume.value, precharge.value, supply_pa)
+    most = plant_parameters()[key].maximum
+    if found.value > most:
+        raise RigError(
+            "rig new",
+            [
+                f"--accumulator-volume {volume.text}: it stores {found.value:.2g} m^3/Pa, expected "
+                f"{most:g} at most; with so large an accumulator the supply pressure is constant: "
+                "leave it out"
+            ],
+        )
+    text = f"{volume.text}, charged to {precharge.text}"
+    entries.add(Entry(key, found.value, found.sigma, True, text, found.why))
+    entries.typical(
+        "effects.supply_droop.source_resistance_pa_s_m3",
+        typical.source_resistance(supply_pa, flow_m3_s),
+    )
+
+
 # Ending of a full name -> factor from SI, and unit, in which engineers read the value.
 _SHOWN = (
+    ("_pa_s_m3", 1e-5 / 6e4, "bar per l/min"),
+    ("_m3_pa", 1e11, "cm³/bar"),
     ("_m3", 1e6, "cm³"),
     ("_m3_s", 6e4, "l/min"),
     ("bulk_modulus_pa", 1e-9, "GPa"),

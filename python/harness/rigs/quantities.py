@@ -29,6 +29,10 @@ _SPELLINGS = MappingProxyType(
 _SIGMA = re.compile(r"(.*?)\s*(?:±|\+/?-)\s*(\d{1,3}(?:[.,]\d{1,3})?)\s*%\s*")
 # The number of a command is kept: a record has the same number in its column.
 OF_COMMANDS = ("V", "mA", "percent")
+# Viscosity grades of hydraulic oils (ISO 3448), mm^2/s at 40 degrees Celsius, and how they are
+# written: "46", "VG 46", "ISO VG 46", "HLP 46".
+GRADES = (10, 15, 22, 32, 46, 68, 100, 150)
+_GRADE = re.compile(r"\s*(?:(?:ISO|VG|HL|HLP|HVLP|HM|HV)[\s-]*)*(\d{1,4})\s*", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -78,13 +82,16 @@ def read_quantity(text: str, option: str, usual: str, si: str) -> Quantity:
     usual
         unit that is taken without one, such as "mm".
     si
-        unit of the value, such as "m"; "command" for a rated command, whose number is kept.
+        unit of the value, such as "m"; "command" for a rated command, whose number is kept; "grade"
+        for the viscosity grade of an oil, in mm^2/s.
 
     Raises
     ------
     ValueError
         the text has no number, or the unit does not convert.
     """
+    if si == "grade":
+        return _read_grade(text, option)
     whole = text
     uncertain = _SIGMA.fullmatch(text) if len(text) <= 80 else None
     sigma = None
@@ -120,3 +127,14 @@ def read_quantity(text: str, option: str, usual: str, si: str) -> Quantity:
     if not math.isfinite(value):
         raise ValueError(f"{option} {text!r}: expected a finite number, such as {example}")
     return Quantity(value, f"{match[1]} {written}", assumed=not match[2], sigma=sigma)
+
+
+def _read_grade(text: str, option: str) -> Quantity:
+    match = _GRADE.fullmatch(text) if len(text) <= 80 else None
+    if match is None or int(match[1]) not in GRADES:
+        shown = text if len(text) <= 40 else text[:37] + "..."
+        raise ValueError(
+            f"{option} {shown!r}: expected a viscosity grade of ISO 3448, one of "
+            f"{', '.join(map(str, GRADES))}, such as 'VG 46'"
+        )
+    return Quantity(float(match[1]), f"ISO VG {match[1]}")

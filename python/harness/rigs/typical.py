@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 BAR = 1e5
+USUAL_GRADE = 46.0  # ISO viscosity grade of most power units, mm^2/s
 
 
 @dataclass(frozen=True)
@@ -65,13 +66,41 @@ def load_mass(stiffness_n_m: float) -> Typical:
     )
 
 
-def viscous_friction(force_n: float, speed_m_s: float) -> Typical:
-    """Viscous friction, N s/m, from the force of the piston, N, and the largest speed, m/s."""
+def viscous_friction(force_n: float, speed_m_s: float, grade: float | None) -> Typical:
+    """Viscous friction, N s/m, from the force of the piston, N, and the largest speed, m/s.
+
+    `grade` is the viscosity grade of the oil, mm^2/s, with which this friction goes; None: unknown.
+    """
+    of_oil = "" if grade is None else f", times {grade:g} / {USUAL_GRADE:g} for the oil"
     return Typical(
-        0.02 * force_n / speed_m_s,
+        0.02 * force_n / speed_m_s * (grade or USUAL_GRADE) / USUAL_GRADE,
         1.0,
-        "2 % of the piston's force at full speed; makers of cylinders give efficiencies of 0.9 to "
-        "0.98, and most of the loss is dry friction. Rule of this project",
+        f"2 % of the piston's force at full speed{of_oil}; makers of cylinders give efficiencies "
+        "of 0.9 to 0.98, and most of the loss is dry friction. Rule of this project",
+    )
+
+
+def accumulator_capacitance(volume_m3: float, precharge_pa: float, supply_pa: float) -> Typical:
+    """Volume that an accumulator takes per pressure at the supply pressure, m^3/Pa.
+
+    The gas fills V = V_0 p_0 / p after it has been charged slowly, at one temperature. Fast, it
+    follows p V^n with n between 1 and 1.4 (nitrogen): C = V / (n p).
+    """
+    exponent = 1.2
+    gas_m3 = volume_m3 * precharge_pa / supply_pa
+    return Typical(
+        gas_m3 / (exponent * supply_pa),
+        0.2,
+        "gas law with an exponent of 1.2, between that of slow changes (1) and fast ones (1.4)",
+    )
+
+
+def source_resistance(supply_pa: float, flow_m3_s: float) -> Typical:
+    """Pressure lost between pump and accumulator over flow, Pa s/m^3."""
+    return Typical(
+        0.05 * supply_pa / flow_m3_s,
+        1.0,
+        "5 % of the supply pressure at the rated flow: pump, line and filter. Rule of this project",
     )
 
 

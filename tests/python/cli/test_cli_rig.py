@@ -54,6 +54,72 @@ def test_a_drop_over_both_edges_is_halved(tmp_path: Path) -> None:
     assert read_rig(out).values["valve.rated_pressure_drop_pa"] == 3.5e6
 
 
+def test_an_accumulator_makes_the_supply_droop(tmp_path: Path) -> None:
+    out = tmp_path / "rig.toml"
+    given = ["--accumulator-volume", "1 l", "--accumulator-precharge", "90 bar"]
+    shown = said("rig", "new", *OPTIONS, *given, "--out", str(out))
+    rig = read_rig(out)
+    # 1 l at 90 bar is 0.75 l at 120 bar; C = V / (1.2 p).
+    capacitance = 0.75e-3 / (1.2 * 120e5)
+    key = "effects.supply_droop.accumulator_capacitance_m3_pa"
+    assert rig.values[key] == pytest.approx(capacitance)
+    # 5 % of 120 bar at 38 l/min.
+    resistance = rig.values["effects.supply_droop.source_resistance_pa_s_m3"]
+    assert resistance == pytest.approx(6e5 / (38.0 / 6e4))
+    assert "0.1579 bar per l/min" in shown
+    assert "1 l, charged to 90 bar" in shown
+    assert "supply_droop" not in read_rig(written(tmp_path, "without.toml")).effects()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--accumulator-volume", "1 l"], "expected both or neither"),
+        (["--accumulator-precharge", "90 bar"], "expected both or neither"),
+        (
+            ["--accumulator-volume", "1 l", "--accumulator-precharge", "130 bar"],
+            "a pre-charge between 0 and the supply pressure",
+        ),
+        (
+            ["--accumulator-volume", "60 l", "--accumulator-precharge", "90 bar"],
+            "with so large an accumulator the supply pressure is constant: leave it out",
+        ),
+        (["--oil", "VG 47"], "expected a viscosity grade of ISO 3448"),
+        (["--oil", "1,5 cSt"], "expected a viscosity grade of ISO 3448"),
+    ],
+)
+def test_an_impossible_accumulator_or_oil_is_refused(
+    tmp_path: Path, options: list[str], message: str
+) -> None:
+    out = tmp_path / "rig.toml"
+    outcome = CliRunner().invoke(app, ["rig", "new", *OPTIONS, *options, "--out", str(out)])
+    assert outcome.exit_code == 2
+    assert message in " ".join(outcome.stderr.split())
+    assert not out.exists()
+
+
+def written(folder: Path, name: str, *options: str) -> Path:
+    said("rig", "new", *OPTIONS, *options, "--out", str(folder / name))
+    return folder / name
+
+
+@pytest.mark.parametrize("text", ["68", "VG 68", "ISO VG 68", "HLP 68", "hlp68"])
+def test_the_oil_scales_the_typical_viscous_friction(tmp_path: Path, text: str) -> None:
+    key = "load.viscous_friction_n_s_m"
+    usual = read_rig(written(tmp_path, "usual.toml")).values[key]
+    assert read_rig(written(tmp_path, "same.toml", "--oil", "46")).values[key] == usual
+    thick = read_rig(written(tmp_path, "thick.toml", "--oil", text))
+    assert thick.values[key] == pytest.approx(usual * 68.0 / 46.0)
+    assert thick.sigma(key) == 1.0
+
+
+def test_help_says_for_which_plant_an_option_is_needed() -> None:
+    shown = " ".join(said("rig", "new", "--help").replace("│", " ").split())
+    assert "whose motor turns the command into a force); needed with --plant axis" in shown
+    assert "'120 kg +- 20 %' for a rough guess); needed with --plant axis" in shown
+    assert "(from end to end); needed with --plant ehs" in shown
+
+
 def test_numbers_without_units_are_said(tmp_path: Path) -> None:
     shown = said("rig", "new", *OPTIONS, "--mass", "120", "--out", str(tmp_path / "rig.toml"))
     assert "taken as 120 kg for --mass" in shown
@@ -71,9 +137,9 @@ def test_on_a_terminal_it_asks_for_what_is_missing(
         "rated-flow": ["38 l/min"],
         "rated-drop": ["70 bar"],
     }
-    # What is left: eleven questions that may stay empty, then both edges, rod, hoses.
+    # What is left: fifteen questions that may stay empty, then both edges, rod, hoses.
     given = [answer for some in answers.values() for answer in some]
-    lines = [*given, *[""] * 12, "yes", "no", "perhaps", "no"]
+    lines = [*given, *[""] * 15, "yes", "no", "perhaps", "no"]
     shown = said(
         "rig", "new", "--bore", "63 mm", "--out", str(out), answers="\n".join(lines) + "\n"
     )
