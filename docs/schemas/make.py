@@ -8,6 +8,7 @@ from ehsid.harness.deploy.hil.result_file import HilFile
 from ehsid.harness.encoding import json_schema
 from ehsid.harness.files import write_text
 from ehsid.harness.gap import diagnosis_file
+from ehsid.harness.rig_check import RigCheckFile
 from ehsid.harness.validation.blind.seal import Seal
 from ehsid.harness.validation.fleet.ranking import Fleet
 from ehsid.harness.validation.scoring.score import ScoreFile
@@ -16,6 +17,7 @@ SCHEMAS = {
     "diagnosis.json": diagnosis_file.json_schema(),
     "fleet.json": json_schema(Fleet, "fleet.json of ehsid gap-fleet, schema version 1"),
     "hil.json": json_schema(HilFile, "hil.json of ehsid hil, schema version 1"),
+    "rig_check.json": json_schema(RigCheckFile, "rig_check.json of ehsid rig check"),
     "score.json": json_schema(ScoreFile, "score.json of ehsid gap-check"),
     "seal.json": json_schema(Seal, "seal.json of ehsid gap-check"),
 }

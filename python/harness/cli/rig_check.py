@@ -17,6 +17,7 @@ from ehsid.harness.cli.common import write_figure
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_shown
 from ehsid.harness.cli.options import RECORD_HELP, AsJson
+from ehsid.harness.encoding import json_text, to_plain
 from ehsid.harness.files import result_folder, write_text
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def rig_check_command(
 
     Example: ehsid rig check rig.toml run1.csv run2.mf4 --out check
     """
-    from ehsid.harness.rig_check import check_rig
+    from ehsid.harness.rig_check import check_rig, rig_check_file
     from ehsid.harness.rigs import read_rig
 
     if len(records) > MOST_RECORDS:
@@ -85,16 +86,15 @@ def rig_check_command(
             check_rig(read_shown(path, hints, required=required, layout=rig.columns), rig)
             for path in records
         ]
-        result = {"rig": rig.name, "records": [check.to_dict() for check in checks]}
-        text = json.dumps(result, indent=None if out is None else 2, allow_nan=False)
+        result = rig_check_file(rig.name, checks)
         if folder is not None:
             from ehsid.harness.report.rig_check_figure import rig_check_figure
 
-            write_text(folder / "rig_check.json", text + "\n")
+            write_text(folder / "rig_check.json", json_text(result))
             for name, check in zip(pictures, checks, strict=True):
                 write_figure(folder / name, rig_check_figure(check))
     if as_json:
-        typer.echo(json.dumps(result, allow_nan=False))
+        typer.echo(json.dumps(to_plain(result), allow_nan=False))
         return
     console = Console()
     _print(checks, console)

@@ -221,6 +221,10 @@ AT_END_ALL = 0.5
 # another machine or another unit.
 BEYOND = 0.01
 STROKE_BEYOND = 0.1
+# Speeds fit a unit of length within a factor of three, which load, friction and a rough rated flow
+# take; neighbouring units differ by ten. They are taken over a time in which noise hardly counts.
+SPEED_FITS = 3.0
+SPEED_OVER_S = 0.05
 # Commands beyond the rated command: by a hundredth it is the zero error of the amplifier; three
 # times the rated command is another unit. LIMIT_SHARE is the share of the time at the limit that
 # the gate reports.

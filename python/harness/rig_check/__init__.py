@@ -5,6 +5,12 @@ Each check compares one value of the rig with what the record shows of it: `chec
 """
 
 from ehsid.harness.rig_check.checking import check_rig
-from ehsid.harness.rig_check.finding import Finding, RecordCheck, Status
+from ehsid.harness.rig_check.finding import (
+    Finding,
+    RecordCheck,
+    RigCheckFile,
+    Status,
+    rig_check_file,
+)
 
-__all__ = ["Finding", "RecordCheck", "Status", "check_rig"]
+__all__ = ["Finding", "RecordCheck", "RigCheckFile", "Status", "check_rig", "rig_check_file"]

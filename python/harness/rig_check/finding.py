@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 from ehsid.harness.arrays import FloatArray
 
@@ -47,17 +46,6 @@ class Finding:
     low: float | None = None
     high: float | None = None
 
-    def to_dict(self) -> dict[str, Any]:
-        """Returns the finding as JSON has it."""
-        return {
-            "check": self.check,
-            "status": str(self.status),
-            "text": self.text,
-            "value": self.value,
-            "factor": self.factor,
-            "fitting": None if self.low is None else [self.low, self.high],
-        }
-
 
 @dataclass(frozen=True, eq=False)
 class RecordCheck:
@@ -84,13 +72,66 @@ class RecordCheck:
     speed_m_s: FloatArray
     expected_m_s: FloatArray | None
 
-    def to_dict(self) -> dict[str, Any]:
-        """Returns names, findings and notes as JSON has them, without the signals."""
-        return {
-            "record": self.record,
-            "findings": [finding.to_dict() for finding in self.findings],
-            "notes": list(self.notes),
-        }
+
+@dataclass(frozen=True)
+class WrittenFinding:
+    """A finding in rig_check.json.
+
+    Attributes
+    ----------
+    check, status, text, value, factor
+        as in `Finding`.
+    fitting
+        the range of factors that fit, low and high; null without a range, or at an end without a
+        bound.
+    """
+
+    check: str
+    status: Status
+    text: str
+    value: str | None
+    factor: float | None
+    fitting: tuple[float | None, float | None] | None
+
+
+@dataclass(frozen=True)
+class WrittenCheck:
+    """The check of a record in rig_check.json: its name, findings, and notes as sentences."""
+
+    record: str
+    findings: tuple[WrittenFinding, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RigCheckFile:
+    """Content of rig_check.json: the name of the rig, and a check for each record in its order."""
+
+    rig: str
+    records: tuple[WrittenCheck, ...]
+
+
+def rig_check_file(rig: str, checks: Sequence[RecordCheck]) -> RigCheckFile:
+    """Returns the content of rig_check.json; the signals are not in it."""
+    return RigCheckFile(
+        rig,
+        tuple(
+            WrittenCheck(check.record, tuple(map(_written, check.findings)), tuple(check.notes))
+            for check in checks
+        ),
+    )
+
+
+def _written(finding: Finding) -> WrittenFinding:
+    bounded = finding.low is not None or finding.high is not None
+    return WrittenFinding(
+        finding.check,
+        finding.status,
+        finding.text,
+        finding.value,
+        finding.factor,
+        (finding.low, finding.high) if bounded else None,
+    )
 
 
 def judged(

@@ -15,8 +15,6 @@ from ehsid.harness.rigs import Rig
 
 # An end is reached where the rod comes nearer than this share of the stroke.
 NEAR_END = 0.02
-# Positions so many times the stroke are in another unit.
-ANOTHER_UNIT = 8.0
 # A rod that stays at its extreme for this share of the record, whatever the command, is at a stop.
 AT_STOP = 0.02
 PRESSED = 0.05
@@ -57,10 +55,12 @@ def stroke_finding(record: Record, rig: Rig, moved: Motion) -> list[Finding]:
     shown = f"the rod moves between {1e3 * low:.4g} and {1e3 * high:.4g} mm"
     remarks = [r for r in check_position(record, rig) if "beyond" in r.what or "runs" in r.what]
     if remarks:
-        if low < -NEAR_END * stroke or max(high, high - low) > ANOTHER_UNIT * stroke:
-            why = remarks[0].what
-        else:
-            why = f"set {key} to the one of the data sheet, {high:.4g} at least"
+        why = remarks[0].what
+        if low >= -NEAR_END * stroke and "another unit" not in why:
+            why = (
+                f"the stroke of the rig file is too short, or the unit is wrong; if the unit is "
+                f"right, set {key} to the one of the data sheet, {high:.4g} at least"
+            )
         text = f"{shown}, the rig's stroke is {1e3 * stroke:g} mm: {why}"
         longest = max(high, high - low)
         return [Finding(check, Status.does_not_fit, text, key, longest / stroke, None, 1.0)]

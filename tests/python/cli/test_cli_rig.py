@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 
 import pytest
+from published_schemas import check_file
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
@@ -175,8 +176,10 @@ def test_check_says_what_fits(record: str, tmp_path: Path) -> None:
     shown = said("rig", "check", BENCH, record, "--out", str(tmp_path))
     assert "nothing contradicts the rig" in shown
     assert (tmp_path / "rig_check_1.png").read_bytes().startswith(b"\x89PNG")
-    written = json.loads((tmp_path / "rig_check.json").read_text(encoding="utf-8"))
-    assert [one["record"] for one in written["records"]] == ["run"]
+    check_file(tmp_path / "rig_check.json")
+    found = json.loads((tmp_path / "rig_check.json").read_text(encoding="utf-8"))
+    assert [one["record"] for one in found["records"]] == ["run"]
+    assert found == json.loads(said("rig", "check", BENCH, record, "--json"))
 
 
 def test_check_says_what_does_not_fit_by_which_factor_and_ends_well(

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import runpy
 from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from sources import ROOT
 
 from ehsid.harness.excitation import multisine
 from ehsid.harness.records import Record, make_record
@@ -16,7 +17,7 @@ from ehsid.harness.rig_check import Finding, Status, check_rig
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import draw_noise, simulate
 
-BENCH = read_rig(Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml")
+BENCH = read_rig(ROOT / "examples" / "rigs" / "bench.toml")
 CHAMBERS = ("position_m", "pressure_a_pa", "pressure_b_pa")
 ALL = (*CHAMBERS, "supply_pressure_pa", "spool")
 SAMPLES = 8000
@@ -194,3 +195,11 @@ def test_signals_of_the_picture_have_one_length() -> None:
     # By right values the speeds agree within a few per cent of the motion.
     rest = np.std(check.expected_m_s - check.speed_m_s)
     assert rest < 0.1 * np.std(check.speed_m_s)
+
+
+def test_the_document_has_the_words_and_the_picture_of_its_example() -> None:
+    check = runpy.run_path(str(ROOT / "docs" / "pictures" / "make.py"))["too_small_flow"]()
+    (wrong,) = (one for one in check.findings if one.status is Status.does_not_fit)
+    document = " ".join((ROOT / "docs" / "rigs.md").read_text(encoding="utf-8").split())
+    assert f"{wrong.check} does not fit {wrong.text}" in document
+    assert "(pictures/rig_check.png)" in document

@@ -22,6 +22,8 @@ from ehsid.harness.gap.thresholds import (
     END_ZONE,
     LIMIT_SHARE,
     PRESSURE_UNIT,
+    SPEED_FITS,
+    SPEED_OVER_S,
     STROKE_BEYOND,
     SUPPLY_SIGMAS,
     VACUUM_FLOORS,
@@ -95,17 +97,15 @@ def check_position(record: Record, rig: Rig) -> list[Remark]:
     low, high = float(position.min()), float(position.max())
     excess = max(-low, high - stroke) / stroke
     if excess > STROKE_BEYOND:
-        unit = None
-        for name, size in sorted(LENGTHS.items(), key=lambda item: -item[1]):
-            if max(-low, high) * size <= 1.01 * stroke:
-                unit = name
-                break
+        unit = _length_unit(record, rig, max(-low, high))
         if -low > 0.0 and high - low <= 1.01 * stroke:
             remedy = "it is not counted from the cap end: add what is missing to the column"
         elif unit is not None:
             remedy = f"perhaps it is in another unit: {_mapping(rig, 'position_m', unit)}"
         else:
-            remedy = "check the column and cylinder.stroke_m"
+            remedy = (
+                "cylinder.stroke_m of the rig file is too short, or the unit of the column is wrong"
+            )
         return [
             Remark(
                 record.name,
@@ -135,6 +135,42 @@ def check_position(record: Record, rig: Rig) -> list[Remark]:
             )
         )
     return remarks
+
+
+def _length_unit(record: Record, rig: Rig, farthest: float) -> str | None:
+    """Returns the unit in which both the range and the speeds of the position fit the rig, or None.
+
+    `farthest` is the largest distance from zero, as the column has it.
+    """
+    share = _speed_share(record, rig)
+    stroke = rig.values["cylinder.stroke_m"]
+    fitting = [
+        name
+        for name, size in LENGTHS.items()
+        if farthest * size <= 1.01 * stroke and 1.0 / SPEED_FITS <= share * size <= SPEED_FITS
+    ]
+    return fitting[0] if len(fitting) == 1 else None
+
+
+def _speed_share(record: Record, rig: Rig) -> float:
+    """Speeds of the position over those that the valve gives without load, rms; NaN if unknown."""
+    values, dt_s = rig.values, record.dt_s
+    if dt_s is None or rig.plant != "ehs":
+        return math.nan
+    step = max(round(SPEED_OVER_S / dt_s), 1)
+    position, command = record.column("position_m"), record.column("command_v")
+    if position.size <= step:
+        return math.nan
+    speed = (position[step:] - position[:-step]) / (step * dt_s)
+    # Without load about half of the pressure is lost at each metering edge.
+    drop = 0.5 * (values["supply.pressure_pa"] - values["supply.tank_pressure_pa"])
+    flow = values["valve.rated_flow_m3_s"] * math.sqrt(
+        drop / values["valve.rated_pressure_drop_pa"]
+    )
+    full = flow / (0.25 * math.pi * values["cylinder.bore_m"] ** 2)
+    opening = np.clip(command / values["valve.rated_command_v"], -1.0, 1.0)
+    expected = full * float(np.sqrt(np.mean(opening**2)))
+    return float(np.sqrt(np.mean(speed**2))) / expected if expected > 0.0 else math.nan
 
 
 def check_pressures(record: Record, rig: Rig) -> list[Remark]:

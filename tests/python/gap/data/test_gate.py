@@ -166,6 +166,8 @@ UNIT = '[columns] {} = {{ name = "{}", unit = "{}" }}'.format
         ),
         (_each("position_m", by=1e3), UNIT("position_m", "position_m", "mm"), True),
         (_each("position_m", by=1e2), UNIT("position_m", "position_m", "cm"), True),
+        # Farther than the stroke, but nearly as fast as the valve allows in metres.
+        (_each("position_m", by=4.0), "is too short, or the unit of the column is wrong", True),
         (_each("pressure_a_pa", by=1e-5), UNIT("pressure_a_pa", "pressure_a_pa", "bar"), True),
         (_each("supply_pressure_pa", by=1e-6), '"supply_pressure_pa", unit = "MPa"', True),
         (_set("position_m", lambda c: c - 0.15), "not counted from the cap end", True),
