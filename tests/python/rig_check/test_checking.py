@@ -178,7 +178,7 @@ def test_a_stop_inside_the_stroke_is_said() -> None:
 
 
 def test_an_axis_is_weighed() -> None:
-    axis = read_rig(Path(__file__).parents[3] / "examples" / "rigs" / "axis.toml")
+    axis = read_rig(ROOT / "examples" / "rigs" / "axis.toml")
     rng = np.random.default_rng(2)
     command = multisine(SAMPLES, 1e-3, band_hz=(0.5, 15.0), rms=2.0, rng=rng)
     record = simulate(axis, command, dt_s=1e-3).record
