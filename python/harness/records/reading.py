@@ -103,6 +103,7 @@ def read_record(
     check_layout(layout, path)
     wish = Wish(columns, tuple(required), layout, hints)
     refused: RecordError | None = None
+    no_signal: RecordError | None = None
     if ending in FORMATS and not hints:
         try:
             table = _table(data, path)
@@ -111,16 +112,23 @@ def read_record(
         except _NotTheSchemaError as error:
             refused = error.refused
         except RecordError as error:
-            # The time may be typed as dates; of text the layout has told already.
+            # The time may be typed as dates, and where all columns are read, a structure, a cell
+            # array or a matrix may hold the signals. Of text the layout has told already.
             text = ending in ("csv", "csv.gz")
-            if text or isinstance(error, TimeError) or error.column != wish.time_name:
+            no_channel = columns is None and error.column not in (None, TIME, *CHANNELS, *required)
+            if text or isinstance(error, TimeError):
                 raise
+            if error.column != wish.time_name and not no_channel:
+                raise
+            no_signal = error
     from ehsid.harness.records.logs.opening import open_log
     from ehsid.harness.records.logs.reading import record_of
 
     name = path.name if path.is_dir() else stem_of(path)
     with bounded_memory(path) if ending in UNBOUNDED else nullcontext():
         log = open_log(data, path, ending, refused)
+        if no_signal is not None and not log.series and not log.notes:
+            raise no_signal
         return record_of(log, path, wish, name=name, sha256=sha256)
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 from io import BytesIO
 from pathlib import Path
@@ -18,6 +19,8 @@ from ehsid.harness.records.logs.arrays import Part, series_of
 from ehsid.harness.records.logs.log import Log
 from ehsid.harness.records.logs.matlab_objects import object_parts
 
+# As in MAT files before version 7.3.
+MOST_DEPTH, MOST_CELLS = 3, 64
 UNIT_NAMES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
 _INTEGERS = (f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
 NUMERIC_CLASSES = frozenset(["double", "single", "logical", *_INTEGERS])
@@ -41,9 +44,10 @@ def read(data: bytes, path: Path) -> Log:
         is_mat = b"MATLAB" in data[:16]
 
         def visit(name: str, item: Any) -> None:
-            COLUMNS.check(len(parts), path)
-            if not name.startswith("#") and isinstance(item, h5py.Dataset):
-                parts.extend(_parts(name, item, path, objects))
+            if not name.startswith("#"):
+                for inner, dataset in _datasets(file, name, item, MOST_DEPTH):
+                    COLUMNS.check(len(parts), path)
+                    parts.extend(_parts(inner, dataset, path, objects))
 
         file.visititems(visit)
     except RecordError:
@@ -55,6 +59,31 @@ def read(data: bytes, path: Path) -> Log:
         parts += object_parts(data, notes)
     kind = "MAT file of version 7.3 (HDF5)" if is_mat else "HDF5"
     return Log(kind, series_of(parts, path), 1, tuple(notes))
+
+
+def _datasets(file: Any, name: str, item: Any, depth: int) -> Iterator[tuple[str, Any]]:
+    """Yields a dataset, or those that it refers to: the cells of MATLAB's cell and struct arrays.
+
+    Cells beyond MOST_CELLS, and cells in cells below `depth`, are no signals and are left out, as
+    are the parts of sparse matrices.
+    """
+    if not isinstance(item, h5py.Dataset) or "MATLAB_sparse" in item.parent.attrs:
+        return
+    if h5py.check_ref_dtype(item.dtype) is not h5py.Reference:
+        yield name, item
+        return
+    if depth == 0 or "MATLAB_object_decode" in item.attrs:
+        return
+    for k, reference in enumerate(item[()].reshape(-1)[:MOST_CELLS]):
+        if not reference:
+            continue
+        at = name if item.size == 1 else f"{name}{{{k + 1}}}"
+        cell = file[reference]
+        if isinstance(cell, h5py.Group):
+            for field in list(cell)[:MOST_CELLS]:
+                yield from _datasets(file, f"{at}/{field}", cell[field], depth - 1)
+        else:
+            yield from _datasets(file, at, cell, depth - 1)
 
 
 def _parts(name: str, dataset: Any, path: Path, objects: list[str]) -> list[Part]:

@@ -53,7 +53,7 @@ def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None
     if not choices:
         raise RecordError(
             path,
-            f"no column of numbers was found (read as {log.kind})",
+            "; ".join((f"no column of numbers was found (read as {log.kind})", *log.notes)),
             expected="at least one signal",
             mend="look into the file, or export it again",
         )
