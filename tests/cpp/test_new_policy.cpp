@@ -32,8 +32,7 @@ struct FlooredConstant {
   }
 
   bool valid() const { return ehsid::settings_valid(*this); }
-  template <class Factors>
-  Scalar loss(const Factors& /*factors*/) const {
+  Scalar loss(int /*parameter*/, Scalar /*variance*/) const {
     return Scalar(1) - factor();
   }
   void restart() {}

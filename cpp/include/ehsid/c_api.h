@@ -30,12 +30,12 @@ extern "C" {
 
 /* Storage of an estimator of n parameters with whatever policy, in words of 8 bytes; an array of uint64_t also
  * has the alignment. ehsid_storage_bytes() tells what a policy really takes. */
-#define EHSID_STORAGE_WORDS(n) (((n) * (n) + 6 * (n) + 197) / 2)
+#define EHSID_STORAGE_WORDS(n) (((n) * (n) + 7 * (n) + 199) / 2)
 #define EHSID_STORAGE_BYTES(n) (8 * EHSID_STORAGE_WORDS(n))
 
 /* Bytes that ehsid_save() writes, at most, for any policy and delay. ehsid_snapshot_bytes() is the bound for one policy,
  * ehsid_save() returns how many it wrote. */
-#define EHSID_SNAPSHOT_BYTES(n) (2 * (n) * (n) + 18 * (n) + 680)
+#define EHSID_SNAPSHOT_BYTES(n) (2 * (n) * (n) + 22 * (n) + 696)
 
 /* Outcome of a call; numbers and meaning of ehsid::Status, and two more. */
 typedef enum ehsid_status {

@@ -193,6 +193,26 @@ struct UdFactors : Extent<kN> {
     return alpha;
   }
 
+  /// All P_ii.
+  EHSID_ALWAYS_INLINE void variances(Array<Scalar, kN>& all) const {
+    const int n = size();
+    const Scalar* row = u.data();  // the first factor of row i
+    EHSID_UNROLL
+    for (int i = 0; i < n; ++i) {
+      const auto ii = static_cast<std::size_t>(i);
+      Scalar sum = d[ii];
+      const Scalar* factor = row;
+      const Scalar* variance = &d[ii];
+      EHSID_UNROLL
+      for (int k = i + 1; k < n; ++k) {
+        sum += *factor * *factor * *++variance;
+        factor += k;
+      }
+      all[ii] = sum;
+      row += i + 2;
+    }
+  }
+
   /// sum_i weights_i P_ii, weights >= 0.
   EHSID_ALWAYS_INLINE Scalar weighted_trace(const Array<Scalar, kN>& weights) const {
     const int n = size();

@@ -34,8 +34,7 @@ struct Constant {
   }
 
   bool valid() const { return settings_valid(*this); }
-  template <class Factors>
-  Scalar loss(const Factors& /*factors*/) const {
+  Scalar loss(int /*parameter*/, Scalar /*variance*/) const {
     return Scalar(1) - lambda;
   }
   void restart() {}
