@@ -149,6 +149,10 @@ ehsid_status ehsid_default_configuration(ehsid_configuration* configuration,
                                          const ehsid_kernel* kernel, int32_t na, int32_t nb,
                                          int32_t nk, bool offset);
 
+/* No guard and no reset: Eqs. (12)-(14) as they are printed, with the forgetting of the policy, from variance0.
+ * EHSID_INVALID_ARGUMENT for NULL. */
+ehsid_status ehsid_use_textbook(ehsid_configuration* configuration);
+
 /* Bytes that an estimator of this kernel takes, and that its snapshot has at most; 0 for NULL. */
 size_t ehsid_storage_bytes(const ehsid_kernel* kernel);
 size_t ehsid_snapshot_bytes(const ehsid_kernel* kernel);

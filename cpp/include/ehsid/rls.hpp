@@ -33,12 +33,15 @@ struct RlsState {
   Scalar forgetting_factor;  // lambda of the last kept step
   Scalar square;             // epsilon^2 lambda / (lambda + phi' P phi) of the last kept step
   Scalar mean_square;        // weighted mean of `square`
-  Scalar usual_square;       // the same mean, but it rises slowly: errors of a changed plant do not pass for noise
-  Scalar weight;             // weight of both in samples, at most kWeightLimit
-  Scalar recent_square;      // the same over about the last 16 steps, skipped ones included
-  Array<Scalar, kN> regained;  // of each parameter: information brought in the last memory, as a share of that forgotten
-  Scalar postponed;            // product of the forgetting factors that wait for information, at least kLongest
-  Scalar waited;               // the same of 1 - loss(), which is below 1 even where nothing is forgotten
+  Scalar
+      usual_square;  // the same mean, but it rises slowly: errors of a changed plant do not pass for noise
+  Scalar weight;         // weight of both in samples, at most kWeightLimit
+  Scalar recent_square;  // the same over about the last 16 steps, skipped ones included
+  Array<Scalar, kN>
+      regained;  // of each parameter: information brought in the last memory, as a share of that forgotten
+  Scalar
+      postponed;  // product of the forgetting factors that wait for information, at least kLongest
+  Scalar waited;  // the same of 1 - loss(), which is below 1 even where nothing is forgotten
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -173,7 +176,8 @@ class Rls {
       frozen = false;
     }
     const Scalar postponed = postpone(frozen, lambda);
-    const Scalar waited = frozen ? at_least_longest(state_.waited * (Scalar(1) - least_loss())) : Scalar(1);
+    const Scalar waited =
+        frozen ? at_least_longest(state_.waited * (Scalar(1) - least_loss())) : Scalar(1);
     if (frozen || state_.postponed < Scalar(1)) {
       square = normalise(innovation, lambda.before, s);  // lambda is not that of before
     }
@@ -270,9 +274,7 @@ class Rls {
 
   /// sigma^2 from the weighted residuals, with kN degrees of freedom taken off; 0 before any sample, and of no
   /// use before more than kN.
-  Scalar residual_variance() const {
-    return with_freedom(state_.mean_square);
-  }
+  Scalar residual_variance() const { return with_freedom(state_.mean_square); }
 
   /// sqrt(sigma^2 P_ii); always finite.
   Parameters standard_deviation() const {
@@ -309,9 +311,10 @@ class Rls {
            all_finite(n, saved.remainder) && saved.forgetting.valid() &&
            all_finite(n, saved.gain) && is_finite(saved.innovation) &&
            is_forgetting_factor(saved.forgetting_factor) && is_squared(saved.square) &&
-           is_variance(saved.mean_square) && is_variance(saved.usual_square) && saved.weight >= Scalar(0) &&
-           saved.weight <= kWeightLimit && is_variance(saved.recent_square) &&
-           all_shares(n, saved.regained) && waits(saved.postponed) && waits(saved.waited);
+           is_variance(saved.mean_square) && is_variance(saved.usual_square) &&
+           saved.weight >= Scalar(0) && saved.weight <= kWeightLimit &&
+           is_variance(saved.recent_square) && all_shares(n, saved.regained) &&
+           waits(saved.postponed) && waits(saved.waited);
   }
 
   /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable and of this size.
@@ -509,9 +512,9 @@ class Rls {
     for (int i = 0; i < n; ++i) {
       const auto at = static_cast<std::size_t>(i);
       const Scalar taken = state_.gain[at] * state_.gain[at] * alpha;
-      const Scalar share = state_.regained[at] +
-                           (taken / (variances[at] * shrink + taken) -
-                            loss(i, variances[at], fresh) * state_.regained[at]);
+      const Scalar share =
+          state_.regained[at] + (taken / (variances[at] * shrink + taken) -
+                                 loss(i, variances[at], fresh) * state_.regained[at]);
       state_.regained[at] = share < Scalar(1) ? share : Scalar(1);
     }
   }

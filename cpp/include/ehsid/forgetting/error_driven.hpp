@@ -51,8 +51,7 @@ struct ErrorDriven {
                       "the forgetting factor never goes below this", 4},
           [](auto& owner) -> auto& { return owner.lambda_min; });
     visit(SettingInfo{"noise_variance", Range::at_least(0.0), "1",
-                      "sigma0^2, in squared units of the scaled output; 0 estimates it",
-                      5},
+                      "sigma0^2, in squared units of the scaled output; 0 estimates it", 5},
           [](auto& owner) -> auto& { return owner.noise_variance; });
   }
 
@@ -61,9 +60,7 @@ struct ErrorDriven {
   }
   /// The mean loss a step by design; not that of this step, or the choice of samples to skip would depend on
   /// their errors and bias the residual variance.
-  Scalar loss(int /*parameter*/, Scalar /*variance*/) const {
-    return Scalar(1) / memory;
-  }
+  Scalar loss(int /*parameter*/, Scalar /*variance*/) const { return Scalar(1) / memory; }
   void restart() {
     mean_square = Scalar(0);
     seen = 0;
@@ -95,7 +92,8 @@ struct ErrorDriven {
   }
 
  private:
-  static constexpr std::int32_t kFirst = 20;  // samples before the mean of their squares says something
+  static constexpr std::int32_t kFirst =
+      20;  // samples before the mean of their squares says something
   static constexpr std::int32_t kMostSeen = 1 << 20;  // where the count stops
   static constexpr Scalar kMostRise = Scalar(1) / Scalar(16);
   static constexpr Scalar kMostSquare = Scalar(8);  // what a square may add, in units of the mean
