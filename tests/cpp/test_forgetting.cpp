@@ -19,7 +19,7 @@ class Forgetting : public testing::Test {
   ehsid::Evidence<float> draw() {
     const float innovation = 3.0F * normal_(random_);
     const float information = std::abs(normal_(random_));
-    return {innovation, information, random_() % 10 == 0 ? 0.0F : 1.0F};
+    return {innovation, information};
   }
 
   std::mt19937 random_{11};

@@ -190,7 +190,7 @@ typedef struct ehsid_report {
   float residual_variance; /* sigma^2, squared units of the position */
   float
       fit_percent; /* one step ahead, over about the last 1000 estimated samples, see ehsid/fit.hpp */
-  float excitation; /* share of recent samples that carried information, 0 to 1 */
+  float excitation; /* share of recent samples during which every parameter was excited, 0 to 1 */
   int32_t resets;   /* changes of the plant seen since the start */
   bool converged;
   bool enabled;

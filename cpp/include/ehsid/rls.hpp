@@ -12,6 +12,7 @@
 
 #include <ehsid/fields.hpp>
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/information_account.hpp>
 #include <ehsid/rls_options.hpp>
 #include <ehsid/types.hpp>
 #include <ehsid/ud.hpp>
@@ -33,15 +34,10 @@ struct RlsState {
   Scalar forgetting_factor;  // lambda of the last kept step
   Scalar square;             // epsilon^2 lambda / (lambda + phi' P phi) of the last kept step
   Scalar mean_square;        // weighted mean of `square`
-  Scalar
-      usual_square;  // the same mean, but it rises slowly: errors of a changed plant do not pass for noise
-  Scalar weight;         // weight of both in samples, at most kWeightLimit
-  Scalar recent_square;  // the same over about the last 16 steps, skipped ones included
-  Array<Scalar, kN>
-      regained;  // of each parameter: information brought in the last memory, as a share of that forgotten
-  Scalar
-      postponed;  // product of the forgetting factors that wait for information, at least kLongest
-  Scalar waited;  // the same of 1 - loss(), which is below 1 even where nothing is forgotten
+  Scalar usual_square;       // the same, but it rises slowly: a changed plant is not noise
+  Scalar weight;             // weight of both in samples, at most kWeightLimit
+  Scalar recent_square;      // the same over about the last 16 steps, skipped ones included
+  InformationAccount<Scalar, kN> account;
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -57,9 +53,7 @@ struct RlsState {
     visit(&RlsState::usual_square);
     visit(&RlsState::weight);
     visit(&RlsState::recent_square);
-    visit(&RlsState::regained, each_parameter);
-    visit(&RlsState::postponed);
-    visit(&RlsState::waited);
+    visit(&RlsState::account);
   }
 };
 
@@ -154,7 +148,7 @@ class Rls {
     const Scalar innovation = y - predicted;
     Array<Scalar, kN> gain;  // K(k) = P(k) phi(k) in the end; here U' phi, then P phi
     Scalar s = state_.factors.project(phi, gain);
-    const Evidence<Scalar> evidence{innovation, s, known_residual_variance()};
+    const Evidence<Scalar> evidence{innovation, s};
     ForgettingFactors<Scalar> lambda = state_.forgetting.peek(evidence);
     Scalar square = normalise(innovation, lambda.before, s);
     if (!is_squarable(square) || !is_finite(s)) {
@@ -163,23 +157,24 @@ class Rls {
     }
     const Scalar recent = state_.recent_square + kRecentRate * (square - state_.recent_square);
     const Scalar power = y * y + predicted * predicted;
-    bool frozen = starving() && !surprising(recent, power);
-    if (uninformative(phi, s, frozen && !(state_.waited > kLongest))) {
+    const bool starving = information_margin() > Scalar(0) && state_.account.starving(n);
+    bool frozen = starving && !surprising(recent, power);
+    if (uninformative(phi, s, frozen && state_.account.out_of_patience())) {
       const Scalar start = variance_at_start(phi);
       if (!overdue(recent, power, start)) {
         state_.innovation = innovation;
         state_.recent_square = recent;
-        lose_regained();
+        lose_information();
         lower_residual_variance(s, recent, power, start);
         return Status::no_information;
       }
       frozen = false;
     }
-    const Scalar postponed = postpone(frozen, lambda);
-    const Scalar waited =
-        frozen ? at_least_longest(state_.waited * (Scalar(1) - least_loss())) : Scalar(1);
-    if (frozen || state_.postponed < Scalar(1)) {
-      square = normalise(innovation, lambda.before, s);  // lambda is not that of before
+    const bool changed = frozen || state_.account.waits();
+    const auto waiting =
+        frozen ? state_.account.postpone(lambda, least_loss()) : state_.account.make_up(lambda);
+    if (changed) {
+      square = normalise(innovation, lambda.before, s);
     }
 
     UdFactors<Scalar, kN> factors;
@@ -199,7 +194,7 @@ class Rls {
     const Scalar alpha = factors.measure(prior, gain, lambda.before, shrink);
     Array<Scalar, kN> variances;
     factors.variances(variances);
-    bool good = limit(factors, variances);
+    bool good = limit(factors, variances) && is_squarable(square);
     // (14), as a compensated sum: at large k the steps fall below the last digit of a float32 theta, and
     // with a held regressor their rounding has a direction, so theta would drift without end.
     Array<Scalar, kN> theta;
@@ -227,9 +222,8 @@ class Rls {
     state_.forgetting_factor = shrink;
     state_.square = square;
     state_.recent_square = recent;
-    state_.postponed = postponed;
-    state_.waited = waited;
-    gain_regained(variances, alpha, shrink);
+    state_.account.waiting = waiting;
+    gain_information(variances, alpha, shrink);
     state_.forgetting.accept(evidence);
     accumulate(square, lambda, power);
     return Status::ok;
@@ -262,7 +256,7 @@ class Rls {
   Covariance P() const { return state_.factors.matrix(); }
   /// Did the samples of the last memory, up to the last kept one, bring too little about some parameter? Then nothing is
   /// forgotten, and after a while samples that tell nothing are left out.
-  bool starved() const { return state_.waited < Scalar(1); }
+  bool starved() const { return state_.account.waits(); }
   Regressor gain() const { return to_vector<kN>(size(), state_.gain); }
   Scalar innovation() const { return state_.innovation; }
   Scalar forgetting_factor() const { return state_.forgetting_factor; }
@@ -313,8 +307,7 @@ class Rls {
            is_forgetting_factor(saved.forgetting_factor) && is_squared(saved.square) &&
            is_variance(saved.mean_square) && is_variance(saved.usual_square) &&
            saved.weight >= Scalar(0) && saved.weight <= kWeightLimit &&
-           is_variance(saved.recent_square) && all_shares(n, saved.regained) &&
-           waits(saved.postponed) && waits(saved.waited);
+           is_variance(saved.recent_square) && saved.account.usable(n);
   }
 
   /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable and of this size.
@@ -336,8 +329,6 @@ class Rls {
   static constexpr Scalar kSurprise = Scalar(4);
   // Errors count as fallen where their recent mean square is a tenth of the residual variance.
   static constexpr Scalar kFallen = Scalar(10);
-  // A share below this counts as none: a product that goes on falling would be denormal, which is slow.
-  static constexpr Scalar kNothing = Scalar(1e-6);
   // A model predicts where its errors are below 1 % of the output, and does not where they are above 17 %.
   static constexpr Scalar kPredicted = Scalar(1e-4);
   static constexpr Scalar kUnpredicted = Scalar(0.03);
@@ -345,11 +336,6 @@ class Rls {
   // percent of full scale, and 1.4 times that.
   static constexpr Scalar kNoise = Scalar(25);
   static constexpr Scalar kFullSize = Scalar(2e6);
-  // A parameter is starved where samples of the last memory brought less than this share of the information that was
-  // forgotten about it. Excitation of any colour brings 1 on average, and nothing at all leaves exp(-1) after one memory.
-  static constexpr Scalar kStarved = Scalar(0.4);
-  // Forgetting waits for information for two and a half memories at most, exp(-2.5). Then the estimate rests.
-  static constexpr Scalar kLongest = Scalar(0.08);
   // The usual square rises by a sixteenth in a step, or by as much as a square 25 times as large adds: a larger noise is
   // still followed, twice the variance in 11 steps.
   static constexpr Scalar kMostRise = Scalar(1) / Scalar(16);
@@ -376,15 +362,6 @@ class Rls {
   }
 
   static bool is_squared(Scalar value) { return is_squarable(value) && value >= Scalar(0); }
-
-  static bool all_shares(int n, const Array<Scalar, kN>& values) {
-    bool good = true;
-    for (int i = 0; i < n; ++i) {
-      const Scalar value = values[static_cast<std::size_t>(i)];
-      good = value >= Scalar(0) && value <= Scalar(1) && good;
-    }
-    return good;
-  }
 
   Status begin(const Parameters& theta0, const UdFactors<Scalar, kN>& factors) {
     const int n = factors.size();
@@ -417,9 +394,7 @@ class Rls {
     state_.usual_square = Scalar(0);
     state_.weight = Scalar(0);
     state_.recent_square = Scalar(0);
-    state_.regained.fill(Scalar(1));
-    state_.postponed = Scalar(1);
-    state_.waited = Scalar(1);
+    state_.account.restart();
   }
 
   /// A mean of weighted squares, with kN degrees of freedom taken off.
@@ -436,32 +411,6 @@ class Rls {
   bool surprising(Scalar recent, Scalar power) const {
     return state_.weight <= Scalar(size() + 1) ||
            recent > kSurprise * with_freedom(state_.usual_square) + kRounding * kRounding * power;
-  }
-
-  /// Did the samples of the last memory bring too little information about any parameter to replace what was forgotten?
-  EHSID_ALWAYS_INLINE bool starving() const {
-    Scalar least(1);
-    const int n = size();
-    EHSID_UNROLL
-    for (int i = 0; i < n; ++i) {
-      const Scalar share = state_.regained[static_cast<std::size_t>(i)];
-      least = share < least ? share : least;
-    }
-    return least < kStarved && information_margin() > Scalar(0);
-  }
-
-  static bool waits(Scalar product) { return product >= kLongest && product <= Scalar(1); }
-  static Scalar at_least_longest(Scalar product) { return product > kLongest ? product : kLongest; }
-
-  /// Postpones the forgetting of this step, or adds to it what was postponed. Returns what waits from now on.
-  EHSID_ALWAYS_INLINE Scalar postpone(bool frozen, ForgettingFactors<Scalar>& lambda) const {
-    if (frozen) {
-      const Scalar all = state_.postponed * lambda.before * lambda.after;
-      lambda = {Scalar(1), Scalar(1)};
-      return at_least_longest(all);
-    }
-    lambda.before *= state_.postponed;
-    return Scalar(1);
   }
 
   /// Information about parameter i that is forgotten in a step, as a share of what there is. Where the policy forgets
@@ -491,32 +440,22 @@ class Rls {
     }
   }
 
-  /// A sample was left out: nothing was regained.
-  void lose_regained() {
+  void lose_information() {
     const Scalar fresh = fresh_share();
-    const int n = size();
-    for (int i = 0; i < n; ++i) {
-      Scalar& share = state_.regained[static_cast<std::size_t>(i)];
-      const Scalar variance = Forgetting::kSpreads ? state_.factors.variance(i) : Scalar(0);
-      share -= loss(i, variance, fresh) * share;
-      share = share > kNothing ? share : Scalar(0);
-    }
+    state_.account.lose(size(), [&](int i) {
+      return loss(i, Forgetting::kSpreads ? state_.factors.variance(i) : Scalar(0), fresh);
+    });
   }
 
-  /// The sample took (P phi)_i^2 / alpha off P_ii.
-  EHSID_ALWAYS_INLINE void gain_regained(const Array<Scalar, kN>& variances, Scalar alpha,
-                                         Scalar shrink) {
+  /// The last step left P_ii = variances[i]; its measurement took (P phi)_i^2 / alpha off.
+  EHSID_ALWAYS_INLINE void gain_information(const Array<Scalar, kN>& variances, Scalar alpha,
+                                            Scalar shrink) {
     const Scalar fresh = fresh_share();
-    const int n = size();
-    EHSID_UNROLL
-    for (int i = 0; i < n; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      const Scalar taken = state_.gain[at] * state_.gain[at] * alpha;
-      const Scalar share =
-          state_.regained[at] + (taken / (variances[at] * shrink + taken) -
-                                 loss(i, variances[at], fresh) * state_.regained[at]);
-      state_.regained[at] = share < Scalar(1) ? share : Scalar(1);
-    }
+    const auto at = [](int i) { return static_cast<std::size_t>(i); };
+    state_.account.gain(
+        size(), [&](int i) { return variances[at(i)] * shrink; },
+        [&](int i) { return state_.gain[at(i)] * state_.gain[at(i)] * alpha; },
+        [&](int i) { return loss(i, variances[at(i)], fresh); });
   }
 
   bool uninformative(const Regressor& phi, Scalar s, bool idle) const {
