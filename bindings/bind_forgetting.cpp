@@ -152,7 +152,7 @@ bool forgets_the_start(const PolicySettings<kPlace>& settings) {
     each_number(member(policy), [&](double& number) { number = values[0]; });
   });
   policy.restart();
-  return policy.loss(UdFactors<double, 1>{}) > 0.0;
+  return policy.loss(0, 1.0) > 0.0;
 }
 
 template <std::size_t kPlace>

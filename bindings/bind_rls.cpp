@@ -38,8 +38,9 @@ void bind_rls(py::module_& m) {
 Parameters
 ----------
 information_margin : float
-    A sample is skipped where phi' P phi is below this many times what the policy forgets meanwhile in one
-    direction. 0 switches the rule off; negative (default) takes sqrt(n).
+    While some parameter is not excited, forgetting waits; after two and a half memories a sample is skipped
+    where phi' P phi is below this many times what the policy forgets in one direction. 0 switches the rule
+    off; negative (default) takes sqrt(n).
 covariance_ceiling : float > 0
     The mean of P_ii / P0_ii never exceeds this; inf is not allowed, 1e30 never acts.
 
@@ -58,6 +59,15 @@ ValueError
            }),
            py::kw_only(), py::arg("information_margin") = defaults.information_margin,
            py::arg("covariance_ceiling") = defaults.covariance_ceiling)
+      .def_static(
+          "textbook",
+          [] {
+            RlsOptions<double> options = RlsOptions<double>::textbook();
+            // An estimator in float32 takes it, too.
+            options.covariance_ceiling = std::numeric_limits<float>::max();
+            return options;
+          },
+          "No guard: Eqs. (12)-(14) as they are printed, with the forgetting of the policy.")
       .def_readonly("information_margin", &RlsOptions<double>::information_margin)
       .def_readonly("covariance_ceiling", &RlsOptions<double>::covariance_ceiling)
       .def("__repr__", [](const py::object& self) {

@@ -243,7 +243,7 @@ ValueError
                              "True once every standard deviation stays inside the tolerance.")
       .def_property_readonly(
           "excitation", &AnyEstimator::excitation,
-          "Share of about the last 100 samples that carried information, 0 to 1.")
+          "Share of about the last 100 samples during which every parameter was excited, 0 to 1.")
       .def_property_readonly("resets", &AnyEstimator::resets, "Plant changes detected so far.")
       .def(
           "seed",

@@ -117,6 +117,17 @@ ehsid_status ehsid_default_configuration(ehsid_configuration* configuration,
   return EHSID_OK;
 }
 
+ehsid_status ehsid_use_textbook(ehsid_configuration* configuration) {
+  if (configuration == nullptr) {
+    return EHSID_INVALID_ARGUMENT;
+  }
+  const ehsid::RlsOptions<float> guards = ehsid::RlsOptions<float>::textbook();
+  configuration->information_margin = guards.information_margin;
+  configuration->covariance_ceiling = guards.covariance_ceiling;
+  configuration->reset_enabled = false;
+  return EHSID_OK;
+}
+
 size_t ehsid_storage_bytes(const ehsid_kernel* kernel) {
   return kernel == nullptr ? 0 : kernel->storage_bytes;
 }

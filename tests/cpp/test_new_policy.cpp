@@ -32,10 +32,7 @@ struct FlooredConstant {
   }
 
   bool valid() const { return ehsid::settings_valid(*this); }
-  template <class Factors>
-  Scalar loss(const Factors& /*factors*/) const {
-    return Scalar(1) - factor();
-  }
+  Scalar loss(int /*parameter*/, Scalar /*variance*/) const { return Scalar(1) - factor(); }
   void restart() {}
   ehsid::ForgettingFactors<Scalar> peek(const ehsid::Evidence<Scalar>& /*evidence*/) const {
     return {factor(), Scalar(1)};

@@ -21,7 +21,7 @@ from float32_bits import POLICIES
 import ehsid
 
 TRACE = Path(__file__).with_name("trace.csv")
-SAMPLES = 260
+SAMPLES = 660
 Float32 = npt.NDArray[np.float32]
 PARAMETERS = ("a1", "a2", "a3", "b1", "b2", "b3")
 COLUMNS = (
@@ -60,14 +60,14 @@ def signals() -> tuple[Float32, Float32]:
     rng = np.random.default_rng(16)
     u, y = np.zeros((2, SAMPLES + 3))
     for k in range(3, SAMPLES + 3):
-        gain = 2.0 if k >= 203 else 1.0
-        noise = 4e-3 if 173 <= k < 188 else 1e-3
+        gain = 2.0 if k >= 603 else 1.0
+        noise = 4e-3 if 573 <= k < 588 else 1e-3
         y[k] = (
             np.dot([2.2390, -1.7820, 0.5427], y[k - 3 : k][::-1])
             + gain * np.dot([0.3850, -0.5810, 0.2954], u[k - 3 : k][::-1])
             + noise * rng.normal()
         )
-        u[k] = 0.1 if 123 <= k < 173 else rng.choice([-1.0, 1.0])
+        u[k] = 0.1 if 123 <= k < 573 else rng.choice([-1.0, 1.0])
     command = (0.25 + 5.0 * u[3:]).astype(np.float32)
     position = (-0.02 + 0.3 * y[3:]).astype(np.float32)
     position[70] = np.nan

@@ -17,6 +17,9 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 
 
+ROUNDING = 64.0 * float(np.finfo(np.float64).eps)  # of phi' theta
+
+
 @dataclass(frozen=True)
 class Step:
     """P and gain behind a sample, the factor it was weighted with, and the forgetting around it."""
@@ -28,14 +31,12 @@ class Step:
 
 
 class Policy(Protocol):
-    """One step of the covariance; `variance` is sigma^2 so far, None while nothing is known."""
+    """One step of the covariance; `owed` is a product of factors by which P is divided as well."""
 
-    def step(
-        self, P: FloatArray, phi: FloatArray, epsilon: float, variance: float | None
-    ) -> Step: ...
+    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, owed: float) -> Step: ...
 
-    def loss(self, P: FloatArray) -> float:
-        """Growth of log det P a step and direction that the policy brings about."""
+    def loss(self, variances: FloatArray) -> FloatArray:
+        """Share of the information about each parameter that a step forgets; P_ii are given."""
         ...
 
 
@@ -51,11 +52,11 @@ def divided(P: FloatArray, phi: FloatArray, factor: float) -> Step:
 class Constant:
     factor: float
 
-    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, variance: float | None) -> Step:
-        return divided(P, phi, self.factor)
+    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, owed: float) -> Step:
+        return divided(P, phi, self.factor * owed)
 
-    def loss(self, P: FloatArray) -> float:
-        return 1.0 - self.factor
+    def loss(self, variances: FloatArray) -> FloatArray:
+        return np.full_like(variances, 1.0 - self.factor)
 
 
 @dataclass
@@ -70,36 +71,47 @@ class Exponential:
     initial: float
     k: int = 0
 
-    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, variance: float | None) -> Step:
+    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, owed: float) -> Step:
         self.k += 1
-        return divided(P, phi, 1.0 - self.factor0**self.k * (1.0 - self.initial))
+        return divided(P, phi, (1.0 - self.factor0**self.k * (1.0 - self.initial)) * owed)
 
-    def loss(self, P: FloatArray) -> float:
-        return self.factor0 ** (self.k + 1) * (1.0 - self.initial)
+    def loss(self, variances: FloatArray) -> FloatArray:
+        return np.full_like(variances, self.factor0 ** (self.k + 1) * (1.0 - self.initial))
 
 
 @dataclass
 class ErrorDriven:
     """Fortescue, Kershenbaum, Ydstie 1981: gain, forgetting factor, then P, in this order.
 
-    sigma0^2 as given, or where it is 0 the estimator's own residual variance (error_driven.hpp).
+    sigma0^2 as given, or where it is 0 the mean of like squares so far, from the 20th on, which
+    rises slowly (error_driven.hpp).
     """
 
     memory: float
     least: float
     noise_variance: float = 0.0
+    mean: float = 0.0
+    seen: int = 0
 
-    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, variance: float | None) -> Step:
-        sigma2 = self.noise_variance if self.noise_variance > 0.0 else variance
-        K = P @ phi / (1.0 + phi @ P @ phi)
+    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, owed: float) -> Step:
+        square = epsilon**2 / (1.0 + phi @ P @ phi)
+        known = self.noise_variance > 0.0 or self.seen >= 20
+        sigma2 = self.noise_variance or self.mean
         factor = 1.0
-        if sigma2:
-            factor = 1.0 - (1.0 - phi @ K) * epsilon**2 / (sigma2 * self.memory)
-            factor = max(factor, self.least)
-        return Step((np.eye(phi.size) - np.outer(K, phi)) @ P / factor, K, after=factor)
+        if known and sigma2:
+            factor = max(1.0 - square / (sigma2 * self.memory), self.least)
+        rate = 1.0 / min(self.seen + 1, self.memory)
+        rise = rate * (square - self.mean)
+        if self.seen >= 20 and self.mean > 0.0:
+            rise = min(rise, self.mean * max(8.0 * rate, 1.0 / 16.0))
+        self.mean += rise
+        self.seen += 1
+        K = P @ phi / (owed + phi @ P @ phi)
+        kept = (np.eye(phi.size) - np.outer(K, phi)) @ P
+        return Step(kept / (owed * factor), K, before=owed, after=factor)
 
-    def loss(self, P: FloatArray) -> float:
-        return 1.0 / self.memory
+    def loss(self, variances: FloatArray) -> FloatArray:
+        return np.full_like(variances, 1.0 / self.memory)
 
 
 @dataclass
@@ -112,7 +124,7 @@ class FRatio:
     long: int = 100
     errors: list[float] = field(default_factory=list)
 
-    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, variance: float | None) -> Step:
+    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, owed: float) -> Step:
         self.errors = [*self.errors, epsilon][-self.long :]
         factor = 1.0
         if len(self.errors) == self.long:
@@ -120,10 +132,10 @@ class FRatio:
             F = squares[-self.short :].mean() / squares.mean()
             g = np.sqrt(F / self.critical) - 1.0
             factor = 1.0 / (1.0 + self.eta * max(g, 0.0))
-        return divided(P, phi, factor)
+        return divided(P, phi, factor * owed)
 
-    def loss(self, P: FloatArray) -> float:
-        return 0.0
+    def loss(self, variances: FloatArray) -> FloatArray:
+        return np.zeros_like(variances)
 
 
 @dataclass
@@ -133,7 +145,7 @@ class Directional:
     factor: float
     epsilon: float
 
-    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, variance: float | None) -> Step:
+    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, owed: float) -> Step:
         R = np.linalg.inv(P)
         along = R @ phi
         kept = R - (1.0 - self.factor) * np.outer(along, along) / (phi @ along)
@@ -144,8 +156,8 @@ class Directional:
     def filters(self, phi: FloatArray) -> bool:
         return float(phi @ phi) < self.epsilon
 
-    def loss(self, P: FloatArray) -> float:
-        return 0.0
+    def loss(self, variances: FloatArray) -> FloatArray:
+        return np.zeros_like(variances)
 
 
 @dataclass
@@ -154,14 +166,14 @@ class RandomWalk:
 
     drift: FloatArray
 
-    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, variance: float | None) -> Step:
+    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, owed: float) -> Step:
         ahead = P + np.diag(self.drift)
         K = ahead @ phi / (1.0 + phi @ ahead @ phi)
         left = np.eye(phi.size) - np.outer(K, phi)
         return Step(left @ ahead @ left.T + np.outer(K, K), K)  # Joseph's form
 
-    def loss(self, P: FloatArray) -> float:
-        return float(np.trace(np.linalg.solve(P, np.diag(self.drift)))) / self.drift.size
+    def loss(self, variances: FloatArray) -> FloatArray:
+        return self.drift / (variances + self.drift)
 
 
 class Reference:
@@ -179,62 +191,111 @@ class Reference:
         self.epsilon = 0.0
         self.gain = np.zeros(self.theta.size)
         self.squares = 0.0  # weighted sum of epsilon^2 lambda / (lambda + phi' P phi)
+        self.usual = 0.0  # their mean, which rises slowly
         self.weight = 0.0  # sum of the weights
         self.recent = 0.0  # the same squares, averaged over about 16 samples
+        self.regained = np.ones(self.theta.size)  # of what was forgotten in the last memory
+        self.owed = 1.0  # product of the forgetting factors that wait
+        self.waited = 1.0  # the same of 1 - loss
 
     @property
     def residual_variance(self) -> float:
         """Weighted residual sum over the degrees of freedom: sum of weights less n, or one."""
-        return self.squares / max(self.weight - self.theta.size, 1.0)
+        return self.squares / self._freedom
+
+    @property
+    def _freedom(self) -> float:
+        return max(self.weight - self.theta.size, 1.0)
 
     def update(self, phi: FloatArray, y: float) -> bool:
         """False where the sample is left out."""
-        n = phi.size
-        variance = self.residual_variance if self.weight > n + 1 else None
+        known = self.weight > phi.size + 1
         self.epsilon = y - phi @ self.theta  # (12)
+        power = y**2 + float(phi @ self.theta) ** 2
         policy = copy(self.policy)  # a sample left out must not move the policy on
         s = phi @ self.P @ phi
-        step = policy.step(self.P, phi, self.epsilon, variance) if s > 0.0 else None
-        if step is None or self._left_out(phi, y, s, step.before, variance):
+        step = policy.step(self.P, phi, self.epsilon, 1.0)
+        if not s > 0.0 and self.margin > 0.0:
             return False
+        self.recent += (self.epsilon**2 * step.before / (step.before + s) - self.recent) / 16.0
+        starved = self.margin > 0.0 and self.regained.min() < 0.4
+        frozen = starved and known and self.recent <= 4.0 * self._usual_variance(power)
+        waits = self.owed * step.before * step.after
+        if self._uninformative(phi, s, idle=frozen and self.waited <= 0.08):
+            if not self._overdue(phi, power):
+                self.regained -= self._loss(np.diag(self.P)) * self.regained
+                self.regained[self.regained <= 1e-6] = 0.0
+                self._follow_fallen_errors(phi, s, power)
+                return False
+            frozen = False
+        if frozen:
+            step = divided(self.P, phi, 1.0)
+        elif self.owed < 1.0:
+            policy = copy(self.policy)
+            step = policy.step(self.P, phi, self.epsilon, self.owed)
+        self.owed = max(waits, 0.08) if frozen else 1.0
+        self.waited = max(self.waited * (1.0 - self._least_loss), 0.08) if frozen else 1.0
         self.policy = policy
+        self._keep(phi, step, power, known)
+        return True
+
+    def _keep(self, phi: FloatArray, step: Step, power: float, known: bool) -> None:
         # The mean of epsilon times the residual behind the step is sigma^2, converged or not.
         square = self.epsilon**2 * (1.0 - phi @ step.gain)
         self.P, self.gain = step.P, step.gain
         self.theta = self.theta + step.gain * self.epsilon  # (14)
         self.factor = step.before * step.after
+        # The measurement took (P phi)_i^2 / alpha off P_ii, with 1 - phi' K = before / alpha.
+        taken = step.gain**2 * step.before / (1.0 - phi @ step.gain)
+        left = np.diag(step.P) * self.factor
+        share = taken / (left + taken) - self._loss(np.diag(step.P)) * self.regained
+        self.regained = np.minimum(self.regained + share, 1.0)
+        samples = step.before * self.weight + 1.0
+        rise = (square - self.usual) / samples
+        if known:
+            most = self.usual + ROUNDING**2 * power
+            rise = min(rise, most * max(24.0 / samples, 1.0 / 16.0))
+        self.usual += rise
         self.squares = step.after * (step.before * self.squares + square)
-        self.weight = step.after * (step.before * self.weight + 1.0)
-        return True
+        self.weight = step.after * samples
 
-    def _left_out(
-        self, phi: FloatArray, y: float, s: float, before: float, variance: float | None
-    ) -> bool:
+    def _usual_variance(self, power: float) -> float:
+        """sigma^2 of the usual errors; a surprise is at least a rounding error."""
+        return self.usual * self.weight / self._freedom + ROUNDING**2 * power / 4.0
+
+    def _loss(self, variances: FloatArray) -> FloatArray:
+        """What the policy forgets, or the share of one sample among all."""
+        return np.maximum(self.policy.loss(variances), 1.0 / (self.weight + 2 * self.theta.size))
+
+    @property
+    def _least_loss(self) -> float:
+        return float(np.min(self._loss(np.diag(self.P))))
+
+    def _uninformative(self, phi: FloatArray, s: float, idle: bool) -> bool:
         """The policy's own filter, and the rule of RlsOptions::information_margin."""
-        self.recent += (self.epsilon**2 * before / (before + s) - self.recent) / 16.0
         if isinstance(self.policy, Directional) and self.policy.filters(phi):
             return True
-        if self.margin == 0.0 or variance is None or self.recent > 4.0 * variance:
-            return False
-        loss = self.policy.loss(self.P)
-        if s >= self.margin * loss:
-            return False
-        # A regressor of full size is taken where the model fails, or where P is on average below
-        # that of full excitation by such regressors.
-        size = float(phi**2 @ self.variance0)
-        power = y**2 + float(phi @ self.theta) ** 2
-        average = float(np.mean(np.diag(self.P) / self.variance0))
-        if size > 2e6 and (self.recent > 0.03 * power or average * size < self.margin * loss):
-            return False
-        self._follow_fallen_errors(s, loss, size, power, variance)
-        return True
+        return idle and s < self.margin * self._least_loss
 
-    def _follow_fallen_errors(
-        self, s: float, loss: float, size: float, power: float, variance: float
-    ) -> None:
+    def _overdue(self, phi: FloatArray, power: float) -> bool:
+        """A regressor of full size is taken where the model fails, or where P is too small.
+
+        Too small: of some parameter below that of full excitation by such regressors.
+        """
+        size = float(phi**2 @ self.variance0)
+        least = float(np.min(np.diag(self.P) / self.variance0))
+        full = least * size < self.margin * self._least_loss
+        return size > 2e6 and (self.recent > 0.03 * power or full)
+
+    def _follow_fallen_errors(self, phi: FloatArray, s: float, power: float) -> None:
         """sigma^2 falls to that of the recent errors; sigma^2 P stays, unless P0 bounds it."""
+        known = self.weight > phi.size + 1
+        variance = self.residual_variance if known else 0.0
+        loss = self._least_loss
         predicts = self.recent < 1e-4 * power
-        if variance <= 10.0 * self.recent or size <= 25.0 or (predicts and s >= loss):
+        least = loss if predicts else self.margin * loss
+        small = float(phi**2 @ self.variance0) <= 25.0
+        if variance <= 10.0 * self.recent or small or s >= least:
             return
         fall = min(variance / self.recent, 1.0 / np.mean(np.diag(self.P) / self.variance0))
         if predicts:
@@ -242,3 +303,4 @@ class Reference:
         if fall > 1.0:
             self.P = self.P * fall
             self.squares /= fall
+            self.usual /= fall

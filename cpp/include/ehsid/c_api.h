@@ -30,12 +30,12 @@ extern "C" {
 
 /* Storage of an estimator of n parameters with whatever policy, in words of 8 bytes; an array of uint64_t also
  * has the alignment. ehsid_storage_bytes() tells what a policy really takes. */
-#define EHSID_STORAGE_WORDS(n) (((n) * (n) + 6 * (n) + 197) / 2)
+#define EHSID_STORAGE_WORDS(n) (((n) * (n) + 7 * (n) + 199) / 2)
 #define EHSID_STORAGE_BYTES(n) (8 * EHSID_STORAGE_WORDS(n))
 
 /* Bytes that ehsid_save() writes, at most, for any policy and delay. ehsid_snapshot_bytes() is the bound for one policy,
  * ehsid_save() returns how many it wrote. */
-#define EHSID_SNAPSHOT_BYTES(n) (2 * (n) * (n) + 18 * (n) + 680)
+#define EHSID_SNAPSHOT_BYTES(n) (2 * (n) * (n) + 22 * (n) + 696)
 
 /* Outcome of a call; numbers and meaning of ehsid::Status, and two more. */
 typedef enum ehsid_status {
@@ -149,6 +149,10 @@ ehsid_status ehsid_default_configuration(ehsid_configuration* configuration,
                                          const ehsid_kernel* kernel, int32_t na, int32_t nb,
                                          int32_t nk, bool offset);
 
+/* No guard and no reset: Eqs. (12)-(14) as they are printed, with the forgetting of the policy, from variance0.
+ * EHSID_INVALID_ARGUMENT for NULL. */
+ehsid_status ehsid_use_textbook(ehsid_configuration* configuration);
+
 /* Bytes that an estimator of this kernel takes, and that its snapshot has at most; 0 for NULL. */
 size_t ehsid_storage_bytes(const ehsid_kernel* kernel);
 size_t ehsid_snapshot_bytes(const ehsid_kernel* kernel);
@@ -186,7 +190,7 @@ typedef struct ehsid_report {
   float residual_variance; /* sigma^2, squared units of the position */
   float
       fit_percent; /* one step ahead, over about the last 1000 estimated samples, see ehsid/fit.hpp */
-  float excitation; /* share of recent samples that carried information, 0 to 1 */
+  float excitation; /* share of recent samples during which every parameter was excited, 0 to 1 */
   int32_t resets;   /* changes of the plant seen since the start */
   bool converged;
   bool enabled;

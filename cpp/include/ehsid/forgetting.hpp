@@ -10,8 +10,8 @@
 //                              fields.hpp, so that snapshots save them
 //   valid()                    are its settings inside their ranges, and its state usable?
 //   restart()                  back to the initial state, e.g. after a reset
-//   loss(factors)              information forgotten in a step and direction, d(log det P) / n: a lone held
-//                              direction settles at phi' P phi = loss, full excitation at n loss; 0 where
+//   loss(i, variance)          share of the information about parameter i that an ordinary step forgets, given P_ii: a
+//                              lone held direction settles at phi' P phi = loss, full excitation at n loss; 0 where
 //                              a sample replaces all that is forgotten for it
 //   peek(evidence)             the scalar forgetting of the coming step; changes nothing
 //   accept(evidence)           the step was kept: move the policy's own state on

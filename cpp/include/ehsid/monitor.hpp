@@ -32,7 +32,7 @@ struct ConvergenceState {
   std::int32_t steady;  // informative samples in a row inside the tolerance, up to `hold`
   std::int32_t
       samples;        // samples seen since the start or the last reset (stops at its largest value)
-  Scalar excitation;  // share of recent samples that carried information, 0 to 1
+  Scalar excitation;  // share of recent samples during which every parameter was excited, 0 to 1
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -43,8 +43,8 @@ struct ConvergenceState {
 };
 
 /// Has the estimate converged? Judged in sigma^2 P: every standard deviation must stay below `tolerance` of its
-/// parameter for `hold` informative samples in a row. Also keeps the share of samples that carried
-/// information, over about the last 100.
+/// parameter for `hold` informative samples in a row. Also keeps the share of samples, over about the last 100, during
+/// which every parameter was excited: those that were neither left out nor taken while Rls::starved().
 template <class Scalar>
 class ConvergenceMonitor {
  public:
@@ -65,7 +65,7 @@ class ConvergenceMonitor {
   /// After an informative update of any estimator with theta_hat, factors and residual variance.
   template <class Estimator>
   void updated(const Estimator& rls) {
-    count(true);
+    count(!rls.starved());
     const auto& state = rls.state();
     const Scalar variance = rls.residual_variance();
     const Scalar share = options_.tolerance * options_.tolerance;
@@ -89,7 +89,7 @@ class ConvergenceMonitor {
   void skipped() { count(false); }
 
   bool converged() const { return state_.steady >= options_.hold; }
-  /// Share of recent samples that carried information, 0 to 1.
+  /// Share of recent samples during which the excitation told something about every parameter, 0 to 1.
   Scalar excitation() const { return state_.excitation; }
   std::int32_t samples() const { return state_.samples; }
 
@@ -120,6 +120,8 @@ class ConvergenceMonitor {
     const std::int32_t window = state_.samples < kMemory ? state_.samples : kMemory;
     const Scalar now = informative ? Scalar(1) : Scalar(0);
     state_.excitation += (now - state_.excitation) / static_cast<Scalar>(window);
+    // A product that goes on falling would be denormal, which is slow.
+    state_.excitation = state_.excitation > Scalar(1e-6) ? state_.excitation : Scalar(0);
   }
 
   Options options_{};

@@ -12,6 +12,7 @@
 
 #include <ehsid/fields.hpp>
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/information_account.hpp>
 #include <ehsid/rls_options.hpp>
 #include <ehsid/types.hpp>
 #include <ehsid/ud.hpp>
@@ -33,8 +34,10 @@ struct RlsState {
   Scalar forgetting_factor;  // lambda of the last kept step
   Scalar square;             // epsilon^2 lambda / (lambda + phi' P phi) of the last kept step
   Scalar mean_square;        // weighted mean of `square`
-  Scalar weight;             // its weight in samples, at most kWeightLimit
+  Scalar usual_square;       // the same, but it rises slowly: a changed plant is not noise
+  Scalar weight;             // weight of both in samples, at most kWeightLimit
   Scalar recent_square;      // the same over about the last 16 steps, skipped ones included
+  InformationAccount<Scalar, kN> account;
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -47,8 +50,10 @@ struct RlsState {
     visit(&RlsState::forgetting_factor);
     visit(&RlsState::square);
     visit(&RlsState::mean_square);
+    visit(&RlsState::usual_square);
     visit(&RlsState::weight);
     visit(&RlsState::recent_square);
+    visit(&RlsState::account);
   }
 };
 
@@ -143,8 +148,8 @@ class Rls {
     const Scalar innovation = y - predicted;
     Array<Scalar, kN> gain;  // K(k) = P(k) phi(k) in the end; here U' phi, then P phi
     Scalar s = state_.factors.project(phi, gain);
-    const Evidence<Scalar> evidence{innovation, s, known_residual_variance()};
-    const ForgettingFactors<Scalar> lambda = state_.forgetting.peek(evidence);
+    const Evidence<Scalar> evidence{innovation, s};
+    ForgettingFactors<Scalar> lambda = state_.forgetting.peek(evidence);
     Scalar square = normalise(innovation, lambda.before, s);
     if (!is_squarable(square) || !is_finite(s)) {
       // NaN or Inf at the input ends up here, too: in phi it makes s so, in y the square
@@ -152,28 +157,44 @@ class Rls {
     }
     const Scalar recent = state_.recent_square + kRecentRate * (square - state_.recent_square);
     const Scalar power = y * y + predicted * predicted;
-    if (uninformative(phi, s, surprising(recent, power))) {
+    const bool starving = information_margin() > Scalar(0) && state_.account.starving(n);
+    bool frozen = starving && !surprising(recent, power);
+    if (uninformative(phi, s, frozen && state_.account.out_of_patience())) {
       const Scalar start = variance_at_start(phi);
       if (!overdue(recent, power, start)) {
         state_.innovation = innovation;
         state_.recent_square = recent;
+        lose_information();
         lower_residual_variance(s, recent, power, start);
         return Status::no_information;
       }
+      frozen = false;
+    }
+    const bool changed = frozen || state_.account.waits();
+    const auto waiting =
+        frozen ? state_.account.postpone(lambda, least_loss()) : state_.account.make_up(lambda);
+    if (changed) {
+      square = normalise(innovation, lambda.before, s);
     }
 
     UdFactors<Scalar, kN> factors;
+    const bool spreads = Forgetting::kSpreads && !frozen;
     if constexpr (Forgetting::kSpreads) {
-      factors.resize(n);
-      factors.keep(state_.factors);
-      state_.forgetting.spread(factors, phi);
-      s = factors.project(phi, gain);
-      square = normalise(innovation, lambda.before, s);
+      if (spreads) {
+        factors.resize(n);
+        factors.keep(state_.factors);
+        state_.forgetting.spread(factors, phi);
+        s = factors.project(phi, gain);
+        square = normalise(innovation, lambda.before, s);
+      }
     }
     // (13)
-    const UdFactors<Scalar, kN>& prior = Forgetting::kSpreads ? factors : state_.factors;
-    const Scalar alpha = factors.measure(prior, gain, lambda.before, lambda.before * lambda.after);
-    bool good = limit(factors);
+    const UdFactors<Scalar, kN>& prior = spreads ? factors : state_.factors;
+    const Scalar shrink = lambda.before * lambda.after;
+    const Scalar alpha = factors.measure(prior, gain, lambda.before, shrink);
+    Array<Scalar, kN> variances;
+    factors.variances(variances);
+    bool good = limit(factors, variances) && is_squarable(square);
     // (14), as a compensated sum: at large k the steps fall below the last digit of a float32 theta, and
     // with a held regressor their rounding has a direction, so theta would drift without end.
     Array<Scalar, kN> theta;
@@ -198,11 +219,13 @@ class Rls {
     state_.factors.keep(factors);
     keep<kN>(n, gain, state_.gain);
     state_.innovation = innovation;
-    state_.forgetting_factor = lambda.before * lambda.after;
+    state_.forgetting_factor = shrink;
     state_.square = square;
     state_.recent_square = recent;
+    state_.account.waiting = waiting;
+    gain_information(variances, alpha, shrink);
     state_.forgetting.accept(evidence);
-    accumulate(square, lambda);
+    accumulate(square, lambda, power);
     return Status::ok;
   }
 
@@ -217,6 +240,7 @@ class Rls {
     if (noise_variance > Scalar(0)) {
       state_.weight = Scalar(size() + 2);
       state_.mean_square = noise_variance * Scalar(2) / Scalar(size() + 2);
+      state_.usual_square = state_.mean_square;
     }
   }
 
@@ -230,6 +254,9 @@ class Rls {
   Parameters theta_hat() const { return to_vector<kN>(size(), state_.theta); }
   /// P(k), formed from the factors; sigma^2 P is the covariance of theta_hat.
   Covariance P() const { return state_.factors.matrix(); }
+  /// Did the samples of the last memory, up to the last kept one, bring too little about some parameter? Then nothing is
+  /// forgotten, and after a while samples that tell nothing are left out.
+  bool starved() const { return state_.account.waits(); }
   Regressor gain() const { return to_vector<kN>(size(), state_.gain); }
   Scalar innovation() const { return state_.innovation; }
   Scalar forgetting_factor() const { return state_.forgetting_factor; }
@@ -241,10 +268,7 @@ class Rls {
 
   /// sigma^2 from the weighted residuals, with kN degrees of freedom taken off; 0 before any sample, and of no
   /// use before more than kN.
-  Scalar residual_variance() const {
-    const Scalar freedom = state_.weight - Scalar(size());
-    return state_.mean_square * state_.weight / (freedom > Scalar(1) ? freedom : Scalar(1));
-  }
+  Scalar residual_variance() const { return with_freedom(state_.mean_square); }
 
   /// sqrt(sigma^2 P_ii); always finite.
   Parameters standard_deviation() const {
@@ -281,8 +305,9 @@ class Rls {
            all_finite(n, saved.remainder) && saved.forgetting.valid() &&
            all_finite(n, saved.gain) && is_finite(saved.innovation) &&
            is_forgetting_factor(saved.forgetting_factor) && is_squared(saved.square) &&
-           is_variance(saved.mean_square) && saved.weight >= Scalar(0) &&
-           saved.weight <= kWeightLimit && is_variance(saved.recent_square);
+           is_variance(saved.mean_square) && is_variance(saved.usual_square) &&
+           saved.weight >= Scalar(0) && saved.weight <= kWeightLimit &&
+           is_variance(saved.recent_square) && saved.account.usable(n);
   }
 
   /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable and of this size.
@@ -311,6 +336,10 @@ class Rls {
   // percent of full scale, and 1.4 times that.
   static constexpr Scalar kNoise = Scalar(25);
   static constexpr Scalar kFullSize = Scalar(2e6);
+  // The usual square rises by a sixteenth in a step, or by as much as a square 25 times as large adds: a larger noise is
+  // still followed, twice the variance in 11 steps.
+  static constexpr Scalar kMostRise = Scalar(1) / Scalar(16);
+  static constexpr Scalar kMostSquare = Scalar(24);
   // Rounding of phi' theta: not a surprise, however small the noise.
   static constexpr Scalar kRounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
 
@@ -362,8 +391,16 @@ class Rls {
     state_.forgetting_factor = Scalar(1);
     state_.square = Scalar(0);
     state_.mean_square = Scalar(0);
+    state_.usual_square = Scalar(0);
     state_.weight = Scalar(0);
     state_.recent_square = Scalar(0);
+    state_.account.restart();
+  }
+
+  /// A mean of weighted squares, with kN degrees of freedom taken off.
+  EHSID_ALWAYS_INLINE Scalar with_freedom(Scalar mean) const {
+    const Scalar freedom = state_.weight - Scalar(size());
+    return mean * state_.weight / (freedom > Scalar(1) ? freedom : Scalar(1));
   }
 
   /// residual_variance() once there are enough samples for it to mean something, else 0.
@@ -373,11 +410,56 @@ class Rls {
 
   bool surprising(Scalar recent, Scalar power) const {
     return state_.weight <= Scalar(size() + 1) ||
-           recent > kSurprise * known_residual_variance() + kRounding * kRounding * power;
+           recent > kSurprise * with_freedom(state_.usual_square) + kRounding * kRounding * power;
   }
 
-  bool uninformative(const Regressor& phi, Scalar s, bool surprised) const {
-    if (!(s > Scalar(0))) {
+  /// Information about parameter i that is forgotten in a step, as a share of what there is. Where the policy forgets
+  /// nothing, the share of one sample among all: what came long ago says nothing on the excitation of now.
+  EHSID_ALWAYS_INLINE Scalar loss(int i, Scalar variance, Scalar fresh) const {
+    const Scalar forgotten = state_.forgetting.loss(i, variance);
+    return forgotten > fresh ? forgotten : fresh;
+  }
+
+  EHSID_ALWAYS_INLINE Scalar fresh_share() const {
+    return Scalar(1) / (state_.weight + Scalar(2 * size()));
+  }
+
+  /// The same of the parameter that loses least.
+  EHSID_ALWAYS_INLINE Scalar least_loss() const {
+    const Scalar fresh = fresh_share();
+    if constexpr (!Forgetting::kSpreads) {
+      return loss(0, Scalar(0), fresh);
+    } else {
+      Scalar least(1);
+      const int n = size();
+      for (int i = 0; i < n; ++i) {
+        const Scalar one = loss(i, state_.factors.variance(i), fresh);
+        least = one < least ? one : least;
+      }
+      return least;
+    }
+  }
+
+  void lose_information() {
+    const Scalar fresh = fresh_share();
+    state_.account.lose(size(), [&](int i) {
+      return loss(i, Forgetting::kSpreads ? state_.factors.variance(i) : Scalar(0), fresh);
+    });
+  }
+
+  /// The last step left P_ii = variances[i]; its measurement took (P phi)_i^2 / alpha off.
+  EHSID_ALWAYS_INLINE void gain_information(const Array<Scalar, kN>& variances, Scalar alpha,
+                                            Scalar shrink) {
+    const Scalar fresh = fresh_share();
+    const auto at = [](int i) { return static_cast<std::size_t>(i); };
+    state_.account.gain(
+        size(), [&](int i) { return variances[at(i)] * shrink; },
+        [&](int i) { return state_.gain[at(i)] * state_.gain[at(i)] * alpha; },
+        [&](int i) { return loss(i, variances[at(i)], fresh); });
+  }
+
+  bool uninformative(const Regressor& phi, Scalar s, bool idle) const {
+    if (!(s > Scalar(0)) && options_.information_margin != Scalar(0)) {
       return true;  // phi = 0: forgetting without measuring would be all that is left
     }
     if constexpr (Forgetting::kFilters) {
@@ -385,7 +467,7 @@ class Rls {
         return true;
       }
     }
-    return !surprised && s < information_margin() * state_.forgetting.loss(state_.factors);
+    return idle && s < information_margin() * least_loss();
   }
 
   /// Must a sample without information be taken all the same? After samples far larger than those of now all of these
@@ -394,8 +476,18 @@ class Rls {
   /// excitation by such regressors would leave it: until it is as large, forgetting cannot wind anything up.
   bool overdue(Scalar recent, Scalar power, Scalar start) const {
     return start > kFullSize && (recent > kUnpredicted * power ||
-                                 state_.factors.weighted_trace(ceiling_weight_) * start <
-                                     information_margin() * state_.forgetting.loss(state_.factors));
+                                 least_variance() * start < information_margin() * least_loss());
+  }
+
+  /// The least P_ii / P0_ii.
+  Scalar least_variance() const {
+    Scalar least = std::numeric_limits<Scalar>::max();
+    for (int i = 0; i < size(); ++i) {
+      const Scalar share = state_.factors.variance(i) * Scalar(size()) *
+                           ceiling_weight_[static_cast<std::size_t>(i)];
+      least = share < least ? share : least;
+    }
+    return least;
   }
 
   /// Of a sample that is left out: follows errors that have become far smaller than sigma^2.
@@ -407,7 +499,7 @@ class Rls {
   /// learned stays true. Nothing is done for a regressor that P0 hardly notices, only noise in a hold at zero.
   void lower_residual_variance(Scalar s, Scalar recent, Scalar power, Scalar start) {
     const Scalar known = known_residual_variance();
-    const Scalar loss = state_.forgetting.loss(state_.factors);
+    const Scalar loss = least_loss();
     const Scalar wanted = information_margin() * loss;
     const bool predicted = recent < kPredicted * power;
     if (!(recent * kFallen < known) || !(start > kNoise) || !(s < (predicted ? loss : wanted))) {
@@ -427,6 +519,7 @@ class Rls {
     if (good) {
       state_.factors.scale(factor);
       state_.mean_square /= factor;
+      state_.usual_square /= factor;
     }
   }
 
@@ -448,8 +541,9 @@ class Rls {
 
   /// Backstop: scales P down to the ceiling. P(k) stays above what the measurement alone leaves: without forgetting P
   /// cannot have passed the ceiling. False where P_ii or, every d > 0, a factor is not finite: the mean then is not.
-  EHSID_ALWAYS_INLINE bool limit(UdFactors<Scalar, kN>& factors) const {
-    const Scalar mean = factors.weighted_trace(ceiling_weight_);
+  EHSID_ALWAYS_INLINE bool limit(UdFactors<Scalar, kN>& factors,
+                                 const Array<Scalar, kN>& variances) const {
+    const Scalar mean = dot(size(), variances, ceiling_weight_);
     if (mean > options_.covariance_ceiling) {
       factors.scale(options_.covariance_ceiling / mean);
     }
@@ -457,9 +551,18 @@ class Rls {
   }
 
   /// Recursion of the weighted residual sum of squares, as a mean so that it cannot overflow.
-  void accumulate(Scalar square, const ForgettingFactors<Scalar>& lambda) {
+  void accumulate(Scalar square, const ForgettingFactors<Scalar>& lambda, Scalar power) {
     const Scalar samples = lambda.before * state_.weight + Scalar(1);
-    state_.mean_square += (square - state_.mean_square) / samples;
+    const Scalar share = Scalar(1) / samples;
+    state_.mean_square += (square - state_.mean_square) * share;
+    Scalar rise = (square - state_.usual_square) * share;
+    if (state_.weight > Scalar(size() + 1)) {
+      const Scalar outlier = kMostSquare * share;
+      const Scalar most = (state_.usual_square + kRounding * kRounding * power) *
+                          (outlier > kMostRise ? outlier : kMostRise);
+      rise = rise < most ? rise : most;
+    }
+    state_.usual_square += rise;
     const Scalar weight = lambda.after * samples;
     state_.weight = weight < kWeightLimit ? weight : kWeightLimit;
   }

@@ -193,6 +193,26 @@ struct UdFactors : Extent<kN> {
     return alpha;
   }
 
+  /// All P_ii.
+  EHSID_ALWAYS_INLINE void variances(Array<Scalar, kN>& all) const {
+    const int n = size();
+    const Scalar* row = u.data();  // the first factor of row i
+    EHSID_UNROLL
+    for (int i = 0; i < n; ++i) {
+      const auto ii = static_cast<std::size_t>(i);
+      Scalar sum = d[ii];
+      const Scalar* factor = row;
+      const Scalar* variance = &d[ii];
+      EHSID_UNROLL
+      for (int k = i + 1; k < n; ++k) {
+        sum += *factor * *factor * *++variance;
+        factor += k;
+      }
+      all[ii] = sum;
+      row += i + 2;
+    }
+  }
+
   /// sum_i weights_i P_ii, weights >= 0.
   EHSID_ALWAYS_INLINE Scalar weighted_trace(const Array<Scalar, kN>& weights) const {
     const int n = size();
@@ -240,12 +260,23 @@ struct UdFactors : Extent<kN> {
 
   /// phi' P^-1 phi: the information already held along phi.
   EHSID_ALWAYS_INLINE Scalar information_along(const Vector<Scalar, kN>& phi) const {
-    return inverse_form(size(), [&phi](int i) { return phi[i]; });
-  }
-
-  /// (P^-1)_ii: the same along the unit vector e_i.
-  EHSID_ALWAYS_INLINE Scalar information_about(int i) const {
-    return inverse_form(i + 1, [i](int k) { return k == i ? Scalar(1) : Scalar(0); });
+    const int n = size();
+    Array<Scalar, kN> z;
+    Scalar sum(0);
+    EHSID_UNROLL
+    for (int i = n - 1; i >= 0; --i) {
+      const auto ii = static_cast<std::size_t>(i);
+      Scalar rest = phi[i];  // back substitution, U z = phi
+      const Scalar* factor = u.data() + at(i, i + 1);
+      EHSID_UNROLL
+      for (int j = i + 1; j < n; ++j) {
+        rest -= *factor * z[static_cast<std::size_t>(j)];
+        factor += j;
+      }
+      z[ii] = rest;
+      sum += rest * rest / d[ii];
+    }
+    return sum;
   }
 
   /// P <- factor P.
@@ -298,27 +329,6 @@ struct UdFactors : Extent<kN> {
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic pop
 #endif
-
-  /// a' P^-1 a, of whose entries a(i) all but the first `count` are zero.
-  template <class Entries>
-  EHSID_ALWAYS_INLINE Scalar inverse_form(int count, const Entries& a) const {
-    Array<Scalar, kN> z;
-    Scalar sum(0);
-    EHSID_UNROLL
-    for (int i = count - 1; i >= 0; --i) {
-      const auto ii = static_cast<std::size_t>(i);
-      Scalar rest = a(i);  // back substitution, U z = a
-      const Scalar* factor = u.data() + at(i, i + 1);
-      EHSID_UNROLL
-      for (int j = i + 1; j < count; ++j) {
-        rest -= *factor * z[static_cast<std::size_t>(j)];
-        factor += j;
-      }
-      z[ii] = rest;
-      sum += rest * rest / d[ii];
-    }
-    return sum;
-  }
 
   Scalar unit_upper(int row, int column) const {
     return row == column ? Scalar(1) : u[at(row, column)];

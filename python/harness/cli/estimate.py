@@ -58,6 +58,14 @@ def estimate_command(
     lambda0: Lambda0 = None,
     setting: PolicySettings = None,
     reset: Reset = True,
+    textbook: Annotated[
+        bool,
+        typer.Option("--textbook", help="Eqs. (12)-(14) as printed: no guards and no reset"),
+    ] = False,
+    start_variance: Annotated[
+        float,
+        typer.Option(help="variance of each parameter at the start, in units of sigma^2", min=1e-9),
+    ] = 1e6,
     maps: Maps = None,
     sampling_time: SamplingTime = None,
     as_json: AsJson = False,
@@ -67,6 +75,7 @@ def estimate_command(
 
     Example: ehsid estimate rec.csv --na 3 --nb 3 --nk 1 --forgetting exponential --lambda0 0.99
     """
+    import ehsid
     from ehsid.harness.estimation import estimate
     from ehsid.harness.identification import ArxOrders
 
@@ -79,7 +88,14 @@ def estimate_command(
         orders = ArxOrders(na, nb, nk, offset=False)
         policy = make_policy(forgetting, lambda0, setting)
         with about(record):
-            result = estimate(data, orders, forgetting=policy, reset=reset)
+            result = estimate(
+                data,
+                orders,
+                forgetting=policy,
+                reset=reset and not textbook,
+                guards=ehsid.RlsOptions.textbook() if textbook else None,
+                start_variance=start_variance,
+            )
         if folder is not None:
             from ehsid.harness.report.model_figures import estimation_figure
 

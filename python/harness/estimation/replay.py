@@ -24,6 +24,7 @@ from ehsid.harness.identification import (
 NORMAL_95 = 1.959963984540054
 
 # Number of equations per parameter that count as start-up.
+START_VARIANCE = 1e6  # of ServoEstimator
 START_EQUATIONS = 10
 
 
@@ -139,6 +140,8 @@ def estimate(
     *,
     forgetting: ehsid.Forgetting,
     reset: bool = True,
+    guards: ehsid.RlsOptions | None = None,
+    start_variance: float = START_VARIANCE,
     dtype: str = "float32",
 ) -> EstimationResult:
     """Runs the C++ estimator over a record, segment by segment.
@@ -153,6 +156,10 @@ def estimate(
         forgetting policy, e.g. `ehsid.Exponential()`.
     reset
         whether lambda and P are reset when the RMSE shows a change of the plant.
+    guards
+        guards against wind-up; None takes the defaults, `ehsid.RlsOptions.textbook()` has none.
+    start_variance
+        P_ii at the start and after a reset, above 0, of the scaled signals in units of sigma^2.
     dtype
         "float32", as on the target, or "float64".
 
@@ -171,7 +178,9 @@ def estimate(
         offset=orders.offset,
         forgetting=forgetting,
         scaling=scaling,
+        rls=guards or ehsid.RlsOptions(),
         reset=ehsid.RmseResetOptions() if reset else None,
+        variance0=[start_variance] * orders.n_parameters,
         dtype=dtype,
     )
     paths = []

@@ -224,19 +224,18 @@ def test_excitation_is_the_share_of_samples_that_tell_something() -> None:
     estimator = ehsid.ServoEstimator(2, 2, 1, forgetting=ehsid.Constant(0.95))
     rng = np.random.default_rng(4)
     path = estimator.run(rng.normal(size=500), rng.normal(size=500))
-    informative = path.status[2:] == Status.ok
-    assert informative.any()
-    assert not informative.all()
-    # A mean of all samples at first, of about the last hundred later on.
-    share = 0.0
-    for k, now in enumerate(informative, start=1):
-        share += (float(now) - share) / min(k, 100)
-    # A float32 mean: eps 100 = 1.2e-5.
-    assert abs(estimator.excitation - share) < 1.2e-5
-    path = estimator.run(np.zeros(500), np.zeros(500))
-    # All skipped once the history is zero: (1 - 1/100)^498 = 0.7 % is left of it.
-    assert (path.status[2:] == Status.no_information).all()
-    assert estimator.excitation < 0.01
+    assert (path.status[2:] == Status.ok).all()
+    assert estimator.excitation == 1.0
+    # Held: a memory of 20 samples later some parameter is starved, three and a half later the rest
+    # begins, and nothing counts as excited from then on: (1 - 1/100)^900 = 1e-4 is left.
+    path = estimator.run(np.zeros(1000), np.zeros(1000))
+    assert (path.status[:2] == Status.ok).all()
+    assert (path.status[100:] == Status.no_information).all()
+    assert estimator.excitation < 1e-3
+    # Excited anew: (1 - 1/100)^300 = 5 % are missing, and what it took to notice.
+    path = estimator.run(rng.normal(size=300), rng.normal(size=300))
+    assert (path.status == Status.ok).mean() > 0.95
+    assert 0.85 < estimator.excitation < 1.0
 
 
 @pytest.mark.parametrize("limit", [None, 5.0])

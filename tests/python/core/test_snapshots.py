@@ -155,7 +155,7 @@ def test_every_other_length_is_refused(
 def test_other_versions_are_refused() -> None:
     for estimator in (make("constant", "float32"), make_rls("constant", "float32")):
         good = estimator.save()
-        for version in (0, 1, 3):
+        for version in (0, 1, 2, 4):
             other = good[:4] + struct.pack("<H", version) + good[6:]
             assert refuses(estimator, other, OTHER_VERSION)
             assert refuses(estimator, forged(other), OTHER_VERSION)
@@ -222,8 +222,8 @@ def test_layout_is_the_documented_one(dtype: str) -> None:
     assert struct.unpack("<I", state[-4:])[0] == zlib.crc32(state[:-4])
     kind = np.dtype(dtype)
     header = HEADER.unpack_from(state)
-    assert header[:9] == (ESTIMATOR, 2, kind.itemsize, 1, 3, 3, 1, 0, len(state))
-    numbers = 4 * 6 + 15 + 6
+    assert header[:9] == (ESTIMATOR, 3, kind.itemsize, 1, 3, 3, 1, 0, len(state))
+    numbers = 5 * 6 + 15 + 9
     assert len(state) == HEADER.size + 1 + kind.itemsize * (numbers + 3 + 4 + 3) + 4 * 6 + 1 + 4
     assert state[HEADER.size] == 0  # switched off
     at = HEADER.size + 1

@@ -63,9 +63,10 @@ def test_more_inflation_forgives_a_wrong_model_sooner() -> None:
 
 
 def test_forgetting_that_starts_low_gives_the_start_away() -> None:
-    # Eq. (15) from 0.95 keeps a product of exp(-5) of it.
+    # Eq. (15) from 0.95 keeps a product of exp(-5) of it: the medians differ by chance only, of 40
+    # runs whose settling times scatter by a half, so by 0.1 of themselves.
     seeded, vague, sooner = medians(ehsid.Exponential(), 0.151)
-    assert seeded > vague
+    assert seeded > 0.9 * vague
     assert sooner < 0.5
 
 

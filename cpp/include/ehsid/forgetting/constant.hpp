@@ -34,10 +34,7 @@ struct Constant {
   }
 
   bool valid() const { return settings_valid(*this); }
-  template <class Factors>
-  Scalar loss(const Factors& /*factors*/) const {
-    return Scalar(1) - lambda;
-  }
+  Scalar loss(int /*parameter*/, Scalar /*variance*/) const { return Scalar(1) - lambda; }
   void restart() {}
   ForgettingFactors<Scalar> peek(const Evidence<Scalar>& /*evidence*/) const {
     return {lambda, Scalar(1)};

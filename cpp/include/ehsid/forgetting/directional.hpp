@@ -50,10 +50,7 @@ struct Directional {
   void accept(const Evidence<Scalar>& /*evidence*/) {}
 
   /// Directions that are not excited are not forgotten: only the paper's filter is needed.
-  template <class Factors>
-  Scalar loss(const Factors& /*factors*/) const {
-    return Scalar(0);
-  }
+  Scalar loss(int /*parameter*/, Scalar /*variance*/) const { return Scalar(0); }
 
   template <class Regressor>
   bool filters(const Regressor& phi) const {

@@ -17,8 +17,10 @@ namespace ehsid {
 /// step is bounded by lambda_min. It does not bound P without excitation: the estimator's own
 /// guards do.
 /// Cost: one division, four multiplications.
-/// Default: N0 = 100 samples, lambda_min = 0.5. noise_variance = 0 (default) takes the estimator's own
-/// residual variance for sigma0^2, a departure from the paper, which has the user give it.
+/// Default: N0 = 100 samples, lambda_min = 0.5. noise_variance = 0 (default) takes an own estimate for sigma0^2, a
+/// departure from the paper, which has the user give it: the mean of (1 - phi' K) epsilon^2 over about N0 samples, from
+/// the 20th on, which rises by no more than a sixteenth in a step, so that the errors of a changed plant do not pass for
+/// noise. The estimator's residual variance would: as the memory gets short, it follows these errors at once.
 template <class Scalar>
 struct ErrorDriven {
   static constexpr std::uint32_t kId = 3;
@@ -31,6 +33,14 @@ struct ErrorDriven {
   Scalar memory = Scalar(100);  // N0
   Scalar lambda_min = Scalar(0.5);
   Scalar noise_variance = Scalar(0);  // sigma0^2
+  Scalar mean_square = Scalar(0);     // the own estimate of it, state
+  std::int32_t seen = 0;              // samples since the restart, up to kMostSeen
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&ErrorDriven::mean_square);
+    visit(&ErrorDriven::seen);
+  }
 
   template <class Visit>
   static constexpr void settings(Visit visit) {
@@ -41,33 +51,58 @@ struct ErrorDriven {
                       "the forgetting factor never goes below this", 4},
           [](auto& owner) -> auto& { return owner.lambda_min; });
     visit(SettingInfo{"noise_variance", Range::at_least(0.0), "1",
-                      "sigma0^2, in squared units of the scaled output; 0 takes the estimator's "
-                      "own residual variance",
-                      5},
+                      "sigma0^2, in squared units of the scaled output; 0 estimates it", 5},
           [](auto& owner) -> auto& { return owner.noise_variance; });
   }
 
-  bool valid() const { return settings_valid(*this); }
+  bool valid() const {
+    return settings_valid(*this) && is_variance(mean_square) && seen >= 0 && seen <= kMostSeen;
+  }
   /// The mean loss a step by design; not that of this step, or the choice of samples to skip would depend on
   /// their errors and bias the residual variance.
-  template <class Factors>
-  Scalar loss(const Factors& /*factors*/) const {
-    return Scalar(1) / memory;
+  Scalar loss(int /*parameter*/, Scalar /*variance*/) const { return Scalar(1) / memory; }
+  void restart() {
+    mean_square = Scalar(0);
+    seen = 0;
   }
-  void restart() {}
   ForgettingFactors<Scalar> peek(const Evidence<Scalar>& evidence) const {
-    const Scalar variance =
-        noise_variance > Scalar(0) ? noise_variance : evidence.residual_variance;
-    // 1 - phi' K = 1 / (1 + phi' P phi): K is the gain of the step before forgetting
-    const Scalar error =
-        evidence.innovation * evidence.innovation / (Scalar(1) + evidence.regressor_variance);
+    const bool given = noise_variance > Scalar(0);
+    if (!given && seen < kFirst) {
+      return {Scalar(1), Scalar(1)};
+    }
+    const Scalar variance = given ? noise_variance : mean_square;
+    const Scalar error = posterior_square(evidence);
     const Scalar allowance = variance * memory;
     if (!(error < (Scalar(1) - lambda_min) * allowance)) {
       return {Scalar(1), allowance > Scalar(0) ? lambda_min : Scalar(1)};
     }
     return {Scalar(1), Scalar(1) - error / allowance};
   }
-  void accept(const Evidence<Scalar>& /*evidence*/) {}
+  void accept(const Evidence<Scalar>& evidence) {
+    const auto samples = Scalar(seen + 1);
+    const Scalar rate = Scalar(1) / (samples < memory ? samples : memory);
+    Scalar step = rate * (posterior_square(evidence) - mean_square);
+    if (seen >= kFirst && mean_square > Scalar(0)) {
+      const Scalar outlier = kMostSquare * rate;
+      const Scalar most = mean_square * (outlier > kMostRise ? outlier : kMostRise);
+      step = step < most ? step : most;
+    }
+    mean_square += step;
+    seen = seen < kMostSeen ? seen + 1 : kMostSeen;
+  }
+
+ private:
+  static constexpr std::int32_t kFirst =
+      20;  // samples before the mean of their squares says something
+  static constexpr std::int32_t kMostSeen = 1 << 20;  // where the count stops
+  static constexpr Scalar kMostRise = Scalar(1) / Scalar(16);
+  static constexpr Scalar kMostSquare = Scalar(8);  // what a square may add, in units of the mean
+
+  /// (1 - phi' K) epsilon^2, with 1 - phi' K = 1 / (1 + phi' P phi): K is the gain of the step before forgetting.
+  static Scalar posterior_square(const Evidence<Scalar>& evidence) {
+    const Scalar s = evidence.regressor_variance;
+    return evidence.innovation * evidence.innovation / (Scalar(1) + s);
+  }
 };
 
 }  // namespace ehsid

@@ -11,7 +11,6 @@ template <class Scalar>
 struct Evidence {
   Scalar innovation;          // epsilon(k), Eq. (12)
   Scalar regressor_variance;  // phi' P(k-1) phi, in units of the residual variance
-  Scalar residual_variance;   // estimate of sigma^2 so far; 0 while nothing is known
 };
 
 /// Forgetting of one step: P is divided by `before` ahead of the measurement, as in Eq. (13), and by

@@ -49,10 +49,7 @@ struct Exponential {
     return settings_valid(*this) && deficit >= Scalar(0) && deficit <= Scalar(1);
   }
   void restart() { deficit = Scalar(1) - lambda_initial; }
-  template <class Factors>
-  Scalar loss(const Factors& /*factors*/) const {
-    return next();
-  }
+  Scalar loss(int /*parameter*/, Scalar /*variance*/) const { return next(); }
   ForgettingFactors<Scalar> peek(const Evidence<Scalar>& /*evidence*/) const {
     return {Scalar(1) - next(), Scalar(1)};
   }

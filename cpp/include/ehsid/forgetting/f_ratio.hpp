@@ -60,10 +60,7 @@ struct FRatio {
            long_window.usable();
   }
   /// While the errors stay alike nothing is forgotten: nothing to protect.
-  template <class Factors>
-  Scalar loss(const Factors& /*factors*/) const {
-    return Scalar(0);
-  }
+  Scalar loss(int /*parameter*/, Scalar /*variance*/) const { return Scalar(0); }
   void restart() {
     short_window = {};
     long_window = {};

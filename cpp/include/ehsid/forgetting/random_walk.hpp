@@ -47,15 +47,9 @@ struct RandomWalk {
   }
   void accept(const Evidence<Scalar>& /*evidence*/) {}
 
-  /// tr(P^-1 Q) / n: the growth of log det P by Q, shared among the directions.
-  EHSID_ALWAYS_INLINE Scalar loss(const UdFactors<Scalar, kN>& factors) const {
-    const int n = factors.size();
-    Scalar sum(0);
-    EHSID_UNROLL
-    for (int i = 0; i < n; ++i) {
-      sum += drift[static_cast<std::size_t>(i)] * factors.information_about(i);
-    }
-    return sum / Scalar(n);
+  EHSID_ALWAYS_INLINE Scalar loss(int parameter, Scalar variance) const {
+    const Scalar added = drift[static_cast<std::size_t>(parameter)];
+    return added / (variance + added);
   }
 
   EHSID_ALWAYS_INLINE void spread(UdFactors<Scalar, kN>& factors,
