@@ -25,7 +25,7 @@ class Convergence : public testing::Test {
     const Recursion::Regressor phi(normal_(random_), normal_(random_));
     const double y = phi[0] - 0.5 * phi[1] + noise * normal_(random_);
     ASSERT_EQ(rls_.update(phi, y), Status::ok);
-    monitor_.updated(rls_);
+    monitor_.updated(rls_, believable_);
   }
 
   /// Is every standard deviation within the tolerance of its parameter?
@@ -40,6 +40,7 @@ class Convergence : public testing::Test {
     return all;
   }
 
+  bool believable_ = true;
   Monitor::Options options_{};
   Monitor monitor_;
   Recursion rls_{ehsid::Constant<double>{1.0}};
