@@ -352,6 +352,10 @@ class EstimatorInstance final : public AnyEstimator {
   void enable(bool on) override { estimator_.enable(on); }
   bool enabled() const override { return estimator_.enabled(); }
   bool converged() const override { return estimator_.converged(); }
+  bool white() const override { return estimator_.whiteness().white(); }
+  double whiteness() const override {
+    return static_cast<double>(estimator_.whiteness().statistic());
+  }
   double excitation() const override {
     return static_cast<double>(estimator_.monitor().excitation());
   }

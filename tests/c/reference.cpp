@@ -40,6 +40,8 @@ Reference reference() {
             made.report.fit_percent = fit.percent();
             made.report.excitation = estimator.monitor().excitation();
             made.report.resets = estimator.change_detector().alarms();
+            made.report.whiteness = estimator.whiteness().statistic();
+            made.report.white = estimator.whiteness().white();
             made.report.converged = estimator.converged();
             made.report.enabled = estimator.enabled();
           },

@@ -306,8 +306,12 @@ class OnlineEstimator {
   }
 
   Contents contents() const {
-    return {static_cast<std::uint8_t>(enabled_ ? 1 : 0), recursion_.state(), model_.state(),
-            reset_.state(), monitor_.state(), whiteness_.state()};
+    return {static_cast<std::uint8_t>(enabled_ ? 1 : 0),
+            recursion_.state(),
+            model_.state(),
+            reset_.state(),
+            monitor_.state(),
+            whiteness_.state()};
   }
 
   /// Checksum of every option that decides how the estimator goes on. Not theta0, which only a start uses, and no option

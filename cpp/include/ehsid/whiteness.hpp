@@ -28,15 +28,16 @@ struct WhitenessState {
   static constexpr int kCommands = 5;  // lags d .. d + 4, of which every other one is tested
   static constexpr int kTests = 6;
 
-  Array<Scalar, kErrors> errors;      // z of the samples before, newest first; 0 where there is none
+  Array<Scalar, kErrors> errors;  // z of the samples before, newest first; 0 where there is none
   Array<Scalar, kCommands> commands;  // commands that have left the regressor, newest first
   Array<Scalar, kTests> sums;         // S
   Array<Scalar, kTests> squares;      // V
   Scalar partial;                     // of Q, of the tests before `next`
   Scalar statistic;                   // Q, at most kTests samples old
-  std::int32_t samples;               // that have entered (stops at its largest value)
-  std::uint8_t next;                  // the test that comes next into Q
-  std::uint8_t coloured;              // 1 from an alarm to its release
+  std::int32_t samples;               // seen since the start or the last reset, without the skipped
+  std::int32_t tested;    // of these, samples with an error; both stop at their largest value
+  std::uint8_t next;      // the test that comes next into Q
+  std::uint8_t coloured;  // 1 from an alarm to its release
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -47,6 +48,7 @@ struct WhitenessState {
     visit(&WhitenessState::partial);
     visit(&WhitenessState::statistic);
     visit(&WhitenessState::samples);
+    visit(&WhitenessState::tested);
     visit(&WhitenessState::next);
     visit(&WhitenessState::coloured);
   }
@@ -77,14 +79,17 @@ class WhitenessMonitor {
   void updated(const Estimator& rls, Scalar leaving) {
     const auto& recursion = rls.state();
     Scalar error(0);
-    // Errors of rounding are not noise, and with few samples sigma is not known.
-    const bool known = recursion.weight > Scalar(2 * rls.size()) &&
-                       recursion.mean_square > kRounding * kRounding;
-    if (known) {
-      const Scalar size = std::sqrt(recursion.square / recursion.mean_square);
-      error = size < kLargestError ? size : kLargestError;
-      error = recursion.innovation < Scalar(0) ? -error : error;
-      accumulate(error, recursion.forgetting_factor);
+    // With few samples sigma is not known. mean_square has seen the square, so it is no smaller than a share of it.
+    if (recursion.weight > Scalar(2 * rls.size())) {
+      count(state_.samples);
+      if (recursion.square > kSmallestError * kSmallestError) {
+        count(state_.tested);
+        const Scalar size = std::sqrt(recursion.square / recursion.mean_square);
+        error = size < kLargestError ? size : kLargestError;
+        error = recursion.innovation < Scalar(0) ? -error : error;
+      }
+      // Where P grows by a term of its own, lambda says nothing of the memory.
+      accumulate(error, Estimator::Forgetting::kSpreads ? kShortest : recursion.forgetting_factor);
     }
     remember(error, leaving);
   }
@@ -98,9 +103,9 @@ class WhitenessMonitor {
     state_.commands.fill(Scalar(0));
   }
 
-  /// No alarm. True from the start on, see enough().
+  /// No alarm. True before enough samples have been tested.
   bool white() const { return state_.coloured == 0; }
-  /// Have enough samples entered for `white` to mean something?
+  /// Have there been enough samples for `white` to mean something?
   bool enough() const { return state_.samples >= kEnough; }
   /// Q. Of white residuals chi-squared distributed with 6 degrees of freedom; 0 before the first six samples.
   Scalar statistic() const { return state_.statistic; }
@@ -116,8 +121,8 @@ class WhitenessMonitor {
 
   /// May this saved state be taken over?
   static bool usable(const State& saved) {
-    bool good = saved.samples >= 0 && saved.next < State::kTests && saved.coloured <= 1 &&
-                is_within(saved.partial) && is_within(saved.statistic);
+    bool good = saved.samples >= 0 && saved.tested >= 0 && saved.next < State::kTests &&
+                saved.coloured <= 1 && is_within(saved.partial) && is_within(saved.statistic);
     for (const Scalar error : saved.errors) {
       good = good && bounded(error, kLargestError) == error;
     }
@@ -145,8 +150,8 @@ class WhitenessMonitor {
   static constexpr Scalar kLargestError = Scalar(3);
   // Scaled commands are of order one; this only keeps every product finite.
   static constexpr Scalar kLargestCommand = Scalar(1e6);
-  // RMSE of the scaled output that rounding alone may leave.
-  static constexpr Scalar kRounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
+  // Errors of the scaled output below this are rounding or the last trace of theta0, as in a simulation without noise.
+  static constexpr Scalar kSmallestError = Scalar(1e-5);
   // Memory in samples, at least and at most: beyond, a float no longer adds up.
   static constexpr Scalar kShortest = Scalar(1) - Scalar(1) / Scalar(500);
   static constexpr Scalar kLongest = Scalar(1) - Scalar(1) / Scalar(1e5);
@@ -165,9 +170,13 @@ class WhitenessMonitor {
   }
 
   static Scalar term(const State& state, std::size_t i) {
-    return is_normal_positive(state.squares[i])
-               ? state.sums[i] * state.sums[i] / state.squares[i]
-               : Scalar(0);
+    return is_normal_positive(state.squares[i]) ? state.sums[i] * state.sums[i] / state.squares[i]
+                                                : Scalar(0);
+  }
+
+  static void count(std::int32_t& samples) {
+    constexpr std::int32_t kLast = 0x7fffffff;
+    samples += samples < kLast ? 1 : 0;
   }
 
   void accumulate(Scalar error, Scalar forgetting_factor) {
@@ -183,8 +192,6 @@ class WhitenessMonitor {
       state_.sums[i] = rho * state_.sums[i] + product;
       state_.squares[i] = rho_square * state_.squares[i] + product * product;
     }
-    constexpr std::int32_t kLast = 0x7fffffff;
-    state_.samples += state_.samples < kLast ? 1 : 0;
     state_.partial += term(state_, state_.next);
     ++state_.next;
     if (state_.next == State::kTests) {
@@ -192,7 +199,7 @@ class WhitenessMonitor {
       state_.partial = Scalar(0);
       state_.next = 0;
       const Scalar most = state_.coloured != 0 ? kRelease : kAlarm;
-      state_.coloured = state_.statistic > most ? 1 : 0;
+      state_.coloured = state_.tested >= kEnough && state_.statistic > most ? 1 : 0;
     }
   }
 
