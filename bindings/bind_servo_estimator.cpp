@@ -126,9 +126,8 @@ ValueError
 
   using Convergence = ConvergenceOptions<double>;
   const Convergence convergence;
-  py::class_<Convergence>(
-      m, "ConvergenceOptions",
-      R"(When an estimate counts as converged, in sigma^2 P. Never where the residuals are not white.
+  py::class_<Convergence>(m, "ConvergenceOptions",
+                          R"(When an estimate counts as settled, in sigma^2 P.
 
 Parameters
 ----------
@@ -187,7 +186,7 @@ rls : RlsOptions
 reset : RmseResetOptions or None
     None never resets.
 convergence : ConvergenceOptions
-    When `converged` turns True.
+    When `settled` turns True.
 theta0 : array_like, shape (n,), optional
     Start values in the units of the signals; zero by default.
 variance0 : array_like, shape (n,), optional
@@ -241,9 +240,12 @@ ValueError
          "the residuals are white; never enlarged.")
       .def_property("enabled", &AnyEstimator::enabled, &AnyEstimator::enable,
                     "While False the sample history moves on and the estimate rests (bumpless).")
+      .def_property_readonly("settled", &AnyEstimator::settled,
+                             "True once every standard deviation of white residuals stays inside "
+                             "the tolerance.")
       .def_property_readonly("converged", &AnyEstimator::converged,
-                             "True once every standard deviation stays inside the tolerance, with "
-                             "at least 100 samples and white residuals.")
+                             "True where the estimate has settled and at least 100 samples say "
+                             "that its residuals are white, so that its deviations hold.")
       .def_property_readonly(
           "residuals_white", &AnyEstimator::white,
           "False where the residuals can be predicted: theta is biased then, and "

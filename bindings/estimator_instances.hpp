@@ -351,6 +351,7 @@ class EstimatorInstance final : public AnyEstimator {
   }
   void enable(bool on) override { estimator_.enable(on); }
   bool enabled() const override { return estimator_.enabled(); }
+  bool settled() const override { return estimator_.settled(); }
   bool converged() const override { return estimator_.converged(); }
   bool white() const override { return estimator_.whiteness().white(); }
   double whiteness() const override {

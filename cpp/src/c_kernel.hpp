@@ -179,6 +179,7 @@ struct Instance : ehsid_estimator {
     report.resets = estimator.change_detector().alarms();
     report.whiteness = estimator.whiteness().statistic();
     report.white = estimator.whiteness().white();
+    report.settled = estimator.settled();
     report.converged = estimator.converged();
     report.enabled = estimator.enabled();
   }

@@ -42,6 +42,7 @@ Reference reference() {
             made.report.resets = estimator.change_detector().alarms();
             made.report.whiteness = estimator.whiteness().statistic();
             made.report.white = estimator.whiteness().white();
+            made.report.settled = estimator.settled();
             made.report.converged = estimator.converged();
             made.report.enabled = estimator.enabled();
           },

@@ -188,12 +188,12 @@ typedef struct ehsid_report {
       fit_percent; /* one step ahead, over about the last 1000 estimated samples, see ehsid/fit.hpp */
   float excitation; /* share of recent samples that carried information, 0 to 1 */
   int32_t resets;   /* changes of the plant seen since the start */
-  float
-      whiteness; /* statistic of the residuals: chi-squared, 6 degrees of freedom, where they are white */
-  bool
-      white; /* false: theta is biased and its deviations, though larger, may not hold; the noise is on the position
-                       (sensor), or the model lacks something. True before 100 samples. See ehsid/whiteness.hpp */
-  bool converged; /* every deviation inside the tolerance, at least 100 samples, and white */
+  float whiteness;  /* statistic of the residuals: chi-squared, 6 degrees of freedom, where white */
+  /* False: theta is biased, and its deviations, though larger, may not hold: the noise is on the position (sensor), or
+   * the model lacks something. True before 100 samples. See ehsid/whiteness.hpp. */
+  bool white;
+  bool settled;   /* every deviation inside the tolerance, if the residuals were white */
+  bool converged; /* settled, white, and at least 100 samples say so */
   bool enabled;
 } ehsid_report;
 

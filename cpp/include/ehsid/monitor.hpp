@@ -43,8 +43,8 @@ struct ConvergenceState {
 };
 
 /// Has the estimate converged? Judged in sigma^2 P: every standard deviation must stay below `tolerance` of its
-/// parameter for `hold` informative samples in a row, and sigma^2 P must be the covariance of theta all the while.
-/// Also keeps the share of samples that carried information, over about the last 100.
+/// parameter for `hold` informative samples in a row. Says nothing of whether sigma^2 P is the covariance of theta, see
+/// WhitenessMonitor. Also keeps the share of samples that carried information, over about the last 100.
 template <class Scalar>
 class ConvergenceMonitor {
  public:
@@ -62,17 +62,16 @@ class ConvergenceMonitor {
 
   void restart() { state_ = State{}; }
 
-  /// After an informative update of any estimator with theta_hat, factors and residual variance. believable: may its
-  /// standard deviations be believed, see WhitenessMonitor?
+  /// After an informative update of any estimator with theta_hat, factors and residual variance.
   template <class Estimator>
-  void updated(const Estimator& rls, bool believable) {
+  void updated(const Estimator& rls) {
     count(true);
     const auto& state = rls.state();
     const Scalar variance = rls.residual_variance();
     const Scalar share = options_.tolerance * options_.tolerance;
     // Degrees of freedom: with no more samples than parameters the residuals say nothing.
     const int n = rls.size();
-    bool inside = believable && state.weight > Scalar(2 * n);
+    bool inside = state.weight > Scalar(2 * n);
     for (int i = 0; i < n; ++i) {
       const Scalar theta = state.theta[static_cast<std::size_t>(i)];
       const Scalar least = options_.magnitude * options_.magnitude;

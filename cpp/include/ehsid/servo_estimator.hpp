@@ -219,8 +219,11 @@ class OnlineEstimator {
     return bounded_product(recursion_.residual_variance(),
                            scaling_.position_scale * scaling_.position_scale);
   }
-  /// Every deviation is inside the tolerance, and nothing says that the deviations are wrong: see whiteness().
-  bool converged() const { return monitor_.converged(); }
+  /// Every deviation of white residuals is inside the tolerance; where the residuals are not white theta may be further
+  /// off. See monitor().
+  bool settled() const { return monitor_.converged(); }
+  /// Settled, and enough samples say that the residuals are white, so that the deviations hold. See whiteness().
+  bool converged() const { return settled() && whiteness_.enough() && whiteness_.white(); }
 
   /// Number of parameters.
   int size() const { return model_.size(); }
@@ -288,7 +291,7 @@ class OnlineEstimator {
       return status;
     }
     whiteness_.updated(recursion_, leaving);
-    monitor_.updated(recursion_, whiteness_.white() && whiteness_.enough());
+    monitor_.updated(recursion_);
     if (reset_enabled_ && reset_.update(recursion_.normalised_square())) {
       // The noise as it was before the change, not as its errors make it look.
       recursion_.reset(reset_.long_rmse() * reset_.long_rmse());

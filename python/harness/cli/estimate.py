@@ -38,9 +38,10 @@ if TYPE_CHECKING:
 
 
 _NOT_WHITE = (
-    "The residuals are not white (statistic {:.4g}, at most 22.5 expected): the parameters are biased, and their "
-    "intervals, though widened, may not hold. The usual reason is noise on the measured output; the methods "
-    "`riv`, `armax` and `oe` stay correct there. Other reasons: wrong orders or delay, friction, saturation."
+    "The residuals are not white (statistic {:.4g}, at most 22.5 expected): the parameters are "
+    "biased, and their intervals, though widened, may not hold. The usual reason is noise on the "
+    "measured output; the methods `riv`, `armax` and `oe` stay correct there. Other reasons: wrong "
+    "orders or delay, friction, saturation."
 )
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The monitor of white residuals on model (16): its statistic, its alarms, and what they mean for the estimate."""
+"""The monitor of white residuals on model (16): statistic, alarms, and what follows from them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ALARM, RELEASE = 22.458, 12.592
 
 
 def record(noise: str, size: float, n: int, seed: int) -> tuple[FloatArray, FloatArray]:
-    """Command and measured position: noise white in the equation, with C = 1 + 0.7 q^-1, or on the position."""
+    """Command, measured position; noise white, with C = 1 + 0.7 q^-1, or on the position."""
     rng = np.random.default_rng(seed)
     u = rng.choice([-1.0, 1.0], size=n)
     e = size * rng.normal(size=n)
@@ -38,7 +38,7 @@ def estimator(lambda_: float = 1.0) -> ehsid.ServoEstimator:
 
 @dataclass(frozen=True)
 class Runs:
-    """Of each run: is the estimate within its intervals, where it is at its worst, and what the monitor says."""
+    """Of each run: share of intervals that hold, the worst parameter, what the monitor says."""
 
     inside_plain: FloatArray
     inside: FloatArray
@@ -87,7 +87,7 @@ def test_statistic_of_white_residuals_is_chi_squared() -> None:
     ("noise", "size"), [("equation", 0.1), ("coloured", 0.1), ("position", 0.01)]
 )
 def test_decision_is_that_of_ljung_and_box(noise: str, size: float) -> None:
-    """statsmodels on the innovations sees the same records coloured, where the colour is in the first lags."""
+    """statsmodels finds the same records coloured, where the colour is in the first lags."""
     for seed in range(10):
         u, y = record(noise, size, 2000, seed)
         servo = estimator()
@@ -112,7 +112,7 @@ def test_false_alarms_in_a_hundred_thousand_samples(policy: ehsid.Forgetting) ->
 
 
 def test_no_false_alarm_in_the_first_200_samples() -> None:
-    """Of 500 runs at most 7 end in an alarm: with the rate of 0.4 % that was measured, more have a probability of 1e-3."""
+    """0.4 % of runs, as measured: more than this test allows have a probability of 1e-3."""
     alarms = 0
     for seed in range(500):
         servo = estimator()
@@ -122,7 +122,7 @@ def test_no_false_alarm_in_the_first_200_samples() -> None:
 
 
 def test_intervals_hold_or_the_status_says_so() -> None:
-    """90 % intervals over runs of 2,000 samples: white noise 85 to 95 %, otherwise every run says that it is biased."""
+    """90 % intervals, 2,000 samples: 85 to 95 % hold, or every run says that they do not."""
     count = 200
     white = runs("equation", 0.1, 2000, count)
     assert 0.85 < white.inside.mean() < 0.95
@@ -158,7 +158,7 @@ def test_deviations_of_white_residuals_are_untouched() -> None:
 
 
 def changed(n: int, seed: int) -> tuple[FloatArray, FloatArray]:
-    """Model (16) with little white noise in the equation; from the middle on b is half as large again."""
+    """Model (16) with little white noise; from the middle on b is half as large again."""
     rng = np.random.default_rng(seed)
     u = rng.choice([-1.0, 1.0], size=n)
     e = 0.01 * rng.normal(size=n)
@@ -181,7 +181,7 @@ def test_a_change_of_the_plant_with_a_reset_is_no_lasting_alarm() -> None:
 
 
 def test_a_structure_that_is_too_small_is_seen() -> None:
-    """A second-order model of a third-order plant: no noise on the position, but residuals that can be predicted."""
+    """Second order for a plant of third order: its residuals can be predicted without noise."""
     servo = ehsid.ServoEstimator(2, 2, 1)
     servo.run(*record("equation", 0.01, 2000, 3))
     assert not servo.residuals_white
@@ -196,7 +196,7 @@ def test_a_wrong_delay_is_seen() -> None:
 
 
 def test_the_command_shows_what_the_innovations_do_not() -> None:
-    """Strong noise on the position: the innovations look white to Ljung and Box for 300 samples more often than not."""
+    """Strong noise on the position, 300 samples: to Ljung and Box the innovations look white."""
     seen = ljung = 0
     for seed in range(40):
         u, y = record("position", 0.1, 300, seed)
