@@ -244,7 +244,7 @@ ValueError
                              "True once every standard deviation of white residuals stays inside "
                              "the tolerance.")
       .def_property_readonly("converged", &AnyEstimator::converged,
-                             "True where the estimate has settled and at least 100 samples say "
+                             "True where the estimate has settled and at least 300 samples say "
                              "that its residuals are white, so that its deviations hold.")
       .def_property_readonly(
           "residuals_white", &AnyEstimator::white,

@@ -97,8 +97,8 @@ TEST(Whiteness, AlarmAndReleaseHaveAHysteresis) {
     error = 0.5 * error + std::sqrt(0.75) * normal(random);
     residuals.next(error);
     monitor.updated(residuals, normal(random));
-    if (monitor.state().samples < Monitor::kEnough) {
-      ASSERT_TRUE(monitor.white()) << "before there are enough samples";
+    if (monitor.state().samples < Monitor::kFewest) {
+      ASSERT_TRUE(monitor.white()) << "with so few samples";
     }
   }
   ASSERT_FALSE(monitor.white());

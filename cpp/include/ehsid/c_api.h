@@ -193,7 +193,7 @@ typedef struct ehsid_report {
    * the model lacks something. True before 100 samples. See ehsid/whiteness.hpp. */
   bool white;
   bool settled;   /* every deviation inside the tolerance, if the residuals were white */
-  bool converged; /* settled, white, and at least 100 samples say so */
+  bool converged; /* settled, white, and at least 300 samples say so */
   bool enabled;
 } ehsid_report;
 

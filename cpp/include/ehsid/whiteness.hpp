@@ -68,8 +68,11 @@ class WhitenessMonitor {
   static constexpr Scalar kAlarm = Scalar(22.458);
   /// Released below this, its 95 % quantile.
   static constexpr Scalar kRelease = Scalar(12.592);
-  /// Samples before the test has the power to find noise that biases theta by several deviations.
-  static constexpr std::int32_t kEnough = 100;
+  /// Tested samples before the first alarm. With fewer the sums are not normally distributed.
+  static constexpr std::int32_t kFewest = 100;
+  /// Samples before "no alarm" means much: from then on noise that biases theta by three deviations hardly ever goes
+  /// unnoticed (docs/estimator.md).
+  static constexpr std::int32_t kEnough = 300;
 
   void restart() { state_ = State{}; }
 
@@ -103,7 +106,7 @@ class WhitenessMonitor {
     state_.commands.fill(Scalar(0));
   }
 
-  /// No alarm. True before enough samples have been tested.
+  /// No alarm. True before kFewest samples have been tested.
   bool white() const { return state_.coloured == 0; }
   /// Have there been enough samples for `white` to mean something?
   bool enough() const { return state_.samples >= kEnough; }
@@ -199,7 +202,7 @@ class WhitenessMonitor {
       state_.partial = Scalar(0);
       state_.next = 0;
       const Scalar most = state_.coloured != 0 ? kRelease : kAlarm;
-      state_.coloured = state_.tested >= kEnough && state_.statistic > most ? 1 : 0;
+      state_.coloured = state_.tested >= kFewest && state_.statistic > most ? 1 : 0;
     }
   }
 
