@@ -412,7 +412,7 @@ def noisy_estimate(omega_dt: float, xi: float, noise: float, seed: int) -> tuple
 
 @pytest.mark.parametrize("noise", [1e-3, 1e-2, 1e-1])
 def test_aliased_servos_are_not_read_as_slower_ones(noise: float) -> None:
-    """omega_n dt of 3.3 to 9: with noise of 10 % of the increments at most 3 % of readings are wrong."""
+    """omega_n dt of 3.3 to 9; at a noise of 10 % at most 3 % of the readings are wrong."""
     rng = np.random.default_rng(5)
     wrong = 0
     for seed in range(200):
