@@ -582,7 +582,7 @@ TEST(ServoModelRefusal, FoldedServoIsSeenInItsNumerator) {
       EXPECT_EQ(status_of(theta), ServoReadingStatus::aliasing) << omega_dt << " " << xi;
       const auto reading = identify_servo<double>(theta, SquareMatrix<double, 6>::Zero(), 1.0);
       EXPECT_TRUE(std::isnan(reading.omega_n));
-      EXPECT_GT(reading.zoh_mismatch, 0.1);
+      EXPECT_GT(reading.zoh_mismatch_chi2, ehsid::kFoldedChi2<double>);
     }
   }
   // Below half the sampling rate, and with a b of no servo at all: not aliased.
