@@ -111,6 +111,7 @@ void expect_same(const Heard& result, const Estimator& estimator, ehsid::Status 
   ASSERT_EQ(body.size(), 51U + 4U * Estimator::kN);
   EXPECT_EQ(status_of(result), static_cast<int>(status));
   EXPECT_EQ((flags_of(result) & servo::kConverged) != 0, estimator.converged());
+  EXPECT_EQ((flags_of(result) & servo::kResidualsNotWhite) == 0, estimator.whiteness().white());
   EXPECT_EQ(at<std::uint16_t>(body, 18), estimator.change_detector().alarms());
   EXPECT_EQ(at<std::uint32_t>(body, 20), bits(estimator.innovation()));
   EXPECT_EQ(at<std::uint32_t>(body, 24), bits(estimator.forgetting_factor()));
@@ -131,7 +132,7 @@ void compare(const Settings& settings, Estimator& estimator) {
   ehsid::FitMonitor<float> fit;
   int resets = 0;
   int converged = 0;
-  for (int k = 0; k < 500 && !::testing::Test::HasFailure(); ++k) {
+  for (int k = 0; k < 1000 && !::testing::Test::HasFailure(); ++k) {
     record.next(k);
     const Heard result =
         host.sample(static_cast<std::uint32_t>(k), record.position, 0.0F, 0.0F, record.command);
