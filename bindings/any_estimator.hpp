@@ -126,7 +126,10 @@ class AnyEstimator : public AnyRecursion {
   virtual std::vector<double> covariance() const = 0;  // n * n
   virtual void enable(bool on) = 0;
   virtual bool enabled() const = 0;
+  virtual bool settled() const = 0;
   virtual bool converged() const = 0;
+  virtual bool white() const = 0;
+  virtual double whiteness() const = 0;
   virtual double excitation() const = 0;
   virtual int resets() const = 0;
 };

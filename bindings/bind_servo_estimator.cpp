@@ -127,7 +127,7 @@ ValueError
   using Convergence = ConvergenceOptions<double>;
   const Convergence convergence;
   py::class_<Convergence>(m, "ConvergenceOptions",
-                          R"(When an estimate counts as converged, in sigma^2 P.
+                          R"(When an estimate counts as settled, in sigma^2 P.
 
 Parameters
 ----------
@@ -186,7 +186,7 @@ rls : RlsOptions
 reset : RmseResetOptions or None
     None never resets.
 convergence : ConvergenceOptions
-    When `converged` turns True.
+    When `settled` turns True.
 theta0 : array_like, shape (n,), optional
     Start values in the units of the signals; zero by default.
 variance0 : array_like, shape (n,), optional
@@ -236,11 +236,26 @@ ValueError
   cls.def_property_readonly(
          "covariance",
          [](const AnyEstimator& self) { return as_matrix_array(self.covariance(), self.n()); },
-         "sigma^2 P of theta_hat, shape (n, n), in the units of the signals.")
+         "sigma^2 P of theta_hat, shape (n, n), in the units of the signals: its covariance where "
+         "the residuals are white; never enlarged.")
       .def_property("enabled", &AnyEstimator::enabled, &AnyEstimator::enable,
                     "While False the sample history moves on and the estimate rests (bumpless).")
+      .def_property_readonly("settled", &AnyEstimator::settled,
+                             "True once every standard deviation of white residuals stays inside "
+                             "the tolerance.")
       .def_property_readonly("converged", &AnyEstimator::converged,
-                             "True once every standard deviation stays inside the tolerance.")
+                             "True where the estimate has settled and at least 300 samples say "
+                             "that its residuals are white, so that its deviations hold.")
+      .def_property_readonly(
+          "residuals_white", &AnyEstimator::white,
+          "False where the residuals can be predicted: theta is biased then, and "
+          "standard_deviation, "
+          "though enlarged by sqrt(1 + whiteness), may not hold. The noise is on the measured "
+          "position, or the model lacks something. True before 100 samples.")
+      .def_property_readonly(
+          "whiteness", &AnyEstimator::whiteness,
+          "Statistic of the test for white residuals: chi-squared with 6 degrees of freedom "
+          "where they are white. False alarm level 22.458 (1e-3), release 12.592.")
       .def_property_readonly(
           "excitation", &AnyEstimator::excitation,
           "Share of about the last 100 samples during which every parameter was excited, 0 to 1.")

@@ -39,8 +39,10 @@ const char* describe(ServoReadingStatus status) {
       return "a pole other than the integrator lies on or outside the unit circle: damping would "
              "be zero or negative";
     case ServoReadingStatus::aliasing:
-      return "the poles' angle reaches pi within its uncertainty: the natural frequency is at or "
-             "above half the sampling rate; shorter sampling period needed";
+      return "the natural frequency is at or above half the sampling rate: the poles' angle "
+             "reaches "
+             "pi within its uncertainty, or b is that of such a servo; shorter sampling period "
+             "needed";
     case ServoReadingStatus::no_gain:
       return "b1, b2 and b3 are all zero: the command does not move the output";
     case ServoReadingStatus::numerical_limit:

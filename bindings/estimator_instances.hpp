@@ -351,7 +351,12 @@ class EstimatorInstance final : public AnyEstimator {
   }
   void enable(bool on) override { estimator_.enable(on); }
   bool enabled() const override { return estimator_.enabled(); }
+  bool settled() const override { return estimator_.settled(); }
   bool converged() const override { return estimator_.converged(); }
+  bool white() const override { return estimator_.whiteness().white(); }
+  double whiteness() const override {
+    return static_cast<double>(estimator_.whiteness().statistic());
+  }
   double excitation() const override {
     return static_cast<double>(estimator_.monitor().excitation());
   }

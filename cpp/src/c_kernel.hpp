@@ -177,6 +177,9 @@ struct Instance : ehsid_estimator {
     report.fit_percent = of(head).fit.percent();
     report.excitation = estimator.monitor().excitation();
     report.resets = estimator.change_detector().alarms();
+    report.whiteness = estimator.whiteness().statistic();
+    report.white = estimator.whiteness().white();
+    report.settled = estimator.settled();
     report.converged = estimator.converged();
     report.enabled = estimator.enabled();
   }

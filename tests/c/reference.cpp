@@ -40,6 +40,9 @@ Reference reference() {
             made.report.fit_percent = fit.percent();
             made.report.excitation = estimator.monitor().excitation();
             made.report.resets = estimator.change_detector().alarms();
+            made.report.whiteness = estimator.whiteness().statistic();
+            made.report.white = estimator.whiteness().white();
+            made.report.settled = estimator.settled();
             made.report.converged = estimator.converged();
             made.report.enabled = estimator.enabled();
           },

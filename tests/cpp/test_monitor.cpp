@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <random>
 
@@ -90,6 +91,26 @@ TEST_F(Convergence, WhatWasKnownStaysKnownWithoutInformation) {
     monitor_.skipped();
   }
   EXPECT_TRUE(monitor_.converged());
+}
+
+TEST(ConvergenceMonitor, CountersStopAtTheirLimit) {
+  constexpr std::int32_t kLast = std::numeric_limits<std::int32_t>::max();
+  Monitor::Options options;
+  options.hold = kLast;
+  Monitor monitor;
+  ASSERT_EQ(monitor.configure(options), Status::ok);
+  ASSERT_EQ(monitor.restore({kLast - 1, kLast - 1, 1.0}), Status::ok);
+  Recursion rls{ehsid::Constant<double>{1.0}};
+  for (int k = 0; k < 10; ++k) {
+    ASSERT_EQ(rls.update({1.0, k % 2 == 0 ? 1.0 : -1.0}, 1.0), Status::ok);
+  }
+  for (int k = 0; k < 5; ++k) {
+    monitor.updated(rls);
+    EXPECT_EQ(monitor.samples(), kLast);
+    EXPECT_EQ(monitor.state().steady, kLast);
+    monitor.skipped();
+  }
+  EXPECT_TRUE(monitor.converged());
 }
 
 TEST(ConvergenceMonitor, OptionsAndStatesOutsideTheirRangesAreRefused) {

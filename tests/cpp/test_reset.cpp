@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <limits>
 #include <random>
 
@@ -128,6 +129,33 @@ TEST(RmseReset, RoundingOfANoiselessPlantIsBelowTheFloor) {
   samples_to_alarm(detector, 0.0F, 300);
   EXPECT_EQ(samples_to_alarm(detector, 1e-10F, 100), -1);  // RMSE 1e-5, the floor
   EXPECT_GE(samples_to_alarm(detector, 1e-6F, 100), 0);
+}
+
+TEST(RmseReset, CountersStopAtTheirLimit) {
+  constexpr std::int32_t kLast = std::numeric_limits<std::int32_t>::max();
+  // A long window that is never full, so that `seen` counts on; no cool-down, so that alarms may follow one another.
+  Detector::Options options;
+  options.long_window = 1e30F;
+  options.cool_down = 0;
+  Detector counting = made(options);
+  ASSERT_EQ(counting.restore({1.0F, 1.0F, kLast - 1, 0, 0, 1}), Status::ok);
+  for (int k = 0; k < 5; ++k) {
+    EXPECT_FALSE(counting.update(1.0F));
+    EXPECT_EQ(counting.state().seen, kLast);
+  }
+
+  Detector alarming = made();
+  ASSERT_EQ(alarming.restore({1.0F, 1.0F, kLast, 0, kLast - 1, 1}), Status::ok);
+  EXPECT_EQ(samples_to_alarm(alarming, 1e4F, 3), 0);
+  EXPECT_EQ(alarming.alarms(), kLast);
+  ASSERT_EQ(alarming.restore({1.0F, 1.0F, kLast, 0, kLast, 1}), Status::ok);
+  EXPECT_EQ(samples_to_alarm(alarming, 1e4F, 3), 0);
+  EXPECT_EQ(alarming.alarms(), kLast);
+
+  Detector cooling = made();
+  ASSERT_EQ(cooling.restore({1.0F, 1.0F, kLast, kLast, 0, 1}), Status::ok);
+  EXPECT_FALSE(cooling.update(1e4F));
+  EXPECT_EQ(cooling.state().cooling, kLast - 1);
 }
 
 TEST(RmseReset, OptionsOutsideTheirRangesAreRefused) {

@@ -572,6 +572,28 @@ TEST(ServoModelRefusal, Aliasing) {
   EXPECT_EQ(status_of(theta_of_angle(1.0, 0.8, pi - 0.3), 3e-5), ServoReadingStatus::ok);
 }
 
+TEST(ServoModelRefusal, FoldedServoIsSeenInItsNumerator) {
+  // Sampled below twice its frequency, the poles are those of a slower servo; b is not.
+  for (const double omega_dt : {3.5, 4.5, 5.5, 6.2, 7.0, 8.5}) {
+    for (const double xi : {0.02, 0.2, 0.4}) {
+      Vector<double, 6> theta;
+      ASSERT_EQ(ehsid::discretise(ContinuousServo<double>{1.0, omega_dt, xi}, 1.0, theta),
+                Status::ok);
+      EXPECT_EQ(status_of(theta), ServoReadingStatus::aliasing) << omega_dt << " " << xi;
+      const auto reading = identify_servo<double>(theta, SquareMatrix<double, 6>::Zero(), 1.0);
+      EXPECT_TRUE(std::isnan(reading.omega_n));
+      EXPECT_GT(reading.zoh_mismatch_chi2, ehsid::kFoldedChi2<double>);
+    }
+  }
+  // Below half the sampling rate, and with a b of no servo at all: not aliased.
+  Vector<double, 6> theta;
+  ASSERT_EQ(ehsid::discretise(ContinuousServo<double>{1.0, 3.0, 0.2}, 1.0, theta),
+            ehsid::Status::ok);
+  EXPECT_EQ(status_of(theta), ServoReadingStatus::ok);
+  theta.tail<3>() << 1.0, -2.0, 1.5;
+  EXPECT_EQ(status_of(theta), ServoReadingStatus::ok);
+}
+
 TEST(ServoModelRefusal, NoGain) {
   auto theta = theta_of_angle(1.0, 0.7, 0.6);
   theta.tail<3>().setZero();

@@ -30,12 +30,12 @@ extern "C" {
 
 /* Storage of an estimator of n parameters with whatever policy, in words of 8 bytes; an array of uint64_t also
  * has the alignment. ehsid_storage_bytes() tells what a policy really takes. */
-#define EHSID_STORAGE_WORDS(n) (((n) * (n) + 7 * (n) + 199) / 2)
+#define EHSID_STORAGE_WORDS(n) (((n) * (n) + 7 * (n) + 225) / 2)
 #define EHSID_STORAGE_BYTES(n) (8 * EHSID_STORAGE_WORDS(n))
 
 /* Bytes that ehsid_save() writes, at most, for any policy and delay. ehsid_snapshot_bytes() is the bound for one policy,
  * ehsid_save() returns how many it wrote. */
-#define EHSID_SNAPSHOT_BYTES(n) (2 * (n) * (n) + 22 * (n) + 696)
+#define EHSID_SNAPSHOT_BYTES(n) (2 * (n) * (n) + 22 * (n) + 794)
 
 /* Outcome of a call; numbers and meaning of ehsid::Status, and two more. */
 typedef enum ehsid_status {
@@ -180,7 +180,7 @@ size_t ehsid_parameters(const ehsid_estimator* estimator);
 ehsid_status ehsid_theta(const ehsid_estimator* estimator, float* theta, size_t count);
 ehsid_status ehsid_standard_deviation(const ehsid_estimator* estimator, float* deviation,
                                       size_t count);
-/* sigma^2 P_ii. */
+/* sigma^2 P_ii: the squares of the standard deviations where the residuals are white, never enlarged. */
 ehsid_status ehsid_covariance_diagonal(const ehsid_estimator* estimator, float* variance,
                                        size_t count);
 
@@ -192,7 +192,12 @@ typedef struct ehsid_report {
       fit_percent; /* one step ahead, over about the last 1000 estimated samples, see ehsid/fit.hpp */
   float excitation; /* share of recent samples during which every parameter was excited, 0 to 1 */
   int32_t resets;   /* changes of the plant seen since the start */
-  bool converged;
+  float whiteness;  /* statistic of the residuals: chi-squared, 6 degrees of freedom, where white */
+  /* False: theta is biased, and its deviations, though larger, may not hold: the noise is on the position (sensor), or
+   * the model lacks something. True before 100 samples. See ehsid/whiteness.hpp. */
+  bool white;
+  bool settled;   /* every deviation inside the tolerance, if the residuals were white */
+  bool converged; /* settled, white, and at least 300 samples say so */
   bool enabled;
 } ehsid_report;
 

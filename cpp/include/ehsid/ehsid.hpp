@@ -14,3 +14,4 @@
 #include <ehsid/types.hpp>
 #include <ehsid/ud.hpp>
 #include <ehsid/version.hpp>
+#include <ehsid/whiteness.hpp>

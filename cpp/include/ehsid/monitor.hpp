@@ -43,8 +43,9 @@ struct ConvergenceState {
 };
 
 /// Has the estimate converged? Judged in sigma^2 P: every standard deviation must stay below `tolerance` of its
-/// parameter for `hold` informative samples in a row. Also keeps the share of samples, over about the last 100, during
-/// which every parameter was excited: those that were neither left out nor taken while Rls::starved().
+/// parameter for `hold` informative samples in a row. Says nothing of whether sigma^2 P is the covariance of theta, see
+/// WhitenessMonitor. Also keeps the share of samples, over about the last 100, during which every parameter was excited:
+/// those that were neither left out nor taken while Rls::starved().
 template <class Scalar>
 class ConvergenceMonitor {
  public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The estimator a controller links: ARX regressor, RLS, reset and convergence monitor behind one call.
+// The estimator a controller links: ARX regressor, RLS, reset, and monitors of convergence and whiteness behind one call.
 #pragma once
 
 #include <ehsid/arx.hpp>
@@ -9,6 +9,7 @@
 #include <ehsid/rls.hpp>
 #include <ehsid/scaling.hpp>
 #include <ehsid/snapshot.hpp>
+#include <ehsid/whiteness.hpp>
 
 #include <array>
 
@@ -59,6 +60,7 @@ class OnlineEstimator {
     typename Model::State history;
     typename RmseReset<Scalar>::State reset;
     typename ConvergenceMonitor<Scalar>::State convergence;
+    typename WhitenessMonitor<Scalar>::State whiteness;
 
     template <class Visit>
     EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -67,6 +69,7 @@ class OnlineEstimator {
       visit(&Contents::history);
       visit(&Contents::reset);
       visit(&Contents::convergence);
+      visit(&Contents::whiteness);
     }
   };
 
@@ -101,6 +104,7 @@ class OnlineEstimator {
     reset_enabled_ = options.reset_enabled;
     enabled_ = true;
     model_.clear();
+    whiteness_.restart();
     return Status::ok;
   }
 
@@ -119,6 +123,7 @@ class OnlineEstimator {
     }
     reset_.restart(scaled_variance);
     monitor_.restart();
+    whiteness_.restart();
     model_.clear();
     return Status::ok;
   }
@@ -143,6 +148,8 @@ class OnlineEstimator {
     Status status = enabled_ ? Status::filling : Status::disabled;
     if (enabled_ && model_.ready()) {
       status = estimate(model_.regressor(), y);
+    } else {
+      whiteness_.interrupted();
     }
     model_.advance_output(y);
     return status;
@@ -156,15 +163,24 @@ class OnlineEstimator {
   void reset() {
     recursion_.reset();
     monitor_.restart();
+    whiteness_.restart();
   }
 
   /// (a1 .. a_na, b1 .. b_nb [, c]) in the units of the signals (about the offsets of the scaling).
   Parameters theta_hat() const { return in_units(recursion_.theta_hat()); }
 
-  /// Standard deviations of theta_hat, sqrt(sigma^2 P_ii), in the same units.
-  Parameters standard_deviation() const { return in_units(recursion_.standard_deviation()); }
+  /// Standard deviations of theta_hat, in the same units: sqrt(sigma^2 P_ii) where the residuals are white, else that
+  /// times whiteness().inflation(). Where they are not white theta is biased, and the true value may lie further away.
+  Parameters standard_deviation() const {
+    Parameters deviation = recursion_.standard_deviation();
+    const Scalar inflation = whiteness_.inflation();
+    for (int i = 0; i < model_.size(); ++i) {
+      deviation[i] = bounded_product(deviation[i], inflation);
+    }
+    return in_units(deviation);
+  }
 
-  /// Covariance of theta_hat, sigma^2 P, in the same units.
+  /// sigma^2 P in the same units: the covariance of theta_hat where the residuals are white. Never inflated.
   Covariance covariance() const {
     Covariance p = recursion_.P();
     const Scalar variance = recursion_.residual_variance();
@@ -203,7 +219,11 @@ class OnlineEstimator {
     return bounded_product(recursion_.residual_variance(),
                            scaling_.position_scale * scaling_.position_scale);
   }
-  bool converged() const { return monitor_.converged(); }
+  /// Every deviation of white residuals is inside the tolerance; where the residuals are not white theta may be further
+  /// off. See monitor().
+  bool settled() const { return monitor_.converged(); }
+  /// Settled, and enough samples say that the residuals are white, so that the deviations hold. See whiteness().
+  bool converged() const { return settled() && whiteness_.enough() && whiteness_.white(); }
 
   /// Number of parameters.
   int size() const { return model_.size(); }
@@ -212,6 +232,7 @@ class OnlineEstimator {
   const Recursion& recursion() const { return recursion_; }
   const RmseReset<Scalar>& change_detector() const { return reset_; }
   const ConvergenceMonitor<Scalar>& monitor() const { return monitor_; }
+  const WhitenessMonitor<Scalar>& whiteness() const { return whiteness_; }
   const Scaling<Scalar>& scaling() const { return scaling_; }
 
   /// Bytes that save() writes and restore() expects.
@@ -247,6 +268,7 @@ class OnlineEstimator {
     static_cast<void>(model_.restore(found.history));
     static_cast<void>(reset_.restore(found.reset));
     static_cast<void>(monitor_.restore(found.convergence));
+    static_cast<void>(whiteness_.restore(found.whiteness));
     enabled_ = found.enabled == 1;
     return Status::ok;
   }
@@ -258,18 +280,23 @@ class OnlineEstimator {
 
   Status estimate(const Parameters& phi, Scalar y) {
     const Status status = recursion_.update(phi, y);
+    const Scalar leaving = phi[model_.na() + model_.nb() - 1];
     if (status == Status::no_information) {
       monitor_.skipped();
+      whiteness_.skipped(leaving);
       return status;
     }
     if (status != Status::ok) {
+      whiteness_.interrupted();
       return status;
     }
+    whiteness_.updated(recursion_, leaving);
     monitor_.updated(recursion_);
     if (reset_enabled_ && reset_.update(recursion_.normalised_square())) {
       // The noise as it was before the change, not as its errors make it look.
       recursion_.reset(reset_.long_rmse() * reset_.long_rmse());
       monitor_.restart();
+      whiteness_.restart();
       return Status::reset;
     }
     return status;
@@ -282,8 +309,12 @@ class OnlineEstimator {
   }
 
   Contents contents() const {
-    return {static_cast<std::uint8_t>(enabled_ ? 1 : 0), recursion_.state(), model_.state(),
-            reset_.state(), monitor_.state()};
+    return {static_cast<std::uint8_t>(enabled_ ? 1 : 0),
+            recursion_.state(),
+            model_.state(),
+            reset_.state(),
+            monitor_.state(),
+            whiteness_.state()};
   }
 
   /// Checksum of every option that decides how the estimator goes on. Not theta0, which only a start uses, and no option
@@ -313,7 +344,8 @@ class OnlineEstimator {
     return found.enabled <= 1 && Recursion::usable(found.recursion) &&
            model_.usable(found.history) && plausible(found.history) &&
            RmseReset<Scalar>::usable(found.reset) &&
-           ConvergenceMonitor<Scalar>::usable(found.convergence);
+           ConvergenceMonitor<Scalar>::usable(found.convergence) &&
+           WhitenessMonitor<Scalar>::usable(found.whiteness);
   }
 
   bool plausible(const typename Model::State& history) const {
@@ -349,6 +381,7 @@ class OnlineEstimator {
   Recursion recursion_{};
   RmseReset<Scalar> reset_{};
   ConvergenceMonitor<Scalar> monitor_{};
+  WhitenessMonitor<Scalar> whiteness_{};
   Scaling<Scalar> scaling_{};
   Scalar input_limit_ = Scalar(1);
   bool reset_enabled_ = true;

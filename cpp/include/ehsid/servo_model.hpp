@@ -26,7 +26,8 @@ enum class ServoReadingStatus : std::uint8_t {
   pole_near_zero = 5,       // product of the other two poles is zero within its uncertainty
   negative_real_pole = 6,   // a real pole below zero: no continuous servo has one under a hold
   unstable_pole = 7,        // one of the other two poles on or outside the unit circle
-  aliasing = 8,             // angle of the poles reaches pi: sampled too slowly
+  aliasing = 8,             // sampled too slowly: angle of the poles reaches pi, or b is that of a
+                            // servo above half the sampling rate
   no_gain = 9,              // b1 = b2 = b3 = 0
   numerical_limit = 10,     // result or a standard deviation not finite in Scalar
 };
@@ -63,6 +64,13 @@ constexpr Scalar kIntegratorShare = Scalar(0.02);
 /// Least distance of the poles' angle from pi, as a share of pi.
 template <class Scalar>
 constexpr Scalar kNyquistMargin = Scalar(0.02);
+/// b belongs to a servo above half the sampling rate if zoh_mismatch_chi2 exceeds the first number (of a servo below it
+/// once in 3e6 readings) and b is within the second, relative, of the b of such a servo, and twice as close as to the
+/// b of the servo below.
+template <class Scalar>
+constexpr Scalar kFoldedChi2 = Scalar(30);
+template <class Scalar>
+constexpr Scalar kFoldedMismatch = Scalar(0.1);
 
 namespace detail {
 
@@ -206,6 +214,11 @@ class ServoReader {
     const Scalar u1 = first / l11;
     const Scalar u2 = (last - l21 * u1) / l22;
     result.zoh_mismatch_chi2 = u1 * u1 + u2 * u2;
+    if (result.zoh_mismatch_chi2 > kFoldedChi2<Scalar> && is_folded(step, result.zoh_mismatch)) {
+      reading.zoh_mismatch = known(result.zoh_mismatch);
+      reading.zoh_mismatch_chi2 = known(result.zoh_mismatch_chi2);
+      return Status::aliasing;
+    }
 
     const Scalar results[] = {result.gain,     result.omega_n,     result.xi,
                               result.gain_std, result.omega_n_std, result.xi_std};
@@ -221,6 +234,28 @@ class ServoReader {
     }
     reading = result;
     return Status::ok;
+  }
+
+  /// Poles of the angles phi, 2 pi - phi, 2 pi + phi, ... are the same after sampling, and so is K; b is not. Is b that
+  /// of a servo with one of the next four angles rather than of that with phi?
+  bool is_folded(Scalar step, Scalar zoh_mismatch) const {
+    const auto b = theta_.template tail<3>();
+    const Scalar largest = b.cwiseAbs().maxCoeff();
+    const Scalar half_v = logarithms_.v / Scalar(2);
+    Scalar closest = zoh_mismatch;
+    for (int i = 0; i < 4; ++i) {
+      const Scalar turns = Scalar(2 * (i / 2 + 1)) * kPi<Scalar>;
+      const Scalar angle = i % 2 == 0 ? turns - logarithms_.angle : turns + logarithms_.angle;
+      const SampledServo<Scalar> other =
+          sample_servo(logarithms_.v, half_v * half_v + angle * angle);
+      const Scalar first = step * other.b1.value;
+      const Scalar last = step * other.b3.value;
+      const Scalar middle = step * other.q_at_one.value - first - last;
+      const Vector<Scalar, 3> mismatch(b[0] - first, b[1] - middle, b[2] - last);
+      const Scalar distance = (mismatch / largest).norm() / (b / largest).norm();
+      closest = distance < closest ? distance : closest;
+    }
+    return closest < kFoldedMismatch<Scalar> && closest < zoh_mismatch / Scalar(2);
   }
 
   /// Gradient of b_implied = K dt beta(v, y).

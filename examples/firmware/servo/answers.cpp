@@ -37,9 +37,9 @@ void write_result(Writer& out, std::uint32_t number, const Result& result, const
   out.f32(result.gain_v_m);
   out.f32(result.velocity_gain_m_s_v);
   out.u8(static_cast<std::uint8_t>(result.status));
-  out.u8(static_cast<std::uint8_t>((report.converged ? kConverged : 0) |
-                                   (result.gain_from_estimate ? kGainFromEstimate : 0) |
-                                   (result.command.at_limit ? kAtLimit : 0)));
+  out.u8(static_cast<std::uint8_t>(
+      (report.converged ? kConverged : 0) | (result.gain_from_estimate ? kGainFromEstimate : 0) |
+      (result.command.at_limit ? kAtLimit : 0) | (report.white ? 0 : kResidualsNotWhite)));
   out.u16(up_to_u16(report.resets));
   out.f32(report.innovation);
   out.f32(report.forgetting_factor);

@@ -48,7 +48,7 @@ Result ControlLoop::sample(const Sample& now) {
   result.parameters = ehsid_parameters(estimator_);
   result.velocity_gain_m_s_v = velocity_gain(result.theta, na_, nb_, sample_time_s_);
 
-  const bool trusted = result.report.converged && !ehsid_is_error(result.status);
+  const bool trusted = result.report.settled && !ehsid_is_error(result.status);
   trusted_velocity_gain_ = trusted ? result.velocity_gain_m_s_v : 0.0F;
   return result;
 }

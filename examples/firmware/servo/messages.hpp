@@ -51,6 +51,7 @@ constexpr std::uint8_t kKnownFlags = 0x1FU;
 constexpr std::uint8_t kConverged = 1U << 0U;
 constexpr std::uint8_t kGainFromEstimate = 1U << 1U;
 constexpr std::uint8_t kAtLimit = 1U << 2U;
+constexpr std::uint8_t kResidualsNotWhite = 1U << 3U;  // the residuals are not white
 
 // Bodies of requests, bytes
 constexpr std::size_t kHelloBytes = 2;

@@ -37,6 +37,14 @@ if TYPE_CHECKING:
     from ehsid.harness.estimation import EstimationResult
 
 
+_NOT_WHITE = (
+    "The residuals are not white (statistic {:.4g}, at most 22.5 expected): the parameters are "
+    "biased, and their intervals, though widened, may not hold. The usual reason is noise on the "
+    "measured output; the methods `riv`, `armax` and `oe` stay correct there. Other reasons: wrong "
+    "orders or delay, friction, saturation."
+)
+
+
 def _table(result: EstimationResult) -> Table:
     rows = [
         (name, f"{entry['value']:.5g}", f"{entry['ci95'][0]:.5g} .. {entry['ci95'][1]:.5g}")
@@ -114,3 +122,5 @@ def estimate_command(
         f"{result.skipped} of {result.status.size} samples carried no information; "
         f"one-step fit and RMSE leave out the first {result.n_start} equations"
     )
+    if not result.residuals_white:
+        console.print(_NOT_WHITE.format(result.whiteness))

@@ -64,6 +64,10 @@ class EstimationResult:
     resets, converged, skipped
         number of detected changes; whether the estimate has converged at the end; number of
         samples without information.
+    residuals_white, whiteness
+        whether the residuals pass the test of `WhitenessMonitor` at the end, and its statistic. If
+        they do not, the parameters are biased, and `standard_deviation` is enlarged but may still
+        be too small.
     """
 
     orders: ArxOrders
@@ -82,6 +86,8 @@ class EstimationResult:
     resets: int
     converged: bool
     skipped: int
+    residuals_white: bool
+    whiteness: float
 
     def to_dict(self) -> dict[str, Any]:
         """Returns plain values for JSON, without the paths: they are data, not results."""
@@ -107,6 +113,8 @@ class EstimationResult:
             "resets": self.resets,
             "converged": self.converged,
             "skipped": self.skipped,
+            "residuals_white": self.residuals_white,
+            "whiteness": self.whiteness,
         }
 
 
@@ -238,4 +246,6 @@ def estimate(
         resets=estimator.resets,
         converged=estimator.converged,
         skipped=int(np.count_nonzero(status == ehsid.Status.no_information)),
+        residuals_white=estimator.residuals_white,
+        whiteness=estimator.whiteness,
     )

@@ -40,7 +40,8 @@ def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
     upper.set_ylim(low - margin, high + margin)
     upper.set_ylabel("parameters, 95 % band")
     upper.legend(ncols=len(result.orders.names))
-    upper.set_title(result.forgetting)
+    biased = "" if result.residuals_white else "; residuals not white, estimate biased"
+    upper.set_title(f"{result.forgetting}{biased}")
     middle.plot(x, result.forgetting_factor, color=GREEN, linewidth=1.0)
     middle.set_ylabel("lambda")
     lower.plot(x, result.innovation, color=GREY, linewidth=0.8)

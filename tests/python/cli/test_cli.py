@@ -3,6 +3,7 @@ import json
 import re
 from pathlib import Path
 
+import model16
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -23,6 +24,25 @@ def test_real_record_gives_json_and_picture(verb: str, tmp_path: Path) -> None:
     assert (tmp_path / f"{verb}.png").stat().st_size > 10_000
     names = [f"{verb}.json", f"{verb}.png", *(["identify_bode.png"] if verb == "identify" else [])]
     assert sorted(path.name for path in tmp_path.iterdir()) == [".ehsid", *names]
+
+
+@pytest.mark.parametrize("noise", ["equation", "position"])
+def test_estimate_says_whether_its_intervals_can_be_believed(noise: str, tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    u, e = rng.choice([-1.0, 1.0], size=3000), 0.02 * rng.normal(size=3000)
+    white = noise == "equation"
+    y = model16.output(u, e) if white else model16.output(u, 0.0 * e) + e
+    path = tmp_path / "record.csv"
+    np.savetxt(path, np.column_stack((u, y)), delimiter=",", header="u,y", comments="")
+    arguments = ["estimate", str(path), "--input", "u", "--output", "y"]
+    outcome = CliRunner().invoke(app, arguments, env={"COLUMNS": "1000"})
+    assert outcome.exit_code == 0, outcome.output
+    assert ("residuals are not white" in outcome.stdout) != white
+    assert ("`riv`, `armax` and `oe`" in outcome.stdout) != white
+    assert ("not converged" in outcome.stdout) != white
+    found = json.loads(CliRunner().invoke(app, [*arguments, "--json"]).stdout)
+    assert found["residuals_white"] == white
+    assert (found["whiteness"] < 22.458) == white
 
 
 def test_identify_draws_the_frequency_response_and_tells_the_limit_of_the_gain(

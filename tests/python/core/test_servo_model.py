@@ -244,6 +244,8 @@ def test_any_readable_theta_reads_as_numpy_reads_it(
     assume(any(b))
     theta = np.array([q1 - p, q2 - p * q1, -p * q2, *b])
     reading = ehsid.identify_servo(theta, NO_COVARIANCE, DT)
+    # Few of all b are by chance those of a servo above half the sampling rate.
+    assume(reading.status != ehsid.ServoReadingStatus.aliasing)
     assert reading.status == ehsid.ServoReadingStatus.ok
     gain, omega_n, xi = numpy_reading(theta, DT)
     # Eigenvalues: 1e-14, times at most 1 / (0.1 * 0.3)^2 by the logarithm and the pair's angle.
@@ -390,3 +392,50 @@ def test_every_status_has_words_of_its_own() -> None:
 def test_other_shapes_are_refused(theta: Array, covariance: Array, words: str) -> None:
     with pytest.raises(ValueError, match=words):
         ehsid.identify_servo(theta, covariance, DT)
+
+
+def noisy_estimate(omega_dt: float, xi: float, noise: float, seed: int) -> tuple[Array, Array]:
+    """theta and covariance of least squares on 1,000 samples; noise relative to the increments."""
+    rng = np.random.default_rng(seed)
+    servo = ehsid.ContinuousServo(gain=1.0, omega_n=omega_dt, xi=xi)
+    theta = np.asarray(ehsid.discretise(servo, 1.0))
+    a, b = np.concatenate(([1.0], theta[:3])), np.concatenate(([0.0], theta[3:]))
+    u = rng.choice([-1.0, 1.0], size=1000)
+    y = scipy.signal.lfilter(b, a, u)
+    error = noise * np.std(np.diff(y)) * rng.normal(size=u.size)
+    y = y + scipy.signal.lfilter([1.0], a, error)
+    phi = np.column_stack([-y[2:-1], -y[1:-2], -y[:-3], u[2:-1], u[1:-2], u[:-3]])
+    found, *_ = np.linalg.lstsq(phi, y[3:], rcond=None)
+    variance = np.sum((y[3:] - phi @ found) ** 2) / (phi.shape[0] - 6)
+    return found, variance * np.linalg.inv(phi.T @ phi)
+
+
+@pytest.mark.parametrize("noise", [1e-3, 1e-2, 1e-1])
+def test_aliased_servos_are_not_read_as_slower_ones(noise: float) -> None:
+    """omega_n dt of 3.3 to 9; at a noise of 10 % at most 3 % of the readings are wrong."""
+    rng = np.random.default_rng(5)
+    wrong = 0
+    for seed in range(200):
+        omega_dt, xi = rng.uniform(3.3, 9.0), np.exp(rng.uniform(np.log(0.02), np.log(0.3)))
+        reading = ehsid.identify_servo(*noisy_estimate(omega_dt, xi, noise, seed), 1.0)
+        wrong += reading.status.name == "ok"
+    assert wrong <= (6 if noise > 0.05 else 0)
+
+
+@pytest.mark.parametrize("noise", [1e-3, 1e-2, 1e-1])
+def test_servos_below_half_the_sampling_rate_are_not_called_aliased(noise: float) -> None:
+    """omega_n dt from 0.05 to 2.9; beyond it the angle itself reaches pi within its uncertainty."""
+    rng = np.random.default_rng(6)
+    for seed in range(200):
+        omega_dt, xi = rng.uniform(0.05, 2.9), np.exp(rng.uniform(np.log(0.02), np.log(1.2)))
+        theta, covariance = noisy_estimate(omega_dt, xi, noise, seed)
+        reading = ehsid.identify_servo(theta, covariance, 1.0)
+        angle = np.abs(np.angle(np.roots(np.concatenate(([1.0], theta[:3]))))).max()
+        assert reading.status.name != "aliasing" or angle > 2.8
+
+
+def test_a_numerator_of_no_servo_is_not_called_aliased() -> None:
+    """Model (16): its b is none of a servo, below or above half the sampling rate."""
+    reading = ehsid.identify_servo(MODEL_16, NO_COVARIANCE, DT)
+    assert reading.status.name == "ok"
+    assert reading.zoh_mismatch > 1.0

@@ -224,7 +224,9 @@ def test_layout_is_the_documented_one(dtype: str) -> None:
     header = HEADER.unpack_from(state)
     assert header[:9] == (ESTIMATOR, 3, kind.itemsize, 1, 3, 3, 1, 0, len(state))
     numbers = 5 * 6 + 15 + 9
-    assert len(state) == HEADER.size + 1 + kind.itemsize * (numbers + 3 + 4 + 3) + 4 * 6 + 1 + 4
+    assert len(state) == (
+        HEADER.size + 1 + kind.itemsize * (numbers + 3 + 4 + 3 + 22) + 4 * 8 + 3 + 4
+    )
     assert state[HEADER.size] == 0  # switched off
     at = HEADER.size + 1
     theta = np.frombuffer(state, kind.newbyteorder("<"), 6, at)

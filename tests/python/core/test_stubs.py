@@ -88,7 +88,8 @@ def stub_signatures() -> Signatures:
         elif isinstance(node, ast.ClassDef):
             for member in node.body:
                 if isinstance(member, ast.FunctionDef):
-                    text = signature(member, method=True)
+                    static = any(ast.unparse(d) == "staticmethod" for d in member.decorator_list)
+                    text = signature(member, method=not static)
                     found[f"{node.name}.{member.name}"].append(replaced(text, STUB_TO_MODULE))
     return dict(found)
 
@@ -114,7 +115,9 @@ def module_signatures() -> Signatures:
         elif inspect.isclass(value) and not issubclass(value, int):
             for member, inner in vars(value).items():
                 where = f"{name}.{member}"
-                if isinstance(inner, property):
+                if isinstance(inner, staticmethod):
+                    found[where] = documented(inner.__func__, method=False)
+                elif isinstance(inner, property):
                     accessors = [a for a in (inner.fget, inner.fset) if a is not None]
                     found[where] = [s for a in accessors for s in documented(a, method=True)]
                 elif callable(inner) and (member == "__init__" or not member.startswith("_")):

@@ -124,7 +124,9 @@ def test_least_squares_and_every_figure_on_model_16(orders: ArxOrders, seed: int
     # sum epsilon^2 / (1 + phi' P phi) = |y - phi theta|^2 + theta' P0^-1 theta.
     variance = np.sum((right - phi @ theta) ** 2) / (right.size - 2 * theta.size)
     deviation = np.sqrt(variance * np.diag(np.linalg.inv(phi.T @ phi)))
-    np.testing.assert_allclose(result.standard_deviation, deviation, rtol=tolerance)
+    # The orders of the test are often not those of the model: then the residuals are not white.
+    inflation = 1.0 if result.residuals_white else np.sqrt(1.0 + result.whiteness)
+    np.testing.assert_allclose(result.standard_deviation, inflation * deviation, rtol=tolerance)
     assert result.resets == 0
 
 

@@ -97,8 +97,10 @@ class Done(_Answer):
 class Result:
     """Answer of the target to a sample: command, state of the controller, estimate.
 
-    The flags stand as `converged`, `gain_estimated` and `limited`: whether the estimate has
-    converged, the gain comes from it, the command is at its limit. `theta` has n numbers.
+    The flags stand as `converged`, `gain_estimated`, `limited` and `residuals_white`: whether the
+    estimate has converged, the gain comes from it, the command is at its limit, its residuals pass
+    the test for white residuals. Firmware of earlier versions never says that they do not.
+    `theta` has n numbers.
     """
 
     number: int
@@ -109,6 +111,7 @@ class Result:
     converged: bool
     gain_estimated: bool
     limited: bool
+    residuals_white: bool
     resets: int
     innovation_m: float
     forgetting_factor: float
@@ -149,6 +152,7 @@ class Result:
             converged=bool(flags & Flags.CONVERGED),
             gain_estimated=bool(flags & Flags.GAIN_FROM_ESTIMATE),
             limited=bool(flags & Flags.AT_LIMIT),
+            residuals_white=not flags & Flags.RESIDUALS_NOT_WHITE,
             theta=theta,
         )
 

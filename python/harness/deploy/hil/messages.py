@@ -66,6 +66,7 @@ class Flags(IntFlag):
     CONVERGED = 1 << 0
     GAIN_FROM_ESTIMATE = 1 << 1
     AT_LIMIT = 1 << 2
+    RESIDUALS_NOT_WHITE = 1 << 3
 
 
 def _forgetting_fields() -> list[Field]:

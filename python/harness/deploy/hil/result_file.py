@@ -79,7 +79,7 @@ class Run:
         estimates by name.
     rmse_m
         RMSE of the innovation, m.
-    forgetting_factor, fit_percent, converged, resets, status
+    forgetting_factor, fit_percent, converged, residuals_white, resets, status
         as in the answer to the last sample.
     controller
         what the controller did.
@@ -106,6 +106,7 @@ class Run:
     forgetting_factor: float
     fit_percent: float
     converged: bool
+    residuals_white: bool
     resets: int
     status: str
     controller: Control
@@ -188,6 +189,7 @@ def _run(name: str, run: RunResult, agreement: Agreement) -> Run:
         forgetting_factor=last.forgetting_factor,
         fit_percent=last.fit_percent,
         converged=last.converged,
+        residuals_white=last.residuals_white,
         resets=last.resets,
         status=ehsid.Status(last.status).name,
         controller=Control(

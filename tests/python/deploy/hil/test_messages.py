@@ -309,7 +309,7 @@ single_numbers = st.floats(width=32, allow_nan=False, allow_infinity=False)
 
 @given(
     st.tuples(u32, *[single_numbers] * 3),
-    st.tuples(st.sampled_from([int(status) for status in ehsid.Status]), st.integers(0, 7), u16),
+    st.tuples(st.sampled_from([int(status) for status in ehsid.Status]), st.integers(0, 15), u16),
     st.tuples(*[single_numbers] * 5),
     st.tuples(u32, u16, u16, u16),
     st.lists(single_numbers, max_size=13),
@@ -324,7 +324,8 @@ def test_results(
     n = len(theta)
     made = answer(0x84, f"I3f BBH 5f I3H B{n}f", *first, *flags, *reals_, *counts, n, *theta)
     bits = [bool(flags[1] >> bit & 1) for bit in range(3)]
-    expected = (*first, flags[0], *bits, flags[2], *reals_, *counts, tuple(theta))
+    white = not flags[1] & 8
+    expected = (*first, flags[0], *bits, white, flags[2], *reals_, *counts, tuple(theta))
     assert isinstance(made, Result)
     assert astuple(made) == expected
 
