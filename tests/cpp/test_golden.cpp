@@ -17,7 +17,7 @@
 
 namespace {
 
-constexpr int kSamples = 260;
+constexpr int kSamples = 660;
 constexpr std::size_t kColumns = 17;  // behind the policy: command, position, status, ...
 using Row = std::array<std::uint32_t, kColumns>;
 

@@ -21,7 +21,7 @@ namespace {
 using ehsid::Status;
 
 constexpr int kMost = 12;
-constexpr int kSamples = 240;
+constexpr int kSamples = 580;
 
 /// Regressors of kMost numbers, of which the first n are used, and outputs.
 template <class Scalar>
@@ -36,12 +36,12 @@ std::vector<Sample<Scalar>> record() {
   std::normal_distribution<double> normal;
   std::vector<Sample<Scalar>> samples(kSamples);
   for (std::size_t k = 0; k < samples.size(); ++k) {
-    const bool held = k >= 100 && k < 160;
+    const bool held = k >= 100 && k < 500;
     double y = 0.05 * normal(random);
     for (std::size_t i = 0; i < kMost; ++i) {
       const auto fresh = static_cast<Scalar>(normal(random));
       samples[k].phi[i] = held ? samples[99].phi[i] : fresh;
-      y += (k < 180 ? 1.0 : 1.5) * (i % 2 == 0 ? 0.3 : -0.7) *
+      y += (k < 520 ? 1.0 : 1.5) * (i % 2 == 0 ? 0.3 : -0.7) *
            static_cast<double>(samples[k].phi[i]);
     }
     samples[k].y = static_cast<Scalar>(y);

@@ -98,10 +98,13 @@ struct ErrorDriven {
   static constexpr Scalar kMostRise = Scalar(1) / Scalar(16);
   static constexpr Scalar kMostSquare = Scalar(8);  // what a square may add, in units of the mean
 
-  /// (1 - phi' K) epsilon^2, with 1 - phi' K = 1 / (1 + phi' P phi): K is the gain of the step before forgetting.
+  static constexpr Scalar kMost = Scalar(1e18);  // its square and sums of it are finite
+
+  /// (1 - phi' K) epsilon^2, at most kMost, with 1 - phi' K = 1 / (1 + phi' P phi): K is the gain of the step before forgetting.
   static Scalar posterior_square(const Evidence<Scalar>& evidence) {
     const Scalar s = evidence.regressor_variance;
-    return evidence.innovation * evidence.innovation / (Scalar(1) + s);
+    const Scalar square = evidence.innovation * evidence.innovation / (Scalar(1) + s);
+    return square < kMost ? square : kMost;
   }
 };
 
