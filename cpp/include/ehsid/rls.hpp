@@ -68,6 +68,9 @@ class Rls {
   using Options = RlsOptions<Scalar>;
 
   static constexpr int kN = kN_;
+  /// The regressor is all it needs, unlike the recursions on gradient_recursion.hpp.
+  static constexpr bool kFollowsModel = false;
+  static constexpr int kNoiseParameters = 0;
   /// Start variance P0_ii where none is given: vague for regressors of order one.
   static constexpr Scalar kDefaultVariance = Scalar(1e6);
 

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+// Gauss-Newton recursion of a prediction-error method on the recursion of rls.hpp.
+//
+//   theta(k) = theta(k-1) + P(k) psi(k) epsilon(k),   P^-1(k) = lambda(k) P^-1(k-1) + psi(k) psi'(k)
+//
+// psi(k) is minus the gradient of the prediction error epsilon(k) with respect to theta, or an instrument in its place.
+// Source: L. Ljung, T. Soderstrom, Theory and Practice of Recursive Identification, MIT Press 1983, ch. 3.
+//
+// It is Eqs. (13)-(14) with psi for phi. So the update of rls.hpp is used as it is, with the output that makes its
+// innovation epsilon: y = epsilon + psi' theta. UD factors, forgetting policies, guards, compensated sums and sigma^2 are
+// those of least squares.
+#pragma once
+
+#include <ehsid/gradient_options.hpp>
+#include <ehsid/polynomial.hpp>
+#include <ehsid/rls.hpp>
+
+namespace ehsid {
+
+/// What OnlineEstimator asks of a recursion, answered by the Rls inside.
+///
+/// Scalar: float or double. kNa: past outputs in the regressor, its first entries. kN: parameters of the model. Both > 0,
+/// or both up_to(most). kModelsNoise: na parameters behind those of the model describe the noise. Forgetting: see
+/// forgetting.hpp.
+template <class Scalar_, int kNa_, int kN_, bool kModelsNoise_, class Forgetting_>
+class GradientRecursion {
+ public:
+  using Scalar = Scalar_;
+  using Forgetting = Forgetting_;
+  static constexpr int kN = kN_;
+  static constexpr int kNa = kNa_;
+  static constexpr int kNoiseParameters = kModelsNoise_ ? capacity(kNa) : 0;
+  /// All parameters.
+  static constexpr int kAll = kN > 0 ? kN + kNoiseParameters
+                                     : up_to(capacity(kN) + kNoiseParameters);
+  /// This recursion keeps samples and filters of its own: OnlineEstimator tells it the order and where samples are missing.
+  static constexpr bool kFollowsModel = true;
+  static constexpr Scalar kDefaultVariance = Scalar(1e6);
+
+  using Inner = Rls<Scalar, kAll, Forgetting>;
+  using Regressor = Vector<Scalar, kN>;
+  using Parameters = Vector<Scalar, kN>;
+  using Covariance = SquareMatrix<Scalar, kN>;
+  using Options = GradientOptions<Scalar>;
+
+  /// Number of parameters of the model.
+  int size() const { return inner_.size() - noise_size(); }
+  /// Number of parameters of the noise.
+  int noise_size() const { return kModelsNoise_ ? na() : 0; }
+  /// Past outputs in the regressor.
+  int na() const { return past_outputs_.size(); }
+
+  Parameters theta_hat() const { return to_vector<kN>(size(), inner_.state().theta); }
+  /// P(k) of the model's parameters; sigma^2 P is their covariance.
+  Covariance P() const {
+    const int n = size();
+    return inner_.P().topLeftCorner(n, n);
+  }
+  Regressor gain() const { return to_vector<kN>(size(), inner_.state().gain); }
+  /// epsilon(k) of the last step that was not refused.
+  Scalar innovation() const { return inner_.innovation(); }
+  Scalar forgetting_factor() const { return inner_.forgetting_factor(); }
+  Scalar normalised_square() const { return inner_.normalised_square(); }
+  /// sigma^2, the variance of epsilon.
+  Scalar residual_variance() const { return inner_.residual_variance(); }
+  /// sqrt(sigma^2 P_ii); always finite.
+  Parameters standard_deviation() const { return inner_.standard_deviation().head(size()); }
+
+  /// What ConvergenceMonitor judges: the parameters of the model, not those of the noise.
+  struct Judged {
+    const Inner& inner;
+    int n;
+    const typename Inner::State& state() const { return inner.state(); }
+    Scalar residual_variance() const { return inner.residual_variance(); }
+    int size() const { return n; }
+  };
+  Judged judged() const { return {inner_, size()}; }
+
+ protected:
+  /// psi of all parameters.
+  using Gradient = Vector<Scalar, kAll>;
+
+  /// One step with a gradient and a prediction error. As Rls::update().
+  Status learn(const Gradient& psi, Scalar epsilon) {
+    return inner_.update(psi, epsilon + inner_.predict(psi));
+  }
+
+  Scalar estimated(int i) const { return inner_.state().theta[static_cast<std::size_t>(i)]; }
+
+  void write_options(ByteStream& writer, const ModelShape& of) const {
+    inner_.write_configuration(writer, of);
+    stream_fields(writer, of, options_);
+  }
+
+  Inner inner_{};
+  Options options_{};
+  Extent<kNa> past_outputs_{};
+};
+
+/// All `count` of these squarable, i.e. fit to be kept in a filter?
+template <class Values>
+bool all_squarable(int count, const Values& values) {
+  bool good = true;
+  for (int i = 0; i < count; ++i) {
+    good = is_squarable(entry(values, i)) && good;
+  }
+  return good;
+}
+
+}  // namespace ehsid
