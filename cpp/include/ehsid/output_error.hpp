@@ -33,6 +33,7 @@ struct RunningModelState {
   static constexpr int kOfOutputs = capacity(kNa) * capacity(kNa);
 
   Array<Scalar, kN> model;             // parameters of the running model
+  Array<Scalar, kNa> filter;           // f1 .. f_na of F, see above
   Array<Scalar, kNa> outputs;          // its outputs x(k-1) .. x(k-na)
   Array<Scalar, kOfGradient> psi;      // psi(k-1) .. psi(k-na), n numbers each
   Array<Scalar, kOfOutputs> measured;  // the same of the first na entries of phi
@@ -43,6 +44,7 @@ struct RunningModelState {
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&RunningModelState::model, each_parameter);
+    visit(&RunningModelState::filter, each_output);
     visit(&RunningModelState::outputs, each_output);
     visit(&RunningModelState::psi, [](const ModelShape& of) { return of.na * of.size(); });
     visit(&RunningModelState::measured, [](const ModelShape& of) { return of.na * of.na; });
@@ -94,12 +96,13 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     }
   }
 
-  /// Sets policy and options; the estimate stays. invalid_argument leaves all as it was.
+  /// Sets policy and options; the estimate stays, and settles anew. invalid_argument leaves all as it was.
   Status configure(const Forgetting& forgetting, const Options& options) {
     if (!options.valid() || inner_.configure(forgetting, options.rls) != Status::ok) {
       return Status::invalid_argument;
     }
     options_ = options;
+    settle();
     return Status::ok;
   }
 
@@ -111,6 +114,7 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     }
     past_outputs_.resize(outputs);
     running_ = RunningModelState<Scalar, kNa, kN>{};
+    settle();
     return Status::ok;
   }
 
@@ -120,7 +124,8 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     const Status status = inner_.seed(theta, factors, noise_variance);
     if (status == Status::ok) {
       running_ = RunningModelState<Scalar, kNa, kN>{};
-      running_.samples = follow(Scalar(1)) ? last() : 0;
+      settle();
+      running_.samples = follow(Scalar(1), Scalar(1)) ? last() : 0;
     }
     return status;
   }
@@ -134,9 +139,6 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     const int outputs = na();
     const bool settled = running_.samples >= options_.settling;
     const bool fresh = running_.filled == 0;
-    const Array<Scalar, kNa> filter =
-        settled ? contracted<kNa>(outputs, running_.model, options_.fading)
-                : repeated_pole<kNa>(outputs, options_.start_pole);
     // z(k); while settling phi(k) itself
     Regressor z = phi;
     if (settled && !fresh) {
@@ -153,7 +155,7 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     Scalar filtered = y;
     if (!fresh) {
       for (int lag = 0; lag < outputs; ++lag) {
-        const Scalar f = filter[static_cast<std::size_t>(lag)];
+        const Scalar f = running_.filter[static_cast<std::size_t>(lag)];
         const Scalar* past = running_.psi.data() + lag * n;
         const Scalar* before = running_.measured.data() + lag * outputs;
         EHSID_UNROLL
@@ -223,6 +225,7 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
            all_squarable(running.kOfOutputs, running.measured) &&
            all_squarable(capacity(kNa), running.filtered) && running.samples >= 0 &&
            running.samples <= last() && (running.filled == 0 || running.filled == 1) &&
+           all_squarable(capacity(kNa), running.filter) && stable_filter(running.filter) &&
            stable(running.model);
   }
 
@@ -257,7 +260,10 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     return kInstruments ? options_.settling : kLater * options_.settling;
   }
 
-  void settle() { running_.samples = 0; }
+  void settle() {
+    running_.samples = 0;
+    running_.filter = repeated_pole<kNa>(na(), options_.start_pole);
+  }
 
   void push(const Regressor& psi, const Array<Scalar, kNa>& measured, Scalar filtered, int n,
             bool fresh) {
@@ -285,31 +291,41 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
       running_.samples = next;
     } else {
       const bool first = next == options_.settling;
-      const bool followed = follow(first ? Scalar(1) : options_.model_rate);
+      const bool followed = follow(first ? Scalar(1) : options_.model_rate, options_.model_rate);
       if ((followed || !first) && running_.samples < last()) {
         running_.samples = next;
       }
     }
   }
 
-  /// model <- model + rate (theta - model), where that is stable; false otherwise.
-  bool follow(Scalar rate) {
+  /// model <- model + rate (theta - model), and the same of the filter, where both are stable; false otherwise.
+  bool follow(Scalar rate, Scalar filter_rate) {
     const int n = size();
-    Array<Scalar, kN> next{};
+    const int outputs = na();
+    Array<Scalar, kN> model{};
     for (int i = 0; i < n; ++i) {
       const auto at = static_cast<std::size_t>(i);
-      next[at] = rate < Scalar(1) ? running_.model[at] + rate * (estimated(i) - running_.model[at])
-                                  : estimated(i);
+      model[at] = rate < Scalar(1) ? running_.model[at] + rate * (estimated(i) - running_.model[at])
+                                   : estimated(i);
     }
-    if (!stable(next)) {
+    Array<Scalar, kNa> filter = contracted<kNa>(outputs, model, options_.fading);
+    for (int i = 0; i < outputs; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      filter[at] = running_.filter[at] + filter_rate * (filter[at] - running_.filter[at]);
+    }
+    if (!stable(model) || !stable_filter(filter)) {
       return false;
     }
-    running_.model = next;
+    running_.model = model;
+    running_.filter = filter;
     return true;
   }
 
   bool stable(const Array<Scalar, kN>& model) const {
-    return roots_inside_unit_circle<kNa>(na(), contracted<kNa>(na(), model, kModelFading));
+    return stable_filter(contracted<kNa>(na(), model, kModelFading));
+  }
+  bool stable_filter(const Array<Scalar, kNa>& filter) const {
+    return roots_inside_unit_circle<kNa>(na(), filter);
   }
 
   /// x(k) of the running model joins its history; while settling it is y(k).
