@@ -246,9 +246,10 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
   using Base::past_outputs_;
   using Base::write_options;
 
-  // The poles of the running model are 0.999 times those of the estimate, so that an integrator, estimated a little
-  // outside the unit circle, does not run away: a memory of 1000 samples.
-  static constexpr Scalar kModelFading = Scalar(0.999);
+  // Instruments: the poles of the running model are 0.999 times those of the estimate, so that an integrator, estimated a
+  // little outside the unit circle, does not run away: a memory of 1000 samples. The output error would feel the
+  // difference; there the measured output holds the model, see kAnchor.
+  static constexpr Scalar kModelFading = kInstruments ? Scalar(0.999) : Scalar(1);
   // Output error: the model is drawn to the measured output by kAnchor / weight in a sample, at most kMostAnchor.
   static constexpr Scalar kAnchor = Scalar(10);
   static constexpr Scalar kMostAnchor = Scalar(0.1);
