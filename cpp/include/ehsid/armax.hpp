@@ -42,11 +42,13 @@ template <class Scalar, int kNa, int kAll, class Forgetting>
 struct ArmaxState {
   RlsState<Scalar, kAll, Forgetting> recursion;
   NoiseModelState<Scalar, kNa, kAll> noise;
+  Scalar directions;  // that the samples show, see GradientRecursion::learn()
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&ArmaxState::recursion);
     visit(&ArmaxState::noise);
+    visit(&ArmaxState::directions);
   }
 };
 
@@ -101,6 +103,7 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
     }
     past_outputs_.resize(outputs);
     state_ = NoiseModelState<Scalar, kNa, kAll>{};
+    settle();
     return Status::ok;
   }
 
@@ -128,6 +131,7 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
     const Status status = inner_.seed(all, whole, noise_variance);
     if (status == Status::ok) {
       state_ = NoiseModelState<Scalar, kNa, kAll>{};
+      settle();
     }
     return status;
   }
@@ -179,12 +183,12 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
   /// lambda and P back to their start values, theta kept; the estimator settles anew.
   void reset() {
     inner_.reset();
-    state_.samples = 0;
+    settle();
   }
   /// The same with sigma^2 from elsewhere, see Rls::reset().
   void reset(Scalar noise_variance) {
     inner_.reset(noise_variance);
-    state_.samples = 0;
+    settle();
   }
 
   /// Is psi the gradient of the error, so that sigma^2 P is the covariance of theta?
@@ -193,7 +197,7 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
   /// c1 .. c_na of the running model of the noise.
   Vector<Scalar, kNa> noise_polynomial() const { return to_vector<kNa>(na(), state_.c); }
 
-  State state() const { return {inner_.state(), state_}; }
+  State state() const { return {inner_.state(), state_, directions_}; }
 
   void write_configuration(ByteStream& writer, const ModelShape& of) const {
     const std::uint8_t method = 3;
@@ -204,8 +208,8 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
   /// May this saved state be taken over? See Rls::usable().
   bool usable(const State& saved) const {
     const auto& noise = saved.noise;
-    return Base::Inner::usable(saved.recursion) && all_squarable(capacity(kNa), noise.c) &&
-           all_squarable(capacity(kNa), noise.residuals) &&
+    return Base::Inner::usable(saved.recursion) && is_variance(saved.directions) &&
+           all_squarable(capacity(kNa), noise.c) && all_squarable(capacity(kNa), noise.residuals) &&
            all_squarable(noise.kOfGradient, noise.psi) && noise.samples >= 0 &&
            noise.samples <= options_.settling && roots_inside_unit_circle<kNa>(na(), noise.c);
   }
@@ -216,21 +220,29 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
       return Status::invalid_argument;
     }
     state_ = saved.noise;
+    directions_ = saved.directions;
     return Status::ok;
   }
 
  private:
+  using Base::directions_;
   using Base::estimated;
   using Base::inner_;
   using Base::learn;
   using Base::options_;
   using Base::past_outputs_;
+  using Base::restart_directions;
   using Base::write_options;
   using typename Base::Gradient;
 
   // P0 of c, in units of sigma^2: with residuals of 0.01 to 0.1 of the scaled position a deviation of 0.1 to 1. With the
   // P0 of the model the first samples set C anywhere.
   static constexpr Scalar kNoiseVariance = Scalar(100);
+
+  void settle() {
+    restart_directions();
+    state_.samples = 0;
+  }
 
   /// The running C becomes that of theta, where that is stable.
   void follow() {

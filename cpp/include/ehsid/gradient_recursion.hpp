@@ -15,6 +15,8 @@
 #include <ehsid/polynomial.hpp>
 #include <ehsid/rls.hpp>
 
+#include <cmath>
+
 namespace ehsid {
 
 /// What OnlineEstimator asks of a recursion, answered by the Rls inside.
@@ -80,10 +82,60 @@ class GradientRecursion {
   /// psi of all parameters.
   using Gradient = Vector<Scalar, kAll>;
 
-  /// One step with a gradient and a prediction error. As Rls::update().
+  /// One step with a gradient and a prediction error. As Rls::update(); no_information where the estimate rests.
+  ///
+  /// P^-1 weighs `weight` samples, so psi' P psi times the weight is the number of directions that the samples show: on
+  /// average as many as there are parameters, and one where the command is held; those of the noise, which is always
+  /// excited, count on top of both. The estimate rests where the average falls below least_directions(): an instrument in
+  /// one direction says nothing of the others, whatever lambda is.
   Status learn(const Gradient& psi, Scalar epsilon) {
-    return inner_.update(psi, epsilon + inner_.predict(psi));
+    const int all = inner_.size();
+    const Scalar least = least_directions();
+    const typename Inner::State& state() const { return inner.state(); }
+    Scalar residual_variance() const { return inner.residual_variance(); }
+    int size() const { return n; }
+  };
+  Judged judged() const { return {inner_, size()}; }
+
+ protected:
+  /// psi of all parameters.
+  using Gradient = Vector<Scalar, kAll>;
+
+  /// One step with a gradient and a prediction error. As Rls::update(); no_information where the estimate rests.
+  ///
+  /// P^-1 weighs `weight` samples, so psi' P psi times the weight is the number of directions that the samples show: on
+  /// average as many as there are parameters, and one where the command is held; those of the noise, which is always
+  /// excited, count on top of both. The estimate rests where the average falls below least_directions(): an instrument in
+  /// one direction says nothing of the others, whatever lambda is.
+  Status learn(const Gradient& psi, Scalar epsilon) {
+    const int all = inner_.size();
+    const int noise = noise_size();
+    const Scalar least = std::sqrt(static_cast<Scalar>((noise + 1) * all));
+    const typename Inner::State& state = inner_.state();
+    const Scalar weight = state.weight;
+    Scalar information(0);  // psi' P psi
+    if (directions_ < least) {
+      Array<Scalar, kAll> projected;
+      information = state.factors.project(psi, projected);
+      if (!is_finite(information) || !is_finite(epsilon)) {
+        return Status::numerical_limit;
+      }
+      count_directions(information, weight);
+      return Status::no_information;
+    }
+    const Status status = inner_.update(psi, epsilon + inner_.predict(psi));
+    if (status == Status::ok) {
+      // psi' K = psi' P psi / (lambda + psi' P psi)
+      const Scalar share = dot(all, psi, state.gain);
+      information = share < Scalar(1) ? state.forgetting_factor * share / (Scalar(1) - share)
+                                      : static_cast<Scalar>(kMostDirections);
+      count_directions(information, weight);
+    }
+    return status;
   }
+
+  /// As at the start.
+  void restart_directions() { directions_ = static_cast<Scalar>(kMostDirections); }
 
   Scalar estimated(int i) const { return inner_.state().theta[static_cast<std::size_t>(i)]; }
 
@@ -92,9 +144,34 @@ class GradientRecursion {
     stream_fields(writer, of, options_);
   }
 
+  static constexpr int kMostDirections = 1000;
+
   Inner inner_{};
+  /// Average of psi' P psi times the weight, over the weight in samples, at most kMemory.
+  Scalar directions_ = static_cast<Scalar>(kMostDirections);
   Options options_{};
   Extent<kNa> past_outputs_{};
+
+ private:
+  static constexpr int kMemory = 256;
+  static constexpr int kLeastMemory = 16;
+
+  /// Geometric mean of what a held and what a moving command shows, sqrt((1 + nc) n), but below n.
+  Scalar least_directions() const {
+    const auto n = static_cast<Scalar>(size());
+    const Scalar middle = std::sqrt(static_cast<Scalar>(noise_size() + 1) * n);
+    const Scalar most = Scalar(0.8) * n;
+    return middle < most ? middle : most;
+  }
+
+  void count_directions(Scalar information, Scalar weight) {
+    const auto most = static_cast<Scalar>(kMostDirections);
+    const auto memory = static_cast<Scalar>(kMemory);
+    const Scalar shown = information * weight;
+    const Scalar samples = weight < Scalar(kLeastMemory) ? Scalar(kLeastMemory) : weight;
+    directions_ +=
+        ((shown < most ? shown : most) - directions_) / (samples < memory ? samples : memory);
+  }
 };
 
 /// All `count` of these squarable, i.e. fit to be kept in a filter?

@@ -59,11 +59,13 @@ template <class Scalar, int kNa, int kN, class Forgetting>
 struct OutputErrorState {
   RlsState<Scalar, kN, Forgetting> recursion;
   RunningModelState<Scalar, kNa, kN> running;
+  Scalar directions;  // that the samples show, see GradientRecursion::learn()
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&OutputErrorState::recursion);
     visit(&OutputErrorState::running);
+    visit(&OutputErrorState::directions);
   }
 };
 
@@ -181,7 +183,8 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     if (!all_squarable(n, psi) || !all_squarable(outputs, measured) || !is_squarable(filtered)) {
       return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
-    const Status status = learn(psi, epsilon);
+    const Status status =
+        settled && misled(measured, psi) ? Status::no_information : learn(psi, epsilon);
     if (is_error(status)) {
       return status;
     }
@@ -208,7 +211,7 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
   /// Has the running model taken over, so that the estimate is consistent?
   bool settled() const { return running_.samples >= options_.settling; }
 
-  State state() const { return {inner_.state(), running_}; }
+  State state() const { return {inner_.state(), running_, directions_}; }
 
   void write_configuration(ByteStream& writer, const ModelShape& of) const {
     const std::uint8_t method = kInstruments ? 1 : 2;
@@ -219,7 +222,8 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
   /// May this saved state be taken over? See Rls::usable(); the running model must be stable.
   bool usable(const State& saved) const {
     const auto& running = saved.running;
-    return Base::Inner::usable(saved.recursion) && all_squarable(capacity(kN), running.model) &&
+    return Base::Inner::usable(saved.recursion) && is_variance(saved.directions) &&
+           all_squarable(capacity(kN), running.model) &&
            all_squarable(capacity(kNa), running.outputs) &&
            all_squarable(running.kOfGradient, running.psi) &&
            all_squarable(running.kOfOutputs, running.measured) &&
@@ -235,15 +239,18 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
       return Status::invalid_argument;
     }
     running_ = saved.running;
+    directions_ = saved.directions;
     return Status::ok;
   }
 
  private:
+  using Base::directions_;
   using Base::estimated;
   using Base::inner_;
   using Base::learn;
   using Base::options_;
   using Base::past_outputs_;
+  using Base::restart_directions;
   using Base::write_options;
 
   // Instruments: the poles of the running model are 0.999 times those of the estimate, so that an integrator, estimated a
@@ -253,8 +260,23 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
   // Output error: the model is drawn to the measured output by kAnchor / weight in a sample, at most kMostAnchor.
   static constexpr Scalar kAnchor = Scalar(10);
   static constexpr Scalar kMostAnchor = Scalar(0.1);
+  static constexpr Scalar kMostDifference = Scalar(0.25);
   // Output error begins after so many times the samples of settling, on the model that instrumental variables gave.
   static constexpr std::int32_t kLater = 3;
+
+  /// Is the instrument too far from the measured regressor? Both filtered; they differ in the first na entries.
+  ///
+  /// A step multiplies the error of theta by I - P psi phi_f' / alpha, which shrinks it where phi_f is psi and may not
+  /// otherwise. With d = phi_f - psi, d' P d is small against 1 as long as d is of the size of what was learned from: it
+  /// falls with the number of samples. It is not where the position goes on for long with the command held.
+  bool misled(const Array<Scalar, kNa>& measured, const Regressor& psi) const {
+    Regressor difference = Regressor::Zero(size());
+    for (int i = 0; i < na(); ++i) {
+      difference[i] = measured[static_cast<std::size_t>(i)] - psi[i];
+    }
+    Array<Scalar, kN> projected;
+    return !(inner_.state().factors.project(difference, projected) < kMostDifference);
+  }
 
   /// Where the count of samples ends.
   std::int32_t last() const {
@@ -262,6 +284,7 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
   }
 
   void settle() {
+    restart_directions();
     running_.samples = 0;
     running_.filter = repeated_pole<kNa>(na(), options_.start_pole);
   }
