@@ -165,7 +165,7 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
         }
       }
     }
-    if (!all_squarable(all, psi)) {
+    if (!all_squarable(all, psi) || !is_finite(y)) {
       return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
     const Status status = learn(psi, y - inner_.predict(regressor));

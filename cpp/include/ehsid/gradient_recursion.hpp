@@ -91,26 +91,6 @@ class GradientRecursion {
   Status learn(const Gradient& psi, Scalar epsilon) {
     const int all = inner_.size();
     const Scalar least = least_directions();
-    const typename Inner::State& state() const { return inner.state(); }
-    Scalar residual_variance() const { return inner.residual_variance(); }
-    int size() const { return n; }
-  };
-  Judged judged() const { return {inner_, size()}; }
-
- protected:
-  /// psi of all parameters.
-  using Gradient = Vector<Scalar, kAll>;
-
-  /// One step with a gradient and a prediction error. As Rls::update(); no_information where the estimate rests.
-  ///
-  /// P^-1 weighs `weight` samples, so psi' P psi times the weight is the number of directions that the samples show: on
-  /// average as many as there are parameters, and one where the command is held; those of the noise, which is always
-  /// excited, count on top of both. The estimate rests where the average falls below least_directions(): an instrument in
-  /// one direction says nothing of the others, whatever lambda is.
-  Status learn(const Gradient& psi, Scalar epsilon) {
-    const int all = inner_.size();
-    const int noise = noise_size();
-    const Scalar least = std::sqrt(static_cast<Scalar>((noise + 1) * all));
     const typename Inner::State& state = inner_.state();
     const Scalar weight = state.weight;
     Scalar information(0);  // psi' P psi
