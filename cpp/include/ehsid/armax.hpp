@@ -42,13 +42,11 @@ template <class Scalar, int kNa, int kAll, class Forgetting>
 struct ArmaxState {
   RlsState<Scalar, kAll, Forgetting> recursion;
   NoiseModelState<Scalar, kNa, kAll> noise;
-  Scalar directions;  // that the samples show, see GradientRecursion::learn()
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&ArmaxState::recursion);
     visit(&ArmaxState::noise);
-    visit(&ArmaxState::directions);
   }
 };
 
@@ -165,10 +163,11 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
         }
       }
     }
-    if (!all_squarable(all, psi) || !is_finite(y)) {
+    const Scalar predicted = inner_.predict(regressor);
+    if (!all_squarable(all, psi) || !is_squarable(predicted)) {
       return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
-    const Status status = learn(psi, y - inner_.predict(regressor));
+    const Status status = learn(psi, y, predicted);
     if (is_error(status)) {
       return status;
     }
@@ -197,7 +196,7 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
   /// c1 .. c_na of the running model of the noise.
   Vector<Scalar, kNa> noise_polynomial() const { return to_vector<kNa>(na(), state_.c); }
 
-  State state() const { return {inner_.state(), state_, directions_}; }
+  State state() const { return {inner_.state(), state_}; }
 
   void write_configuration(ByteStream& writer, const ModelShape& of) const {
     const std::uint8_t method = 3;
@@ -208,8 +207,8 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
   /// May this saved state be taken over? See Rls::usable().
   bool usable(const State& saved) const {
     const auto& noise = saved.noise;
-    return Base::Inner::usable(saved.recursion) && is_variance(saved.directions) &&
-           all_squarable(capacity(kNa), noise.c) && all_squarable(capacity(kNa), noise.residuals) &&
+    return Base::Inner::usable(saved.recursion) && all_squarable(capacity(kNa), noise.c) &&
+           all_squarable(capacity(kNa), noise.residuals) &&
            all_squarable(noise.kOfGradient, noise.psi) && noise.samples >= 0 &&
            noise.samples <= options_.settling && roots_inside_unit_circle<kNa>(na(), noise.c);
   }
@@ -220,18 +219,15 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
       return Status::invalid_argument;
     }
     state_ = saved.noise;
-    directions_ = saved.directions;
     return Status::ok;
   }
 
  private:
-  using Base::directions_;
   using Base::estimated;
   using Base::inner_;
   using Base::learn;
   using Base::options_;
   using Base::past_outputs_;
-  using Base::restart_directions;
   using Base::write_options;
   using typename Base::Gradient;
 
@@ -239,10 +235,7 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
   // P0 of the model the first samples set C anywhere.
   static constexpr Scalar kNoiseVariance = Scalar(100);
 
-  void settle() {
-    restart_directions();
-    state_.samples = 0;
-  }
+  void settle() { state_.samples = 0; }
 
   /// The running C becomes that of theta, where that is stable.
   void follow() {

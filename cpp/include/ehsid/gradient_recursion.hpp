@@ -6,9 +6,8 @@
 // psi(k) is minus the gradient of the prediction error epsilon(k) with respect to theta, or an instrument in its place.
 // Source: L. Ljung, T. Soderstrom, Theory and Practice of Recursive Identification, MIT Press 1983, ch. 3.
 //
-// It is Eqs. (13)-(14) with psi for phi. So the update of rls.hpp is used as it is, with the output that makes its
-// innovation epsilon: y = epsilon + psi' theta. UD factors, forgetting policies, guards, compensated sums and sigma^2 are
-// those of least squares.
+// It is Eqs. (13)-(14) with psi for phi. So the update of rls.hpp is used as it is, with the prediction of this model in
+// place of psi' theta. UD factors, forgetting policies, guards, compensated sums and sigma^2 are those of least squares.
 #pragma once
 
 #include <ehsid/gradient_options.hpp>
@@ -82,40 +81,40 @@ class GradientRecursion {
   /// psi of all parameters.
   using Gradient = Vector<Scalar, kAll>;
 
-  /// One step with a gradient and a prediction error. As Rls::update(); no_information where the estimate rests.
+  /// One step with a gradient, the output and its prediction. As Rls::update(); no_information where the estimate rests.
   ///
   /// P^-1 weighs `weight` samples, so psi' P psi times the weight is the number of directions that the samples show: on
-  /// average as many as there are parameters, and one where the command is held; those of the noise, which is always
-  /// excited, count on top of both. The estimate rests where the average falls below least_directions(): an instrument in
-  /// one direction says nothing of the others, whatever lambda is.
-  Status learn(const Gradient& psi, Scalar epsilon) {
-    const int all = inner_.size();
-    const Scalar least = least_directions();
-    const typename Inner::State& state = inner_.state();
-    const Scalar weight = state.weight;
-    Scalar information(0);  // psi' P psi
-    if (directions_ < least) {
-      Array<Scalar, kAll> projected;
-      information = state.factors.project(psi, projected);
-      if (!is_finite(information) || !is_finite(epsilon)) {
-        return Status::numerical_limit;
+  /// average as many as there are parameters, one where the command is held. The estimate rests where the average falls
+  /// below the geometric mean of both: an instrument in one direction says nothing of the others, whatever lambda is. Not
+  /// with parameters of the noise, which is always excited: there the guards of rls.hpp are the only ones.
+  Status learn(const Gradient& psi, Scalar y, Scalar predicted) {
+    if constexpr (kNoiseParameters > 0) {
+      return inner_.update(psi, y, predicted);
+    } else {
+      const typename Inner::State& state = inner_.state();
+      const int n = inner_.size();
+      if (directions_ < least_directions(n)) {
+        Array<Scalar, kAll> projected;
+        const Scalar information = state.factors.project(psi, projected);
+        if (!is_finite(information) || !is_finite(y - predicted)) {
+          return Status::numerical_limit;
+        }
+        count_directions(information);
+        return Status::no_information;
       }
-      count_directions(information, weight);
-      return Status::no_information;
+      const Status status = inner_.update(psi, y, predicted);
+      if (status == Status::ok) {
+        // psi' K = psi' P psi / (lambda + psi' P psi)
+        const Scalar share = dot(n, psi, state.gain);
+        count_directions(share < Scalar(1) ? state.forgetting_factor * share / (Scalar(1) - share)
+                                           : Scalar(kMostDirections));
+      }
+      return status;
     }
-    const Status status = inner_.update(psi, epsilon + inner_.predict(psi));
-    if (status == Status::ok) {
-      // psi' K = psi' P psi / (lambda + psi' P psi)
-      const Scalar share = dot(all, psi, state.gain);
-      information = share < Scalar(1) ? state.forgetting_factor * share / (Scalar(1) - share)
-                                      : static_cast<Scalar>(kMostDirections);
-      count_directions(information, weight);
-    }
-    return status;
   }
 
   /// As at the start.
-  void restart_directions() { directions_ = static_cast<Scalar>(kMostDirections); }
+  void restart_directions() { directions_ = Scalar(kMostDirections); }
 
   Scalar estimated(int i) const { return inner_.state().theta[static_cast<std::size_t>(i)]; }
 
@@ -128,7 +127,7 @@ class GradientRecursion {
 
   Inner inner_{};
   /// Average of psi' P psi times the weight, over the weight in samples, at most kMemory.
-  Scalar directions_ = static_cast<Scalar>(kMostDirections);
+  Scalar directions_ = Scalar(kMostDirections);
   Options options_{};
   Extent<kNa> past_outputs_{};
 
@@ -136,21 +135,18 @@ class GradientRecursion {
   static constexpr int kMemory = 256;
   static constexpr int kLeastMemory = 16;
 
-  /// Geometric mean of what a held and what a moving command shows, sqrt((1 + nc) n), but below n.
-  Scalar least_directions() const {
-    const auto n = static_cast<Scalar>(size());
-    const Scalar middle = std::sqrt(static_cast<Scalar>(noise_size() + 1) * n);
-    const Scalar most = Scalar(0.8) * n;
-    return middle < most ? middle : most;
+  static Scalar least_directions(int n) {
+    return n > 1 ? std::sqrt(static_cast<Scalar>(n)) : Scalar(0.5);
   }
 
-  void count_directions(Scalar information, Scalar weight) {
-    const auto most = static_cast<Scalar>(kMostDirections);
-    const auto memory = static_cast<Scalar>(kMemory);
-    const Scalar shown = information * weight;
-    const Scalar samples = weight < Scalar(kLeastMemory) ? Scalar(kLeastMemory) : weight;
-    directions_ +=
-        ((shown < most ? shown : most) - directions_) / (samples < memory ? samples : memory);
+  void count_directions(Scalar information) {
+    const Scalar shown = information * inner_.state().weight;
+    const Scalar samples = bounded(inner_.state().weight, Scalar(kLeastMemory), Scalar(kMemory));
+    directions_ += (bounded(shown, Scalar(0), Scalar(kMostDirections)) - directions_) / samples;
+  }
+
+  static Scalar bounded(Scalar value, Scalar least, Scalar most) {
+    return value < least ? least : value < most ? value : most;
   }
 };
 

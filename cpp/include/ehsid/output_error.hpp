@@ -171,20 +171,22 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
         filtered -= f * running_.filtered[static_cast<std::size_t>(lag)];
       }
     }
-    Scalar epsilon(0);
+    Scalar output = y;
+    Scalar predicted(0);
     if (kInstruments || running_.samples < last()) {
-      epsilon = filtered;
+      output = filtered;
       for (int i = 0; i < n; ++i) {
-        epsilon -= (i < outputs ? measured[static_cast<std::size_t>(i)] : psi[i]) * estimated(i);
+        predicted += (i < outputs ? measured[static_cast<std::size_t>(i)] : psi[i]) * estimated(i);
       }
     } else {
-      epsilon = y - inner_.predict(z);
+      predicted = inner_.predict(z);
     }
-    if (!all_squarable(n, psi) || !all_squarable(outputs, measured) || !is_squarable(filtered)) {
+    if (!all_squarable(n, psi) || !all_squarable(outputs, measured) || !is_squarable(filtered) ||
+        !is_squarable(predicted)) {
       return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
     const Status status =
-        settled && misled(measured, psi) ? Status::no_information : learn(psi, epsilon);
+        settled && misled(measured, psi) ? Status::no_information : learn(psi, output, predicted);
     if (is_error(status)) {
       return status;
     }

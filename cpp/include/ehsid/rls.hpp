@@ -139,10 +139,13 @@ class Rls {
   ///
   /// ok, no_information (kept on purpose, see RlsOptions), invalid_input or numerical_limit; on the
   /// last two nothing at all has changed.
-  Status update(const Regressor& phi, Scalar y) {
+  Status update(const Regressor& phi, Scalar y) { return update(phi, y, predict(phi)); }
+
+  /// The same with the prediction of y from elsewhere, finite, e.g. of a model that is not linear in theta; phi is then its
+  /// gradient.
+  EHSID_ALWAYS_INLINE Status update(const Regressor& phi, Scalar y, Scalar predicted) {
     const int n = size();
     // (12)
-    const Scalar predicted = dot(n, phi, state_.theta);
     const Scalar innovation = y - predicted;
     Array<Scalar, kN> gain;  // K(k) = P(k) phi(k) in the end; here U' phi, then P phi
     Scalar s = state_.factors.project(phi, gain);
