@@ -203,14 +203,18 @@ def batch(record: Signals) -> tuple[FloatArray, FloatArray]:
     What an estimator with all samples in memory reaches. Returns theta and its deviations.
     """
     found = least_squares(
-        lambda theta: np.clip(simulated(theta, record.u) - record.y, -1e6, 1e6), THETA, x_scale="jac"
+        lambda theta: np.clip(simulated(theta, record.u) - record.y, -1e6, 1e6),
+        THETA,
+        x_scale="jac",
     )
     freedom = record.u.size - THETA.size
     covariance = np.linalg.inv(found.jac.T @ found.jac) * (2.0 * found.cost / freedom)
     return np.asarray(found.x), np.sqrt(np.diag(covariance))
 
 
-def run_batch(noise: Noise, seeds: Sequence[int], command: str = "binary", n: int = N_SAMPLES) -> Runs:
+def run_batch(
+    noise: Noise, seeds: Sequence[int], command: str = "binary", n: int = N_SAMPLES
+) -> Runs:
     """The same as `run` with `batch`."""
     pairs = [batch(signals(noise, seed, command, n)) for seed in seeds]
     theta = [theta for theta, _ in pairs]
