@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from contextlib import nullcontext
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -37,6 +38,15 @@ if TYPE_CHECKING:
     from ehsid.harness.estimation import EstimationResult
 
 
+class Method(StrEnum):
+    """Recursions, by the noise they are right with; docs/which_estimator.md."""
+
+    rls = "rls"
+    riv = "riv"
+    oe = "oe"
+    armax = "armax"
+
+
 def _table(result: EstimationResult) -> Table:
     rows = [
         (name, f"{entry['value']:.5g}", f"{entry['ci95'][0]:.5g} .. {entry['ci95'][1]:.5g}")
@@ -57,6 +67,13 @@ def estimate_command(
     ] = "exponential",
     lambda0: Lambda0 = None,
     setting: PolicySettings = None,
+    method: Annotated[
+        Method,
+        typer.Option(
+            help="recursion: rls, least squares; riv and oe for a noisy position sensor; armax for "
+            "coloured disturbances. All but rls take constant and exponential forgetting"
+        ),
+    ] = Method.rls,
     reset: Reset = True,
     maps: Maps = None,
     sampling_time: SamplingTime = None,
@@ -79,7 +96,7 @@ def estimate_command(
         orders = ArxOrders(na, nb, nk, offset=False)
         policy = make_policy(forgetting, lambda0, setting)
         with about(record):
-            result = estimate(data, orders, forgetting=policy, reset=reset)
+            result = estimate(data, orders, forgetting=policy, reset=reset, method=method.value)
         if folder is not None:
             from ehsid.harness.report.model_figures import estimation_figure
 
@@ -89,7 +106,7 @@ def estimate_command(
         typer.echo(json.dumps(with_reading(result.to_dict(), origin), allow_nan=False))
         return
     console = Console()
-    console.print(f"{result.orders}, {result.forgetting}")
+    console.print(f"{result.orders}, {result.method}, {result.forgetting}")
     console.print(_table(result))
     console.print(
         f"one-step fit {result.one_step_fit_percent:.2f} %, simulation fit "

@@ -37,6 +37,8 @@ class EstimationResult:
         structure of the model.
     forgetting
         the forgetting policy, in words.
+    method
+        "rls", "riv", "oe" or "armax", see `ehsid.ServoEstimator`.
     theta, standard_deviation
         shape (n,), estimate and its standard deviation at the end of the record, in the units of
         the signals with their means removed.
@@ -67,6 +69,7 @@ class EstimationResult:
 
     orders: ArxOrders
     forgetting: str
+    method: str
     theta: FloatArray
     standard_deviation: FloatArray
     theta_path: FloatArray
@@ -90,6 +93,7 @@ class EstimationResult:
             "nb": self.orders.nb,
             "nk": self.orders.nk,
             "forgetting": self.forgetting,
+            "method": self.method,
             "parameters": {
                 name: {"value": value, "ci95": [value - width, value + width]}
                 for name, value, width in zip(
@@ -140,6 +144,7 @@ def estimate(
     forgetting: ehsid.Forgetting,
     reset: bool = True,
     dtype: str = "float32",
+    method: str = "rls",
 ) -> EstimationResult:
     """Runs the C++ estimator over a record, segment by segment.
 
@@ -155,13 +160,15 @@ def estimate(
         whether lambda and P are reset when the RMSE shows a change of the plant.
     dtype
         "float32", as on the target, or "float64".
+    method
+        "rls", or for noise that biases least squares "riv", "oe" or "armax".
 
     Raises
     ------
     IdentificationError
         a signal is constant, or the record has at most 20 equations per parameter.
     ValueError
-        the structure is outside the compiled range.
+        the structure is outside the compiled range, or the method does not take the policy.
     """
     scaling = scaling_of(data)
     estimator = ehsid.ServoEstimator(
@@ -173,6 +180,7 @@ def estimate(
         scaling=scaling,
         reset=ehsid.RmseResetOptions() if reset else None,
         dtype=dtype,
+        method=method,
     )
     paths = []
     for segment in data.segments:
@@ -213,6 +221,7 @@ def estimate(
     return EstimationResult(
         orders=orders,
         forgetting=repr(forgetting),
+        method=method,
         theta=theta,
         standard_deviation=np.asarray(estimator.standard_deviation, dtype=np.float64),
         theta_path=joined("theta"),

@@ -183,17 +183,19 @@ def simulated(theta: FloatArray, u: FloatArray) -> FloatArray:
     return np.asarray(lfilter(b, a, u))
 
 
-def bound(record: Signals) -> FloatArray:
-    """Cramer-Rao bound with white noise of the sensor: the least covariance of theta, shape (6, 6).
-
-    The information matrix is the sum of psi psi' / sigma^2 with psi = dx / dtheta.
-    """
-    u, x = record.u, record.x
-    gradient = np.zeros((u.size, 6))
+def gradient(theta: FloatArray, u: FloatArray) -> FloatArray:
+    """Derivative of `simulated` with respect to theta, shape (N, 6)."""
+    x = simulated(theta, u)
+    columns = np.zeros((u.size, 6))
     for i in range(3):
-        gradient[i + 1 :, i] = -x[: -i - 1]
-        gradient[i + 1 :, 3 + i] = u[: -i - 1]
-    psi = np.asarray(lfilter([1.0], A, gradient, axis=0))
+        columns[i + 1 :, i] = -x[: -i - 1]
+        columns[i + 1 :, 3 + i] = u[: -i - 1]
+    return np.asarray(lfilter([1.0], np.concatenate(([1.0], theta[:3])), columns, axis=0))
+
+
+def bound(record: Signals) -> FloatArray:
+    """Cramer-Rao bound with white noise of the sensor: the least covariance of theta, shape (6, 6)."""
+    psi = gradient(THETA, record.u)
     return np.asarray(record.sigma**2 * np.linalg.inv(psi.T @ psi))
 
 
@@ -203,9 +205,12 @@ def batch(record: Signals) -> tuple[FloatArray, FloatArray]:
     What an estimator with all samples in memory reaches. Returns theta and its deviations.
     """
     found = least_squares(
-        lambda theta: np.clip(simulated(theta, record.u) - record.y, -1e6, 1e6),
+        lambda theta: simulated(theta, record.u) - record.y,
         THETA,
+        lambda theta: gradient(theta, record.u),
         x_scale="jac",
+        xtol=1e-12,
+        ftol=1e-12,
     )
     freedom = record.u.size - THETA.size
     covariance = np.linalg.inv(found.jac.T @ found.jac) * (2.0 * found.cost / freedom)
