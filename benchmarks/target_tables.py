@@ -149,9 +149,9 @@ def whole(rows: list[Row]) -> str:
     return (
         "## The whole estimator\n\n`ServoEstimator<float, 3, 3, 1, Policy>::step(command, "
         "position)` includes scaling, regressor, recursion, reset and convergence. The largest of "
-        "400 samples is the sample at which `FRatio` sums up a window. The last three are the estimators "
-        "for noise that biases least squares (which_estimator.md); `ArmaxServoEstimator` has nine "
-        "parameters, three of them for the noise.\n\n"
+        "400 samples is the sample at which `FRatio` sums up a window. The last three are the "
+        "estimators for noise that biases least squares (which_estimator.md); "
+        "`ArmaxServoEstimator` has nine parameters, three of them for the noise.\n\n"
         + table(["n = 6", "instructions", "most", "flash", "RAM", "stack", "(static)"], body)
     )
 

@@ -130,8 +130,8 @@ def poles(results: dict[tuple[str, str], Runs]) -> Figure:
 def table(results: dict[tuple[str, str], Runs]) -> str:
     """The matrix: each method with each noise."""
     lines = [
-        "| noise | method | 90 % intervals hold | worst within 3 | K, omega_n, xi, median of the runs |"
-        " median error of K, omega_n, xi |",
+        "| noise | method | 90 % intervals hold | worst within 3 |"
+        " K, omega_n, xi, median of the runs | median error of K, omega_n, xi |",
         "|---|---|---|---|---|---|",
     ]
     for noise in NOISES:

@@ -288,6 +288,7 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
   void settle() {
     restart_directions();
     running_.samples = 0;
+    running_.filled = 0;  // what the old filter kept of the noise would last long in the new one
     running_.filter = repeated_pole<kNa>(na(), options_.start_pole);
   }
 

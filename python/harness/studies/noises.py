@@ -96,13 +96,15 @@ def signals(noise: Noise, seed: int, command: str = "binary", n: int = N_SAMPLES
     return Signals(u, x, y, sigma)
 
 
-def estimator(method: str, dtype: str = "float32") -> ehsid.ServoEstimator:
+def estimator(
+    method: str, dtype: str = "float32", forgetting: ehsid.Forgetting = FORGETTING
+) -> ehsid.ServoEstimator:
     """Returns an estimator of model (16) with the settings of this study."""
     return ehsid.ServoEstimator(
         3,
         3,
         1,
-        forgetting=FORGETTING,
+        forgetting=forgetting,
         scaling=ehsid.Scaling(position_scale=POSITION_SCALE),
         reset=None,
         method=method,
@@ -130,6 +132,12 @@ class Runs:
     def distance(self) -> FloatArray:
         """Errors in own standard deviations, shape (R, 6)."""
         return np.asarray(np.abs(self.theta - THETA) / self.deviation)
+
+    @property
+    def error(self) -> float:
+        """Median of |theta - truth| / |truth|."""
+        away = np.linalg.norm(self.theta - THETA, axis=1)
+        return float(np.median(away) / np.linalg.norm(THETA))
 
     @property
     def coverage(self) -> float:
@@ -165,12 +173,13 @@ def run(
     command: str = "binary",
     dtype: str = "float32",
     n: int = N_SAMPLES,
+    forgetting: ehsid.Forgetting = FORGETTING,
 ) -> Runs:
     """Runs one method over a record for each seed."""
     theta, deviation = [], []
     for seed in seeds:
         record = signals(noise, seed, command, n)
-        recursion = estimator(method, dtype)
+        recursion = estimator(method, dtype, forgetting)
         recursion.run(record.u, record.y)
         theta.append(np.asarray(recursion.theta_hat, dtype=np.float64))
         deviation.append(np.asarray(recursion.standard_deviation, dtype=np.float64))
@@ -194,7 +203,7 @@ def gradient(theta: FloatArray, u: FloatArray) -> FloatArray:
 
 
 def bound(record: Signals) -> FloatArray:
-    """Cramer-Rao bound with white noise of the sensor: the least covariance of theta, shape (6, 6)."""
+    """Cramer-Rao bound with white noise of the sensor: the least covariance of theta."""
     psi = gradient(THETA, record.u)
     return np.asarray(record.sigma**2 * np.linalg.inv(psi.T @ psi))
 
@@ -204,16 +213,24 @@ def batch(record: Signals) -> tuple[FloatArray, FloatArray]:
 
     What an estimator with all samples in memory reaches. Returns theta and its deviations.
     """
+
+    def residual(theta: FloatArray) -> FloatArray:
+        return simulated(theta, record.u) - record.y
+
+    def slope(theta: FloatArray) -> FloatArray:
+        return gradient(theta, record.u)
+
     found = least_squares(
-        lambda theta: simulated(theta, record.u) - record.y,
+        residual,
         THETA,
-        lambda theta: gradient(theta, record.u),
+        slope,
         x_scale="jac",
         xtol=1e-12,
         ftol=1e-12,
     )
-    freedom = record.u.size - THETA.size
-    covariance = np.linalg.inv(found.jac.T @ found.jac) * (2.0 * found.cost / freedom)
+    jacobian = gradient(found.x, record.u)
+    variance = 2.0 * found.cost / (record.u.size - THETA.size)
+    covariance = variance * np.linalg.inv(jacobian.T @ jacobian)
     return np.asarray(found.x), np.sqrt(np.diag(covariance))
 
 
@@ -228,3 +245,26 @@ def run_batch(
         np.array([deviation for _, deviation in pairs]),
         np.array([read(row) for row in theta]),
     )
+
+
+PUBLISHED_FIT = Noise("noise of the sensor, published fit", sensor_fit=95.48)
+"""The paper's fit of its third-order model, taken as noise of the position sensor."""
+
+
+def on_noisy_sensor(seeds: Sequence[int]) -> dict[str, Runs]:
+    """Runs the paper's three forgetting factors, and the methods for this noise, on model (16)."""
+    factors: dict[str, ehsid.Forgetting] = {
+        "least squares, varying, Eq. (15)": ehsid.Exponential(),
+        "least squares, lambda = 0.99": ehsid.Constant(0.99),
+        "least squares, lambda = 1": ehsid.Constant(1.0),
+    }
+    methods = {
+        "instrumental variables": "riv",
+        "output error": "oe",
+        "ARMAX, maximum likelihood": "armax",
+    }
+    found = {
+        name: run("rls", PUBLISHED_FIT, seeds, forgetting=policy)
+        for name, policy in factors.items()
+    }
+    return found | {name: run(method, PUBLISHED_FIT, seeds) for name, method in methods.items()}
