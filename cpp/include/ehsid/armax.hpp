@@ -27,6 +27,8 @@ struct NoiseModelState {
   Array<Scalar, kNa> residuals;    // e_hat(k-1) .. e_hat(k-na)
   Array<Scalar, kOfGradient> psi;  // psi(k-1) .. psi(k-na), one number for each parameter each
   std::int32_t samples;  // taken since the start or a reset, up to the samples of settling
+  std::int32_t
+      filled;  // samples that the filters have seen without a hole, up to those of settling
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -34,6 +36,7 @@ struct NoiseModelState {
     visit(&NoiseModelState::residuals, each_output);
     visit(&NoiseModelState::psi, [](const ModelShape& of) { return of.na * of.size(); });
     visit(&NoiseModelState::samples);
+    visit(&NoiseModelState::filled);
   }
 };
 
@@ -134,13 +137,15 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
     return status;
   }
 
-  /// Past samples are missing: the filters start from zero.
+  /// Past samples are missing: the filters start from zero. Past settling nothing is learned from as many samples.
   void clear_history() {
+    state_.filled = 0;
     state_.residuals.fill(Scalar(0));
     state_.psi.fill(Scalar(0));
   }
 
-  /// One sample: phi(k) as in Eq. (8) and y(k). As Rls::update(); after no_information only the filters have moved on.
+  /// One sample: phi(k) as in Eq. (8) and y(k). As Rls::update(); after no_information, and after filling behind a hole,
+  /// only the filters have moved on.
   Status update(const Regressor& phi, Scalar y) {
     const int n = size();
     const int all = n + na();
@@ -167,7 +172,10 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
     if (!all_squarable(all, psi) || !is_squarable(predicted)) {
       return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
-    const Status status = learn(psi, y, predicted);
+    Status status = Status::filling;
+    if (!settled() || state_.filled >= options_.settling) {
+      status = learn(psi, y, predicted);
+    }
     if (is_error(status)) {
       return status;
     }
@@ -175,6 +183,7 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
     if (status == Status::ok) {
       follow();
     }
+    state_.filled += state_.filled < options_.settling ? 1 : 0;
     push(psi, residual(regressor, y));
     return status;
   }
@@ -210,7 +219,8 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
     return Base::Inner::usable(saved.recursion) && all_squarable(capacity(kNa), noise.c) &&
            all_squarable(capacity(kNa), noise.residuals) &&
            all_squarable(noise.kOfGradient, noise.psi) && noise.samples >= 0 &&
-           noise.samples <= options_.settling && roots_inside_unit_circle<kNa>(na(), noise.c);
+           noise.samples <= options_.settling && noise.filled >= 0 &&
+           noise.filled <= options_.settling && roots_inside_unit_circle<kNa>(na(), noise.c);
   }
 
   /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable and of this size.

@@ -39,7 +39,8 @@ struct RunningModelState {
   Array<Scalar, kOfOutputs> measured;  // the same of the first na entries of phi
   Array<Scalar, kNa> filtered;         // the same of y
   std::int32_t samples;  // taken since the start or a reset, up to where the count ends
-  std::int32_t filled;   // 0 where past samples are missing, else 1
+  std::int32_t
+      filled;  // samples that the filters have seen without a hole, up to those of settling
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -132,10 +133,12 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     return status;
   }
 
-  /// Past samples are missing: the filters start from zero with the next regressor, x with its measured outputs.
+  /// Past samples are missing: the filters start from zero with the next regressor, x with its measured outputs. Past
+  /// settling nothing is learned from as many samples, because the noise of these outputs goes through the filters.
   void clear_history() { running_.filled = 0; }
 
-  /// One sample: phi(k) as in Eq. (8) and y(k). As Rls::update(); after no_information only the filters have moved on.
+  /// One sample: phi(k) as in Eq. (8) and y(k). As Rls::update(); after no_information, and after filling behind a hole,
+  /// only the filters have moved on.
   Status update(const Regressor& phi, Scalar y) {
     const int n = size();
     const int outputs = na();
@@ -185,8 +188,11 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
         !is_squarable(predicted)) {
       return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
-    const Status status =
-        settled && misled(measured, psi) ? Status::no_information : learn(psi, output, predicted);
+    Status status = Status::filling;
+    if (!settled || running_.filled >= options_.settling) {
+      status =
+          settled && misled(measured, psi) ? Status::no_information : learn(psi, output, predicted);
+    }
     if (is_error(status)) {
       return status;
     }
@@ -230,9 +236,9 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
            all_squarable(running.kOfGradient, running.psi) &&
            all_squarable(running.kOfOutputs, running.measured) &&
            all_squarable(capacity(kNa), running.filtered) && running.samples >= 0 &&
-           running.samples <= last() && (running.filled == 0 || running.filled == 1) &&
-           all_squarable(capacity(kNa), running.filter) && stable_filter(running.filter) &&
-           stable(running.model);
+           running.samples <= last() && running.filled >= 0 &&
+           running.filled <= options_.settling && all_squarable(capacity(kNa), running.filter) &&
+           stable_filter(running.filter) && stable(running.model);
   }
 
   /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable and of this size.
@@ -377,7 +383,7 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
                              : running_.filled == 0 ? -z[i - 1]
                                                     : running_.outputs[at - 1];
     }
-    running_.filled = 1;
+    running_.filled += running_.filled < options_.settling ? 1 : 0;
   }
 
   RunningModelState<Scalar, kNa, kN> running_{};

@@ -74,7 +74,7 @@ def test_whole_experiment(tmp_path: Path) -> None:
     for start in findings["seeded"]:
         assert start["samples_from_the_model"]["median"] < start["samples_from_nothing"]["median"]
     sensor = {row["recursion"]: row for row in findings["noisy_sensor"]}
-    # Of 120 intervals of 90 %, correlated within a run: 70 % is ten deviations from the biased 15 %.
+    # 120 intervals of 90 %, six in a run; least squares holds 15 %.
     assert sensor["instrumental variables"]["coverage_90"] > 0.7
     assert sensor["least squares, lambda = 1"]["coverage_90"] < 0.5
     with (out / "claims.csv").open(encoding="utf-8") as file:
