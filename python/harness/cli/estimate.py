@@ -93,7 +93,7 @@ def estimate_command(
     ):
         hints = hints_of(maps, sampling_time)
         data, origin = read_io(record, input_name, output_name, hints)
-        # The mean of a record is not the position of rest; the running models sum up the difference.
+        # The mean of a record is not the position of rest: running models sum up the difference.
         orders = ArxOrders(na, nb, nk, offset=method is not Method.rls)
         policy = make_policy(forgetting, lambda0, setting)
         with about(record):
