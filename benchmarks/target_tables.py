@@ -16,6 +16,13 @@ TEXTBOOK = tuple(NAMES)
 NAMES |= {info.id: f"`{info.policy.__name__}`" for info in ehsid.policies()}
 POLICIES = tuple(info.id for info in ehsid.policies())
 
+# Whole estimators only: their recursions need the samples of a servo.
+METHODS = {
+    "riv": "`InstrumentalServoEstimator`, `Exponential`",
+    "oe": "`OutputErrorServoEstimator`, `Exponential`",
+    "armax": "`ArmaxServoEstimator`, `Exponential`",
+}
+
 M4F, M7 = "Cortex-M4F", "Cortex-M7"
 
 HEAD = """# What an update costs on the target
@@ -128,12 +135,12 @@ def memory(rows: list[Row], level: str) -> str:
 def whole(rows: list[Row]) -> str:
     """The estimator as a controller calls it."""
     body = []
-    for form in POLICIES:
+    for form, name in ({policy: NAMES[policy] for policy in POLICIES} | METHODS).items():
         for level in ("2", "s"):
             r = find(rows, f"whole_{form}", 6, level)
             body.append(
                 [
-                    f"{NAMES[form]} -O{level}",
+                    f"{name} -O{level}",
                     f"{r['instructions']:.0f}",
                     f"{r['instructions_most']:.0f}",
                     *(str(r[key]) for key in ("flash", "ram", "stack", "stack_static")),
@@ -142,7 +149,9 @@ def whole(rows: list[Row]) -> str:
     return (
         "## The whole estimator\n\n`ServoEstimator<float, 3, 3, 1, Policy>::step(command, "
         "position)` includes scaling, regressor, recursion, reset and convergence. The largest of "
-        "400 samples is the sample at which `FRatio` sums up a window.\n\n"
+        "400 samples is the sample at which `FRatio` sums up a window. The last three are the "
+        "estimators for noise that biases least squares (which_estimator.md); "
+        "`ArmaxServoEstimator` has nine parameters, three of them for the noise.\n\n"
         + table(["n = 6", "instructions", "most", "flash", "RAM", "stack", "(static)"], body)
     )
 

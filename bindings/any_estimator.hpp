@@ -5,6 +5,7 @@
 
 #include <ehsid/any_arx.hpp>
 #include <ehsid/forgetting.hpp>
+#include <ehsid/gradient_options.hpp>
 #include <ehsid/monitor.hpp>
 #include <ehsid/reset.hpp>
 #include <ehsid/rls_options.hpp>
@@ -56,6 +57,9 @@ struct RlsSettings {
   std::vector<double> variance0;  // empty: default
 };
 
+/// Which recursion an estimator runs.
+enum class Method : std::uint8_t { rls, instrumental_variables, output_error, armax };
+
 struct EstimatorSettings {
   int na = 1;
   int nb = 1;
@@ -69,6 +73,8 @@ struct EstimatorSettings {
   std::vector<double> theta0;
   std::vector<double> variance0;
   std::optional<double> input_limit;
+  Method method = Method::rls;
+  GradientOptions<double> gradient;  // its own rls is not read
 
   int n() const { return na + nb + (offset ? 1 : 0); }
 };
@@ -139,5 +145,8 @@ template <class Scalar>
 std::unique_ptr<AnyRls> make_rls(const RlsSettings& settings);
 template <class Scalar>
 std::unique_ptr<AnyEstimator> make_estimator(const EstimatorSettings& settings);
+/// The same for every method but rls. Throws std::invalid_argument where the policy is neither constant nor exponential.
+template <class Scalar>
+std::unique_ptr<AnyEstimator> make_gradient_estimator(const EstimatorSettings& settings);
 
 }  // namespace ehsid::bindings

@@ -157,10 +157,73 @@ ValueError
       });
 }
 
+void bind_gradient_options(py::module_& m) {
+  using Gradient = GradientOptions<double>;
+  const Gradient gradient;
+  py::class_<Gradient>(m, "GradientOptions",
+                       R"(Filters of the methods "riv", "oe" and "armax" of ServoEstimator.
+
+Parameters
+----------
+settling : int in 1..1000000
+    Samples at the start, and after a reset, in which the estimate is least squares on filtered signals; with
+    "armax" extended least squares.
+start_pole : float in [0, 1)
+    The filter of these samples is 1 / (1 - start_pole q^-1)^na: near the poles of the plant it takes most of the
+    bias away. Not used by "armax".
+fading : float in (0, 1)
+    The poles of the running filter are `fading` times those of the estimate.
+model_rate : float in (0, 1]
+    Part of the way that the running model follows the estimate in a sample. Not used by "armax".
+
+Raises
+------
+ValueError
+    Where an argument is outside its range.)")
+      .def(py::init([](std::int32_t settling, double start_pole, double fading, double model_rate) {
+             return checked(Gradient{{}, settling, start_pole, fading, model_rate},
+                            "GradientOptions: needs settling in 1..1000000, 0 <= start_pole < 1, "
+                            "0 < fading < 1 and 0 < model_rate <= 1");
+           }),
+           py::kw_only(), py::arg("settling") = gradient.settling,
+           py::arg("start_pole") = gradient.start_pole, py::arg("fading") = gradient.fading,
+           py::arg("model_rate") = gradient.model_rate)
+      .def_readonly("settling", &Gradient::settling)
+      .def_readonly("start_pole", &Gradient::start_pole)
+      .def_readonly("fading", &Gradient::fading)
+      .def_readonly("model_rate", &Gradient::model_rate)
+      .def("__repr__", [](const py::object& self) {
+        return show_properties(self, {"settling", "start_pole", "fading", "model_rate"});
+      });
+}
+
+Method to_method(const std::string& name) {
+  if (name == "rls") {
+    return Method::rls;
+  }
+  if (name == "riv") {
+    return Method::instrumental_variables;
+  }
+  if (name == "oe") {
+    return Method::output_error;
+  }
+  if (name == "armax") {
+    return Method::armax;
+  }
+  throw py::value_error("method is '" + name + "'; expected one of 'rls', 'riv', 'oe' and 'armax'");
+}
+
+template <class Scalar>
+std::unique_ptr<AnyEstimator> make_any(const EstimatorSettings& settings) {
+  return settings.method == Method::rls ? make_estimator<Scalar>(settings)
+                                        : make_gradient_estimator<Scalar>(settings);
+}
+
 }  // namespace
 
 void bind_servo_estimator(py::module_& m) {
   bind_options(m);
+  bind_gradient_options(m);
 
   py::class_<AnyEstimator> cls(
       m, "ServoEstimator",
@@ -193,6 +256,12 @@ variance0 : array_like, shape (n,), optional
     Diagonal of P0 in scaled units and units of sigma^2; 1e6 by default.
 input_limit : float > 0, optional
     Largest plausible |scaled signal|; beyond it a sample is refused.
+method : str
+    "rls", least squares, right with white equation noise; "riv", instrumental variables, and "oe", output error,
+    both for a noisy position sensor; "armax" for coloured equation noise. See docs/which_estimator.md. All but
+    "rls" take the policies Constant and Exponential only.
+gradient : GradientOptions
+    Filters of the methods other than "rls".
 dtype : float32 or float64
     Precision of the recursion.
 
@@ -205,6 +274,7 @@ ValueError
                       const std::optional<RmseResetOptions<double>>& reset,
                       const ConvergenceOptions<double>& convergence, std::vector<double> theta0,
                       std::vector<double> variance0, std::optional<double> input_limit,
+                      const std::string& method, const GradientOptions<double>& gradient,
                       const py::object& dtype) {
             require_range("na", na, 1, kMaxOrder);
             require_range("nb", nb, 1, kMaxOrder);
@@ -220,9 +290,10 @@ ValueError
                                              convergence,
                                              std::move(theta0),
                                              std::move(variance0),
-                                             input_limit};
-            return is_single(dtype) ? make_estimator<float>(settings)
-                                    : make_estimator<double>(settings);
+                                             input_limit,
+                                             to_method(method),
+                                             gradient};
+            return is_single(dtype) ? make_any<float>(settings) : make_any<double>(settings);
           }),
           py::arg("na"), py::arg("nb"), py::arg("nk"), py::kw_only(), py::arg("offset") = false,
           py::arg("forgetting") = PolicySettings<place_of_policy("f_ratio")>{},
@@ -231,7 +302,9 @@ ValueError
           py::arg_v("reset", RmseResetOptions<double>{}, "RmseResetOptions()"),
           py::arg_v("convergence", ConvergenceOptions<double>{}, "ConvergenceOptions()"),
           py::arg("theta0") = std::vector<double>{}, py::arg("variance0") = std::vector<double>{},
-          py::arg("input_limit") = py::none(), py::arg("dtype") = "float32");
+          py::arg("input_limit") = py::none(), py::arg("method") = "rls",
+          py::arg_v("gradient", GradientOptions<double>{}, "GradientOptions()"),
+          py::arg("dtype") = "float32");
   bind_recursion(cls);
   cls.def_property_readonly(
          "covariance",

@@ -239,10 +239,10 @@ class RlsInstance final : public AnyRls {
   Recursion rls_;
 };
 
-template <class Scalar, class Policy>
+template <class Scalar, class Policy, class Recursion_ = Rls<Scalar, kSize, Policy>>
 class EstimatorInstance final : public AnyEstimator {
  public:
-  using Estimator = OnlineEstimator<AnyArx<Scalar, kSize>, Policy>;
+  using Estimator = OnlineEstimator<AnyArx<Scalar, kSize>, Policy, Recursion_>;
   using Recursion = typename Estimator::Recursion;
 
   EstimatorInstance(const EstimatorSettings& given, const Policy& forgetting)
@@ -255,7 +255,14 @@ class EstimatorInstance final : public AnyEstimator {
                        static_cast<Scalar>(given.scaling.command_offset),
                        static_cast<Scalar>(given.scaling.position_offset)};
     options.forgetting = forgetting;
-    options.rls = to_options<Scalar>(given.rls);
+    if constexpr (Recursion::kFollowsModel) {
+      options.rls = {to_options<Scalar>(given.rls), given.gradient.settling,
+                     static_cast<Scalar>(given.gradient.start_pole),
+                     static_cast<Scalar>(given.gradient.fading),
+                     static_cast<Scalar>(given.gradient.model_rate)};
+    } else {
+      options.rls = to_options<Scalar>(given.rls);
+    }
     options.reset_enabled = given.reset.has_value();
     if (given.reset) {
       options.reset = {static_cast<Scalar>(given.reset->short_window),

@@ -30,6 +30,19 @@ struct Whole : ehsid::ServoEstimator<float, 3, 3, 1, Forgetting> {
   }
 };
 
+/// The estimators for noise that biases least squares, past their settling before anything is counted.
+template <class Estimator>
+struct Settled : Estimator {
+  Settled() {
+    typename Estimator::Options options;
+    options.rls.settling = 40;
+    static_cast<void>(this->configure(options));
+  }
+  int update_with(const Input& input) {
+    return static_cast<int>(this->step(input.command, input.position));
+  }
+};
+
 /// Eqs. (12)-(14) on a full matrix, as one writes them with Eigen; without any check or guard.
 struct Dense {
   Vector theta = Vector::Zero();
@@ -84,6 +97,9 @@ using grouped = Grouped;
   using policy = Recursion<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float, kN>>; \
   using whole_##policy = Whole<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float, 6>>;
 EHSID_EACH_POLICY(EHSID_FORMS_OF)
+using whole_riv = Settled<ehsid::InstrumentalServoEstimator<float, 3, 3, 1>>;
+using whole_oe = Settled<ehsid::OutputErrorServoEstimator<float, 3, 3, 1>>;
+using whole_armax = Settled<ehsid::ArmaxServoEstimator<float, 3, 3, 1>>;
 }  // namespace forms
 
 using Measured = forms::EHSID_FORM;

@@ -217,6 +217,24 @@ class ConvergenceOptions:
     @property
     def hold(self) -> int: ...
 
+class GradientOptions:
+    def __init__(
+        self,
+        *,
+        settling: int = 200,
+        start_pole: float = 0.7,
+        fading: float = 0.99,
+        model_rate: float = 0.03,
+    ) -> None: ...
+    @property
+    def settling(self) -> int: ...
+    @property
+    def start_pole(self) -> float: ...
+    @property
+    def fading(self) -> float: ...
+    @property
+    def model_rate(self) -> float: ...
+
 @final
 class Trajectory:
     @property
@@ -290,6 +308,8 @@ class ServoEstimator:
         theta0: Sequence[float] | _Array = [],
         variance0: Sequence[float] | _Array = [],
         input_limit: float | None = None,
+        method: str = "rls",
+        gradient: GradientOptions = ...,
         dtype: npt.DTypeLike = "float32",
     ) -> None: ...
     def seed(

@@ -16,6 +16,14 @@ template class Arx<float, 3, 3, 1>;
 template class Arx<double, 1, 1, 0, true>;
 template class Rls<float, 6, Exponential<float>>;
 template class Rls<double, 3, RandomWalk<double, 3>>;
+template class OutputErrorRecursion<float, 3, 6, Exponential<float>, true>;
+template class OutputErrorRecursion<double, 1, 3, Constant<double>, false>;
+template class Armax<float, 3, 6, Exponential<float>>;
+template class Armax<double, 1, 3, Constant<double>>;
+template class OnlineEstimator<Arx<float, 3, 3, 1>, Exponential<float>,
+                               InstrumentalVariables<float, 3, 6, Exponential<float>>>;
+template class OnlineEstimator<Arx<double, 1, 1, 0, true>, Constant<double>,
+                               Armax<double, 1, 3, Constant<double>>>;
 template class RmseReset<float>;
 template class RmseReset<double>;
 template class ConvergenceMonitor<float>;

@@ -115,6 +115,41 @@ TYPED_TEST(NoHeap, WholeLifeOfAnEstimator) {
   EXPECT_TRUE(ehsid::is_finite(sum));
 }
 
+template <class Estimator>
+class NoHeapOfGradients : public testing::Test {};
+using GradientEstimators = testing::Types<ehsid::InstrumentalServoEstimator<float, 3, 3, 1>,
+                                          ehsid::OutputErrorServoEstimator<double, 3, 3, 1>,
+                                          ehsid::ArmaxServoEstimator<float, 3, 3, 1>>;
+TYPED_TEST_SUITE(NoHeapOfGradients, GradientEstimators, );
+
+TYPED_TEST(NoHeapOfGradients, WholeLifeOfAnEstimator) {
+  using Scalar = typename TypeParam::Scalar;
+  std::minstd_rand random(7);
+  const int before = allocations;
+
+  TypeParam estimator;
+  int estimated = 0;
+  Scalar y(0);
+  for (int k = 0; k < 2000; ++k) {
+    const Scalar u = random() % 2 == 0 ? Scalar(1) : Scalar(-1);
+    estimated += estimator.step(u, y) == ehsid::Status::ok ? 1 : 0;
+    const Scalar noise = random() % 2 == 0 ? Scalar(0.01) : Scalar(-0.01);
+    y = Scalar(0.9) * y + Scalar(0.1) * u + noise;
+  }
+  const typename TypeParam::Snapshot saved = estimator.save();
+  estimator.reset();
+  estimator.enable(false);
+  const ehsid::Status status = estimator.restore(saved);
+  const Scalar sum = estimator.theta_hat().sum() + estimator.standard_deviation().sum() +
+                     estimator.covariance().sum();
+  const int allocated = allocations - before;
+
+  EXPECT_EQ(allocated, 0);
+  EXPECT_GT(estimated, 100);
+  EXPECT_EQ(status, ehsid::Status::ok);
+  EXPECT_TRUE(ehsid::is_finite(sum));
+}
+
 TEST(NoHeapCounter, CountsWhatItIsMeantToCount) {
   const int before = allocations;
   void* volatile from_malloc = std::malloc(8);

@@ -25,7 +25,7 @@ struct ModelShape {
   std::uint16_t na = 0;
   std::uint16_t nb = 0;
   std::uint16_t nk = 0;
-  std::uint16_t offset = 0;  // 1 with a constant term
+  std::uint16_t offset = 0;  // parameters behind b: 1 with a constant term, and those of the noise
 
   constexpr ModelShape() = default;
   constexpr ModelShape(int na_in, int nb_in, int nk_in, bool offset_in)
@@ -48,6 +48,12 @@ struct ModelShape {
     return a.na == b.na && a.nb == b.nb && a.nk == b.nk && a.offset == b.offset;
   }
 };
+
+/// The same with parameters of the noise behind the others.
+constexpr ModelShape with_noise(ModelShape of, int parameters) {
+  of.offset = static_cast<std::uint16_t>(of.offset + parameters);
+  return of;
+}
 
 // How many numbers of an array are in use.
 constexpr int each_parameter(const ModelShape& of) { return of.size(); }

@@ -73,6 +73,9 @@ class Rls {
   using Options = RlsOptions<Scalar>;
 
   static constexpr int kN = kN_;
+  /// The regressor is all it needs, unlike the recursions on gradient_recursion.hpp.
+  static constexpr bool kFollowsModel = false;
+  static constexpr int kNoiseParameters = 0;
   /// Start variance P0_ii where none is given: vague for regressors of order one.
   static constexpr Scalar kDefaultVariance = Scalar(1e6);
 
@@ -141,10 +144,13 @@ class Rls {
   ///
   /// ok, no_information (kept on purpose, see RlsOptions), invalid_input or numerical_limit; on the
   /// last two nothing at all has changed.
-  Status update(const Regressor& phi, Scalar y) {
+  Status update(const Regressor& phi, Scalar y) { return update(phi, y, predict(phi)); }
+
+  /// The same with the prediction of y from elsewhere, finite, e.g. of a model that is not linear in theta; phi is then its
+  /// gradient.
+  EHSID_ALWAYS_INLINE Status update(const Regressor& phi, Scalar y, Scalar predicted) {
     const int n = size();
     // (12)
-    const Scalar predicted = dot(n, phi, state_.theta);
     const Scalar innovation = y - predicted;
     Array<Scalar, kN> gain;  // K(k) = P(k) phi(k) in the end; here U' phi, then P phi
     Scalar s = state_.factors.project(phi, gain);

@@ -16,11 +16,12 @@
 namespace ehsid {
 
 /// Settings of an OnlineEstimator. Every default is usable; give at least the scaling.
-template <class Scalar, int kN, class Forgetting>
+/// Recursion: options of the recursion, RlsOptions but for those of output_error.hpp and armax.hpp.
+template <class Scalar, int kN, class Forgetting, class Recursion = RlsOptions<Scalar>>
 struct EstimatorOptions {
   Scaling<Scalar> scaling{};
   Forgetting forgetting{};
-  RlsOptions<Scalar> rls{};
+  Recursion rls{};
   RmseResetOptions<Scalar> reset{};
   ConvergenceOptions<Scalar> convergence{};
   bool reset_enabled = true;
@@ -39,16 +40,18 @@ struct EstimatorOptions {
 
 /// Online identification of a model whose regressor is made from commands and positions.
 ///
-/// Model: Arx<...>, or a class with the same members. Forgetting: see forgetting.hpp.
-template <class Model_, class Forgetting_>
+/// Model: Arx<...>, or a class with the same members. Forgetting: see forgetting.hpp. Recursion: Rls, or one of
+/// output_error.hpp and armax.hpp for noise that biases least squares.
+template <class Model_, class Forgetting_,
+          class Recursion_ = Rls<typename Model_::Scalar, Model_::kN, Forgetting_>>
 class OnlineEstimator {
  public:
   using Model = Model_;
   using Forgetting = Forgetting_;
   using Scalar = typename Model::Scalar;
   static constexpr int kN = Model::kN;
-  using Recursion = Rls<Scalar, kN, Forgetting>;
-  using Options = EstimatorOptions<Scalar, kN, Forgetting>;
+  using Recursion = Recursion_;
+  using Options = EstimatorOptions<Scalar, kN, Forgetting, typename Recursion::Options>;
   using Parameters = Vector<Scalar, kN>;
   using Covariance = SquareMatrix<Scalar, kN>;
 
@@ -74,7 +77,8 @@ class OnlineEstimator {
   };
 
   /// Bytes of a snapshot; where the orders are chosen at run time, the most that there can be.
-  static constexpr std::size_t kSnapshotBytes = ehsid::snapshot_bytes<Contents>(Model::kLargest);
+  static constexpr std::size_t kSnapshotBytes =
+      ehsid::snapshot_bytes<Contents>(with_noise(Model::kLargest, Recursion::kNoiseParameters));
   /// The whole state as bytes: store them, restore them into an estimator with the same options, on any machine.
   using Snapshot = std::array<std::uint8_t, kSnapshotBytes>;
 
@@ -91,8 +95,7 @@ class OnlineEstimator {
     if (!options.valid() || options.theta0.size() != model_.size()) {
       return Status::invalid_argument;
     }
-    if (recursion_.start(scaled(options.theta0, options.scaling), options.variance0) !=
-        Status::ok) {
+    if (start(scaled(options.theta0, options.scaling), options.variance0) != Status::ok) {
       return Status::invalid_argument;
     }
     // Their options have been checked: these cannot refuse.
@@ -103,7 +106,7 @@ class OnlineEstimator {
     input_limit_ = options.input_limit;
     reset_enabled_ = options.reset_enabled;
     enabled_ = true;
-    model_.clear();
+    forget_samples();
     whiteness_.restart();
     return Status::ok;
   }
@@ -123,8 +126,8 @@ class OnlineEstimator {
     }
     reset_.restart(scaled_variance);
     monitor_.restart();
+    forget_samples();
     whiteness_.restart();
-    model_.clear();
     return Status::ok;
   }
 
@@ -135,13 +138,13 @@ class OnlineEstimator {
   /// the next estimate.
   Status step(Scalar command, Scalar position) {
     if (!is_finite(command) || !is_finite(position)) {
-      model_.clear();
+      forget_samples();
       return Status::invalid_input;
     }
     const Scalar u = scaling_.scale_command(command);
     const Scalar y = scaling_.scale_position(position);
     if (!plausible(u) || !plausible(y)) {
-      model_.clear();
+      forget_samples();
       return Status::out_of_range;
     }
     model_.advance_command(u);
@@ -156,7 +159,12 @@ class OnlineEstimator {
   }
 
   /// Bumpless: while switched off the history moves on, so estimation resumes with the first sample.
-  void enable(bool on) { enabled_ = on; }
+  void enable(bool on) {
+    if constexpr (Recursion::kFollowsModel) {
+      recursion_.clear_history();  // its filters see no sample while switched off
+    }
+    enabled_ = on;
+  }
   bool enabled() const { return enabled_; }
 
   /// lambda and P back to their start values, theta kept (Fig. 4).
@@ -290,8 +298,16 @@ class OnlineEstimator {
       whiteness_.interrupted();
       return status;
     }
-    whiteness_.updated(recursion_, leaving);
-    monitor_.updated(recursion_);
+    if constexpr (Recursion::kFollowsModel) {
+      monitor_.updated(recursion_.judged());
+      // The errors of the start are not those of the method.
+      if (recursion_.settled()) {
+        whiteness_.updated(recursion_.judged(), leaving);
+      }
+    } else {
+      monitor_.updated(recursion_);
+      whiteness_.updated(recursion_, leaving);
+    }
     if (reset_enabled_ && reset_.update(recursion_.normalised_square())) {
       // The noise as it was before the change, not as its errors make it look.
       recursion_.reset(reset_.long_rmse() * reset_.long_rmse());
@@ -302,7 +318,29 @@ class OnlineEstimator {
     return status;
   }
 
-  ModelShape shape() const { return {model_.na(), model_.nb(), model_.nk(), model_.offset()}; }
+  Status start(const Parameters& theta0, const Parameters& variance0) {
+    if constexpr (Recursion::kFollowsModel) {
+      return recursion_.start(theta0, variance0, model_.na());
+    } else {
+      return recursion_.start(theta0, variance0);
+    }
+  }
+
+  /// There is a hole in the record, or it begins: the regressor fills anew.
+  void forget_samples() {
+    model_.clear();
+    if constexpr (Recursion::kFollowsModel) {
+      recursion_.clear_history();
+    }
+  }
+
+  ModelShape shape() const {
+    ModelShape of{model_.na(), model_.nb(), model_.nk(), model_.offset()};
+    if constexpr (Recursion::kFollowsModel) {
+      of = with_noise(of, recursion_.noise_size());
+    }
+    return of;
+  }
 
   SnapshotHeader header() const {
     return make_header<Scalar, Forgetting, Contents>(kMagic, shape(), configuration());
@@ -341,7 +379,7 @@ class OnlineEstimator {
 
   /// Can an estimator with these options have this state? Then the numbers it reports are finite, too.
   bool possible(const Contents& found) const {
-    return found.enabled <= 1 && Recursion::usable(found.recursion) &&
+    return found.enabled <= 1 && recursion_.usable(found.recursion) &&
            model_.usable(found.history) && plausible(found.history) &&
            RmseReset<Scalar>::usable(found.reset) &&
            ConvergenceMonitor<Scalar>::usable(found.convergence) &&

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from contextlib import nullcontext
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -37,12 +38,30 @@ if TYPE_CHECKING:
     from ehsid.harness.estimation import EstimationResult
 
 
-_NOT_WHITE = (
-    "The residuals are not white (statistic {:.4g}, at most 22.5 expected): the parameters are "
-    "biased, and their intervals, though widened, may not hold. The usual reason is noise on the "
-    "measured output; the methods `riv`, `armax` and `oe` stay correct there. Other reasons: wrong "
-    "orders or delay, friction, saturation."
-)
+_NOT_WHITE = "The residuals are not white (statistic {:.4g}, at most 22.5 expected): "
+_WHY_NOT_WHITE = {
+    "rls": "the parameters are biased, and their intervals, though widened, may not hold. The usual "
+    "reason is noise on the measured output; the methods `riv` and `oe` stay correct there. Other "
+    "reasons: a coloured disturbance (method `armax`), wrong orders or delay, friction, saturation.",
+    "riv": "the intervals, though widened, may not hold. Reasons: coloured noise of the sensor, wrong "
+    "orders or delay, friction, saturation; with a disturbance of the servo itself, the method "
+    "`armax` or `rls`.",
+    "oe": "the intervals, though widened, may not hold. Reasons: coloured noise of the sensor, wrong "
+    "orders or delay, friction, saturation; with a disturbance of the servo itself, the method "
+    "`armax` or `rls`.",
+    "armax": "the parameters may be biased, and their intervals, though widened, may not hold. "
+    "Reasons: noise of the sensor (methods `riv` and `oe`), wrong orders or delay, friction, "
+    "saturation.",
+}
+
+
+class Method(StrEnum):
+    """Recursions, by the noise they are right with; docs/which_estimator.md."""
+
+    rls = "rls"
+    riv = "riv"
+    oe = "oe"
+    armax = "armax"
 
 
 def _table(result: EstimationResult) -> Table:
@@ -65,6 +84,13 @@ def estimate_command(
     ] = "exponential",
     lambda0: Lambda0 = None,
     setting: PolicySettings = None,
+    method: Annotated[
+        Method,
+        typer.Option(
+            help="recursion: rls, least squares; riv and oe for a noisy position sensor; armax for "
+            "coloured disturbances. All but rls take constant and exponential forgetting"
+        ),
+    ] = Method.rls,
     reset: Reset = True,
     textbook: Annotated[
         bool,
@@ -93,13 +119,15 @@ def estimate_command(
     ):
         hints = hints_of(maps, sampling_time)
         data, origin = read_io(record, input_name, output_name, hints)
-        orders = ArxOrders(na, nb, nk, offset=False)
+        # The mean of a record is not the position of rest: running models sum up the difference.
+        orders = ArxOrders(na, nb, nk, offset=method is not Method.rls)
         policy = make_policy(forgetting, lambda0, setting)
         with about(record):
             result = estimate(
                 data,
                 orders,
                 forgetting=policy,
+                method=method.value,
                 reset=reset and not textbook,
                 guards=ehsid.RlsOptions.textbook() if textbook else None,
                 start_variance=start_variance,
@@ -113,7 +141,7 @@ def estimate_command(
         typer.echo(json.dumps(with_reading(result.to_dict(), origin), allow_nan=False))
         return
     console = Console()
-    console.print(f"{result.orders}, {result.forgetting}")
+    console.print(f"{result.orders}, {result.method}, {result.forgetting}")
     console.print(_table(result))
     console.print(
         f"one-step fit {result.one_step_fit_percent:.2f} %, simulation fit "
@@ -123,4 +151,4 @@ def estimate_command(
         f"one-step fit and RMSE leave out the first {result.n_start} equations"
     )
     if not result.residuals_white:
-        console.print(_NOT_WHITE.format(result.whiteness))
+        console.print(_NOT_WHITE.format(result.whiteness) + _WHY_NOT_WHITE[result.method])

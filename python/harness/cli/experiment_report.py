@@ -28,6 +28,7 @@ from ehsid.harness.studies.experiment import (
     run_on_rig,
 )
 from ehsid.harness.studies.linearisation import small_signal_response
+from ehsid.harness.studies.noises import on_noisy_sensor
 from ehsid.harness.studies.pages.claims_sections import claims_sections, verdict_lead
 from ehsid.harness.studies.pages.experiment_files import (
     claim_rows,
@@ -44,6 +45,7 @@ from ehsid.harness.studies.pages.recursive_sections import (
     rig_sections,
 )
 from ehsid.harness.studies.pages.seeding_section import seeding_section
+from ehsid.harness.studies.pages.sensor_section import plain_sensor, sensor_section
 from ehsid.harness.studies.procedure import Procedure, run_procedure
 from ehsid.harness.studies.published import DT_S, ORDERS, SOURCE
 from ehsid.harness.studies.recursive import noise_for_fit
@@ -108,6 +110,8 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
     for level in (noise, LOSS_NOISE):
         progress("starts from the offline model", 0.5 * len(starts))
         starts[level] = compare_starts(ehsid.FRatio(), range(runs), noise=level)
+    progress("noise of the position sensor", 0.0)
+    noisy_sensor = on_noisy_sensor(range(runs))
     return Report(
         title="The published experiment, redone",
         lead=[
@@ -123,6 +127,7 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
             *rig_sections(on_rig, runs, rig.name),
             *claims_sections(claims),
             seeding_section(starts, runs),
+            sensor_section(noisy_sensor, runs),
         ],
         plain={
             "offline": procedure.to_dict(),
@@ -149,6 +154,7 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
                 }
                 for level, start in starts.items()
             ],
+            "noisy_sensor": plain_sensor(noisy_sensor),
             "start_of_lambda_1": {"p0": claims.start_of_one, "error": claims.error_of_one},
         },
         tables={

@@ -38,6 +38,8 @@ class EstimationResult:
         structure of the model.
     forgetting
         the forgetting policy, in words.
+    method
+        "rls", "riv", "oe" or "armax", see `ehsid.ServoEstimator`.
     theta, standard_deviation
         shape (n,), estimate and its standard deviation at the end of the record, in the units of
         the signals with their means removed.
@@ -72,6 +74,7 @@ class EstimationResult:
 
     orders: ArxOrders
     forgetting: str
+    method: str
     theta: FloatArray
     standard_deviation: FloatArray
     theta_path: FloatArray
@@ -97,6 +100,7 @@ class EstimationResult:
             "nb": self.orders.nb,
             "nk": self.orders.nk,
             "forgetting": self.forgetting,
+            "method": self.method,
             "parameters": {
                 name: {"value": value, "ci95": [value - width, value + width]}
                 for name, value, width in zip(
@@ -151,6 +155,7 @@ def estimate(
     guards: ehsid.RlsOptions | None = None,
     start_variance: float = START_VARIANCE,
     dtype: str = "float32",
+    method: str = "rls",
 ) -> EstimationResult:
     """Runs the C++ estimator over a record, segment by segment.
 
@@ -170,13 +175,15 @@ def estimate(
         P_ii at the start and after a reset, above 0, of the scaled signals in units of sigma^2.
     dtype
         "float32", as on the target, or "float64".
+    method
+        "rls", or for noise that biases least squares "riv", "oe" or "armax".
 
     Raises
     ------
     IdentificationError
         a signal is constant, or the record has at most 20 equations per parameter.
     ValueError
-        the structure is outside the compiled range.
+        the structure is outside the compiled range, or the method does not take the policy.
     """
     scaling = scaling_of(data)
     estimator = ehsid.ServoEstimator(
@@ -190,6 +197,7 @@ def estimate(
         reset=ehsid.RmseResetOptions() if reset else None,
         variance0=[start_variance] * orders.n_parameters,
         dtype=dtype,
+        method=method,
     )
     paths = []
     for segment in data.segments:
@@ -230,6 +238,7 @@ def estimate(
     return EstimationResult(
         orders=orders,
         forgetting=repr(forgetting),
+        method=method,
         theta=theta,
         standard_deviation=np.asarray(estimator.standard_deviation, dtype=np.float64),
         theta_path=joined("theta"),

@@ -59,6 +59,7 @@ def test_whole_experiment(tmp_path: Path) -> None:
         "Physical reading",
         "Do the claims hold?",
         "Seeded from the offline model",
+        "A noisy position sensor",
     ):
         assert title in page.found
     findings = json.loads((out / "experiment.json").read_text(encoding="utf-8"))
@@ -72,6 +73,10 @@ def test_whole_experiment(tmp_path: Path) -> None:
     assert 0.98 * 4e8 < low < high < 1.02 * 4e8
     for start in findings["seeded"]:
         assert start["samples_from_the_model"]["median"] < start["samples_from_nothing"]["median"]
+    sensor = {row["recursion"]: row for row in findings["noisy_sensor"]}
+    # 120 intervals of 90 %, six in a run; least squares holds 15 %.
+    assert sensor["instrumental variables"]["coverage_90"] > 0.7
+    assert sensor["least squares, lambda = 1"]["coverage_90"] < 0.5
     with (out / "claims.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 7 * 6 * 3 * 6

@@ -203,3 +203,16 @@ def test_bad_records_and_orders_are_named(
     )
     with pytest.raises(kind, match=words):
         estimate(data, ArxOrders(*orders), forgetting=LEAST_SQUARES)
+
+
+def test_another_method_is_right_with_a_noisy_sensor() -> None:
+    rng = np.random.default_rng(8)
+    u, x = model16.signals(8, 4000, noise=0.0)
+    data = IoData(u, x + 0.05 * rng.normal(size=x.size), (slice(0, u.size),))
+    forgetting = ehsid.Exponential(lambda0=0.995, lambda_initial=0.98)
+    plain = estimate(data, ArxOrders(3, 3, 1, offset=True), forgetting=forgetting)
+    other = estimate(data, ArxOrders(3, 3, 1, offset=True), forgetting=forgetting, method="riv")
+    assert (plain.method, other.to_dict()["method"]) == ("rls", "riv")
+    assert np.max(np.abs(plain.theta[:6] - model16.THETA) / plain.standard_deviation[:6]) > 10.0
+    assert np.max(np.abs(other.theta[:6] - model16.THETA) / other.standard_deviation[:6]) < 4.0
+    assert other.simulation_fit_percent > 95.0

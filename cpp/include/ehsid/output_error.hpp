@@ -1,0 +1,412 @@
+// SPDX-License-Identifier: MIT
+// Estimators for a noisy position sensor: y(k) = x(k) + v(k), A(q^-1) x(k) = q^-nk B(q^-1) u(k).
+//
+// There y in the regressor of least squares carries the noise that is also in the equation error A v, and the estimate is
+// biased whatever the number of samples. Here a running model computes x from the command alone, and x takes the place
+// of y:
+//
+//   z(k)   = (-x(k-1) .. -x(k-na), u(k-nk) .. u(k-nk-nb+1) [, 1])       x of the running model
+//   psi(k) = z(k) / F(q^-1),    F(q^-1) = A(fading q^-1) of the running model
+//
+// InstrumentalVariables: epsilon(k) = (y(k) - phi'(k) theta(k-1)) / F, phi as in Eq. (8) with the measured y; the refined
+//   instrumental variable method in its symmetric form.
+//   Source: P. C. Young, Recursive Estimation and Time-Series Analysis, 2nd ed., Springer 2011, ch. 7.
+// OutputError: epsilon(k) = y(k) - z'(k) theta(k-1), which psi is minus the gradient of.
+//   Source: L. Ljung, T. Soderstrom, Theory and Practice of Recursive Identification, MIT Press 1983, sec. 3.7.
+//
+// For constant parameters both errors are y - x, but for what F makes of A: epsilon = (A / F) v for the first. Therefore
+// it forgets an error of the running model at the start, and the second keeps it as long as the slowest pole of the plant:
+// a thousand samples on model (16). The mathematics and what was measured are in docs/which_estimator.md.
+#pragma once
+
+#include <ehsid/arx.hpp>
+#include <ehsid/forgetting.hpp>
+#include <ehsid/gradient_recursion.hpp>
+#include <ehsid/servo_estimator.hpp>
+
+namespace ehsid {
+
+/// The running model and its filters. Plain data. A filter keeps its last na outputs, newest first.
+template <class Scalar, int kNa, int kN>
+struct RunningModelState {
+  static constexpr int kOfGradient = capacity(kNa) * capacity(kN);
+  static constexpr int kOfOutputs = capacity(kNa) * capacity(kNa);
+
+  Array<Scalar, kN> model;             // parameters of the running model
+  Array<Scalar, kNa> filter;           // f1 .. f_na of F, see above
+  Array<Scalar, kNa> outputs;          // its outputs x(k-1) .. x(k-na)
+  Array<Scalar, kOfGradient> psi;      // psi(k-1) .. psi(k-na), n numbers each
+  Array<Scalar, kOfOutputs> measured;  // the same of the first na entries of phi
+  Array<Scalar, kNa> filtered;         // the same of y
+  std::int32_t samples;  // taken since the start or a reset, up to where the count ends
+  std::int32_t
+      filled;  // samples that the filters have seen without a hole, up to those of settling
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&RunningModelState::model, each_parameter);
+    visit(&RunningModelState::filter, each_output);
+    visit(&RunningModelState::outputs, each_output);
+    visit(&RunningModelState::psi, [](const ModelShape& of) { return of.na * of.size(); });
+    visit(&RunningModelState::measured, [](const ModelShape& of) { return of.na * of.na; });
+    visit(&RunningModelState::filtered, each_output);
+    visit(&RunningModelState::samples);
+    visit(&RunningModelState::filled);
+  }
+};
+
+/// Recursion and running model.
+template <class Scalar, int kNa, int kN, class Forgetting>
+struct OutputErrorState {
+  RlsState<Scalar, kN, Forgetting> recursion;
+  RunningModelState<Scalar, kNa, kN> running;
+  Scalar directions;  // that the samples show, see GradientRecursion::learn()
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&OutputErrorState::recursion);
+    visit(&OutputErrorState::running);
+    visit(&OutputErrorState::directions);
+  }
+};
+
+/// The recursion for noise of the position sensor, see the top of the file. Takes the place of Rls in OnlineEstimator.
+///
+/// kNa: past outputs in the regressor, its first entries. kN: all parameters. Both > 0, or both up_to(most).
+/// kInstruments: instrumental variables; otherwise output error. update() is transactional: the whole step is computed,
+/// checked, and only then kept.
+template <class Scalar_, int kNa_, int kN_, class Forgetting_, bool kInstruments_>
+class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false, Forgetting_> {
+  using Base = GradientRecursion<Scalar_, kNa_, kN_, false, Forgetting_>;
+
+ public:
+  using Scalar = Scalar_;
+  using Forgetting = Forgetting_;
+  static constexpr int kNa = kNa_;
+  static constexpr int kN = kN_;
+  static constexpr bool kInstruments = kInstruments_;
+  using State = OutputErrorState<Scalar, kNa, kN, Forgetting>;
+  using Base::na;
+  using Base::size;
+  using typename Base::Options;
+  using typename Base::Parameters;
+  using typename Base::Regressor;
+
+  explicit OutputErrorRecursion(const Forgetting& forgetting = Forgetting{},
+                                const Options& options = Options{}) {
+    if (configure(forgetting, options) != Status::ok) {
+      static_cast<void>(configure(Forgetting{}, Options{}));
+    }
+  }
+
+  /// Sets policy and options; the estimate stays, and settles anew. invalid_argument leaves all as it was.
+  Status configure(const Forgetting& forgetting, const Options& options) {
+    if (!options.valid() || inner_.configure(forgetting, options.rls) != Status::ok) {
+      return Status::invalid_argument;
+    }
+    options_ = options;
+    settle();
+    return Status::ok;
+  }
+
+  /// As Rls::start(), for a regressor whose first na entries, 1 to the number of parameters, are past outputs.
+  Status start(const Parameters& theta0, const Parameters& variances, int outputs) {
+    if (!Extent<kNa>::accepts(outputs) || outputs > theta0.size() ||
+        inner_.start(theta0, variances) != Status::ok) {
+      return Status::invalid_argument;
+    }
+    past_outputs_.resize(outputs);
+    running_ = RunningModelState<Scalar, kNa, kN>{};
+    settle();
+    return Status::ok;
+  }
+
+  /// As Rls::seed(). Where the model of theta is stable, the estimator does not settle: it starts with this model.
+  Status seed(const Parameters& theta, const UdFactors<Scalar, kN>& factors,
+              Scalar noise_variance) {
+    const Status status = inner_.seed(theta, factors, noise_variance);
+    if (status == Status::ok) {
+      running_ = RunningModelState<Scalar, kNa, kN>{};
+      settle();
+      running_.samples = follow(Scalar(1), Scalar(1)) ? last() : 0;
+    }
+    return status;
+  }
+
+  /// Past samples are missing: the filters start from zero with the next regressor, x with its measured outputs. Past
+  /// settling nothing is learned from as many samples, because the noise of these outputs goes through the filters.
+  void clear_history() { running_.filled = 0; }
+
+  /// One sample: phi(k) as in Eq. (8) and y(k). As Rls::update(); after no_information, and after filling behind a hole,
+  /// only the filters have moved on.
+  Status update(const Regressor& phi, Scalar y) {
+    const int n = size();
+    const int outputs = na();
+    const bool settled = running_.samples >= options_.settling;
+    const bool fresh = running_.filled == 0;
+    // z(k); while settling phi(k) itself
+    Regressor z = phi;
+    if (settled && !fresh) {
+      for (int i = 0; i < outputs; ++i) {
+        z[i] = -running_.outputs[static_cast<std::size_t>(i)];
+      }
+    }
+    // psi(k) = z(k) / F, and the same of phi(k) and y(k): they differ in the first na entries only
+    Regressor psi = z;
+    Array<Scalar, kNa> measured;
+    for (int i = 0; i < outputs; ++i) {
+      measured[static_cast<std::size_t>(i)] = phi[i];
+    }
+    Scalar filtered = y;
+    if (!fresh) {
+      for (int lag = 0; lag < outputs; ++lag) {
+        const Scalar f = running_.filter[static_cast<std::size_t>(lag)];
+        const Scalar* past = running_.psi.data() + lag * n;
+        const Scalar* before = running_.measured.data() + lag * outputs;
+        EHSID_UNROLL
+        for (int i = 0; i < n; ++i) {
+          psi[i] -= f * past[i];
+        }
+        EHSID_UNROLL
+        for (int i = 0; i < outputs; ++i) {
+          measured[static_cast<std::size_t>(i)] -= f * before[i];
+        }
+        filtered -= f * running_.filtered[static_cast<std::size_t>(lag)];
+      }
+    }
+    Scalar output = y;
+    Scalar predicted(0);
+    if (kInstruments || running_.samples < last()) {
+      output = filtered;
+      for (int i = 0; i < n; ++i) {
+        predicted += (i < outputs ? measured[static_cast<std::size_t>(i)] : psi[i]) * estimated(i);
+      }
+    } else {
+      predicted = inner_.predict(z);
+    }
+    if (!all_squarable(n, psi) || !all_squarable(outputs, measured) || !is_squarable(filtered) ||
+        !is_squarable(predicted)) {
+      return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
+    }
+    Status status = Status::filling;
+    if (!settled || running_.filled >= options_.settling) {
+      status =
+          settled && misled(measured, psi) ? Status::no_information : learn(psi, output, predicted);
+    }
+    if (is_error(status)) {
+      return status;
+    }
+    // The step is kept. Nothing below can fail.
+    push(psi, measured, filtered, n, fresh);
+    if (status == Status::ok) {
+      advance();
+    }
+    run_model(z, y, settled);
+    return status;
+  }
+
+  /// lambda and P back to their start values, theta kept; the estimator settles anew.
+  void reset() {
+    inner_.reset();
+    settle();
+  }
+  /// The same with sigma^2 from elsewhere, see Rls::reset().
+  void reset(Scalar noise_variance) {
+    inner_.reset(noise_variance);
+    settle();
+  }
+
+  /// Has the running model taken over, so that the estimate is consistent?
+  bool settled() const { return running_.samples >= options_.settling; }
+
+  State state() const { return {inner_.state(), running_, directions_}; }
+
+  void write_configuration(ByteStream& writer, const ModelShape& of) const {
+    const std::uint8_t method = kInstruments ? 1 : 2;
+    writer.values(&method, 1);
+    write_options(writer, of);
+  }
+
+  /// May this saved state be taken over? See Rls::usable(); the running model must be stable.
+  bool usable(const State& saved) const {
+    const auto& running = saved.running;
+    return Base::Inner::usable(saved.recursion) && is_variance(saved.directions) &&
+           all_squarable(capacity(kN), running.model) &&
+           all_squarable(capacity(kNa), running.outputs) &&
+           all_squarable(running.kOfGradient, running.psi) &&
+           all_squarable(running.kOfOutputs, running.measured) &&
+           all_squarable(capacity(kNa), running.filtered) && running.samples >= 0 &&
+           running.samples <= last() && running.filled >= 0 &&
+           running.filled <= options_.settling && all_squarable(capacity(kNa), running.filter) &&
+           stable_filter(running.filter) && stable(running.model);
+  }
+
+  /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable and of this size.
+  Status restore(const State& saved) {
+    if (!usable(saved) || inner_.restore(saved.recursion) != Status::ok) {
+      return Status::invalid_argument;
+    }
+    running_ = saved.running;
+    directions_ = saved.directions;
+    return Status::ok;
+  }
+
+ private:
+  using Base::directions_;
+  using Base::estimated;
+  using Base::inner_;
+  using Base::learn;
+  using Base::options_;
+  using Base::past_outputs_;
+  using Base::restart_directions;
+  using Base::write_options;
+
+  // Instruments: the poles of the running model are 0.999 times those of the estimate, so that an integrator, estimated a
+  // little outside the unit circle, does not run away: a memory of 1000 samples. The output error would feel the
+  // difference; there the measured output holds the model, see kAnchor.
+  static constexpr Scalar kModelFading = kInstruments ? Scalar(0.999) : Scalar(1);
+  // Output error: the model is drawn to the measured output by kAnchor / weight in a sample, at most kMostAnchor.
+  static constexpr Scalar kAnchor = Scalar(10);
+  static constexpr Scalar kMostAnchor = Scalar(0.1);
+  static constexpr Scalar kMostDifference = Scalar(0.25);
+  // Output error begins after so many times the samples of settling, on the model that instrumental variables gave.
+  static constexpr std::int32_t kLater = 3;
+
+  /// Is the instrument too far from the measured regressor? Both filtered; they differ in the first na entries.
+  ///
+  /// A step multiplies the error of theta by I - P psi phi_f' / alpha, which shrinks it where phi_f is psi and may not
+  /// otherwise. With d = phi_f - psi, d' P d is small against 1 as long as d is of the size of what was learned from: it
+  /// falls with the number of samples. It is not where the position goes on for long with the command held.
+  bool misled(const Array<Scalar, kNa>& measured, const Regressor& psi) const {
+    Regressor difference = Regressor::Zero(size());
+    for (int i = 0; i < na(); ++i) {
+      difference[i] = measured[static_cast<std::size_t>(i)] - psi[i];
+    }
+    Array<Scalar, kN> projected;
+    return !(inner_.state().factors.project(difference, projected) < kMostDifference);
+  }
+
+  /// Where the count of samples ends.
+  std::int32_t last() const {
+    return kInstruments ? options_.settling : kLater * options_.settling;
+  }
+
+  void settle() {
+    restart_directions();
+    running_.samples = 0;
+    running_.filled = 0;  // what the old filter kept of the noise would last long in the new one
+    running_.filter = repeated_pole<kNa>(na(), options_.start_pole);
+  }
+
+  void push(const Regressor& psi, const Array<Scalar, kNa>& measured, Scalar filtered, int n,
+            bool fresh) {
+    for (int lag = na() - 1; lag >= 0; --lag) {
+      const auto at = static_cast<std::size_t>(lag);
+      Scalar* to = running_.psi.data() + lag * n;
+      Scalar* outputs = running_.measured.data() + lag * na();
+      for (int i = 0; i < n; ++i) {
+        to[i] = lag == 0 ? psi[i] : fresh ? Scalar(0) : (to - n)[i];
+      }
+      for (int i = 0; i < na(); ++i) {
+        outputs[i] = lag == 0 ? measured[static_cast<std::size_t>(i)]
+                     : fresh  ? Scalar(0)
+                              : (outputs - na())[i];
+      }
+      running_.filtered[at] = lag == 0 ? filtered : fresh ? Scalar(0) : running_.filtered[at - 1];
+    }
+  }
+
+  /// Counts a sample and lets the running model follow the estimate. The last sample of settling is only counted
+  /// once the estimate is a stable model.
+  void advance() {
+    const std::int32_t next = running_.samples + 1;
+    if (next < options_.settling) {
+      running_.samples = next;
+    } else {
+      const bool first = next == options_.settling;
+      const bool followed = follow(first ? Scalar(1) : options_.model_rate, options_.model_rate);
+      if ((followed || !first) && running_.samples < last()) {
+        running_.samples = next;
+      }
+    }
+  }
+
+  /// model <- model + rate (theta - model), and the same of the filter, where both are stable; false otherwise.
+  bool follow(Scalar rate, Scalar filter_rate) {
+    const int n = size();
+    const int outputs = na();
+    Array<Scalar, kN> model{};
+    for (int i = 0; i < n; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      model[at] = rate < Scalar(1) ? running_.model[at] + rate * (estimated(i) - running_.model[at])
+                                   : estimated(i);
+    }
+    Array<Scalar, kNa> filter = contracted<kNa>(outputs, model, options_.fading);
+    for (int i = 0; i < outputs; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      filter[at] = running_.filter[at] + filter_rate * (filter[at] - running_.filter[at]);
+    }
+    if (!stable(model) || !stable_filter(filter)) {
+      return false;
+    }
+    running_.model = model;
+    running_.filter = filter;
+    return true;
+  }
+
+  bool stable(const Array<Scalar, kN>& model) const {
+    return stable_filter(contracted<kNa>(na(), model, kModelFading));
+  }
+  bool stable_filter(const Array<Scalar, kNa>& filter) const {
+    return roots_inside_unit_circle<kNa>(na(), filter);
+  }
+
+  /// x(k) of the running model joins its history; while settling it is y(k).
+  void run_model(const Regressor& z, Scalar y, bool settled) {
+    Scalar x = y;
+    if (settled) {
+      const Array<Scalar, kNa> a = contracted<kNa>(na(), running_.model, kModelFading);
+      x = Scalar(0);
+      for (int i = 0; i < size(); ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        x += z[i] * (i < na() ? a[at] : running_.model[at]);
+      }
+      if constexpr (!kInstruments) {
+        const Scalar weight = inner_.state().weight;
+        x += (weight * kMostAnchor > kAnchor ? kAnchor / weight : kMostAnchor) * (y - x);
+      }
+      x = is_squarable(x) ? x : y;
+    }
+    for (int i = na() - 1; i >= 0; --i) {
+      const auto at = static_cast<std::size_t>(i);
+      running_.outputs[at] = i == 0                 ? x
+                             : running_.filled == 0 ? -z[i - 1]
+                                                    : running_.outputs[at - 1];
+    }
+    running_.filled += running_.filled < options_.settling ? 1 : 0;
+  }
+
+  RunningModelState<Scalar, kNa, kN> running_{};
+};
+
+template <class Scalar, int kNa, int kN, class Forgetting>
+using InstrumentalVariables = OutputErrorRecursion<Scalar, kNa, kN, Forgetting, true>;
+template <class Scalar, int kNa, int kN, class Forgetting>
+using OutputError = OutputErrorRecursion<Scalar, kNa, kN, Forgetting, false>;
+
+/// As ServoEstimator, for a noisy position sensor: recursive refined instrumental variables. Needs about 300 samples more
+/// of excitation than least squares. Forgetting: Exponential with lambda0 = 0.995 where the plant stays as it is.
+template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = Exponential<Scalar>,
+          bool kOffset = false>
+using InstrumentalServoEstimator =
+    OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting,
+                    InstrumentalVariables<Scalar, kNa, kNa + kNb + (kOffset ? 1 : 0), Forgetting>>;
+
+/// The same by the output error.
+template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = Exponential<Scalar>,
+          bool kOffset = false>
+using OutputErrorServoEstimator =
+    OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting,
+                    OutputError<Scalar, kNa, kNa + kNb + (kOffset ? 1 : 0), Forgetting>>;
+
+}  // namespace ehsid
