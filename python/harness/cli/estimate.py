@@ -39,16 +39,18 @@ if TYPE_CHECKING:
 
 
 _NOT_WHITE = "The residuals are not white (statistic {:.4g}, at most 22.5 expected): "
+_OF_THE_SENSOR = (
+    "the intervals, though widened, may not hold. Reasons: coloured noise of the sensor, wrong "
+    "orders or delay, friction, saturation; with a disturbance of the servo itself take the method "
+    "`armax` or `rls`."
+)
 _WHY_NOT_WHITE = {
-    "rls": "the parameters are biased, and their intervals, though widened, may not hold. The usual "
-    "reason is noise on the measured output; the methods `riv` and `oe` stay correct there. Other "
-    "reasons: a coloured disturbance (method `armax`), wrong orders or delay, friction, saturation.",
-    "riv": "the intervals, though widened, may not hold. Reasons: coloured noise of the sensor, wrong "
-    "orders or delay, friction, saturation; with a disturbance of the servo itself, the method "
-    "`armax` or `rls`.",
-    "oe": "the intervals, though widened, may not hold. Reasons: coloured noise of the sensor, wrong "
-    "orders or delay, friction, saturation; with a disturbance of the servo itself, the method "
-    "`armax` or `rls`.",
+    "rls": "the parameters are biased, and their intervals, though widened, may not hold. The "
+    "usual reason is noise on the measured output; the methods `riv` and `oe` stay correct there. "
+    "Other reasons: a coloured disturbance (method `armax`), wrong orders or delay, friction, "
+    "saturation.",
+    "riv": _OF_THE_SENSOR,
+    "oe": _OF_THE_SENSOR,
     "armax": "the parameters may be biased, and their intervals, though widened, may not hold. "
     "Reasons: noise of the sensor (methods `riv` and `oe`), wrong orders or delay, friction, "
     "saturation.",

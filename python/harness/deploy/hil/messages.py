@@ -174,7 +174,12 @@ RESULT = Message(
         Field("innovation_m", "f32", "m", "measured less predicted position"),
         Field("forgetting_factor", "f32", "", "lambda(k)"),
         Field("fit_percent", "f32", "%", "fit of the one-step-ahead prediction"),
-        Field("excitation", "f32", "", "share of recent samples during which every parameter was excited, 0 to 1"),
+        Field(
+            "excitation",
+            "f32",
+            "",
+            "share of recent samples during which every parameter was excited, 0 to 1",
+        ),
         Field("residual_variance_m2", "f32", "m^2", "residual variance sigma^2"),
         Field("step_cycles", "u32", "cycles", "processor clock from sample to command, estimate"),
         Field("bad_frames", "u16", "", "damaged or late frames received since power-up"),
