@@ -138,7 +138,7 @@ def sniff(lines: Sequence[str], *, whole: bool) -> Dialect | None:
     score, delimiter, decimal = best
     if score < LEAST_SCORE:
         return None
-    rows = [(row, cells_of(line, delimiter)) for row, line in filled]
+    rows = [(row, _cells_or_line(line, delimiter)) for row, line in filled]
     columns = _usual_count([cells for _, cells in rows[len(rows) // 2 :]])
     is_data = [_is_data(cells, columns, decimal) for _, cells in rows]
     # A line of the header block may look like data, but not several.
@@ -162,6 +162,14 @@ def sniff(lines: Sequence[str], *, whole: bool) -> Dialect | None:
             i for i, cell in enumerate(first) if is_date(cell) and not is_number(cell, decimal)
         ),
     )
+
+
+def _cells_or_line(line: str, delimiter: str) -> list[str]:
+    """Returns the cells of a line; a line that cannot be divided is one cell."""
+    try:
+        return cells_of(line, delimiter)
+    except csv.Error:
+        return [line.strip()]
 
 
 def _score(region: Sequence[str], delimiter: str, decimal: str) -> float:

@@ -52,7 +52,9 @@ def read(data: bytes, path: Path) -> Log:
             counts = summary.statistics.channel_message_counts if summary.statistics else {}
             count = counts.get(channel.id, 0)
             if first is not None:
-                series += topic_series(channel.topic, first[1], messages, count, start, path)
+                series += topic_series(
+                    channel.topic, first[1], messages, count, start, path, "MCAP"
+                )
     except RecordError:
         raise
     except Exception as error:  # of the reader, the compression and the decoders

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.records.errors import RecordError, damaged
 from ehsid.harness.records.limits import COLUMNS, SAMPLES
 from ehsid.harness.records.logs.log import Series
 
@@ -28,7 +29,13 @@ Messages = Callable[[], Iterable[tuple[int, Any]]]
 
 
 def topic_series(
-    topic: str, first: Any, messages: Messages, count: int, start_ns: int, path: Path
+    topic: str,
+    first: Any,
+    messages: Messages,
+    count: int,
+    start_ns: int,
+    path: Path,
+    kind: str,
 ) -> list[Series]:
     """Returns a series for each number in the messages of a topic.
 
@@ -46,19 +53,26 @@ def topic_series(
         time in nanoseconds that counts as 0 s.
     path
         the file, for messages of errors.
+    kind
+        what the file is, for the same.
     """
 
     @cache
     def table() -> tuple[FloatArray, dict[str, FloatArray]]:
         times: list[int] = []
         rows: list[dict[str, float]] = []
-        for log_ns, message in messages():
-            stamp = stamp_of(message)
-            # A stamp far from the time of writing is on another clock than other topics.
-            near = stamp is not None and abs(stamp - log_ns) < NEAR_NS
-            times.append(stamp if stamp is not None and near else log_ns)
-            rows.append(dict(numbers_of(message)))
-            SAMPLES.check(len(rows), path)
+        try:
+            for log_ns, message in messages():
+                stamp = stamp_of(message)
+                # A stamp far from the time of writing is on another clock than other topics.
+                near = stamp is not None and abs(stamp - log_ns) < NEAR_NS
+                times.append(stamp if stamp is not None and near else log_ns)
+                rows.append(dict(numbers_of(message)))
+                SAMPLES.check(len(rows), path)
+        except RecordError:
+            raise
+        except Exception as error:  # the readers have several families of exceptions
+            raise damaged(path, kind, error) from None
         ticks = np.array(times, dtype=np.int64) - start_ns
         seconds = np.asarray(ticks * NANOSECOND, dtype=np.float64)
         names = list(rows[0]) if rows else []

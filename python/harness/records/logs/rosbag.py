@@ -53,7 +53,13 @@ def read(data: bytes, path: Path) -> Log:
             if first is not None:
                 messages = partial(_messages, bag, connection.topic)
                 series += topic_series(
-                    connection.topic, first[1], messages, connection.msgcount, start, path
+                    connection.topic,
+                    first[1],
+                    messages,
+                    connection.msgcount,
+                    start,
+                    path,
+                    "ROS bag",
                 )
     except RecordError:
         raise

@@ -67,7 +67,7 @@ def test_a_log_that_is_cut_short_is_a_record_or_a_message(log: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", [one for one in LOG_ENDINGS if not one.endswith("gz")])
-@pytest.mark.parametrize("content", [b"", b"junk" * 50, b"\x00\x01\x02" * 100])
+@pytest.mark.parametrize("content", [b"", b"junk" * 50, b"\x00\x01\x02" * 100, b'\r"\n1,2\n'])
 def test_what_is_no_log_is_named(tmp_path: Path, ending: str, content: bytes) -> None:
     path = tmp_path / f"bad.{ending}"
     path.write_bytes(content)
