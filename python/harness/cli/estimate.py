@@ -100,7 +100,9 @@ def estimate_command(
     ] = False,
     start_variance: Annotated[
         float,
-        typer.Option(help="variance of each parameter at the start, in units of sigma^2", min=1e-9),
+        typer.Option(
+            help="variance of each parameter at the start, in units of sigma^2", min=1e-9, max=1e12
+        ),
     ] = 1e6,
     maps: Maps = None,
     sampling_time: SamplingTime = None,

@@ -182,7 +182,8 @@ def run(
         recursion = estimator(method, dtype, forgetting)
         recursion.run(record.u, record.y)
         theta.append(np.asarray(recursion.theta_hat, dtype=np.float64))
-        deviation.append(np.asarray(recursion.standard_deviation, dtype=np.float64))
+        # Of sigma^2 P: `standard_deviation` is larger where the residuals are not white.
+        deviation.append(np.sqrt(np.diag(np.asarray(recursion.covariance, dtype=np.float64))))
     return Runs(np.array(theta), np.array(deviation), np.array([read(row) for row in theta]))
 
 
