@@ -60,7 +60,7 @@ template <class Estimator>
 class GradientRecursions : public testing::Test {};
 using Estimators =
     testing::Types<Riv<float>, Riv<double>, Oe<float>, Oe<double>, Maximum<float>, Maximum<double>>;
-TYPED_TEST_SUITE(GradientRecursions, Estimators);
+TYPED_TEST_SUITE(GradientRecursions, Estimators, );
 
 template <class Estimator>
 typename Estimator::Options options_of_the_test() {

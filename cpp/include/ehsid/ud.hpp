@@ -215,25 +215,9 @@ struct UdFactors : Extent<kN> {
 
   /// sum_i weights_i P_ii, weights >= 0.
   EHSID_ALWAYS_INLINE Scalar weighted_trace(const Array<Scalar, kN>& weights) const {
-    const int n = size();
-    Scalar total(0);
-    const Scalar* row = u.data();  // the first factor of row i
-    EHSID_UNROLL
-    for (int i = 0; i < n - 1; ++i) {
-      const auto ii = static_cast<std::size_t>(i);
-      Scalar sum = d[ii];
-      const Scalar* factor = row;
-      const Scalar* variance = &d[ii];
-      EHSID_UNROLL
-      for (int k = i + 1; k < n; ++k) {
-        sum += *factor * *factor * *++variance;
-        factor += k;
-      }
-      total += weights[ii] * sum;
-      row += i + 2;
-    }
-    const auto last = static_cast<std::size_t>(n - 1);
-    return total + weights[last] * d[last];
+    Array<Scalar, kN> all;
+    variances(all);
+    return dot(size(), weights, all);
   }
 
   /// Agee-Turner: P <- P + c a a', c >= 0. Overwrites a.
