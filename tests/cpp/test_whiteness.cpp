@@ -178,12 +178,16 @@ TEST(Whiteness, CountersStopAtTheirLimit) {
 
 TEST(Whiteness, HugeCommandsAndErrorsLeaveEveryNumberFinite) {
   ehsid::WhitenessMonitor<float> monitor;
-  struct Huge : Residuals {
-    struct Singles {
-      float innovation, square, mean_square, weight, forgetting_factor;
-    } singles{-1e19F, 9e18F, 1e-30F, 1e6F, 1.0F};
+  struct Singles {
+    float innovation, square, mean_square, weight, forgetting_factor;
+  };
+  struct Huge {
+    using Forgetting = Residuals::Forgetting;
+    Singles singles{-1e19F, 9e18F, 1e-30F, 1e6F, 1.0F};
     const Singles& state() const { return singles; }
-  } huge;
+    static int size() { return 6; }
+  };
+  const Huge huge;
   for (int k = 0; k < 300000; ++k) {
     monitor.updated(huge, std::numeric_limits<float>::max());
     ASSERT_TRUE(ehsid::is_finite(monitor.statistic()));

@@ -244,7 +244,8 @@ class ServoReader {
     const Scalar half_v = logarithms_.v / Scalar(2);
     Scalar closest = zoh_mismatch;
     for (int i = 0; i < 4; ++i) {
-      const Scalar turns = Scalar(2 * (i / 2 + 1)) * kPi<Scalar>;
+      const int turn = i < 2 ? 1 : 2;
+      const Scalar turns = Scalar(2 * turn) * kPi<Scalar>;
       const Scalar angle = i % 2 == 0 ? turns - logarithms_.angle : turns + logarithms_.angle;
       const SampledServo<Scalar> other =
           sample_servo(logarithms_.v, half_v * half_v + angle * angle);
