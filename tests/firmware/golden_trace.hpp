@@ -14,7 +14,7 @@ extern "C" const char golden_trace_end[];
 
 namespace firmware {
 
-constexpr std::uint32_t kSamples = 260;  // of each policy
+constexpr std::uint32_t kSamples = 660;  // of each policy
 constexpr int kColumns = 17;             // behind the policy: command, position, status, ...
 
 /// One row of the trace; numbers are the bits of a float32.

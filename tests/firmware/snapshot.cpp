@@ -13,7 +13,7 @@ namespace {
 
 using firmware::Report;
 
-constexpr std::uint32_t kThird = 87;
+constexpr std::uint32_t kThird = 220;
 constexpr std::uint32_t kUnreadable = 0xFFFFFFFFU;
 
 char receive() {
