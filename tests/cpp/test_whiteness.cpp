@@ -40,6 +40,23 @@ struct Residuals {
   }
 };
 
+/// Near the largest numbers of the type.
+struct Huge {
+  using Forgetting = Residuals::Forgetting;
+  struct Values {
+    float innovation;
+    float square;
+    float mean_square;
+    float weight;
+    float forgetting_factor;
+  };
+
+  Values values{-1e19F, 9e18F, 1e-30F, 1e6F, 1.0F};
+
+  const Values& state() const { return values; }
+  static int size() { return 6; }
+};
+
 /// The six sums as the header defines them, over the whole record.
 double statistic(const std::vector<double>& z, const std::vector<double>& leaving, double rho) {
   double total = 0.0;
@@ -178,15 +195,6 @@ TEST(Whiteness, CountersStopAtTheirLimit) {
 
 TEST(Whiteness, HugeCommandsAndErrorsLeaveEveryNumberFinite) {
   ehsid::WhitenessMonitor<float> monitor;
-  struct Singles {
-    float innovation, square, mean_square, weight, forgetting_factor;
-  };
-  struct Huge {
-    using Forgetting = Residuals::Forgetting;
-    Singles singles{-1e19F, 9e18F, 1e-30F, 1e6F, 1.0F};
-    const Singles& state() const { return singles; }
-    static int size() { return 6; }
-  };
   const Huge huge;
   for (int k = 0; k < 300000; ++k) {
     monitor.updated(huge, std::numeric_limits<float>::max());
