@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Makes the tables and pictures of docs/which_estimator.md: python docs/which_estimator/make.py
 
-500 runs of 2,000 samples for each method, noise and command; about four minutes on two cores.
+500 runs of 2,000 samples for each method, noise and command; about a minute on two cores.
 """
 
 from __future__ import annotations
