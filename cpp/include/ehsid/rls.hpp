@@ -426,11 +426,12 @@ class Rls {
     return forgotten > fresh ? forgotten : fresh;
   }
 
+  /// Share of one sample among all. With fewer than twice as many samples as parameters nobody can tell.
   EHSID_ALWAYS_INLINE Scalar fresh_share() const {
     return Scalar(1) / (state_.weight + Scalar(2 * size()));
   }
 
-  /// The same of the parameter that loses least.
+  /// loss() of the parameter that loses least.
   EHSID_ALWAYS_INLINE Scalar least_loss() const {
     const Scalar fresh = fresh_share();
     if constexpr (!Forgetting::kSpreads) {
@@ -446,6 +447,7 @@ class Rls {
     }
   }
 
+  /// A sample was left out.
   void lose_information() {
     const Scalar fresh = fresh_share();
     state_.account.lose(size(), [&](int i) {
@@ -478,8 +480,8 @@ class Rls {
 
   /// Must a sample without information be taken all the same? After samples far larger than those of now all of these
   /// seem to carry none, and the estimate would rest for ever. So a regressor of full size is taken where the model does
-  /// not predict the output, for it is wrong then whatever sigma^2 is, and where P is on average smaller than full
-  /// excitation by such regressors would leave it: until it is as large, forgetting cannot wind anything up.
+  /// not predict the output, for it is wrong then whatever sigma^2 is, and where P_ii of some parameter is smaller than
+  /// full excitation by such regressors would leave it: until it is as large, forgetting cannot wind it up.
   bool overdue(Scalar recent, Scalar power, Scalar start) const {
     return start > kFullSize && (recent > kUnpredicted * power ||
                                  least_variance() * start < information_margin() * least_loss());
