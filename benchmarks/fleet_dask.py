@@ -249,8 +249,9 @@ def row(words: str, figures: Figures) -> str:
 
 
 HEAD = (
-    f"{'':34s} {'cases':>6s} {'failed':>6s} {'workers':>7s} {'s':>8s} {'at work':>8s} {'client ms':>9s} "
-    f"{'scheduler ms':>12s} {'worker ms':>9s} {'scheduler MB':>12s} {'worker MB':>9s}"
+    f"{'':34s} {'cases':>6s} {'failed':>6s} {'workers':>7s} {'s':>8s} {'at work':>8s} "
+    f"{'client ms':>9s} {'scheduler ms':>12s} {'worker ms':>9s} "
+    f"{'scheduler MB':>12s} {'worker MB':>9s}"
 )
 
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from bokeh.models import ColumnDataSource, HoverTool, Legend, LegendItem, Whisker
 from bokeh.plotting import figure
-from results import Errors, Hold, Results, Times
-from tables import SHOWN_N, case_words, levels, of, shown, sizes
+from results import SHOWN_N, Errors, Hold, Results, Times
+from tables import case_words, levels, of, shown, sizes
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.report.page import Picture, Plot
@@ -149,12 +149,23 @@ def ratio_plot(results: Results, level: str) -> Plot:
             "colour": [BLUE if one.name.ours else VERMILION for one in rows],
         }
     )
-    made = blank(60 + 20 * len(rows), f"ratio to the bare UD recursion, -O{level}", "", y_range=names)
+    made = blank(
+        60 + 20 * len(rows), f"ratio to the bare UD recursion, -O{level}", "", y_range=names
+    )
     made.hbar(y="name", right="ratio", height=0.7, color="colour", source=source)
     made.add_layout(
-        Whisker(base="name", lower="low", upper="high", source=source, dimension="width", level="overlay")
+        Whisker(
+            base="name",
+            lower="low",
+            upper="high",
+            source=source,
+            dimension="width",
+            level="overlay",
+        )
     )
-    made.add_tools(HoverTool(tooltips=[("", "@name"), ("ratio", "@ratio{0.00} (@low{0.00} to @high{0.00})")]))
+    made.add_tools(
+        HoverTool(tooltips=[("", "@name"), ("ratio", "@ratio{0.00} (@low{0.00} to @high{0.00})")])
+    )
     return Plot(made)
 
 
@@ -178,8 +189,11 @@ def hold_plot(results: Results) -> Plot:
     values = [survived(one)[0] for one in results.holds][::-1]
     colour = [BLUE if one.name.ours else VERMILION for one in results.holds][::-1]
     made = blank(
-        60 + 18 * len(names), "held samples until a parameter has moved by 1 %", "",
-        y_range=names, x_axis_type="log",
+        60 + 18 * len(names),
+        "held samples until a parameter has moved by 1 %",
+        "",
+        y_range=names,
+        x_axis_type="log",
     )
     source = ColumnDataSource({"name": names, "held": values, "colour": colour})
     made.hbar(y="name", left=1.0, right="held", height=0.7, color="colour", source=source)
@@ -195,7 +209,11 @@ def time_picture(results: Results) -> Picture:
     axes.set_yscale("log")
     axes.set_ylabel("ns an update")
     axes.set_xticks(sizes(results))
-    return Picture(drawn, "", "time of an update over the number of parameters")
+    return Picture(
+        drawn,
+        f"Shortest time of an update at -O{levels(results)[0]}.",
+        "time of an update over the number of parameters",
+    )
 
 
 @styled
@@ -206,7 +224,11 @@ def error_picture(results: Results, faster: int, factor: float) -> Picture:
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylabel(f"error, {case_words(faster, factor)}")
-    return Picture(drawn, "", f"errors in float, {case_words(faster, factor)}")
+    return Picture(
+        drawn,
+        f"Errors in float against batch least squares in double: {case_words(faster, factor)}.",
+        f"errors in float, {case_words(faster, factor)}",
+    )
 
 
 def draw_lines(axes: object, curves: Sequence[tuple[str, bool, FloatArray, FloatArray]]) -> None:

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from series import Series, batch, tolerance
 from python_peers import PythonPeer
 from results import CPP, PYTHON, Answer, Name
+from series import Series, batch, tolerance
 
 from ehsid.harness.arrays import FloatArray
 

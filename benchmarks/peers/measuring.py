@@ -14,9 +14,9 @@ from pathlib import Path
 import native
 import numpy as np
 from checking import from_program, from_python, has_own_weighting, judge, name_of
-from series import batch, easy_series, held_series, series_16
 from python_peers import PEERS, PythonPeer, control_note
-from results import BASE, PYTHON, Errors, Hold, Name, Results, Times
+from results import BASE, PYTHON, SHOWN_N, Errors, Hold, Name, Results, Times
+from series import batch, easy_series, held_series, series_16
 
 FACTOR, VARIANCE0 = 0.99, 1e4
 # Model (16) as published, and the same servo sampled ten times as fast.
@@ -34,7 +34,7 @@ class Plan:
     sizes
         numbers of parameters.
     levels
-        optimisation levels of the compiler.
+        optimisation levels of the compiler; all sizes at the first one, SHOWN_N at the others.
     passes, samples
         passes of the recursions in C++, and samples of each.
     python_passes
@@ -60,20 +60,22 @@ class Plan:
     python_held: int = 100_000
     seeds: int = 3
 
+    def sizes_at(self, level: str) -> Sequence[int]:
+        """Numbers of parameters that are timed at a level."""
+        return self.sizes if level == self.levels[0] else (SHOWN_N,)
+
 
 # A run of seconds, for tests.
 TINY = Plan((2, 6), ("2",), 3, 200, 1, 500, 2000, 3000, 300, 1)
-HELD_N = 6
 EXCITED = 2000
 
 
 def measure(plan: Plan, peers: Sequence[PythonPeer] = PEERS, say: Say = print) -> Results:
     """Build, measure and check; `say` is told what goes on."""
-    sizes = sorted({*plan.sizes, HELD_N})
     programs: dict[str, Path] = {}
     for level in plan.levels:
         say(f"compiling at -O{level}")
-        programs[level] = native.build(level, sizes)
+        programs[level] = native.build(level, sorted({*plan.sizes_at(level), SHOWN_N}))
     program = programs[plan.levels[0]]
     results = Results(machine_lines(program), {}, control_note())
     results.missing |= {peer.name: peer.missing for peer in peers if peer.missing}
@@ -182,7 +184,7 @@ def holds_in_python(peers: Sequence[PythonPeer], plan: Plan) -> list[Hold]:
 
 
 def hold_in_python(peer: PythonPeer, seed: int, held: int) -> tuple[int | None, int | None]:
-    """Samples until a parameter has moved, and until one is no number, as cpp/program.cpp counts."""
+    """Samples until a parameter has moved, and until one is no number, as in C++."""
     assert peer.start is not None
     series = held_series(EXCITED, held, seed)
     phi, y = series.regressors()
@@ -209,7 +211,7 @@ def hold_in_python(peer: PythonPeer, seed: int, held: int) -> tuple[int | None, 
 def times_in_program(program: Path, level: str, plan: Plan) -> list[Times]:
     """Interleaved passes in one process, for each number of parameters."""
     found = []
-    for n in plan.sizes:
+    for n in plan.sizes_at(level):
         series = easy_series(n, plan.samples, seed=n)
         rows = native.call(program, "time", series, FACTOR, VARIANCE0, [plan.passes])
         base = {row["scalar"]: np.array(row["ns"]) for row in rows if row["name"] == BASE}

@@ -19,7 +19,7 @@ ROOT = HERE.parents[1]
 BUILD = ROOT / "build" / "peers"
 # What a compiler may not change: the bits of every other machine, see ehsid::reproducible.
 FLAGS = "-DNDEBUG -ffp-contract=off"
-# Rows of libraries that the program leaves out where they are not installed, and how to install them.
+# Rows of libraries that are left out where they are not installed, and how to install them.
 INSTALL = {
     "dlib rls": "apt-get install libdlib-dev",
     "dlib rls, not regularised": "apt-get install libdlib-dev",
@@ -69,7 +69,12 @@ def compiler(program: Path) -> str:
 
 
 def call(
-    program: Path, mode: str, series: Series, factor: float, variance0: float, numbers: Sequence[int]
+    program: Path,
+    mode: str,
+    series: Series,
+    factor: float,
+    variance0: float,
+    numbers: Sequence[int],
 ) -> list[Row]:
     """Runs all recursions on the series; the modes and numbers are in cpp/program.cpp."""
     with tempfile.TemporaryDirectory() as folder:

@@ -199,7 +199,7 @@ PEERS = (
         run=statsmodels_run,
         forgets=False,
         variance0=np.inf,
-        note="takes all samples at once and does not forget: compared at a forgetting factor of one",
+        note="takes all samples at once and does not forget: compared at lambda = 1",
     ),
 )
 

@@ -12,6 +12,8 @@ from ehsid.harness.arrays import FloatArray
 # The row that times are divided by: the least that a factored recursion can do.
 BASE = "plain C, UD"
 CPP, PYTHON = "C++", "Python"
+# Number of parameters of model (16), at which most tables compare.
+SHOWN_N = 6
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ class Series:
         return self.na + self.nb
 
     def regressors(self, stop: int | None = None) -> tuple[FloatArray, FloatArray]:
-        """phi of shape (stop - first, n), and y of shape (stop - first,)."""
+        """Phi of shape (stop - first, n), and y of shape (stop - first,)."""
         k = np.arange(self.first, self.u.size if stop is None else stop)
         past = [-self.y[k - i] for i in range(1, self.na + 1)]
         return np.column_stack([*past, *(self.u[k - i] for i in range(1, self.nb + 1))]), self.y[k]
@@ -71,7 +71,7 @@ def simulated(a: FloatArray, b: FloatArray, u: FloatArray, noise: FloatArray) ->
 
 
 def easy_series(n: int, samples: int, seed: int) -> Series:
-    """A well damped model of n parameters with random binary commands, so that n is all that counts.
+    """A well damped model of n parameters with random binary commands.
 
     Its poles have the magnitude 0.5; the noise of the equation has the deviation 0.1.
     """
@@ -103,7 +103,7 @@ def held_series(excited: int, held: int, seed: int, noise: float = 1e-3) -> Seri
 
 
 def sampled_faster(times: int) -> tuple[FloatArray, FloatArray]:
-    """The servo of model (16) at a sampling time that is so many times shorter, by zero-order hold."""
+    """The servo of model (16) with a sampling time so many times shorter, by zero-order hold."""
     size = A16.size
     F = np.vstack((-A16, np.eye(size)[:-1]))  # controllable canonical form
     g, h = np.eye(size)[:, :1], B16[np.newaxis]
@@ -133,13 +133,13 @@ def batch(
 
 
 def tolerance(phi: FloatArray, factor: float, scalar: str) -> float:
-    """How far rounding may take a recursion from batch least squares, relative to the largest parameter.
+    """How far rounding may take a recursion from the truth, relative to the largest parameter.
 
-    An update sums n products four times (phi' theta, P phi, phi' P phi, and the rounded elements of
-    the new P that meet in the next sum), so its relative rounding error is about 4 n u with the unit
-    roundoff u. Those of the samples in the memory, 1 / (1 - factor) or all, are independent, so their sum grows
-    with the square root of their number; the condition number of the information matrix of these
-    samples enlarges it.
+    An update sums n products four times (phi' theta, P phi, phi' P phi, and the rounded elements
+    of the new P that meet in the next sum), so its relative rounding error is about 4 n u with the
+    unit roundoff u. Those of the samples in the memory, 1 / (1 - factor) or all, are independent,
+    so their sum grows with the square root of their number; the condition number of the information
+    matrix of these samples enlarges it.
     """
     roundoff = float(np.finfo(np.dtype("float32" if scalar == "float" else "float64")).eps) / 2.0
     memory = phi.shape[0] if factor == 1.0 else min(phi.shape[0], round(1.0 / (1.0 - factor)))

@@ -103,7 +103,7 @@ def on_cluster(address: str) -> Iterator[None]:
         a task has repeatedly killed the worker that ran it, or the scheduler has ended.
     """
     try:
-        from distributed import Client, KilledWorker
+        from distributed import Client
     except ImportError:
         raise ValueError(
             "a Dask cluster needs dask.distributed: python -m pip install 'ehsid[dask]'"
@@ -121,8 +121,6 @@ def on_cluster(address: str) -> Iterator[None]:
         token = _CLUSTER.set(client)
         try:
             yield
-        except KilledWorker as error:
-            raise ChildProcessError(f"workers of the cluster were killed: {error}") from None
         except (asyncio.CancelledError, concurrent.futures.CancelledError):
             raise ChildProcessError(
                 f"the Dask scheduler at {address} has gone; start it and go on"
@@ -185,7 +183,8 @@ def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
     Raises
     ------
     ChildProcessError
-        a worker process was killed.
+        a worker process was killed. On a cluster: a task has killed each worker that tried it; this
+        is raised when all other tasks are finished, and their results have been yielded.
     """
     if worker_count() == 1:
         # This also holds for a task that itself runs on a cluster: its subtasks stay on its worker.
@@ -223,7 +222,7 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
     core it runs all tasks in this process.
     """
     import cloudpickle
-    from distributed import as_completed
+    from distributed import KilledWorker, as_completed
 
     def unpacked(task: bytes) -> Any:
         return pickle.loads(task)()
@@ -236,14 +235,41 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
             # have this package. A nested function such as `unpacked` is sent by value.
             return client.submit(unpacked, cloudpickle.dumps(task), pure=False)
 
+    def ahead() -> int:
+        """Two tasks for each core, so that none waits for the next one; workers come and go."""
+        try:
+            cores: dict[str, int] = client.ncores()
+            return 2 * sum(cores.values())
+        except OSError:  # the scheduler has gone, as the next result will tell
+            return 0
+
     waiting = iter(tasks)
-    ahead = 2 * sum(client.ncores().values())
-    first = [sent(task) for task in itertools.islice(waiting, ahead)]
-    running = as_completed(first, loop=client.loop)
+    sent_tasks = {sent(task): task for task in itertools.islice(waiting, ahead())}
+    running = as_completed(list(sent_tasks), loop=client.loop)
+    suspects = []
     for future in running:
-        yield future.result()
-        for task in itertools.islice(waiting, 1):
-            running.add(sent(task))
+        task = sent_tasks.pop(future)
+        try:
+            result = future.result()
+        except KilledWorker:
+            suspects.append(task)
+        else:
+            yield result
+        for more in itertools.islice(waiting, max(1, ahead() - running.count())):
+            following = sent(more)
+            sent_tasks[following] = more
+            running.add(following)
+    # Dask blames every task that waits on a worker that is killed. Alone, each shows what it is.
+    guilty = None
+    for task in suspects:
+        try:
+            result = sent(task).result()
+        except KilledWorker as error:
+            guilty = error
+        else:
+            yield result
+    if guilty is not None:
+        raise ChildProcessError(f"workers of the cluster were killed: {guilty}")
 
 
 def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:

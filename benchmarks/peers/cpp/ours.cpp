@@ -75,8 +75,7 @@ struct Whole {
   Prior start(const Settings& settings) {
     typename Estimator::Options options;
     options.forgetting = policy_with<Policy>(settings.lambda);
-    options.variance0 =
-        Estimator::Parameters::Constant(static_cast<Scalar>(settings.variance0));
+    options.variance0 = Estimator::Parameters::Constant(static_cast<Scalar>(settings.variance0));
     static_cast<void>(estimator_.configure(options));
     return {settings.variance0, false};
   }
