@@ -226,10 +226,10 @@ def make_page(results: Results, plan: Plan, media: Media, bank: Table | None = N
         hold_table(results.holds),
     ]
     lead: list[Block] = [
-        how,
         time_sentence(results),
         error_sentence(results),
         hold_sentence(results),
+        how,
     ]
     sections: dict[str, list[Block]] = {
         "Time of an update": times,
