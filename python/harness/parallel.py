@@ -27,7 +27,8 @@ Progress = Callable[[float], None]
 
 PACKAGE = "ehsid"
 CONNECT_S = 10.0
-WATCH_S = 0.5  # between two looks of a worker process at its parent
+WATCH_S = 0.5  # between two looks, of a worker process at its parent or at a task of a cluster
+NO_WORKERS_S = 30.0  # a cluster without workers for so long has lost them
 
 _WORKERS: ContextVar[int] = ContextVar("_WORKERS", default=-1)
 _CLUSTER: ContextVar[Any] = ContextVar("_CLUSTER", default=None)  # Dask client of the cluster
@@ -244,7 +245,7 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
             return 0
 
     waiting = iter(tasks)
-    sent_tasks = {sent(task): task for task in itertools.islice(waiting, ahead())}
+    sent_tasks = {sent(task): task for task in itertools.islice(waiting, max(1, ahead()))}
     running = as_completed(list(sent_tasks), loop=client.loop)
     suspects = []
     for future in running:
@@ -259,16 +260,24 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
             following = sent(more)
             sent_tasks[following] = more
             running.add(following)
-    # Dask blames every task that waits on a worker that is killed. Alone, each shows what it is.
-    guilty = None
+    # Dask blames every task that waits on a worker that is killed. Alone, each shows what it is. A
+    # task that kills a worker at its start also ends its nanny, and perhaps no worker is left.
+    guilty = ""
     for task in suspects:
+        future, seen = sent(task), time.monotonic()
+        while not future.done() and time.monotonic() - seen < NO_WORKERS_S:
+            time.sleep(WATCH_S)
+            seen = time.monotonic() if ahead() else seen
         try:
-            result = sent(task).result()
+            if not future.done():
+                guilty = "none is left"
+                break
+            result = future.result()
         except KilledWorker as error:
-            guilty = error
+            guilty = str(error)
         else:
             yield result
-    if guilty is not None:
+    if guilty:
         raise ChildProcessError(f"workers of the cluster were killed: {guilty}")
 
 
