@@ -27,7 +27,8 @@ Progress = Callable[[float], None]
 
 PACKAGE = "ehsid"
 CONNECT_S = 10.0
-WATCH_S = 0.5  # between two looks of a worker process at its parent
+WATCH_S = 0.5  # between two looks, of a worker process at its parent or at a task of a cluster
+NO_WORKERS_S = 30.0  # a cluster without workers for so long has lost them
 
 _WORKERS: ContextVar[int] = ContextVar("_WORKERS", default=-1)
 _CLUSTER: ContextVar[Any] = ContextVar("_CLUSTER", default=None)  # Dask client of the cluster
@@ -103,7 +104,7 @@ def on_cluster(address: str) -> Iterator[None]:
         a task has repeatedly killed the worker that ran it, or the scheduler has ended.
     """
     try:
-        from distributed import Client, KilledWorker
+        from distributed import Client
     except ImportError:
         raise ValueError(
             "a Dask cluster needs dask.distributed: python -m pip install 'ehsid[dask]'"
@@ -121,8 +122,6 @@ def on_cluster(address: str) -> Iterator[None]:
         token = _CLUSTER.set(client)
         try:
             yield
-        except KilledWorker as error:
-            raise ChildProcessError(f"workers of the cluster were killed: {error}") from None
         except (asyncio.CancelledError, concurrent.futures.CancelledError):
             raise ChildProcessError(
                 f"the Dask scheduler at {address} has gone; start it and go on"
@@ -185,7 +184,8 @@ def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
     Raises
     ------
     ChildProcessError
-        a worker process was killed.
+        a worker process was killed. On a cluster: a task has killed each worker that tried it; this
+        is raised when all other tasks are finished, and their results have been yielded.
     """
     if worker_count() == 1:
         # This also holds for a task that itself runs on a cluster: its subtasks stay on its worker.
@@ -223,7 +223,7 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
     core it runs all tasks in this process.
     """
     import cloudpickle
-    from distributed import as_completed
+    from distributed import KilledWorker, as_completed
 
     def unpacked(task: bytes) -> Any:
         return pickle.loads(task)()
@@ -236,14 +236,49 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
             # have this package. A nested function such as `unpacked` is sent by value.
             return client.submit(unpacked, cloudpickle.dumps(task), pure=False)
 
+    def ahead() -> int:
+        """Two tasks for each core, so that none waits for the next one; workers come and go."""
+        try:
+            cores: dict[str, int] = client.ncores()
+            return 2 * sum(cores.values())
+        except OSError:  # the scheduler has gone, as the next result will tell
+            return 0
+
     waiting = iter(tasks)
-    ahead = 2 * sum(client.ncores().values())
-    first = [sent(task) for task in itertools.islice(waiting, ahead)]
-    running = as_completed(first, loop=client.loop)
+    sent_tasks = {sent(task): task for task in itertools.islice(waiting, max(1, ahead()))}
+    running = as_completed(list(sent_tasks), loop=client.loop)
+    suspects = []
     for future in running:
-        yield future.result()
-        for task in itertools.islice(waiting, 1):
-            running.add(sent(task))
+        task = sent_tasks.pop(future)
+        try:
+            result = future.result()
+        except KilledWorker:
+            suspects.append(task)
+        else:
+            yield result
+        for more in itertools.islice(waiting, max(1, ahead() - running.count())):
+            following = sent(more)
+            sent_tasks[following] = more
+            running.add(following)
+    # Dask blames every task that waits on a worker that is killed. Alone, each shows what it is. A
+    # task that kills a worker at its start also ends its nanny, and perhaps no worker is left.
+    guilty = ""
+    for task in suspects:
+        future, seen = sent(task), time.monotonic()
+        while not future.done() and time.monotonic() - seen < NO_WORKERS_S:
+            time.sleep(WATCH_S)
+            seen = time.monotonic() if ahead() else seen
+        try:
+            if not future.done():
+                guilty = "none is left"
+                break
+            result = future.result()
+        except KilledWorker as error:
+            guilty = str(error)
+        else:
+            yield result
+    if guilty:
+        raise ChildProcessError(f"workers of the cluster were killed: {guilty}")
 
 
 def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:

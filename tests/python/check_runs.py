@@ -49,9 +49,9 @@ class StandIn:
     ) -> Diagnosis:
         if rig.name in self.fails:
             raise ArithmeticError(f"no root for {rig.name}")
+        time.sleep(self.seconds)
         if rig.name in self.kills:
             os.kill(os.getpid(), signal.SIGKILL)
-        time.sleep(self.seconds)
         saw = {
             "rig": rig.name,
             "fitted": [one.name for one in records],

@@ -53,11 +53,21 @@ def two_processes() -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="session")
-def dask_cluster() -> Iterator[str]:
-    """Address of a cluster of two workers, which are processes of their own."""
+def two_dask_workers() -> Iterator[str]:
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=40
     ) as cluster:
         yield cluster.scheduler_address
+
+
+@pytest.fixture(scope="session")
+def dask_cluster() -> Iterator[str]:
+    """Address of a cluster of two workers, which are processes of their own."""
+    yield from two_dask_workers()
+
+
+@pytest.fixture
+def mortal_cluster() -> Iterator[str]:
+    """The same for one test, which may kill its workers."""
+    yield from two_dask_workers()

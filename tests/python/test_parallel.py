@@ -146,6 +146,41 @@ def test_errors_of_tasks_come_back(dask_cluster: str) -> None:
             list(run_unordered(tasks))
 
 
+def killed_once(marker: Path, number: int) -> int:
+    """Ends its process at the first call, as the kernel does for want of memory."""
+    if not marker.exists():
+        marker.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def kill_own_process() -> int:
+    time.sleep(1.0)  # a worker that is killed while it starts also ends its nanny
+    os.kill(os.getpid(), signal.SIGKILL)
+    return 0
+
+
+def test_a_worker_of_a_cluster_that_is_killed_costs_no_result(
+    mortal_cluster: str, tmp_path: Path
+) -> None:
+    tasks = [partial(killed_once, tmp_path / "killed", 7)]
+    tasks += [partial(int, i) for i in range(7)]
+    with on_cluster(mortal_cluster):
+        assert sorted(run_unordered(tasks)) == list(range(8))
+    assert (tmp_path / "killed").exists()
+
+
+@pytest.mark.slow
+def test_a_task_that_kills_every_worker_does_not_stop_the_others(mortal_cluster: str) -> None:
+    tasks: list[Any] = [kill_own_process, *(partial(int, i) for i in range(6))]
+    found: list[int] = []
+    with on_cluster(mortal_cluster):
+        results = run_unordered(tasks)
+        with pytest.raises(ChildProcessError, match="workers of the cluster were killed"):
+            found.extend(one for one in results)
+    assert sorted(found) == list(range(6))
+
+
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [

@@ -349,3 +349,18 @@ def test_a_machine_whose_process_is_killed_does_not_end_the_others(
         assert (here / "out" / name / "diagnosis.json").is_file()
     plain = json.loads((here / "out" / "fleet.json").read_text(encoding="utf-8"))
     assert list(plain["failed"]) == ["press2"]
+
+
+@pytest.mark.slow
+def test_a_machine_that_kills_its_workers_on_a_cluster_does_not_end_the_others(
+    here: Path, monkeypatch: pytest.MonkeyPatch, mortal_cluster: str
+) -> None:
+    monkeypatch.setattr(
+        "ehsid.harness.gap.diagnose", StandIn(kills=("effects-press2",), seconds=1.0)
+    )
+    outcome = run("fleet", "--out", "out", "--dask", mortal_cluster, workers=None)
+    assert outcome.exit_code == 0, outcome.output
+    error = (here / "out" / "press2" / "error.txt").read_text(encoding="utf-8")
+    assert "its process was killed" in error
+    for name in MACHINES.keys() - {"press2"}:
+        assert (here / "out" / name / "diagnosis.json").is_file()

@@ -99,10 +99,14 @@ def inputs_of(folder: Path, exclude: Sequence[str], hints: Hints = NO_HINTS) -> 
     return (json.dumps(plain, indent=1) + "\n").encode()
 
 
-def is_finished(result: Path, inputs: bytes) -> bool:
-    """Whether the folder of a result has a diagnosis of the same inputs."""
+def is_finished(result: Path, inputs: Callable[[], bytes]) -> bool:
+    """Whether the folder of a result has a diagnosis of the same inputs.
+
+    The inputs are only asked for where there is a diagnosis: to read all files of a large fleet
+    takes minutes.
+    """
     kept = result / INPUTS
-    there = (result / DIAGNOSIS).is_file() and kept.is_file() and kept.read_bytes() == inputs
+    there = (result / DIAGNOSIS).is_file() and kept.is_file() and kept.read_bytes() == inputs()
     return there and not is_incomplete(result, RESULT)
 
 
@@ -116,7 +120,8 @@ def unfinished_machines(
 
     def finished(folder: Path) -> bool:
         try:
-            return is_finished(out / folder.name, inputs_of(folder, exclude, hints))
+            inputs = functools.partial(inputs_of, folder, exclude, hints)
+            return is_finished(out / folder.name, inputs)
         except OSError:
             return False
 
@@ -139,23 +144,24 @@ def run_fleet(
     A machine whose process is killed, for example for want of memory, gets an error; the others go
     on. Which of those at work it was shows when they are run again, half of them at a time.
     """
-    left = list(folders)
+    left = {folder.name: folder for folder in folders}
     tasks = (_task(folder, exclude, read, diagnose, write, hints) for folder in folders)
     try:
         for outcome in run_and_keep(tasks, out):
-            left = [folder for folder in left if folder.name != outcome.name]
+            del left[outcome.name]
             yield outcome
     except ChildProcessError:
-        if len(left) == 1:
+        again = list(left.values())
+        if len(again) == 1:
             message = (
-                f"{left[0]}: its process was killed, perhaps for want of memory: take shorter "
+                f"{again[0]}: its process was killed, perhaps for want of memory: take shorter "
                 "records or fewer --workers"
             )
-            killed = Outcome(left[0].name, {ERROR: f"{message}\n".encode()}, message, 0.0)
+            killed = Outcome(again[0].name, {ERROR: f"{message}\n".encode()}, message, 0.0)
             keep(killed, out)
             yield killed
             return
-        for some in (left[: len(left) // 2], left[len(left) // 2 :]):
+        for some in (again[: len(again) // 2], again[len(again) // 2 :]):
             yield from run_fleet(some, out, exclude, read, diagnose, write, hints)
 
 

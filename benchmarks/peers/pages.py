@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: MIT
+"""The page of a comparison, zoomable or as a document: the same sentences and tables for both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import charts
+from measuring import EXCITED, FACTOR, FASTER, VARIANCE0, Plan
+from python_peers import PEERS
+from results import SHOWN_N, Results
+from tables import (
+    answer_table,
+    error_table,
+    goal_table,
+    hold_table,
+    late_error,
+    levels,
+    of,
+    python_table,
+    shown,
+    size_table,
+    small,
+    time_table,
+)
+
+from ehsid.harness.report.page import Block, Page, Section, Table
+
+COMMAND = "`python benchmarks/peers/run.py`"
+LARGE = 0.01
+
+# Published by others or measured earlier, on other machines: not to be compared digit by digit.
+CITED = Table(
+    "Figures that this run does not measure.",
+    ("what", "figure", "source"),
+    (
+        (
+            "PX4 `ArxRls`, float, n = 5",
+            "119 ns an update; no number after 1,968 held samples (lambda 0.99, noise 1e-3)",
+            "measured earlier by us, on another x86 core at -O2",
+        ),
+        (
+            "PX4, automatic tuning of multicopters",
+            "5 to 20 s an axis; given up where the covariance has not converged in 20 s",
+            "PX4 user guide, automatic tuning (pull request 1661 of PX4-user_guide)",
+        ),
+        (
+            "PX4, the same on yaw in three simulated flights",
+            "largest variance still above 1275 after 20 s, with a limit of 50",
+            "issue 28704 of PX4-Autopilot",
+        ),
+        (
+            "MATLAB `recursiveLS`, `recursiveARX`",
+            "no time of an update is published; forgetting factor, Kalman filter and gradient",
+            "https://www.mathworks.com/help/ident/ref/recursivels-system-object.html",
+        ),
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Media:
+    """Whether the charts are plots that zoom, or pictures."""
+
+    zoomable: bool
+
+    def shaped(self, block: Block) -> Block:
+        """A block as this kind of page shows it."""
+        return without_marks(block) if self.zoomable else block
+
+    def times(self, results: Results) -> list[Block]:
+        """Charts of the times."""
+        if not self.zoomable:
+            return [charts.time_picture(results)]
+        ratios = [charts.ratio_plot(results, level) for level in levels(results)]
+        return [charts.time_plot(results), *ratios]
+
+    def errors(self, results: Results) -> list[Block]:
+        """Charts of the errors in float."""
+        cases = [(faster, factor) for faster in FASTER for factor in (1.0, FACTOR)]
+        if self.zoomable:
+            return [charts.error_plot(results, *case) for case in cases]
+        return [charts.error_picture(results, *cases[2])]
+
+    def holds(self, results: Results) -> list[Block]:
+        """Chart of the held input."""
+        return [charts.hold_plot(results)] if self.zoomable else []
+
+
+def listed(names: Sequence[str]) -> str:
+    """A list in a sentence; the names have commas."""
+    return "; ".join(names)
+
+
+def without_marks(block: Block) -> Block:
+    """A text or a table without the marks that Markdown has for code."""
+    if isinstance(block, str):
+        return block.replace("`", "")
+    if isinstance(block, Table):
+        rows = [
+            [cell.replace("`", "") if isinstance(cell, str) else cell for cell in row]
+            for row in block.rows
+        ]
+        return replace(block, rows=rows)
+    return block
+
+
+def time_sentence(results: Results) -> str:
+    """Where ours stand at n = 6."""
+    level = levels(results)[0]
+    ratios = {one.name.text: float(one.ratios()[1]) for one in of(results, level, SHOWN_N, "float")}
+    ours = ratios["Rls, Constant"]
+    faster = [name for name, ratio in ratios.items() if ratio < ours and "Rls" not in name]
+    words = (
+        f"In float with n = {SHOWN_N} at -O{level}, an update of `Rls` with `Constant` and all "
+        f"guards takes {ours:.2f} times the bare UD recursion in C, with `FRatio` "
+        f"{ratios['Rls, FRatio']:.2f} times, and a whole step of `ServoEstimator` "
+        f"{ratios['ServoEstimator::step, FRatio']:.2f} times."
+    )
+    return words + (
+        f" Faster than `Rls` with `Constant`, and without any guard: {listed(faster)}."
+        if faster
+        else ""
+    )
+
+
+def error_sentence(results: Results) -> str:
+    """Who loses float."""
+    fails = sorted({one.name.text for one in results.errors if not late_error(one) <= LARGE})
+    ours = max(late_error(one) for one in results.errors if one.name.ours)
+    return (
+        f"Errors above 1 %, or no numbers, in at least one of the four runs: {listed(fails)}. "
+        if fails
+        else "No recursion is off by more than 1 %. "
+    ) + f"The largest error of ours is {ours:.1e}."
+
+
+def hold_sentence(results: Results) -> str:
+    """Who survives a held input."""
+    others = [one for one in results.holds if not one.name.ours]
+    ours = [one for one in results.holds if one.name.ours]
+    moved = [one for one in others if any(value is not None for value in one.moved)]
+    last = max((value for one in moved for value in one.moved if value is not None), default=0)
+    lost = [one for one in others if any(value is not None for value in one.not_finite)]
+    own = [one for one in ours if any(value is not None for value in (*one.moved, *one.not_finite))]
+    words = (
+        f"Of {len(others)} recursions of others, {len(moved)} have moved by 1 % within {last:,} "
+        f"held samples, and {len(lost)} end with parameters that are no numbers. "
+    )
+    held = min(one.held for one in ours)
+    return words + (
+        f"Of {len(ours)} of ours, {len(own)} moved by 1 %."
+        if own
+        else f"None of our {len(ours)} has moved by 1 % in {held:,} samples."
+    )
+
+
+def answer_sentence(results: Results) -> str:
+    """Who is wrong."""
+    wrong = [one for one in results.answers if not one.own and not one.right]
+    same = [one for one in results.answers if not one.own and one.right]
+    words = f"{len(same)} recursions find the parameters of batch least squares"
+    if not wrong:
+        return f"{words}; none is off by more than rounding."
+    names = sorted(f"{shown(one.name)} by {small(one.deviation)}" for one in wrong)
+    return f"{words}. Off by more than rounding: {listed(names)}."
+
+
+def make_page(results: Results, plan: Plan, media: Media, bank: Table | None = None) -> Page:
+    """The whole page."""
+    flags = ", ".join(f"-O{level}" for level in levels(results))
+    how = (
+        f"Made by {COMMAND}, which builds every recursion, checks its answer and measures it. "
+        f"Compiler flags: {flags}, each with -ffp-contract=off and -DNDEBUG; libraries as "
+        f"packaged. All recursions in C and C++ run in one process and take turns, {plan.passes} "
+        f"passes of {plan.samples:,} samples; all get the same samples, the forgetting factor "
+        f"{FACTOR:g} and P0 = {VARIANCE0:g} I. `{results.machine[0]}`; "
+        f"{'; '.join(results.machine[1:])}."
+    )
+    times: list[Block] = [
+        "The bare UD recursion is Bierman's, in plain C and without any check: the least that a "
+        "factored recursion can do. A ratio is taken between passes that follow each other, so "
+        "other load on the machine changes it little; the shortest time depends on the machine.",
+        goal_table(results),
+        *media.times(results),
+        time_table(results),
+        size_table(results),
+        python_table(results),
+        *(f"{peer.name}: {peer.note}." for peer in PEERS if peer.note),
+        *([bank] if bank is not None else []),
+        "An update of liquid-dsp includes n pushes into its window, because it is an equaliser. "
+        "dlib calls the BLAS that its package was built for. `ServoEstimator::step` also makes "
+        "the regressor from command and position, and runs the reset and the monitors of "
+        "convergence and whiteness.",
+    ]
+    answers: list[Block] = [
+        answer_sentence(results),
+        "The truth is weighted batch least squares in float64, with the P0 from which each "
+        "recursion starts. The tolerance is 4 n u sqrt(M) times the condition number of the "
+        "information matrix, with the unit roundoff u and the memory M = 1 / (1 - lambda): "
+        "rounding errors of independent samples. Our policies other than `Constant` choose the "
+        "weights of the samples themselves, so their answer differs; they are compared with "
+        "papers in `tests/python/core/test_rls.py`. K (P phi)' keeps the part of P that "
+        "rounding made asymmetric, which grows by 1 / lambda in each sample. dlib's "
+        "regularisation enters P but not the update of the parameters, so it does not quite "
+        "solve the problem that it documents. statsmodels starts from an infinite P0, where the "
+        "first regressors are divided by differences that are almost zero.",
+        answer_table(results),
+    ]
+    errors: list[Block] = [
+        error_sentence(results),
+        "Model (16) of Ghazali et al. (2011) with a random binary command and a noise of 1e-3, "
+        f"and the same servo sampled {FASTER[-1]} times as fast, {plan.accurate:,} samples each. "
+        "A line ends where a parameter is no number.",
+        *media.errors(results),
+        error_table(results.errors),
+    ]
+    holds: list[Block] = [
+        hold_sentence(results),
+        f"Model (16), {EXCITED:,} samples of a random binary command, then a command that stays "
+        "at 0.5, with a noise of 1e-3. Where it survives, a recursion in C++ is stopped after "
+        f"{plan.held:,} samples and one in Python after {plan.python_held:,}. Median of "
+        f"{plan.seeds} seeds.",
+        *media.holds(results),
+        hold_table(results.holds),
+    ]
+    lead: list[Block] = [
+        time_sentence(results),
+        error_sentence(results),
+        hold_sentence(results),
+        how,
+    ]
+    sections: dict[str, list[Block]] = {
+        "Time of an update": times,
+        "The same answer": answers,
+        "Accuracy in float": errors,
+        "A held input": holds,
+        "Figures of others": [CITED],
+    }
+    return Page(
+        "An update beside those of others",
+        [media.shaped(block) for block in lead],
+        [Section(title, [*map(media.shaped, blocks)]) for title, blocks in sections.items()],
+    )

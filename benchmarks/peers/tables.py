@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: MIT
+"""Tables of a comparison; every number comes from the results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from results import BASE, PYTHON, SHOWN_N, Answer, Errors, Hold, Name, Results, Times
+
+from ehsid.harness.report.page import Table
+
+# Wanted ratios to the bare UD recursion in float at n = 6.
+GOALS = {
+    "Rls, Constant": 1.3,
+    "Rls, FRatio": 1.5,
+    "Rls, Directional": 3.0,
+    "ServoEstimator::step, FRatio": 2.0,
+}
+NOT_INSTALLED = "not installed"
+
+
+def shown(name: Name) -> str:
+    """A row with its precision."""
+    return f"{name.text} ({name.scalar})"
+
+
+def of(results: Results, level: str, n: int, scalar: str | None = None) -> list[Times]:
+    """Times at a level and size, in the order of measurement."""
+    return [
+        one
+        for one in results.times
+        if one.level == level and one.n == n and scalar in (None, one.name.scalar)
+    ]
+
+
+def levels(results: Results) -> list[str]:
+    """Optimisation levels that were measured."""
+    return sorted({one.level for one in results.times if one.level})
+
+
+def sizes(results: Results) -> list[int]:
+    """Numbers of parameters that were measured."""
+    return sorted({one.n for one in results.times})
+
+
+def ratio_text(times: Times) -> str:
+    """Median and quartiles of a ratio."""
+    low, middle, high = times.ratios()
+    return f"{middle:.2f} ({low:.2f} to {high:.2f})"
+
+
+def number(value: float) -> str:
+    """Nanoseconds with at most three digits where they are few."""
+    return f"{value:.1f}" if value < 100.0 else f"{value:,.0f}"
+
+
+def small(value: float) -> str:
+    """An error."""
+    return "no number" if not np.isfinite(value) else f"{value:.1e}"
+
+
+def missing_rows(results: Results, names: Sequence[str], columns: int) -> list[list[str]]:
+    """Rows of what is not installed."""
+    return [
+        [name, f"{NOT_INSTALLED}: {how}", *[""] * (columns - 2)]
+        for name, how in results.missing.items()
+        if name in names
+    ]
+
+
+def time_table(results: Results) -> Table:
+    """C and C++ at one size, all levels."""
+    columns = ["recursion", "precision"]
+    for level in levels(results):
+        columns += [f"ns, -O{level}", f"ratio, -O{level}"]
+    rows: list[list[str]] = []
+    for one in of(results, levels(results)[0], SHOWN_N):
+        row = [one.name.text, one.name.scalar]
+        for level in levels(results):
+            same = next(two for two in of(results, level, SHOWN_N) if two.name == one.name)
+            row += [number(same.least), ratio_text(same)]
+        rows.append(row)
+    caption = (
+        f"C and C++, n = {SHOWN_N}: shortest time of an update, and the ratio to the bare UD "
+        "recursion of the same precision in the same pass: median and quartiles."
+    )
+    return Table(
+        caption, columns, [*rows, *missing_rows(results, cpp_names(results), len(columns))]
+    )
+
+
+def cpp_names(results: Results) -> list[str]:
+    """Rows that are missing among those in C and C++."""
+    return [name for name, how in results.missing.items() if how.startswith("apt-get")]
+
+
+def python_names(results: Results) -> list[str]:
+    """Rows that are missing among those in Python."""
+    return [name for name in results.missing if name not in cpp_names(results)]
+
+
+def size_table(results: Results) -> Table:
+    """Median ratios over all sizes."""
+    level = levels(results)[0]
+    rows: list[list[str]] = []
+    for one in of(results, level, sizes(results)[0]):
+        same = [
+            two for n in sizes(results) for two in of(results, level, n) if two.name == one.name
+        ]
+        rows.append([shown(one.name), *(f"{two.ratios()[1]:.2f}" for two in same)])
+    base = {scalar: bases(results, level, scalar) for scalar in ("float", "double")}
+    for scalar, times in base.items():
+        rows.append([f"{BASE} ({scalar}), ns", *map(number, times)])
+    columns = ["recursion", *(f"n = {n}" for n in sizes(results))]
+    return Table(f"The same for all n at -O{level}: medians of the ratio.", columns, rows)
+
+
+def bases(results: Results, level: str, scalar: str) -> list[float]:
+    """Shortest times of the bare UD recursion, for each size."""
+    return [
+        one.least
+        for n in sizes(results)
+        for one in of(results, level, n, scalar)
+        if one.name.text == BASE
+    ]
+
+
+def python_table(results: Results) -> Table:
+    """Called from Python."""
+    few = [n for n in sizes(results) if n in (2, SHOWN_N, 12)]
+    columns = ["called from Python", *(f"ns, n = {n}" for n in few), f"ratio, n = {SHOWN_N}"]
+    base = dict(zip(sizes(results), bases(results, levels(results)[0], "double"), strict=True))
+    rows: list[list[str]] = []
+    for name in dict.fromkeys(one.name for one in results.times if one.name.language == PYTHON):
+        times = {one.n: one for one in results.times if one.name == name}
+        ratio = times[SHOWN_N].least / base[SHOWN_N]
+        rows.append([name.text, *(number(times[n].least) for n in few), f"{ratio:,.0f}"])
+    rows += missing_rows(results, python_names(results), len(columns))
+    rows.append(["python-control", results.control, *[""] * (len(columns) - 2)])
+    caption = (
+        "Called from Python, double: shortest time of an update, and its ratio to the shortest "
+        "time of the bare UD recursion in C."
+    )
+    return Table(caption, columns, rows)
+
+
+def goal_table(results: Results) -> Table:
+    """What is wanted of our own."""
+    columns = ["in float, n = 6", "wanted", *(f"reached, -O{level}" for level in levels(results))]
+    rows = []
+    for name, wanted in GOALS.items():
+        row = [name, f"{wanted:.1f}"]
+        for level in levels(results):
+            one = next(two for two in of(results, level, SHOWN_N, "float") if two.name.text == name)
+            ratio = float(one.ratios()[1])
+            row.append(f"{ratio:.2f}: {'met' if ratio <= wanted else 'not met'}")
+        rows.append(row)
+    return Table("Ratio to the bare UD recursion, median.", columns, rows)
+
+
+def verdict(answer: Answer) -> str:
+    """What a deviation means."""
+    if answer.own:
+        return "has a weighting of its own"
+    return "the same" if answer.right else "beyond the tolerance"
+
+
+def share_words(answer: Answer) -> str:
+    """The share of the tolerance, where it means something."""
+    return "–" if answer.own else small(answer.share)
+
+
+def answer_table(results: Results) -> Table:
+    """Deviations from batch least squares."""
+    rows = [
+        [shown(one.name), one.name.language, small(one.deviation), share_words(one), verdict(one)]
+        for one in results.answers
+    ]
+    return Table(
+        "Largest deviation from batch least squares over all n, relative to the largest "
+        "parameter, and the share of the tolerance that it takes.",
+        ["recursion", "from", "deviation", "share of the tolerance", "answer"],
+        rows,
+    )
+
+
+def error_table(errors: Sequence[Errors]) -> Table:
+    """Errors in float at the end, and the largest of the last half."""
+    cases = list(dict.fromkeys((one.times_faster, one.factor) for one in errors))
+    rows = []
+    for name in dict.fromkeys(one.name for one in errors):
+        row = [name.text]
+        for case in cases:
+            one = next(
+                two for two in errors if two.name == name and (two.times_faster, two.factor) == case
+            )
+            row.append(small(late_error(one)))
+        rows.append(row)
+    columns = ["recursion in float", *(case_words(*case) for case in cases)]
+    return Table(
+        "Error in float against batch least squares in double on the same samples, relative to the "
+        "largest parameter: the largest of the second half of the run.",
+        columns,
+        rows,
+    )
+
+
+def late_error(errors: Errors) -> float:
+    """The largest error in the second half of the samples."""
+    return float(np.max(errors.errors[2.0 * errors.samples >= errors.samples[-1]]))
+
+
+def case_words(times_faster: int, factor: float) -> str:
+    """A case of the runs in float."""
+    rate = "as published" if times_faster == 1 else f"sampled {times_faster} times as fast"
+    return f"{rate}, lambda {factor:g}"
+
+
+def count_words(values: Sequence[int | None], held: int) -> str:
+    """The median over the seeds and the least, or that it did not happen."""
+    seen = sorted(held if value is None else value for value in values)
+    if all(value is None for value in values):
+        return f"not in {held:,}"
+    middle = seen[len(seen) // 2]
+    return f"{middle:,}" if seen[0] == middle else f"{middle:,} (least {seen[0]:,})"
+
+
+def hold_table(holds: Sequence[Hold]) -> Table:
+    """How long each recursion survives."""
+    rows = [
+        [
+            shown(one.name),
+            count_words(one.moved, one.held),
+            count_words(one.not_finite, one.held),
+        ]
+        for one in holds
+    ]
+    return Table(
+        "Samples of a held input until a parameter has moved by 1 % of the largest one, and "
+        "until a parameter is no number.",
+        ["recursion", "moved by 1 %", "no number"],
+        rows,
+    )
