@@ -80,12 +80,14 @@ TEST_P(Ud, MeasurementIsEquation13) {
   const double shrink = 0.8;
   Array numerator;
   factors_.project(phi_, numerator);
-  const double alpha = factors_.measure(factors_, numerator, r, shrink);
+  Array variances{};
+  const double alpha = factors_.measure(factors_, numerator, r, shrink, variances);
   const Vector column = p_ * phi_;
   EXPECT_NEAR(alpha, r + phi_.dot(column), kTolerance * alpha);
   expect_near(factors_.matrix(), (p_ - column * column.transpose() / alpha) / shrink);
   for (int i = 0; i < kN; ++i) {
     EXPECT_NEAR(numerator[static_cast<std::size_t>(i)], column[i], kTolerance * column.norm());
+    EXPECT_EQ(variances[static_cast<std::size_t>(i)], factors_.variance(i));
   }
 }
 
@@ -94,8 +96,9 @@ TEST_P(Ud, MeasurementIntoOthersIsThatInPlace) {
   factors_.project(phi_, numerator);
   Array in_place = numerator;
   Factors other;
-  const double alpha = other.measure(factors_, numerator, 0.95, 0.8);
-  EXPECT_EQ(factors_.measure(factors_, in_place, 0.95, 0.8), alpha);
+  Array variances{};
+  const double alpha = other.measure(factors_, numerator, 0.95, 0.8, variances);
+  EXPECT_EQ(factors_.measure(factors_, in_place, 0.95, 0.8, variances), alpha);
   EXPECT_EQ(other.d, factors_.d);
   EXPECT_EQ(other.u, factors_.u);
   EXPECT_EQ(numerator, in_place);
@@ -226,7 +229,8 @@ TEST(UdFactors, FactorsStayPositiveInFloatWhereTheMatrixDoesNot) {
     const Eigen::Vector3f phi(1.0F, 1.0F + 1e-3F * static_cast<float>(k % 2), 1.0F);
     ehsid::Array<float, 3> f;
     factors.project(phi, f);
-    factors.measure(factors, f, 1.0F, 1.0F);
+    ehsid::Array<float, 3> variances{};
+    factors.measure(factors, f, 1.0F, 1.0F, variances);
     ASSERT_TRUE(factors.usable()) << "at " << k;
     const Eigen::Vector3f column = textbook * phi;
     textbook -= column * column.transpose() / (1.0F + phi.dot(column));

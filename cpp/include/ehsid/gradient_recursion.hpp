@@ -70,6 +70,7 @@ class GradientRecursion {
   /// What ConvergenceMonitor judges: the parameters of the model, not those of the noise.
   struct Judged {
     using Forgetting = Forgetting_;
+    static constexpr int kN = kN_;
     const Inner& inner;
     int n;
     const typename Inner::State& state() const { return inner.state(); }

@@ -10,6 +10,7 @@
 
 #include <ehsid/fields.hpp>
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/groups.hpp>
 #include <ehsid/types.hpp>
 
 namespace ehsid {
@@ -84,16 +85,15 @@ struct InformationAccount {
     }
   }
 
-  /// A sample was kept: it took taken(i) of the variance left(i) + taken(i) of parameter i.
+  /// A sample was kept: it took taken(group) of the variances left(group) + taken(group), loss(group) is forgotten.
   template <class Left, class Taken, class Loss>
   EHSID_ALWAYS_INLINE void gain(int n, const Left& left, const Taken& taken, const Loss& loss) {
-    EHSID_UNROLL
-    for (int i = 0; i < n; ++i) {
-      Scalar& share = regained[static_cast<std::size_t>(i)];
-      const Scalar off = taken(i);
-      const Scalar next = share + (off / (left(i) + off) - loss(i) * share);
-      share = next < Scalar(1) ? next : Scalar(1);
-    }
+    in_groups<Scalar>(count_of<kN>(n), [&](const auto group) EHSID_INLINE_LAMBDA {
+      const auto share = group.load(regained.data());
+      const auto off = taken(group);
+      const auto next = share + (off / (left(group) + off) - loss(group) * share);
+      group.store(group.smaller(next, Scalar(1)), regained.data());
+    });
   }
 
   /// May this saved state be taken over?

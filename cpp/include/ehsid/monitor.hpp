@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <ehsid/groups.hpp>
 #include <ehsid/types.hpp>
 
 namespace ehsid {
@@ -71,14 +72,16 @@ class ConvergenceMonitor {
     const Scalar variance = rls.residual_variance();
     const Scalar share = options_.tolerance * options_.tolerance;
     // Degrees of freedom: with no more samples than parameters the residuals say nothing.
-    const int n = rls.size();
-    bool inside = state.weight > Scalar(2 * n);
-    for (int i = 0; i < n; ++i) {
-      const Scalar theta = state.theta[static_cast<std::size_t>(i)];
-      const Scalar least = options_.magnitude * options_.magnitude;
-      const Scalar size = theta * theta > least ? theta * theta : least;
-      inside = variance * state.factors.variance(i) <= share * size && inside;
-    }
+    bool inside = state.weight > Scalar(2 * rls.size());
+    auto variances = state.theta;  // takes all P_ii
+    state.factors.variances(variances);
+    const Scalar least = options_.magnitude * options_.magnitude;
+    in_groups<Scalar>(
+        count_of<Estimator::kN>(rls.size()), [&](const auto group) EHSID_INLINE_LAMBDA {
+          const auto theta = group.load(state.theta.data());
+          const auto size = group.larger(theta * theta, least);
+          inside = group.at_most(variance * group.gather(variances.data()), share * size) && inside;
+        });
     if (!inside) {
       state_.steady = 0;
     } else if (state_.steady < options_.hold) {

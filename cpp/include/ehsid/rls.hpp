@@ -12,6 +12,7 @@
 
 #include <ehsid/fields.hpp>
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/groups.hpp>
 #include <ehsid/information_account.hpp>
 #include <ehsid/rls_options.hpp>
 #include <ehsid/types.hpp>
@@ -150,6 +151,7 @@ class Rls {
   /// gradient.
   EHSID_ALWAYS_INLINE Status update(const Regressor& phi, Scalar y, Scalar predicted) {
     const int n = size();
+    const auto count = count_of<kN>(n);
     // (12)
     const Scalar innovation = y - predicted;
     Array<Scalar, kN> gain;  // K(k) = P(k) phi(k) in the end; here U' phi, then P phi
@@ -197,33 +199,33 @@ class Rls {
     // (13)
     const UdFactors<Scalar, kN>& prior = spreads ? factors : state_.factors;
     const Scalar shrink = lambda.before * lambda.after;
-    const Scalar alpha = factors.measure(prior, gain, lambda.before, shrink);
-    Array<Scalar, kN> variances;
-    factors.variances(variances);
+    Array<Scalar, kN> variances{};  // gcc does not see that measure() writes them all
+    const Scalar alpha = factors.measure(prior, gain, lambda.before, shrink, variances);
     bool good = limit(factors, variances) && is_squarable(square);
     // (14), as a compensated sum: at large k the steps fall below the last digit of a float32 theta, and
     // with a held regressor their rounding has a direction, so theta would drift without end.
     Array<Scalar, kN> theta;
     Array<Scalar, kN> remainder;
-    EHSID_UNROLL
-    for (int i = 0; i < n; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      gain[at] /= alpha;
-      const Scalar increment = gain[at] * innovation + state_.remainder[at];
-      theta[at] = state_.theta[at] + increment;
-      const Scalar added = theta[at] - state_.theta[at];
-      remainder[at] = (state_.theta[at] - (theta[at] - added)) + (increment - added);
-      good = is_squarable(theta[at]) && is_finite(remainder[at]) &&
-             is_normal_positive(factors.d[at]) && good;
-    }
+    in_groups<Scalar>(count, [&](const auto group) EHSID_INLINE_LAMBDA {
+      const auto before = group.load(state_.theta.data());
+      const auto k = group.gather(gain.data()) / alpha;
+      const auto increment = k * innovation + group.load(state_.remainder.data());
+      const auto after = before + increment;
+      const auto added = after - before;
+      const auto rounded = (before - (after - added)) + (increment - added);
+      good = group.usable(after, rounded, group.gather(factors.d.data())) && good;
+      group.scatter(k, gain.data());
+      group.store(after, theta.data());
+      group.store(rounded, remainder.data());
+    });
     if (!good) {
       return Status::numerical_limit;
     }
 
-    keep<kN>(n, theta, state_.theta);
-    keep<kN>(n, remainder, state_.remainder);
+    keep_numbers<kN>(n, theta, state_.theta);
+    keep_numbers<kN>(n, remainder, state_.remainder);
     state_.factors.keep(factors);
-    keep<kN>(n, gain, state_.gain);
+    keep_numbers<kN>(n, gain, state_.gain);
     state_.innovation = innovation;
     state_.forgetting_factor = shrink;
     state_.square = square;
@@ -459,11 +461,23 @@ class Rls {
   EHSID_ALWAYS_INLINE void gain_information(const Array<Scalar, kN>& variances, Scalar alpha,
                                             Scalar shrink) {
     const Scalar fresh = fresh_share();
-    const auto at = [](int i) { return static_cast<std::size_t>(i); };
     state_.account.gain(
-        size(), [&](int i) { return variances[at(i)] * shrink; },
-        [&](int i) { return state_.gain[at(i)] * state_.gain[at(i)] * alpha; },
-        [&](int i) { return loss(i, variances[at(i)], fresh); });
+        size(),
+        [&](const auto group)
+            EHSID_INLINE_LAMBDA { return group.gather(variances.data()) * shrink; },
+        [&](const auto group) EHSID_INLINE_LAMBDA {
+          const auto gain = group.load(state_.gain.data());
+          return gain * gain * alpha;
+        },
+        [&](const auto group) EHSID_INLINE_LAMBDA {
+          if constexpr (Forgetting::kSpreads) {
+            return group.map(group.gather(variances.data()),
+                             [&](int i, Scalar variance)
+                                 EHSID_INLINE_LAMBDA { return loss(i, variance, fresh); });
+          } else {
+            return loss(0, Scalar(0), fresh);
+          }
+        });
   }
 
   bool uninformative(const Regressor& phi, Scalar s, bool idle) const {

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <ehsid/fields.hpp>
+#include <ehsid/groups.hpp>
 #include <ehsid/types.hpp>
 #include <limits>
 
@@ -42,7 +43,16 @@ struct UdFactors : Extent<kN> {
 
   /// Takes over factors of the same size.
   EHSID_ALWAYS_INLINE void keep(const UdFactors& from) {
-    if constexpr (kN > 0) {
+    if constexpr (kUnrolled<kN>) {
+      // As they are computed and read, column by column: no load waits for several stores.
+      upwards(count_of<kN>(size()), [&](const auto j) EHSID_INLINE_LAMBDA {
+        d[static_cast<std::size_t>(j)] = from.d[static_cast<std::size_t>(j)];
+        keep_groups(j, from.u.data() + at(0, j), u.data() + at(0, j));
+      });
+      if constexpr (kN == 1) {
+        u = from.u;
+      }
+    } else if constexpr (kN > 0) {
       *this = from;
     } else {
       const int n = size();
@@ -160,83 +170,100 @@ struct UdFactors : Extent<kN> {
   /// Bierman's measurement update of `prior`, itself or another, with measurement variance r, then divided by `shrink`:
   ///   P <- (P - P phi phi' P / alpha) / shrink,   alpha = r + phi' P phi.
   /// With r = shrink = lambda this is Eq. (13). `f` is U' phi of `prior`, and becomes its P phi: divided by alpha,
-  /// which is returned, it is the gain P(k) phi(k) of Eq. (14).
+  /// which is returned, it is the gain P(k) phi(k) of Eq. (14). `all` becomes all P_ii.
   EHSID_ALWAYS_INLINE Scalar measure(const UdFactors& prior, Array<Scalar, kN>& f, Scalar r,
-                                     Scalar shrink) {
+                                     Scalar shrink, Array<Scalar, kN>& all) {
     if constexpr (kN == 1) {
       u = prior.u;  // no factor, but a number that usable() reads
     }
-    const int n = prior.size();
-    this->resize(n);
+    this->resize(prior.size());
     Scalar alpha = r;
-    const Scalar* from = prior.u.data();
-    Scalar* to = u.data();
-    EHSID_UNROLL
-    for (int j = 0; j < n; ++j) {
+    upwards(count_of<kN>(prior.size()), [&](const auto j) EHSID_INLINE_LAMBDA {
       const auto jj = static_cast<std::size_t>(j);
+      const Scalar* from = prior.u.data() + at(0, j);
+      Scalar* to = u.data() + at(0, j);
       const Scalar before = alpha;
       const Scalar v = prior.d[jj] * f[jj];
       alpha += f[jj] * v;
       const Scalar slope = f[jj] / before;
-      d[jj] = prior.d[jj] * before / (alpha * shrink);
-      EHSID_UNROLL
-      for (int i = 0; i < j; ++i) {
-        const auto ii = static_cast<std::size_t>(i);
-        const Scalar old = from[i];
-        to[i] = old - f[ii] * slope;
-        f[ii] += v * old;
-      }
+      const Scalar dj = prior.d[jj] * before / (alpha * shrink);
+      in_groups<Scalar>(j, [&](const auto group) EHSID_INLINE_LAMBDA {
+        const auto old = group.load(from);
+        const auto k = group.gather(f.data());
+        const auto factor = old - k * slope;
+        group.store(factor, to);
+        group.scatter(k + v * old, f.data());
+        if constexpr (kColumns) {
+          group.scatter(group.gather(all.data()) + factor * factor * dj, all.data());
+        }
+      });
+      d[jj] = dj;
+      all[jj] = dj;
       f[jj] = v;
-      from += j;
-      to += j;
+    });
+    if constexpr (!kColumns) {
+      variances(all);
     }
     return alpha;
   }
 
   /// All P_ii.
   EHSID_ALWAYS_INLINE void variances(Array<Scalar, kN>& all) const {
-    const int n = size();
-    const Scalar* row = u.data();  // the first factor of row i
-    EHSID_UNROLL
-    for (int i = 0; i < n; ++i) {
-      const auto ii = static_cast<std::size_t>(i);
-      Scalar sum = d[ii];
-      const Scalar* factor = row;
-      const Scalar* variance = &d[ii];
+    if constexpr (kColumns) {
+      upwards(count_of<kN>(size()), [&](const auto j) EHSID_INLINE_LAMBDA {
+        const Scalar dj = d[static_cast<std::size_t>(j)];
+        const Scalar* column = u.data() + at(0, j);
+        in_groups<Scalar>(j, [&](const auto group) EHSID_INLINE_LAMBDA {
+          const auto factor = group.load(column);
+          group.scatter(group.gather(all.data()) + factor * factor * dj, all.data());
+        });
+        all[static_cast<std::size_t>(j)] = dj;
+      });
+    } else {
+      const int n = size();
+      const Scalar* row = u.data();  // the first factor of row i
       EHSID_UNROLL
-      for (int k = i + 1; k < n; ++k) {
-        sum += *factor * *factor * *++variance;
-        factor += k;
+      for (int i = 0; i < n; ++i) {
+        const auto ii = static_cast<std::size_t>(i);
+        Scalar sum = d[ii];
+        const Scalar* factor = row;
+        const Scalar* variance = &d[ii];
+        EHSID_UNROLL
+        for (int k = i + 1; k < n; ++k) {
+          sum += *factor * *factor * *++variance;
+          factor += k;
+        }
+        all[ii] = sum;
+        row += i + 2;
       }
-      all[ii] = sum;
-      row += i + 2;
     }
   }
 
   /// sum_i weights_i P_ii, weights >= 0.
   EHSID_ALWAYS_INLINE Scalar weighted_trace(const Array<Scalar, kN>& weights) const {
-    Array<Scalar, kN> all;
+    Array<Scalar, kN> all{};
     variances(all);
     return dot(size(), weights, all);
   }
 
   /// Agee-Turner: P <- P + c a a', c >= 0. Overwrites a.
   EHSID_ALWAYS_INLINE void add_rank_one(Scalar c, Array<Scalar, kN>& a) {
-    add_leading(c, a, size());
+    add_leading(c, a, count_of<kN>(size()));
   }
 
-  /// P_ii <- P_ii + c, c >= 0: the same with the unit vector e_i, which leaves the columns behind i alone.
-  EHSID_ALWAYS_INLINE void add_variance(int i, Scalar c) {
+  /// P_ii <- P_ii + c, c >= 0: the same with the unit vector e_i, which leaves the columns behind i alone. i: int, or Count.
+  template <class Index>
+  EHSID_ALWAYS_INLINE void add_variance(Index i, Scalar c) {
     const auto ii = static_cast<std::size_t>(i);
     Array<Scalar, kN> a;
     const Scalar grown = d[ii] + c;
     const Scalar slope = c / grown;
     Scalar* column = u.data() + at(0, i);
-    EHSID_UNROLL
-    for (int k = 0; k < i; ++k) {
-      a[static_cast<std::size_t>(k)] = -column[k];
-      column[k] -= slope * column[k];
-    }
+    in_groups<Scalar>(i, [&](const auto group) EHSID_INLINE_LAMBDA {
+      const auto factor = group.load(column);
+      group.scatter(-factor, a.data());
+      group.store(factor - slope * factor, column);
+    });
     c *= d[ii] / grown;
     d[ii] = grown;
     add_leading(c, a, i);
@@ -286,29 +313,33 @@ struct UdFactors : Extent<kN> {
   }
 
  private:
+  // P_ii is a sum over row i. With vectors several rows are summed at once, column by column; else one after another, which
+  // keeps the sum in a register. The order within a row is the same.
+  static constexpr bool kColumns = true;
+
 #if defined(__GNUC__) && !defined(__clang__)
 // gcc 14 warns that `a` may be used uninitialised. Only its first `count` entries are read, and the caller has written them.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
   /// Agee-Turner where all but the first `count` entries of a are zero. Overwrites a with U^-1 a (U before the update).
-  EHSID_ALWAYS_INLINE void add_leading(Scalar c, Array<Scalar, kN>& a, int count) {
-    Scalar* column = u.data() + at(0, count);
-    EHSID_UNROLL
-    for (int j = count - 1; j >= 0; --j) {
+  template <class Number>
+  EHSID_ALWAYS_INLINE void add_leading(Scalar c, Array<Scalar, kN>& a, Number count) {
+    downwards(count, [&](const auto j) EHSID_INLINE_LAMBDA {
       const auto jj = static_cast<std::size_t>(j);
-      column -= j;
-      const Scalar grown = d[jj] + c * a[jj] * a[jj];
-      const Scalar slope = c * a[jj] / grown;
-      EHSID_UNROLL
-      for (int i = 0; i < j; ++i) {
-        const auto ii = static_cast<std::size_t>(i);
-        a[ii] -= a[jj] * column[i];
-        column[i] += slope * a[ii];
-      }
+      Scalar* column = u.data() + at(0, j);
+      const Scalar aj = a[jj];
+      const Scalar grown = d[jj] + c * aj * aj;
+      const Scalar slope = c * aj / grown;
+      in_groups<Scalar>(j, [&](const auto group) EHSID_INLINE_LAMBDA {
+        const auto factor = group.load(column);
+        const auto rest = group.gather(a.data()) - aj * factor;
+        group.scatter(rest, a.data());
+        group.store(factor + slope * rest, column);
+      });
       c *= d[jj] / grown;
       d[jj] = grown;
-    }
+    });
   }
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic pop

@@ -15,6 +15,7 @@
 // noise changes. Measured rates of false alarms, and what the test sees and does not see: docs/estimator.md.
 #pragma once
 
+#include <ehsid/groups.hpp>
 #include <ehsid/types.hpp>
 
 #include <cmath>
@@ -186,15 +187,18 @@ class WhitenessMonitor {
     Scalar rho = forgetting_factor < kLongest ? forgetting_factor : kLongest;
     rho = rho > kShortest ? rho : kShortest;
     const Scalar rho_square = rho * rho;
-    EHSID_UNROLL
-    for (std::size_t i = 0; i < state_.sums.size(); ++i) {
-      const Scalar past = i < state_.errors.size()
-                              ? state_.errors[i]
-                              : state_.commands[2 * (i - state_.errors.size())];
-      const Scalar product = error * past;
-      state_.sums[i] = rho * state_.sums[i] + product;
-      state_.squares[i] = rho_square * state_.squares[i] + product * product;
-    }
+    const auto& errors = state_.errors;
+    const auto& commands = state_.commands;
+    const Array<Scalar, State::kTests> past{errors[0],   errors[1],   errors[2],
+                                            commands[0], commands[2], commands[4]};
+    Scalar* sums = state_.sums.data();
+    Scalar* squares = state_.squares.data();
+    in_groups<Scalar>(count_of<State::kTests>(State::kTests),
+                      [&](const auto group) EHSID_INLINE_LAMBDA {
+                        const auto product = error * group.gather(past.data());
+                        group.store(rho * group.load(sums) + product, sums);
+                        group.store(rho_square * group.load(squares) + product * product, squares);
+                      });
     state_.partial += term(state_, state_.next);
     ++state_.next;
     if (state_.next == State::kTests) {

@@ -54,11 +54,9 @@ struct RandomWalk {
 
   EHSID_ALWAYS_INLINE void spread(UdFactors<Scalar, kN>& factors,
                                   const Vector<Scalar, kN>& /*phi*/) const {
-    const int n = factors.size();
-    EHSID_UNROLL
-    for (int i = 0; i < n; ++i) {
+    upwards(count_of<kN>(factors.size()), [&](const auto i) EHSID_INLINE_LAMBDA {
       factors.add_variance(i, drift[static_cast<std::size_t>(i)]);
-    }
+    });
   }
 };
 
