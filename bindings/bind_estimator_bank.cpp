@@ -76,16 +76,15 @@ Raises
 ------
 ValueError
     Where the estimators are none, the same object twice, or not alike, or the machine lacks the instructions.)")
-      .def(py::init([](const py::sequence& given, const std::string& instructions) {
+      .def(py::init([](const std::vector<AnyEstimator*>& estimators,
+                       const std::string& instructions) {
              auto self = std::make_unique<PyBank>();
-             std::vector<AnyEstimator*> estimators;
-             for (const py::handle one : given) {
-               if (!py::isinstance<AnyEstimator>(one)) {
-                 throw py::type_error("estimators[" + std::to_string(estimators.size()) +
-                                      "] is not a ServoEstimator");
+             for (AnyEstimator* one : estimators) {
+               if (one == nullptr) {
+                 throw py::type_error("estimators[" + std::to_string(self->estimators.size()) +
+                                      "] is None; expected a ServoEstimator");
                }
-               self->estimators.push_back(py::reinterpret_borrow<py::object>(one));
-               estimators.push_back(&self->estimators.back().cast<AnyEstimator&>());
+               self->estimators.push_back(py::cast(one, py::return_value_policy::reference));
              }
              if (estimators.empty()) {
                throw py::value_error("estimators is empty; expected at least one ServoEstimator");

@@ -88,29 +88,31 @@ class OnlineEstimatorBank {
     walk(tiles, record);
   }
 
-  /// A tile takes the whole record before the next one: its state stays in the nearest cache.
+  /// A tile takes a block of samples before the next one: its state stays in the nearest cache, and so do the pages of
+  /// these rows.
   template <class V>
   EHSID_ALWAYS_INLINE static void walk(std::vector<bank::Estimators<One, V>>& tiles,
                                        const Record& record) {
+    constexpr std::size_t kBlock = 32;
     constexpr auto kWidth = static_cast<std::size_t>(V::kWidth);
     const bool reported = record.trajectory.theta != nullptr;
-    for (std::size_t first = record.first; first < record.last; first += kWidth) {
-      auto& tile = tiles[first / kWidth];
-      const auto count = static_cast<int>(std::min(kWidth, record.last - first));
-      const auto wanted = bank::first_lanes<V>(count);
-      std::size_t wait = record.trajectory.every;
-      std::size_t row = 0;
-      for (std::size_t k = 0; k < record.samples; ++k) {
-        const V command = bank::load<V>(record.commands, k, first, count);
-        const V position = bank::load<V>(record.positions, k, first, count);
-        const auto status = tile.step(wanted, command, position);
-        if (record.status != nullptr) {
-          bank::store(status, count, record.status + k * record.count + first);
-        }
-        if (reported && --wait == 0) {
-          wait = record.trajectory.every;
-          write(tile, status, record.trajectory, row * record.count + first, count);
-          ++row;
+    for (std::size_t start = 0; start < record.samples; start += kBlock) {
+      const std::size_t end = std::min(start + kBlock, record.samples);
+      for (std::size_t first = record.first; first < record.last; first += kWidth) {
+        auto& tile = tiles[first / kWidth];
+        const auto count = static_cast<int>(std::min(kWidth, record.last - first));
+        const auto wanted = bank::first_lanes<V>(count);
+        for (std::size_t k = start; k < end; ++k) {
+          const V command = bank::load<V>(record.commands, k, first, count);
+          const V position = bank::load<V>(record.positions, k, first, count);
+          const auto status = tile.step(wanted, command, position);
+          if (record.status != nullptr) {
+            bank::store(status, count, record.status + k * record.count + first);
+          }
+          if (reported && (k + 1) % record.trajectory.every == 0) {
+            const std::size_t row = k / record.trajectory.every;
+            write(tile, status, record.trajectory, row * record.count + first, count);
+          }
         }
       }
     }
