@@ -105,17 +105,18 @@ ValueError
       .def("__len__", [](const PyBank& self) { return self.estimators.size(); })
       .def(
           "__getitem__",
-          [](const PyBank& self, py::ssize_t index) {
+          [](const PyBank& self, py::ssize_t index) -> AnyEstimator& {
             const auto count = static_cast<py::ssize_t>(self.estimators.size());
             if (index < -count || index >= count) {
               throw py::index_error("estimator " + std::to_string(index) + " of a bank of " +
                                     std::to_string(count));
             }
             const auto at = static_cast<std::size_t>(index < 0 ? index + count : index);
-            self.bank->get(at, estimator_at(self, at));
-            return self.estimators[at];
+            AnyEstimator& one = estimator_at(self, at);
+            self.bank->get(at, one);
+            return one;
           },
-          py::arg("index"),
+          py::arg("index"), py::return_value_policy::reference,
           "The ServoEstimator at this place, brought to the state of now: it reports, predicts and "
           "saves. Changes "
           "of it do not reach the bank before load().")
