@@ -174,7 +174,8 @@ EHSID_ALWAYS_INLINE inline Scalar entry(const std::array<Scalar, kN>& values, in
 }
 
 template <class Scalar, int kRows, int kOptions, int kCapacity>
-EHSID_ALWAYS_INLINE inline Scalar entry(const Eigen::Matrix<Scalar, kRows, 1, kOptions, kCapacity, 1>& values, int i) {
+EHSID_ALWAYS_INLINE inline Scalar entry(
+    const Eigen::Matrix<Scalar, kRows, 1, kOptions, kCapacity, 1>& values, int i) {
   return values[i];
 }
 
