@@ -60,7 +60,7 @@ void bind_estimator_bank(py::module_& m) {
   py::class_<PyBank>(m, "EstimatorBank",
                      R"(Many ServoEstimators at once, several in each SIMD instruction.
 
-Each runs on, bit for bit, as it would alone, about six (AVX2) to nine times (AVX-512) as fast. See docs/bank.md.
+Each runs on, bit for bit, as it would alone; how much faster says docs/bank.md.
 Use one object from one thread at a time.
 
 Parameters
