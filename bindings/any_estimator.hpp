@@ -140,6 +140,42 @@ class AnyEstimator : public AnyRecursion {
   virtual int resets() const = 0;
 };
 
+/// Where a run of a bank writes, a row for every `every`-th sample: a number for each estimator, `theta` and `deviation` n.
+template <class Scalar>
+struct BankView {
+  TrajectoryView<Scalar> to;
+  std::size_t every;  // 0 writes nothing
+};
+
+/// Numbers of a record, `samples` rows: one for each estimator, or a lone one for all.
+template <class Scalar>
+struct BankColumn {
+  const Scalar* numbers;
+  bool shared;
+};
+
+/// Many estimators of the same orders, precision and policy across SIMD lanes.
+class AnyBank {
+ public:
+  virtual ~AnyBank() = default;
+  virtual std::size_t size() const = 0;
+  virtual const char* instructions() const = 0;
+  /// Brings `one`, the estimator that the bank was given at this index, to the state of now.
+  virtual void get(std::size_t index, AnyEstimator& one) const = 0;
+  virtual void set(std::size_t index, AnyEstimator& one) = 0;
+  /// threads >= 1.
+  virtual void run(BankColumn<float> u, BankColumn<float> y, std::size_t samples, unsigned threads,
+                   BankView<float>) = 0;
+  virtual void run(BankColumn<double> u, BankColumn<double> y, std::size_t samples,
+                   unsigned threads, BankView<double>) = 0;
+};
+
+/// A bank of these estimators, which are at least one. Throws std::invalid_argument where they are not alike, run another
+/// method than rls, or where this machine does not have the instructions: "baseline", "avx2" or "avx512", "" for its best.
+template <class Scalar>
+std::unique_ptr<AnyBank> make_bank(const std::vector<AnyEstimator*>& estimators,
+                                   const std::string& instructions);
+
 /// The compiled estimator for these settings, in float or double.
 template <class Scalar>
 std::unique_ptr<AnyRls> make_rls(const RlsSettings& settings);

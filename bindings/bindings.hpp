@@ -82,6 +82,23 @@ Trajectory make_trajectory(py::ssize_t rows, py::ssize_t n, bool with_converged,
   return {theta, deviation, innovation, factor, variance, status, converged};
 }
 
+/// The same for a bank: `rows` samples of each of `estimators` estimators.
+template <class Scalar>
+Trajectory make_bank_trajectory(py::ssize_t rows, py::ssize_t estimators, py::ssize_t n,
+                                TrajectoryView<Scalar>& view) {
+  py::array_t<Scalar> theta({rows, estimators, n});
+  py::array_t<Scalar> deviation({rows, estimators, n});
+  py::array_t<Scalar> innovation({rows, estimators});
+  py::array_t<Scalar> factor({rows, estimators});
+  py::array_t<Scalar> variance({rows, estimators});
+  py::array_t<std::uint8_t> status({rows, estimators});
+  py::array_t<bool> converged({rows, estimators});
+  view = {theta.mutable_data(),    deviation.mutable_data(), innovation.mutable_data(),
+          factor.mutable_data(),   variance.mutable_data(),  status.mutable_data(),
+          converged.mutable_data()};
+  return {theta, deviation, innovation, factor, variance, status, converged};
+}
+
 /// True for float32, false for float64, ValueError for anything else.
 bool is_single(const py::object& dtype);
 
@@ -175,6 +192,7 @@ void bind_rls(py::module_& m);
 void bind_effects(py::module_& m);
 void bind_plant(py::module_& m);
 void bind_servo_estimator(py::module_& m);
+void bind_estimator_bank(py::module_& m);
 
 }  // namespace ehsid::bindings
 

@@ -369,6 +369,9 @@ class EstimatorInstance final : public AnyEstimator {
   }
   int resets() const override { return estimator_.change_detector().alarms(); }
 
+  /// The estimator itself, for a bank.
+  Estimator& estimator() { return estimator_; }
+
  private:
   template <class Number>
   void run_in(const Number* u, const Number* y, std::size_t rows, TrajectoryView<Number> out) {

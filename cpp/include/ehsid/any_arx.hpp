@@ -53,6 +53,9 @@ class AnyArx : Extent<kN_> {
   int nk() const { return nk_; }
   bool offset() const { return na_ + nb_ < size(); }
 
+  /// Past samples that must have been seen before the regressor is complete.
+  int full() const { return na_ > nk_ + nb_ - 1 ? na_ : nk_ + nb_ - 1; }
+
   void clear() { state_ = State{}; }
   bool ready() const { return state_.filled >= full(); }
 
@@ -99,8 +102,6 @@ class AnyArx : Extent<kN_> {
   }
 
  private:
-  int full() const { return na_ > nk_ + nb_ - 1 ? na_ : nk_ + nb_ - 1; }
-
   int na_ = 1;
   int nb_ = 1;
   int nk_ = 1;

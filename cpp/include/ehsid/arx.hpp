@@ -53,6 +53,7 @@ class Arx {
   int nk() const { return kNk; }
   bool offset() const { return kOffset; }
   static constexpr int size() { return kN; }
+  static constexpr int full() { return kFull; }
   /// The shape of the largest state, and of any.
   static constexpr ModelShape kLargest{kNa, kNb, kNk, kOffset};
 

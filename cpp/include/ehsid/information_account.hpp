@@ -107,6 +107,9 @@ struct InformationAccount {
   }
 
  private:
+  template <class, class>
+  friend class bank::Recursions;
+
   // Starved: less than this share of what was forgotten. Excitation of any colour brings 1 on average, and nothing at
   // all leaves exp(-1) after one memory.
   static constexpr Scalar kStarved = Scalar(0.4);

@@ -328,6 +328,9 @@ class Rls {
   }
 
  private:
+  template <class, class>
+  friend class bank::Recursions;
+
   // Above this weight a float can no longer count samples one by one; the mean square then becomes
   // an exponential average over that many samples.
   static constexpr Scalar kWeightLimit = Scalar(1e6);

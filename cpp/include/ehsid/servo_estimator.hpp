@@ -284,6 +284,9 @@ class OnlineEstimator {
   Status restore(const Snapshot& saved) { return restore(saved.data(), snapshot_bytes()); }
 
  private:
+  template <class, class>
+  friend class bank::Estimators;
+
   static constexpr std::uint32_t kMagic = 0x45485331U;  // "EHS1"
 
   Status estimate(const Parameters& phi, Scalar y) {

@@ -70,6 +70,18 @@ using SquareMatrix =
     Eigen::Matrix<Scalar, (kN > 0 ? kN : Eigen::Dynamic), (kN > 0 ? kN : Eigen::Dynamic),
                   Eigen::ColMajor, capacity(kN), capacity(kN)>;
 
+// Many estimators at once, see bank/: the same equations with the same constants.
+namespace bank {
+template <class Policy, class V>
+struct LanesOf;
+template <class Recursion, class V>
+class Recursions;
+template <class Estimator, class V>
+class Estimators;
+template <class V>
+struct Whitenesses;
+}  // namespace bank
+
 /// Outcome of a call. Nothing throws; an error leaves the estimate bit for bit as it was.
 enum class Status : std::uint8_t {
   ok = 0,                // step taken, estimate updated
@@ -157,12 +169,13 @@ bool is_normal_positive(Scalar value) {
 
 /// Entry i of a plain array or of an Eigen vector.
 template <class Scalar, std::size_t kN>
-Scalar entry(const std::array<Scalar, kN>& values, int i) {
+EHSID_ALWAYS_INLINE inline Scalar entry(const std::array<Scalar, kN>& values, int i) {
   return values[static_cast<std::size_t>(i)];
 }
 
 template <class Scalar, int kRows, int kOptions, int kCapacity>
-Scalar entry(const Eigen::Matrix<Scalar, kRows, 1, kOptions, kCapacity, 1>& values, int i) {
+EHSID_ALWAYS_INLINE inline Scalar entry(
+    const Eigen::Matrix<Scalar, kRows, 1, kOptions, kCapacity, 1>& values, int i) {
   return values[i];
 }
 

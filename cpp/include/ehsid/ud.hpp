@@ -147,7 +147,8 @@ struct UdFactors : Extent<kN> {
   }
 
   /// f = U' phi; returns phi' P phi = f' D f.
-  EHSID_ALWAYS_INLINE Scalar project(const Vector<Scalar, kN>& phi, Array<Scalar, kN>& f) const {
+  template <class Regressor>
+  EHSID_ALWAYS_INLINE Scalar project(const Regressor& phi, Array<Scalar, kN>& f) const {
     f[0] = phi[0];
     Scalar s = f[0] * (d[0] * f[0]);
     const int n = size();
@@ -155,10 +156,10 @@ struct UdFactors : Extent<kN> {
     EHSID_UNROLL
     for (int j = 1; j < n; ++j) {
       const auto jj = static_cast<std::size_t>(j);
-      Scalar sum = phi[j];
+      Scalar sum = entry(phi, j);
       EHSID_UNROLL
       for (int i = 0; i < j; ++i) {
-        sum += column[i] * phi[i];
+        sum += column[i] * entry(phi, i);
       }
       f[jj] = sum;
       s += sum * (d[jj] * sum);
@@ -270,14 +271,15 @@ struct UdFactors : Extent<kN> {
   }
 
   /// phi' P^-1 phi: the information already held along phi.
-  EHSID_ALWAYS_INLINE Scalar information_along(const Vector<Scalar, kN>& phi) const {
+  template <class Regressor>
+  EHSID_ALWAYS_INLINE Scalar information_along(const Regressor& phi) const {
     const int n = size();
     Array<Scalar, kN> z;
     Scalar sum(0);
     EHSID_UNROLL
     for (int i = n - 1; i >= 0; --i) {
       const auto ii = static_cast<std::size_t>(i);
-      Scalar rest = phi[i];  // back substitution, U z = phi
+      Scalar rest = entry(phi, i);  // back substitution, U z = phi
       const Scalar* factor = u.data() + at(i, i + 1);
       EHSID_UNROLL
       for (int j = i + 1; j < n; ++j) {

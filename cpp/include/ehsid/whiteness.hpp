@@ -150,6 +150,9 @@ class WhitenessMonitor {
   }
 
  private:
+  template <class>
+  friend struct bank::Whitenesses;
+
   // An outlier, or the errors of a change of the plant, count as three deviations.
   static constexpr Scalar kLargestError = Scalar(3);
   // Scaled commands are of order one; this only keeps every product finite.

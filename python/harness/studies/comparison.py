@@ -169,18 +169,20 @@ def run_contender(
     size = np.linalg.norm(truth * weights, axis=1)
     errors, spreads, thetas, rmses, resets = [], [], [], [], []
     first: tuple[FloatArray, FloatArray] | None = None
-    for u, y in records:
-        run = setting.estimator(contender).run(u, y)
-        theta = run.theta.astype(np.float64)
-        innovation = run.innovation.astype(np.float64)
+    run = ehsid.EstimatorBank([setting.estimator(contender) for _ in records]).run(
+        np.column_stack([u for u, _ in records]), np.column_stack([y for _, y in records])
+    )
+    for i in range(len(records)):
+        theta = run.theta[:, i].astype(np.float64)
+        innovation = run.innovation[:, i].astype(np.float64)
         errors.append(np.linalg.norm((theta - truth) * weights, axis=1) / size)
         late = theta[-theta.shape[0] // 4 :] * weights
         spreads.append(np.sqrt(late.var(axis=0).sum()) / size[-1])
         thetas.append(theta[-1])
         rmses.append(np.sqrt(np.nanmean(innovation**2)))
-        resets.append(np.flatnonzero(run.status == ehsid.Status.reset))
+        resets.append(np.flatnonzero(run.status[:, i] == ehsid.Status.reset))
         if first is None:
-            factor = run.forgetting_factor.astype(np.float64)
+            factor = run.forgetting_factor[:, i].astype(np.float64)
             first = np.where(np.isfinite(innovation), factor, np.nan), theta
     assert first is not None
     return Outcome(

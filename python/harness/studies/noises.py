@@ -176,11 +176,21 @@ def run(
     forgetting: ehsid.Forgetting = FORGETTING,
 ) -> Runs:
     """Runs one method over a record for each seed."""
+    records = [signals(noise, seed, command, n) for seed in seeds]
+    recursions = [estimator(method, dtype, forgetting) for _ in records]
+    if method == "rls" and records:
+        bank = ehsid.EstimatorBank(recursions)
+        bank.run(
+            np.column_stack([record.u for record in records]),
+            np.column_stack([record.y for record in records]),
+            every=0,
+        )
+        recursions = [bank[i] for i in range(len(bank))]
+    else:
+        for recursion, record in zip(recursions, records, strict=True):
+            recursion.run(record.u, record.y)
     theta, deviation = [], []
-    for seed in seeds:
-        record = signals(noise, seed, command, n)
-        recursion = estimator(method, dtype, forgetting)
-        recursion.run(record.u, record.y)
+    for recursion in recursions:
         theta.append(np.asarray(recursion.theta_hat, dtype=np.float64))
         # Of sigma^2 P: `standard_deviation` is larger where the residuals are not white.
         deviation.append(np.sqrt(np.diag(np.asarray(recursion.covariance, dtype=np.float64))))

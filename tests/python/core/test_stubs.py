@@ -58,6 +58,9 @@ MODULE_TO_STUB = {
     " | ".join(info.policy.__name__ for info in ehsid.policies()): "Forgetting",
 }
 
+# Methods that a stub lists like any other.
+SPECIAL = {"__init__", "__len__", "__getitem__"}
+
 Signatures = dict[str, list[str]]
 
 
@@ -120,7 +123,7 @@ def module_signatures() -> Signatures:
                 elif isinstance(inner, property):
                     accessors = [a for a in (inner.fget, inner.fset) if a is not None]
                     found[where] = [s for a in accessors for s in documented(a, method=True)]
-                elif callable(inner) and (member == "__init__" or not member.startswith("_")):
+                elif callable(inner) and (member in SPECIAL or not member.startswith("_")):
                     found[where] = documented(inner, method=True)
     # A class that Python cannot make has object's __init__, whose docstring is no signature.
     return {where: signatures for where, signatures in found.items() if signatures}

@@ -92,6 +92,9 @@ struct ErrorDriven {
   }
 
  private:
+  template <class, class>
+  friend struct bank::LanesOf;
+
   static constexpr std::int32_t kFirst =
       20;  // samples before the mean of their squares says something
   static constexpr std::int32_t kMostSeen = 1 << 20;  // where the count stops

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT
+#include "bank_instances.hpp"
+
+namespace ehsid::bindings {
+
+template std::unique_ptr<AnyBank> make_bank<double>(const std::vector<AnyEstimator*>&,
+                                                    const std::string&);
+
+}  // namespace ehsid::bindings
