@@ -103,6 +103,7 @@ class Problem:
         self.floors = dict(floors)
         self.substeps = substeps
         self._indices = [names.index(parameter.name) for parameter in parameters]
+        self._columns = [OUTPUTS.index(name) for name in self.outputs]
         self._base = rig.plant_values(fixed)
         self._independent = INDEPENDENT_HZ * sum(record.seconds for record in records)
         self._centre = np.array([parameter.centre for parameter in parameters])
@@ -264,17 +265,21 @@ class Problem:
                 dt_s=record.dt_s,
                 substeps=self.substeps,
                 varied=[self._indices[index] for index in varied],
+                watched=self._columns,
                 aligned=record.aligned,
                 threads=1,
             )
-            columns = {name: OUTPUTS.index(name) for name in self.outputs}
-            simulated = {name: outputs[0, :, column] for name, column in columns.items()}
+            simulated = {
+                name: outputs[0, :, column]
+                for name, column in zip(self.outputs, self._columns, strict=True)
+            }
             by_x: dict[str, FloatArray] = {}
             if varied:
                 # The sensitivities of a simulation that diverges overflow. No step is taken then.
                 with np.errstate(over="ignore", invalid="ignore"):
                     by_x = {
-                        name: partials[0, :, :, column] * slopes for name, column in columns.items()
+                        name: partials[0, :, :, place] * slopes
+                        for place, name in enumerate(self.outputs)
                     }
             runs.append((simulated, by_x))
         return runs
