@@ -14,9 +14,10 @@ from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.inference.gap_reduction import WindowSums, window_sums
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import Fit, fit
+from ehsid.harness.gap.model.linear import Linear
 from ehsid.harness.gap.model.machine import effect_starts, machine_scale
 from ehsid.harness.gap.model.parameters import effect_parameters
-from ehsid.harness.gap.model.problem import Linear, Problem
+from ehsid.harness.gap.model.problem import Problem
 from ehsid.harness.gap.thresholds import (
     COLD_WINDOWS_S,
     DECISION_SUBSTEPS,
@@ -183,7 +184,10 @@ class FitStart:
 
 def linearised_start(case: Case, effects: tuple[str, ...], x: FloatArray) -> FitStart:
     """Returns the values x of a candidate as a start, with the sensitivities there."""
-    return FitStart(x, case.problem(effects).linear(x))
+    linear = case.problem(effects).linear(x)
+    for name in case.outputs:
+        linear.gram(name)  # once, not in each of the tasks that start here
+    return FitStart(x, linear)
 
 
 def calibrate_nuisances(case: Case, calibrated: FittedCandidate) -> FittedCandidate:

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.model.problem import Linear, Problem, Step
+from ehsid.harness.gap.model.linear import Linear
+from ehsid.harness.gap.model.problem import Problem, Step
 
 DAMPING = 1e-2
 DAMPING_DECREASE, DAMPING_INCREASE = 1.0 / 6.0, 8.0

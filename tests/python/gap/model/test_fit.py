@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares, lsq_linear
 
 from ehsid.harness.gap import Problem, fit
-from ehsid.harness.gap.model.problem import Linear, Step
+from ehsid.harness.gap.model.linear import Linear
+from ehsid.harness.gap.model.problem import Step
 
 
 class Quadratic:
