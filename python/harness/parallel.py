@@ -206,7 +206,7 @@ def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
                 return_as="generator_unordered",
                 initializer=_end_with,
                 initargs=(os.getpid(),),
-            )(joblib.delayed(task)() for task in tasks)
+            )(joblib.delayed(_alone)(task) for task in tasks)
         yield from running
     except TerminatedWorkerError:
         raise ChildProcessError(
@@ -234,7 +234,7 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
             # The task is sent as bytes: the scheduler unpickles what it receives, and it need not
             # have this package. A nested function such as `unpacked` is sent by value.
-            return client.submit(unpacked, cloudpickle.dumps(task), pure=False)
+            return client.submit(unpacked, cloudpickle.dumps(partial(_alone, task)), pure=False)
 
     waiting = iter(tasks)
     ahead = 2 * sum(client.ncores().values())
@@ -244,6 +244,19 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
         yield future.result()
         for task in itertools.islice(waiting, 1):
             running.add(sent(task))
+
+
+def run_threads(tasks: Sequence[Callable[[], T]]) -> list[T]:
+    """Returns the results in the order of the tasks, which run in threads of this process.
+
+    For a few short tasks that spend their time outside of Python. In a task of `run_tasks`, whose
+    process is one of many, they run one after the other.
+    """
+    if worker_count() == 1 or len(tasks) < 2:
+        return [task() for task in tasks]
+    count = len(tasks) if worker_count() < 0 else worker_count()
+    with concurrent.futures.ThreadPoolExecutor(min(count, len(tasks))) as pool:
+        return [future.result() for future in [pool.submit(_alone, task) for task in tasks]]
 
 
 def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:
@@ -262,6 +275,12 @@ def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None
         if progress is not None:
             progress(len(results) / len(tasks))
     return [results[i] for i in range(len(tasks))]
+
+
+def _alone(task: Callable[[], T]) -> T:
+    """Runs a task that has a worker to itself, but not its neighbours' cores."""
+    with workers(1):
+        return task()
 
 
 def _placed(place: int, task: Callable[[], T]) -> tuple[int, T]:

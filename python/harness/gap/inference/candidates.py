@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from ehsid.harness.gap.thresholds import (
     STIFFNESS_STARTS,
     STIFFNESS_STEPS,
 )
+from ehsid.harness.parallel import run_tasks, run_threads
 
 SLEW = "nuisance.spool_slew_1_s"
 STIFFNESS = "fluid.bulk_modulus_pa"
@@ -115,15 +117,27 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
     windows it cannot.
     """
     problem = case.problem()
-    cold = problem.centre()
     dt_s = max(record.dt_s or 0.0 for record in case.records)
     windows_s = [window_s for window_s in COLD_WINDOWS_S if window_s >= LEAST_COLD_SAMPLES * dt_s]
+    slow = _stiffness_starts(problem) if len(windows_s) < len(COLD_WINDOWS_S) else []
+    fits = [
+        partial(_fit_in_short_windows_first, case, windows_s),
+        *(
+            partial(fit, problem, start, iterations=ITERATIONS)
+            for start in (problem.centre(), *slow, *starts)
+        ),
+    ]
+    return refine(case, (), _with_slower_spool(problem, _best(run_tasks(fits))).x)
+
+
+def _fit_in_short_windows_first(case: Case, windows_s: Sequence[float]) -> Fit:
+    """Fits the calibration from the priors in ever longer windows, then in those of the case."""
+    problem = case.problem()
+    x = problem.centre()
     for window_s in windows_s:
         short_problem = case.problem(window_s=window_s, all_states=True)
-        cold = fit(short_problem, cold, iterations=ITERATIONS_COLD).x
-    slow = _stiffness_starts(problem) if len(windows_s) < len(COLD_WINDOWS_S) else []
-    best = _fit_from_all(problem, [cold, problem.centre(), *slow, *starts])
-    return refine(case, (), best.x)
+        x = fit(short_problem, x, iterations=ITERATIONS_COLD).x
+    return fit(problem, x, iterations=ITERATIONS)
 
 
 def _stiffness_starts(problem: Problem) -> list[FloatArray]:
@@ -149,9 +163,8 @@ def _stiffness_starts(problem: Problem) -> list[FloatArray]:
     return [trials[k] for k in sorted(minima, key=lambda k: float(costs[k]))][:STIFFNESS_STARTS]
 
 
-def _fit_from_all(problem: Problem, starts: Sequence[FloatArray]) -> Fit:
-    """Fits from all starts, then from the best with a slower spool; returns the best fit."""
-    best = _best([fit(problem, start, iterations=ITERATIONS) for start in starts])
+def _with_slower_spool(problem: Problem, best: Fit) -> Fit:
+    """Fits again with a slower spool where that lowers the cost; returns the better fit."""
     slower = _slower_spool(problem, best)
     return best if slower is None else _best([best, fit(problem, slower, iterations=ITERATIONS)])
 
@@ -165,13 +178,11 @@ def _slower_spool(problem: Problem, best: Fit) -> FloatArray | None:
     if SLEW not in names:
         return None
     index = names.index(SLEW)
-    trials = []
-    for slew in SLEWS_1_S:
-        x = best.x.copy()
-        x[index] = problem.parameters[index].place(slew)
-        trials.append((problem.cost(x), tuple(x)))
-    cost, best_x = min(trials)
-    return np.array(best_x) if cost < best.cost else None
+    trials = np.tile(best.x, (len(SLEWS_1_S), 1))
+    trials[:, index] = [problem.parameters[index].place(slew) for slew in SLEWS_1_S]
+    costs = run_threads([partial(problem.cost, x) for x in trials])
+    lowest = int(np.argmin(costs))
+    return trials[lowest] if costs[lowest] < best.cost else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +210,8 @@ def calibrate_nuisances(case: Case, calibrated: FittedCandidate) -> FittedCandid
     for problem in (coarse, exact):
         problem.low = np.where(is_rig_value, centre, problem.low)
         problem.high = np.where(is_rig_value, centre, problem.high)
-    fitted = _fit_from_all(coarse, [calibrated.x, centre])
+    fits = [partial(fit, coarse, start, iterations=ITERATIONS) for start in (calibrated.x, centre)]
+    fitted = _with_slower_spool(coarse, _best(run_tasks(fits)))
     # Held values make the minimum narrow, so that the fit needs twice the steps.
     fitted = fit(coarse, fitted.x, iterations=ITERATIONS)
     return _evaluate(fine, (), fit(exact, fitted.x, iterations=ITERATIONS_FINE))

@@ -98,9 +98,8 @@ def search(
     # the fits with the best effects have reached.
     rig_size = calibrated.x.size
     restarts = [candidate.x[:rig_size] for candidate in single_effects[:2]]
-    calibrated = min(
-        [calibrated, *(refine(case, (), x) for x in restarts)], key=lambda candidate: candidate.cost
-    )
+    restarted = run_tasks([partial(refine, case, (), x) for x in restarts])
+    calibrated = min([calibrated, *restarted], key=lambda candidate: candidate.cost)
     refined = [
         *single_effects,
         *run_tasks(_simpler_law_tasks(case, effect_ids, single_effects[:1], single_effects)),

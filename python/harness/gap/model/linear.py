@@ -64,7 +64,7 @@ class Linear:
     @property
     def size(self) -> int:
         """Number n of the parameters x."""
-        return next(iter(self._exact.values())).shape[1]
+        return int(next(iter(self._exact.values())).shape[1])
 
     def gram(self, name: str) -> FloatArray:
         """Returns J_0'J_0 of the exact sensitivities of an output, shape (n, n)."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,7 @@ from ehsid.harness.gap.model.comparison import Compared
 from ehsid.harness.gap.model.linear import Linear
 from ehsid.harness.gap.model.parameters import Parameter
 from ehsid.harness.gap.thresholds import INDEPENDENT_HZ
+from ehsid.harness.parallel import run_threads, worker_count
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation.outputs import OUTPUTS
 
@@ -238,24 +240,25 @@ class Problem:
         """Outputs by name, shape (N,), and their derivatives by the plant's values, (N, V)."""
         values = self.plant_values(x)[np.newaxis]
         indices = [self._indices[index] for index in varied]
-        runs = []
-        for record in self.records:
-            outputs, partials = ehsid.simulate_plant(
-                self.rig.plant,
-                values,
-                record.record.column("command_v"),
-                dt_s=record.dt_s,
-                substeps=self.substeps,
-                varied=indices,
-                watched=self._columns,
-                aligned=record.aligned,
-                threads=1,
-            )
-            places = list(enumerate(zip(self.outputs, self._columns, strict=True)))
-            runs.append(
-                (
-                    {name: outputs[0, :, column] for _, (name, column) in places},
-                    {name: partials[0, :, :, place] for place, (name, _) in places},
-                )
-            )
-        return runs
+        return run_threads([partial(self._run, record, values, indices) for record in self.records])
+
+    def _run(
+        self, record: Compared, values: FloatArray, indices: Sequence[int]
+    ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+        outputs, partials = ehsid.simulate_plant(
+            self.rig.plant,
+            values,
+            record.record.column("command_v"),
+            dt_s=record.dt_s,
+            substeps=self.substeps,
+            varied=indices,
+            watched=self._columns,
+            aligned=record.aligned,
+            # The parts of a run with many sensitivities can run side by side.
+            threads=max(worker_count(), 0),
+        )
+        places = list(enumerate(zip(self.outputs, self._columns, strict=True)))
+        return (
+            {name: outputs[0, :, column] for _, (name, column) in places},
+            {name: partials[0, :, :, place] for place, (name, _) in places},
+        )
