@@ -27,6 +27,7 @@ Progress = Callable[[float], None]
 
 PACKAGE = "ehsid"
 CONNECT_S = 10.0
+THREADS_UP_TO = 4  # cores that `run_together` uses with threads
 WATCH_S = 0.5  # between two looks of a worker process at its parent
 
 _WORKERS: ContextVar[int] = ContextVar("_WORKERS", default=-1)
@@ -246,17 +247,57 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
             running.add(sent(task))
 
 
-def run_threads(tasks: Sequence[Callable[[], T]]) -> list[T]:
+def run_threads(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:
     """Returns the results in the order of the tasks, which run in threads of this process.
 
-    For a few short tasks that spend their time outside of Python. In a task of `run_tasks`, whose
-    process is one of many, they run one after the other.
+    For tasks that spend their time outside of Python. In a task of another call, which has one core
+    to itself, they run one after the other. `progress` has the meaning it has in `run_tasks`.
     """
     if worker_count() == 1 or len(tasks) < 2:
-        return [task() for task in tasks]
-    count = len(tasks) if worker_count() < 0 else worker_count()
-    with concurrent.futures.ThreadPoolExecutor(min(count, len(tasks))) as pool:
-        return [future.result() for future in [pool.submit(_alone, task) for task in tasks]]
+        results = []
+        for task in tasks:
+            results.append(task())
+            if progress is not None:
+                progress(len(results) / len(tasks))
+        return results
+    count = worker_count() if worker_count() > 0 else os.cpu_count() or 1
+    pool = concurrent.futures.ThreadPoolExecutor(count)
+    try:
+        futures = [pool.submit(_alone, task) for task in tasks]
+        for done, _ in enumerate(concurrent.futures.as_completed(futures), start=1):
+            if progress is not None:
+                progress(done / len(tasks))
+        return [future.result() for future in futures]
+    finally:
+        # After an error or Ctrl-C no further task is started.
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def single_threaded_algebra() -> Iterator[None]:
+    """Keeps numpy's linear algebra in the thread that calls it, in this whole process.
+
+    The tasks use the cores themselves. More threads in small products only wait for each other.
+    """
+    # Imported here because commands that fit nothing do not need it.
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(limits=1, user_api="blas"):
+        yield
+
+
+def run_together(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:
+    """Runs tasks on the same large data: in threads on few cores, else as `run_tasks`.
+
+    Threads share the data and start at once, whereas a worker process first imports the package,
+    which costs as much as a second of simulation. But Python code runs in one thread at a time. The
+    tasks of a diagnosis spend a quarter of their time there, so that THREADS_UP_TO cores are used
+    well and more are not.
+    """
+    count = worker_count() if worker_count() > 0 else os.cpu_count() or 1
+    if count > THREADS_UP_TO or _CLUSTER.get() is not None:
+        return run_tasks(tasks, progress)
+    return run_threads(tasks, progress)
 
 
 def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:

@@ -22,7 +22,7 @@ from ehsid.harness.gap.model.equations import Equation
 from ehsid.harness.gap.model.machine import machine_scale
 from ehsid.harness.gap.model.weak_form import regress
 from ehsid.harness.gap.thresholds import GAIN_DEVIATIONS, WEIGHT_ITERATIONS
-from ehsid.harness.parallel import run_tasks
+from ehsid.harness.parallel import run_together
 from ehsid.harness.rigs import Rig
 
 
@@ -86,7 +86,7 @@ def rank_effects(
         for effect, info in effects().items()
         if effect not in skipped and acts_on(info, rig.plant)
     ]
-    ranked = [ranked_effect for ranked_effect in run_tasks(tasks) if ranked_effect is not None]
+    ranked = [ranked_effect for ranked_effect in run_together(tasks) if ranked_effect is not None]
     return tuple(sorted(ranked, key=lambda ranked_effect: -ranked_effect.gain))
 
 

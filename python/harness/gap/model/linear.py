@@ -36,40 +36,43 @@ class Linear:
         errors by output, shape (N,).
     exact
         exact sensitivities by output, shape (N, n).
-    grams
-        sensitivities' products J_0'J_0 by output, shape (n, n), as far as they are known.
     """
 
     def __init__(
         self,
         errors: Mapping[str, FloatArray],
         exact: Mapping[str, FloatArray],
-        grams: Mapping[str, FloatArray] | None = None,
     ) -> None:
         self.errors = errors
-        self._exact = exact
-        self._grams = dict(grams or {})
+        # The columns of J_0 in one array or in several: many fits start from the sensitivities of
+        # the same point, and need not hold them once for each fit.
+        self._exact: dict[str, tuple[FloatArray, ...]] = {
+            name: (slopes,) for name, slopes in exact.items()
+        }
+        self._grams: dict[str, FloatArray] = {}
         self._updates: dict[str, _Updates] = {}
 
     @property
     def slopes(self) -> Mapping[str, FloatArray]:
         """Derivatives of the errors by output, shape (N, n)."""
-        if not self._updates:
-            return self._exact
-        return {
-            name: exact + self._updates[name].residuals @ self._updates[name].directions.T
-            for name, exact in self._exact.items()
-        }
+        slopes = {}
+        for name, parts in self._exact.items():
+            slopes[name] = np.hstack(parts) if len(parts) > 1 else parts[0]
+            if name in self._updates:
+                updates = self._updates[name]
+                slopes[name] = slopes[name] + updates.residuals @ updates.directions.T
+        return slopes
 
     @property
     def size(self) -> int:
         """Number n of the parameters x."""
-        return int(next(iter(self._exact.values())).shape[1])
+        return sum(part.shape[1] for part in next(iter(self._exact.values())))
 
     def gram(self, name: str) -> FloatArray:
         """Returns J_0'J_0 of the exact sensitivities of an output, shape (n, n)."""
         if name not in self._grams:
-            self._grams[name] = self._exact[name].T @ self._exact[name]
+            parts = self._exact[name]
+            self._grams[name] = np.block([[a.T @ b for b in parts] for a in parts])
         return self._grams[name]
 
     def joined(self, errors: Mapping[str, FloatArray], slopes: Mapping[str, FloatArray]) -> Linear:
@@ -82,17 +85,32 @@ class Linear:
         slopes
             exact sensitivities of the further parameters by output, shape (N, m).
         """
-        exact, grams = {}, {}
+        joined = Linear(errors, {})
         for name, further in slopes.items():
-            exact[name] = np.concatenate([self._exact[name], further], axis=1)
-            cross = self._exact[name].T @ further
-            grams[name] = np.block([[self.gram(name), cross], [cross.T, further.T @ further]])
-        return Linear(errors, exact, grams)
+            joined._exact[name] = (*self._exact[name], further)
+            cross = self._transposed(name, further)
+            joined._grams[name] = np.block(
+                [[self.gram(name), cross], [cross.T, further.T @ further]]
+            )
+        return joined
+
+    def _times(self, name: str, step: FloatArray) -> FloatArray:
+        """Product of J_0 with a step, shape (n,)."""
+        product = np.zeros(self._exact[name][0].shape[0])
+        first = 0
+        for part in self._exact[name]:
+            product += part @ step[first : first + part.shape[1]]
+            first += part.shape[1]
+        return product
+
+    def _transposed(self, name: str, columns: FloatArray) -> FloatArray:
+        """Product of J_0' with columns, shape (N,) or (N, m)."""
+        return np.concatenate([part.T @ columns for part in self._exact[name]])
 
     def products(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Returns J'e, shape (n,), and J'J, shape (n, n), of an output."""
         error = self.errors[name]
-        gradient, gram = self._exact[name].T @ error, self.gram(name)
+        gradient, gram = self._transposed(name, error), self.gram(name)
         if name in self._updates:
             updates = self._updates[name]
             mixed = updates.projected @ updates.directions.T
@@ -111,19 +129,20 @@ class Linear:
         influence. It is the smallest change of J that agrees with the new errors e. A step along
         parameters on which nothing depends changes no slopes.
         """
-        after = Linear(errors, self._exact, self._grams)
+        after = Linear(errors, {})
+        after._exact, after._grams = self._exact, self._grams
         length = float(step @ (scale * step))
         if length <= 0.0:
             after._updates = self._updates
             return after
         direction = (scale * step / length)[:, np.newaxis]
-        for name, exact in self._exact.items():
-            residual = errors[name] - self.errors[name] - exact @ step
+        for name in self._exact:
+            residual = errors[name] - self.errors[name] - self._times(name, step)
             before = self._updates.get(name)
             if before is not None:
                 residual -= before.residuals @ (before.directions.T @ step)
             column = residual[:, np.newaxis]
-            projected = exact.T @ column
+            projected = self._transposed(name, column)
             if before is None:
                 after._updates[name] = _Updates(column, direction, projected, column.T @ column)
                 continue
