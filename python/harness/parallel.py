@@ -264,7 +264,8 @@ def run_threads(tasks: Sequence[Callable[[], T]], progress: Progress | None = No
     pool = concurrent.futures.ThreadPoolExecutor(count)
     try:
         futures = [pool.submit(_alone, task) for task in tasks]
-        for done, _ in enumerate(concurrent.futures.as_completed(futures), start=1):
+        for done, future in enumerate(concurrent.futures.as_completed(futures), start=1):
+            future.result()  # raises what the task raised
             if progress is not None:
                 progress(done / len(tasks))
         return [future.result() for future in futures]
