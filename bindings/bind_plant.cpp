@@ -8,7 +8,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace ehsid::bindings {
 namespace {
@@ -52,21 +55,29 @@ void require_sampling_time(double dt_s) {
   }
 }
 
-/// The runs of one call, handed out to as many threads as are worth it.
+/// The parts of all runs of one call, handed out to as many threads as are worth it.
 void run_all(const std::vector<plant::Simulation>& runs, const double* command,
              const double* aligned, std::size_t samples, double* outputs, double* sensitivities,
              std::size_t threads) {
+  if (runs.empty()) {
+    return;
+  }
+  const std::size_t parts = plant::parts(runs.front());
+  const std::size_t size = samples * plant::kOutputs;
+  const std::size_t partial_size =
+      samples * runs.front().varied.size() * runs.front().watched.size();
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
-    for (std::size_t i = next++; i < runs.size(); i = next++) {
-      const std::size_t size = samples * plant::kOutputs;
+    for (std::size_t i = next++; i < runs.size() * parts; i = next++) {
+      const std::size_t run = i / parts;
       double* const partials =
-          sensitivities == nullptr ? nullptr : sensitivities + i * size * runs[i].varied.size();
-      plant::simulate(runs[i], command, aligned, samples, outputs + i * size, partials);
+          sensitivities == nullptr ? nullptr : sensitivities + run * partial_size;
+      plant::simulate_part(runs[run], i % parts, command, aligned, samples, outputs + run * size,
+                           partials);
     }
   };
   std::vector<std::thread> others;
-  for (std::size_t i = 1; i < std::min(threads, runs.size()); ++i) {
+  for (std::size_t i = 1; i < std::min(threads, runs.size() * parts); ++i) {
     others.emplace_back(work);
   }
   work();
@@ -75,8 +86,19 @@ void run_all(const std::vector<plant::Simulation>& runs, const double* command,
   }
 }
 
+void require_places(const char* name, const std::vector<std::size_t>& places, std::size_t count,
+                    const char* of_what) {
+  for (const std::size_t place : places) {
+    if (place >= count) {
+      throw py::value_error(std::string(name) + ": " + std::to_string(place) + " is not below " +
+                            std::to_string(count) + ", the number of " + of_what);
+    }
+  }
+}
+
 py::tuple simulate(const std::string& kind, const InputArray<double>& values, const py::object& u,
                    double dt_s, int substeps, const std::vector<std::size_t>& varied,
+                   const std::optional<std::vector<std::size_t>>& watched,
                    const py::object& aligned, std::size_t threads) {
   const std::size_t count = plant::plant_parameters().size();
   require_shape("values", values, 2, static_cast<py::ssize_t>(count));
@@ -91,24 +113,30 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
   }
   require_sampling_time(dt_s);
   require_range("substeps", substeps, 1, 1000);
-  for (const std::size_t index : varied) {
-    if (index >= count) {
-      throw py::value_error("varied: " + std::to_string(index) + " is not below " +
-                            std::to_string(count) + ", the number of parameters");
-    }
+  require_places("varied", varied, count, "parameters");
+  plant::Simulation shared;
+  shared.kind = kind_of(kind);
+  shared.dt = dt_s;
+  shared.substeps = substeps;
+  shared.varied = varied;
+  if (watched) {
+    require_places("watched", *watched, plant::kOutputs, "outputs");
+    shared.watched = *watched;
   }
   const py::ssize_t sets = values.shape(0);
-  std::vector<plant::Simulation> runs;
+  std::vector<plant::Simulation> runs(static_cast<std::size_t>(sets), shared);
   for (py::ssize_t i = 0; i < sets; ++i) {
     const double* const first = values.data(i, 0);
-    runs.push_back({kind_of(kind), dt_s, substeps, {first, first + count}, varied});
+    runs[static_cast<std::size_t>(i)].values.assign(first, first + count);
   }
   const auto columns = static_cast<py::ssize_t>(plant::kOutputs);
   const auto wanted = static_cast<py::ssize_t>(varied.size());
+  const auto shown = static_cast<py::ssize_t>(shared.watched.size());
   py::array_t<double> outputs({sets, samples, columns});
-  py::array_t<double> sensitivities({sets, samples, wanted, columns});
+  // In memory one output after the other, so that each is one block for whoever takes it.
+  py::array_t<double> by_output({sets, shown, samples, wanted});
   double* const out = outputs.mutable_data();
-  double* const partials = wanted > 0 ? sensitivities.mutable_data() : nullptr;
+  double* const partials = wanted > 0 ? by_output.mutable_data() : nullptr;
   const double* const commands = command.data();
   const double* const positions = aligned.is_none() ? nullptr : targets.data();
   if (threads == 0) {
@@ -118,7 +146,7 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
     const py::gil_scoped_release release;
     run_all(runs, commands, positions, static_cast<std::size_t>(samples), out, partials, threads);
   }
-  return py::make_tuple(outputs, sensitivities);
+  return py::make_tuple(outputs, by_output.attr("transpose")(0, 2, 3, 1));
 }
 
 /// A plant that somebody else clocks: a controller, a target.
@@ -252,8 +280,8 @@ ValueError
 )");
   m.def("simulate_plant", &simulate, py::arg("plant"), py::arg("values"), py::arg("command"),
         py::kw_only(), py::arg("dt_s"), py::arg("substeps") = 2,
-        py::arg("varied") = std::vector<std::size_t>{}, py::arg("aligned") = py::none(),
-        py::arg("threads") = 0,
+        py::arg("varied") = std::vector<std::size_t>{}, py::arg("watched") = py::none(),
+        py::arg("aligned") = py::none(), py::arg("threads") = 0,
         R"(Runs the plant on a logged command, each sample held until the next.
 
 Releases the GIL and runs parameter sets side by side.
@@ -271,6 +299,8 @@ substeps : int in 1..1000
     Steps of integration a sample, see plant_substeps().
 varied : sequence of S int
     Positions in `values` of the parameters whose sensitivities are wanted.
+watched : sequence of L int, optional
+    Positions in plant_outputs() of the outputs whose sensitivities are wanted; all by default.
 aligned : array_like, shape (N, 4), optional
     Position reading, velocity, pressures at the cap and at the rod: what is not NaN replaces the state at that
     sample; all else goes on.
@@ -281,8 +311,8 @@ Returns
 -------
 outputs : shape (M, N, 6)
     In the order of plant_outputs(); NaN for what the plant does not have.
-sensitivities : shape (M, N, S, 6)
-    Derivatives of the outputs, by dual numbers.
+sensitivities : shape (M, N, S, L)
+    Derivatives of the watched outputs, by dual numbers; for each output a contiguous block (N, S).
 
 Raises
 ------

@@ -1,70 +1,74 @@
 // SPDX-License-Identifier: MIT
 #include <ehsid/plant/simulate.hpp>
 
+#include "sensitivities.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 namespace ehsid::plant {
+namespace detail {
+
+Kernels portable_kernels() { return kernels<8, 4, 2>(); }
+
+}  // namespace detail
+
 namespace {
 
-template <class Scalar, class Use>
-void run_with(const Simulation& run, const std::vector<Scalar>& values, const double* command,
-              const double* aligned, std::size_t samples, Use use) {
-  ServoPlant<Scalar> plant(run.kind, values, run.dt, run.substeps, samples);
-  for (std::size_t k = 0; k < samples; ++k) {
-    if (aligned != nullptr) {
-      std::array<double, kStates> state;
-      std::copy_n(aligned + k * kStates, kStates, state.begin());
-      plant.align(state);
+using detail::Kernels;
+
+/// The fastest that this processor has. All give the same numbers, bit for bit.
+const Kernels& kernels_here() {
+  static const Kernels kernels = [] {
+#if defined(EHSID_PLANT_X86)
+    if (__builtin_cpu_supports("avx512f")) {
+      return detail::avx512_kernels();
     }
-    use(k, in_order(plant.read()));
-    plant.advance(command[k]);
-  }
+    if (__builtin_cpu_supports("avx2")) {
+      return detail::avx2_kernels();
+    }
+#endif
+    return detail::portable_kernels();
+  }();
+  return kernels;
 }
 
-/// Sensitivities of up to kN parameters, varied[first] onwards.
-template <int kN>
-void run_batch(const Simulation& run, std::size_t first, const double* command,
-               const double* aligned, std::size_t samples, double* outputs, double* sensitivities) {
-  const std::size_t all = run.varied.size();
-  const std::size_t here = std::min(all - first, static_cast<std::size_t>(kN));
-  std::vector<Dual<kN>> values(run.values.begin(), run.values.end());
-  for (std::size_t i = 0; i < here; ++i) {
-    values[run.varied[first + i]].partial[static_cast<Eigen::Index>(i)] = 1.0;
-  }
-  run_with<Dual<kN>>(run, values, command, aligned, samples,
-                     [&](std::size_t k, const auto& output) {
-                       for (std::size_t j = 0; j < kOutputs; ++j) {
-                         outputs[k * kOutputs + j] = output[j].value;
-                         for (std::size_t i = 0; i < here; ++i) {
-                           sensitivities[(k * all + first + i) * kOutputs + j] =
-                               output[j].partial[static_cast<Eigen::Index>(i)];
-                         }
-                       }
-                     });
+/// Of the part: the last one may hold few sensitivities.
+bool is_few(const Simulation& run, std::size_t part) {
+  const Kernels& kernels = kernels_here();
+  return run.varied.size() - part * kernels.many <= kernels.few;
 }
 
 }  // namespace
 
-void simulate(const Simulation& run, const double* command, const double* aligned,
-              std::size_t samples, double* outputs, double* sensitivities) {
-  if (sensitivities == nullptr || run.varied.empty()) {
-    run_with<double>(run, run.values, command, aligned, samples,
-                     [&](std::size_t k, const auto& output) {
-                       std::copy(output.begin(), output.end(), outputs + k * kOutputs);
-                     });
+std::size_t parts(const Simulation& run) {
+  const std::size_t many = kernels_here().many;
+  return std::max<std::size_t>(1, (run.varied.size() + many - 1) / many);
+}
+
+void simulate_part(const Simulation& run, std::size_t part, const double* command,
+                   const double* aligned, std::size_t samples, double* outputs,
+                   double* sensitivities) {
+  const detail::Logged logged{command, aligned, samples};
+  if (run.varied.empty()) {
+    detail::run_with<double>(run, run.values, logged, [&](std::size_t k, const auto& output) {
+      std::copy(output.begin(), output.end(), outputs + k * kOutputs);
+    });
     return;
   }
-  std::size_t first = 0;
-  while (first < run.varied.size()) {
-    const std::size_t left = run.varied.size() - first;
-    if (left > 4) {
-      run_batch<8>(run, first, command, aligned, samples, outputs, sensitivities);
-      first += 8;
-    } else {
-      run_batch<4>(run, first, command, aligned, samples, outputs, sensitivities);
-      first += 4;
-    }
+  const Kernels& kernels = kernels_here();
+  const std::size_t first = part * kernels.many;
+  const detail::Part here{first, std::min(run.varied.size() - first, kernels.many)};
+  const detail::RunPart run_part = is_few(run, part) ? kernels.run_few : kernels.run_many;
+  run_part(run, here, logged, part == 0 ? outputs : nullptr, sensitivities);
+}
+
+void simulate(const Simulation& run, const double* command, const double* aligned,
+              std::size_t samples, double* outputs, double* sensitivities) {
+  for (std::size_t part = 0; part < parts(run); ++part) {
+    simulate_part(run, part, command, aligned, samples, outputs, sensitivities);
   }
 }
 

@@ -590,6 +590,7 @@ def simulate_plant(
     dt_s: float,
     substeps: int = 2,
     varied: Sequence[int] = [],
+    watched: Sequence[int] | None = None,
     aligned: npt.ArrayLike | None = None,
     threads: int = 0,
 ) -> tuple[_Array, _Array]: ...

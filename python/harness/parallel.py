@@ -27,6 +27,7 @@ Progress = Callable[[float], None]
 
 PACKAGE = "ehsid"
 CONNECT_S = 10.0
+THREADS_UP_TO = 4  # cores that `run_together` uses with threads
 WATCH_S = 0.5  # between two looks, of a worker process at its parent or at a task of a cluster
 NO_WORKERS_S = 30.0  # a cluster without workers for so long has lost them
 
@@ -206,7 +207,7 @@ def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
                 return_as="generator_unordered",
                 initializer=_end_with,
                 initargs=(os.getpid(),),
-            )(joblib.delayed(task)() for task in tasks)
+            )(joblib.delayed(_alone)(task) for task in tasks)
         yield from running
     except TerminatedWorkerError:
         raise ChildProcessError(
@@ -234,7 +235,7 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
             # The task is sent as bytes: the scheduler unpickles what it receives, and it need not
             # have this package. A nested function such as `unpacked` is sent by value.
-            return client.submit(unpacked, cloudpickle.dumps(task), pure=False)
+            return client.submit(unpacked, cloudpickle.dumps(partial(_alone, task)), pure=False)
 
     def ahead() -> int:
         """Two tasks for each core, so that none waits for the next one; workers come and go."""
@@ -281,6 +282,60 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
         raise ChildProcessError(f"workers of the cluster were killed: {guilty}")
 
 
+def run_threads(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:
+    """Returns the results in the order of the tasks, which run in threads of this process.
+
+    For tasks that spend their time outside of Python. In a task of another call, which has one core
+    to itself, they run one after the other. `progress` has the meaning it has in `run_tasks`.
+    """
+    if worker_count() == 1 or len(tasks) < 2:
+        results = []
+        for task in tasks:
+            results.append(task())
+            if progress is not None:
+                progress(len(results) / len(tasks))
+        return results
+    count = worker_count() if worker_count() > 0 else os.cpu_count() or 1
+    pool = concurrent.futures.ThreadPoolExecutor(count)
+    try:
+        futures = [pool.submit(_alone, task) for task in tasks]
+        for done, future in enumerate(concurrent.futures.as_completed(futures), start=1):
+            future.result()  # raises what the task raised
+            if progress is not None:
+                progress(done / len(tasks))
+        return [future.result() for future in futures]
+    finally:
+        # After an error or Ctrl-C no further task is started.
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def single_threaded_algebra() -> Iterator[None]:
+    """Keeps numpy's linear algebra in the thread that calls it, in this whole process.
+
+    The tasks use the cores themselves. More threads in small products only wait for each other.
+    """
+    # Imported here because commands that fit nothing do not need it.
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(limits=1, user_api="blas"):
+        yield
+
+
+def run_together(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:
+    """Runs tasks on the same large data: in threads on few cores, else as `run_tasks`.
+
+    Threads share the data and start at once, whereas a worker process first imports the package,
+    which costs as much as a second of simulation. But Python code runs in one thread at a time. The
+    tasks of a diagnosis spend a quarter of their time there, so that THREADS_UP_TO cores are used
+    well and more are not.
+    """
+    count = worker_count() if worker_count() > 0 else os.cpu_count() or 1
+    if count > THREADS_UP_TO or _CLUSTER.get() is not None:
+        return run_tasks(tasks, progress)
+    return run_threads(tasks, progress)
+
+
 def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:
     """Returns the results in the order of the tasks; each task must be picklable.
 
@@ -297,6 +352,12 @@ def run_tasks(tasks: Sequence[Callable[[], T]], progress: Progress | None = None
         if progress is not None:
             progress(len(results) / len(tasks))
     return [results[i] for i in range(len(tasks))]
+
+
+def _alone(task: Callable[[], T]) -> T:
+    """Runs a task that has a worker to itself, but not its neighbours' cores."""
+    with workers(1):
+        return task()
 
 
 def _placed(place: int, task: Callable[[], T]) -> tuple[int, T]:

@@ -9,7 +9,10 @@
 
 namespace {
 
-using ehsid::plant::Dual;
+using ehsid::plant::Lanes;
+
+template <int kN>
+using Dual = ehsid::plant::Dual<Lanes<kN>>;
 
 /// Every operation once; only what complex numbers have, too.
 template <class Number>
@@ -33,8 +36,8 @@ TEST(PlantDual, DerivativesAreThoseOfTheComplexStep) {
     for (const double y : {-0.4, 0.3, 1.2}) {
       Dual<2> a(x);
       Dual<2> b(y);
-      a.partial[0] = 1.0;
-      b.partial[1] = 1.0;
+      a.partial.set(0, 1.0);
+      b.partial.set(1, 1.0);
       const Dual<2> found = mixture(a, b);
       if (x * y + 2.0 <= 0.0 || x + y == 0.0) {
         continue;
@@ -48,9 +51,32 @@ TEST(PlantDual, DerivativesAreThoseOfTheComplexStep) {
   }
 }
 
+/// The mixture with the derivatives of both numbers in the lanes, each several times over and scaled.
+template <class Partials>
+ehsid::plant::Dual<Partials> mixture_in_lanes() {
+  ehsid::plant::Dual<Partials> x(0.9);
+  ehsid::plant::Dual<Partials> y(0.3);
+  for (std::size_t i = 0; i < 4; ++i) {
+    x.partial.set(i, 0.1 * static_cast<double>(i + 1));
+    y.partial.set(7 - i, 0.3 * static_cast<double>(i + 1));
+  }
+  return mixture(x, y);
+}
+
+// The width of the blocks belongs to the processor; no bit of a result does.
+TEST(PlantDual, TheWidthOfTheBlocksChangesNoBit) {
+  const auto alone = mixture_in_lanes<Lanes<8, 1>>();
+  const auto pairs = mixture_in_lanes<Lanes<8, 2>>();
+  EXPECT_EQ(alone.value, pairs.value);
+  for (std::size_t i = 0; i < 8; ++i) {
+    EXPECT_EQ(alone.partial[i], pairs.partial[i]);
+    EXPECT_NE(pairs.partial[i], 0.0);
+  }
+}
+
 TEST(PlantDual, PowerClampAndAbsoluteValueHaveTheSlopeOfTheirBranch) {
   Dual<1> x(-2.0);
-  x.partial[0] = 1.0;
+  x.partial.set(0, 1.0);
   EXPECT_EQ(ehsid::plant::absolute(x).value, 2.0);
   EXPECT_EQ(ehsid::plant::absolute(x).partial[0], -1.0);
   const Dual<1> low(-1.0);
@@ -66,7 +92,7 @@ TEST(PlantDual, PowerClampAndAbsoluteValueHaveTheSlopeOfTheirBranch) {
 TEST(PlantDual, ZeroIsNothingOnlyWhereNothingVaries) {
   Dual<1> x(0.0);
   EXPECT_TRUE(ehsid::plant::is_nothing(x));
-  x.partial[0] = 1.0;
+  x.partial.set(0, 1.0);
   EXPECT_FALSE(ehsid::plant::is_nothing(x));
 }
 

@@ -4,6 +4,8 @@
 #include <ehsid/plant/parameters.hpp>
 #include <ehsid/plant/simulate.hpp>
 
+#include "sensitivities.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -64,8 +66,8 @@ class PlantSimulate : public testing::TestWithParam<PlantKind> {};
 
 TEST_P(PlantSimulate, SensitivitiesDoNotChangeTheRunWhateverTheirNumber) {
   const Trace plain = run(GetParam(), "", {});
-  // 4 and 8 at a time, with a rest of every size.
-  for (const std::size_t count : {1U, 4U, 5U, 8U, 9U, 13U}) {
+  // As many at a time as the processor takes, 8 or 16, with a rest of every kind.
+  for (const std::size_t count : {1U, 4U, 5U, 8U, 9U, 13U, 16U, 17U}) {
     std::vector<std::size_t> varied(count);
     std::iota(varied.begin(), varied.end(), std::size_t{0});
     const Trace made = run(GetParam(), "", varied);
@@ -78,6 +80,54 @@ TEST_P(PlantSimulate, SensitivitiesDoNotChangeTheRunWhateverTheirNumber) {
       }
     }
   }
+}
+
+TEST_P(PlantSimulate, EachSensitivityIsThatOfARunOfItsOwn) {
+  std::vector<std::size_t> varied(19);
+  std::iota(varied.begin(), varied.end(), std::size_t{0});
+  const Trace together = run(GetParam(), "", varied);
+  for (const std::size_t i : {0U, 7U, 8U, 15U, 16U, 18U}) {
+    const Trace alone = run(GetParam(), "", {varied[i]});
+    for (std::size_t k = 0; k < kSamples * kOutputs; ++k) {
+      const double found = together.sensitivities[k * varied.size() + i];
+      if (std::isnan(alone.sensitivities[k])) {
+        EXPECT_TRUE(std::isnan(found));
+      } else {
+        EXPECT_EQ(found, alone.sensitivities[k]) << i;
+      }
+    }
+  }
+}
+
+TEST(PlantInstructionSets, GiveTheSameBits) {
+  namespace detail = ehsid::plant::detail;
+  std::vector<detail::Kernels> all{detail::portable_kernels()};
+#if defined(EHSID_PLANT_X86)
+  if (__builtin_cpu_supports("avx2")) {
+    all.push_back(detail::avx2_kernels());
+  }
+  if (__builtin_cpu_supports("avx512f")) {
+    all.push_back(detail::avx512_kernels());
+  }
+#endif
+  Simulation simulation;
+  simulation.values = typical("stribeck_friction");
+  simulation.varied = {0, 2, 6, 12};
+  simulation.watched = {0, 2};
+  const std::vector<double> command = steps();
+  const std::size_t size = simulation.watched.size() * kSamples * simulation.varied.size();
+  std::vector<double> first;
+  for (const detail::Kernels& kernels : all) {
+    for (const detail::RunPart run_part : {kernels.run_few, kernels.run_many}) {
+      std::vector<double> outputs(kSamples * kOutputs);
+      std::vector<double> sensitivities(size);
+      run_part(simulation, {0, 4}, {command.data(), nullptr, kSamples}, outputs.data(),
+               sensitivities.data());
+      first = first.empty() ? sensitivities : first;
+      EXPECT_EQ(sensitivities, first);
+    }
+  }
+  EXPECT_NE(first.back(), 0.0);
 }
 
 TEST_P(PlantSimulate, EveryEffectRuns) {

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from functools import partial
@@ -15,11 +16,16 @@ from typing import Any
 
 import pytest
 from interrupts import interruptible, left_of_session
+from threadpoolctl import threadpool_info
 
 from ehsid.harness.parallel import (
+    THREADS_UP_TO,
     on_cluster,
     run_tasks,
+    run_threads,
+    run_together,
     run_unordered,
+    single_threaded_algebra,
     worker_count,
     workers,
 )
@@ -58,6 +64,57 @@ def test_processes_keep_the_order_and_tell_the_share() -> None:
     assert [value for value, _ in found] == [0, 1, 4, 9]
     assert os.getpid() not in {process for _, process in found}
     assert shares == [0.25, 0.5, 0.75, 1.0]
+
+
+def count_inside(_: int) -> tuple[int, int, int]:
+    """Workers that a task may use itself, its process and its thread."""
+    time.sleep(0.05)
+    return worker_count(), os.getpid(), threading.get_ident()
+
+
+def test_threads_keep_the_order_tell_the_share_and_have_one_core_each() -> None:
+    shares: list[float] = []
+    with workers(2):
+        found = run_threads([partial(count_inside, i) for i in range(4)], shares.append)
+        assert worker_count() == 2
+    assert [(count, process) for count, process, _ in found] == [(1, os.getpid())] * 4
+    assert len({thread for *_, thread in found} - {threading.get_ident()}) == 2
+    assert shares == [0.25, 0.5, 0.75, 1.0]
+    with workers(1):
+        assert run_threads([partial(count_inside, 0)] * 2)[1][2] == threading.get_ident()
+
+
+def test_tasks_on_the_same_data_are_threads_on_few_cores_and_processes_on_many() -> None:
+    for count, here in ((2, True), (THREADS_UP_TO + 1, False)):
+        with workers(count):
+            found = run_together([partial(count_inside, i) for i in range(3)])
+        assert {process == os.getpid() for _, process, _ in found} == {here}
+        assert {inside for inside, *_ in found} == {1}
+
+
+def test_after_an_error_no_further_thread_is_started() -> None:
+    started = []
+
+    def task(number: int) -> None:
+        started.append(number)
+        if number == 0:
+            raise ValueError("number 0")
+        time.sleep(0.2)
+
+    with workers(2), pytest.raises(ValueError, match="number 0"):
+        run_threads([partial(task, number) for number in range(20)])
+    assert len(started) < 20
+
+
+def test_linear_algebra_stays_in_its_thread_for_a_while() -> None:
+    def threads() -> list[int]:
+        return [each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"]
+
+    before = threads()
+    with single_threaded_algebra():
+        assert threads() == [1] * len(before)
+    assert threads() == before
+    assert before
 
 
 def test_unordered_gives_what_is_there_and_takes_tasks_late() -> None:

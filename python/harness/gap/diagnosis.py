@@ -42,7 +42,7 @@ from ehsid.harness.gap.thresholds import (
     LEFT_NRMSE,
     SKIP_S,
 )
-from ehsid.harness.parallel import Progress
+from ehsid.harness.parallel import Progress, single_threaded_algebra
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
@@ -87,9 +87,20 @@ def diagnose(
     ValueError
         there is no record.
     """
-    began = time.monotonic()
     if not records:
         raise ValueError("the diagnosis needs a record")
+    with single_threaded_algebra():
+        return _diagnose(records, rig, validate, exclude, progress)
+
+
+def _diagnose(
+    records: Sequence[Record],
+    rig: Rig,
+    validate: Sequence[Record],
+    exclude: Sequence[str],
+    progress: Progress | None,
+) -> Diagnosis:
+    began = time.monotonic()
     remarks = gate([*records, *validate], rig)
     fitted = [longest_stretch(record) for record in records]
     held_out = [longest_stretch(record) for record in validate]

@@ -108,6 +108,33 @@ SEALS = {"effects.coulomb_friction.force_n": 400.0, "nuisance.sliding_onset_m_s"
 NEEDS = {"nuisance.presliding_m": SEALS, "nuisance.sliding_onset_m_s": SEALS}
 
 
+def test_watched_outputs_have_the_sensitivities_of_all() -> None:
+    values = runs.vector(typical())
+    command = runs.steps(3, 60, 10, 6.0)
+    varied = [runs.NAMES.index(name) for name in VARIED]
+    _, everything = ehsid.simulate_plant("ehs", values, command, dt_s=runs.DT_S, varied=varied)
+    places = [OUTPUTS.index(name) for name in ("pressure_b_pa", "position_m")]
+    for threads in (1, 2):
+        outputs, found = ehsid.simulate_plant(
+            "ehs",
+            values,
+            command,
+            dt_s=runs.DT_S,
+            varied=varied,
+            watched=places,
+            threads=threads,
+        )
+        assert outputs.shape == (1, 60, len(OUTPUTS))
+        assert found.shape == (1, 60, len(varied), 2)
+        np.testing.assert_array_equal(found, everything[..., places])
+        assert np.count_nonzero(found) > 0.5 * found.size
+
+
+def test_a_watched_output_that_the_plant_does_not_have_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"watched: 6 is not below 6, the number of outputs"):
+        ehsid.simulate_plant("ehs", runs.vector(typical()), np.zeros(3), dt_s=1e-3, watched=[6])
+
+
 @pytest.mark.parametrize("name", VARIED)
 def test_sensitivities_are_the_slopes_of_the_simulation(name: str) -> None:
     effect = name.split(".")[1] if name.startswith("effects.") else None

@@ -54,8 +54,9 @@ inline constexpr std::size_t kStates = static_cast<std::size_t>(Initial::count);
 /// The fastest oscillation turns by at most this angle in a step, rad: about 0.1 % of its frequency.
 inline constexpr double kRadiansPerStep = 1.0 / 3.0;
 
+// One object a run: what its members leave between them does not matter.
 template <class Scalar>
-class ServoPlant {
+class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
  public:
   /// Values in the order of plant_parameters() (parameters.hpp). dt: sampling time of the command, s;
   /// substeps: steps of integration a sample; samples: how many will come, for the memory. It starts at the initial

@@ -19,14 +19,23 @@ struct Simulation {
   int substeps = 2;                 // steps of integration a sample
   std::vector<double> values;       // as plant_parameters()
   std::vector<std::size_t> varied;  // positions in `values` of those whose sensitivities are wanted
+  std::vector<std::size_t> watched{0, 1, 2, 3, 4, 5};  // outputs whose sensitivities are wanted
 };
 
 /// Runs over `samples` commands, V, each held until the next.
 ///
 /// aligned: null, or samples x kStates: what is not NaN replaces the state at that sample.
-/// outputs: samples x kOutputs. sensitivities: null, or samples x varied x kOutputs, derivatives of each output.
+/// outputs: samples x kOutputs. sensitivities: watched x samples x varied, derivatives of each watched output by each
+/// varied value; may be null where nothing is varied.
 void simulate(const Simulation& run, const double* command, const double* aligned,
               std::size_t samples, double* outputs, double* sensitivities);
+
+/// A run with many sensitivities is made in parts, each with some of them, as many as the processor computes at once.
+/// Parts may run side by side: together they write what simulate() writes, each its own share.
+std::size_t parts(const Simulation& run);
+void simulate_part(const Simulation& run, std::size_t part, const double* command,
+                   const double* aligned, std::size_t samples, double* outputs,
+                   double* sensitivities);
 
 /// Steps a sample for which the fastest oscillation (oil spring, seals before they slide) turns by at most a third of
 /// a radian a step: about 0.1 % of its frequency. At least 2.

@@ -60,9 +60,9 @@ class MeteringEdges {
 
  private:
   static bool is_constant(double) { return true; }
-  template <int kN>
-  static bool is_constant(const Dual<kN>& x) {
-    return (x.partial == 0.0).all();
+  template <class Partials>
+  static bool is_constant(const Dual<Partials>& x) {
+    return x.partial.all_zero();
   }
 
   bool square_root_ = true;  // the common case, several times cheaper

@@ -28,7 +28,7 @@ from ehsid.harness.gap.thresholds import (
     DESIGN_PRESSURE_NOISE,
     ITERATIONS,
 )
-from ehsid.harness.parallel import run_tasks
+from ehsid.harness.parallel import run_together
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import command_limit
@@ -112,7 +112,7 @@ def next_experiment(
     )
     experiments = [
         experiment
-        for experiment in run_tasks([partial(make, entry) for entry in MENU])
+        for experiment in run_together([partial(make, entry) for entry in MENU])
         if experiment is not None
     ]
     if not experiments:
@@ -147,7 +147,7 @@ def _most_powerful(
     of them reaches DESIGN_POWER.
     """
     weakest = partial(_weakest_separation, rig, list(candidates), floors=floors)
-    screened = run_tasks(
+    screened = run_together(
         [partial(weakest, experiment, iterations=DESIGN_ITERATIONS) for experiment in experiments]
     )
     # The largest separation comes first; equal ones stay in the order of the menu.
@@ -155,7 +155,7 @@ def _most_powerful(
     powers: list[tuple[float, Experiment]] = []
     for begin in range(0, min(len(experiments), DESIGN_FINALISTS), PARALLEL_FITS):
         finalists = [experiments[i] for i in order[begin : begin + PARALLEL_FITS]]
-        finals = run_tasks(
+        finals = run_together(
             [partial(weakest, experiment, iterations=ITERATIONS) for experiment in finalists]
         )
         powers += [

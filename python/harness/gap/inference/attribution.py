@@ -149,18 +149,7 @@ def attribute_errors(problem: Problem, x: FloatArray, exclude: Sequence[str] = (
         return Attribution((), (), {}, (note,))
     equation = _error_equation(problem, x, rows)
 
-    def change(effect: Mapping[str, float]) -> Mapping[str, FloatArray]:
-        changed = Problem(
-            problem.rig,
-            problem.records,
-            problem.parameters,
-            outputs=("position_m",),
-            floors=problem.floors,
-            substeps=problem.substeps,
-            fixed=effect,
-        )
-        return {equation.name: changed.errors(x)["position_m"]}
-
+    change = partial(_changed_errors, problem, x, equation.name)
     ranked = rank_effects([equation], change, problem.rig, exclude)
     included = ranked[:1] if ranked and ranked[0].gain >= LEAST_RANKED_GAIN else ()
     if not included:
@@ -177,6 +166,21 @@ def _changed(
     effect: Mapping[str, float],
 ) -> Mapping[str, FloatArray]:
     return residuals(signals, {**values, **effect}, plant)
+
+
+def _changed_errors(
+    problem: Problem, x: FloatArray, name: str, effect: Mapping[str, float]
+) -> Mapping[str, FloatArray]:
+    changed = Problem(
+        problem.rig,
+        problem.records,
+        problem.parameters,
+        outputs=("position_m",),
+        floors=problem.floors,
+        substeps=problem.substeps,
+        fixed=effect,
+    )
+    return {name: changed.errors(x)["position_m"]}
 
 
 def _error_equation(problem: Problem, x: FloatArray, rows: FloatArray) -> Equation:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from ehsid.harness.gap.model.equations import Equation
 from ehsid.harness.gap.model.machine import machine_scale
 from ehsid.harness.gap.model.weak_form import regress
 from ehsid.harness.gap.thresholds import GAIN_DEVIATIONS, WEIGHT_ITERATIONS
+from ehsid.harness.parallel import run_together
 from ehsid.harness.rigs import Rig
 
 
@@ -77,32 +79,75 @@ def rank_effects(
     """
     if not equations:
         return ()
-    base = {equation.name: equation.rows * equation.sigma for equation in equations}
+    regressed = _Regressed.of(equations)
     skipped = {*rig.effects(), *exclude}
-    ranked = []
-    for effect, info in effects().items():
-        if effect in skipped or not acts_on(info, rig.plant):
-            continue
-        trials = [
-            _estimate(effect, columns, equations, base, change)
-            for columns in info.trials(machine_scale(rig))
-        ]
-        best = max(filter(None, trials), key=lambda trial: trial.gain, default=None)
-        if best is None:
-            continue
-        if info.retried and best.gain > 0.0:
-            # Try once more at the estimated size: residuals need not be in proportion to it.
-            second = _estimate(effect, [sizes_of(effect, best.values)], equations, base, change)
-            best = second if second is not None and second.gain > best.gain else best
-        ranked.append(best)
+    tasks = [
+        partial(_rank, effect, regressed, change, rig)
+        for effect, info in effects().items()
+        if effect not in skipped and acts_on(info, rig.plant)
+    ]
+    ranked = [ranked_effect for ranked_effect in run_together(tasks) if ranked_effect is not None]
     return tuple(sorted(ranked, key=lambda ranked_effect: -ranked_effect.gain))
+
+
+@dataclass(frozen=True, eq=False)
+class _Regressed:
+    """Equations after their own regression, which all trials share; the mappings are by name.
+
+    Attributes
+    ----------
+    base
+        residual rows in the unit of the equation, shape (K,).
+    start
+        moves of the equation's own values, shape (n,).
+    rows
+        rows after these moves, shape (K,).
+    penalties
+        penalty of the prior for these moves.
+    grams
+        shape (n, n), columns' products with the weights of the prior added.
+    """
+
+    equations: Sequence[Equation]
+    base: Mapping[str, FloatArray]
+    start: Mapping[str, FloatArray]
+    rows: Mapping[str, FloatArray]
+    penalties: Mapping[str, float]
+    grams: Mapping[str, FloatArray]
+
+    @classmethod
+    def of(cls, equations: Sequence[Equation]) -> _Regressed:
+        # The bounds of the prior are left out: a value that has moved to a bound in place of the
+        # effect would stay there.
+        start = {e.name: regress(e.rows, e.columns, e.centre, e.weight) for e in equations}
+        return cls(
+            equations,
+            {e.name: e.rows * e.sigma for e in equations},
+            start,
+            {e.name: e.rows + e.columns @ start[e.name] for e in equations},
+            {e.name: _prior_penalty(e, start[e.name]) for e in equations},
+            {e.name: e.columns.T @ e.columns + np.diag(e.weight) for e in equations},
+        )
+
+
+def _rank(effect: str, regressed: _Regressed, change: Change, rig: Rig) -> RankedEffect | None:
+    """Returns the best trial of an effect; None where no trial can be used."""
+    info = effects()[effect]
+    trials = [
+        _estimate(effect, columns, regressed, change) for columns in info.trials(machine_scale(rig))
+    ]
+    best = max(filter(None, trials), key=lambda trial: trial.gain, default=None)
+    if best is not None and info.retried and best.gain > 0.0:
+        # Try once more at the estimated size: residuals need not be in proportion to it.
+        second = _estimate(effect, [sizes_of(effect, best.values)], regressed, change)
+        best = second if second is not None and second.gain > best.gain else best
+    return best
 
 
 def _estimate(
     effect: str,
     columns: Sequence[Mapping[str, float]],
-    equations: Sequence[Equation],
-    base: Mapping[str, FloatArray],
+    regressed: _Regressed,
     change: Change,
 ) -> RankedEffect | None:
     """Estimates the size and the gain of an effect from its columns.
@@ -112,13 +157,16 @@ def _estimate(
     changed = [change(effect_values(effect, column)) for column in columns]
     signature = {
         equation.name: np.column_stack(
-            [(rows[equation.name] - base[equation.name]) / equation.sigma for rows in changed]
+            [
+                (rows[equation.name] - regressed.base[equation.name]) / equation.sigma
+                for rows in changed
+            ]
         )
-        for equation in equations
+        for equation in regressed.equations
     }
     if not all(np.isfinite(rows).all() for rows in signature.values()):
         return None
-    trial = _fit_factors(equations, signature)
+    trial = _fit_factors(regressed, signature)
     sizes = scaled(effects()[effect], columns, trial.factors)
     for parameter in effects()[effect].parameters:
         if not parameter.minimum <= sizes[parameter.name] <= parameter.maximum:
@@ -127,21 +175,22 @@ def _estimate(
     return RankedEffect(effect, effect_values(effect, sizes), gain, trial.deviations)
 
 
-def _fit_factors(equations: Sequence[Equation], signature: Mapping[str, FloatArray]) -> _Trial:
+def _fit_factors(regressed: _Regressed, signature: Mapping[str, FloatArray]) -> _Trial:
     """Estimates the factors that all equations share, and the gain.
 
     Each equation is weighted by the residual that it is left with in the end. With d the further
-    moves of its own values, min |r + C d + S f|^2 + d' W d over d leaves a quadratic in f.
+    moves of its own values, min |r + C d + S f|^2 + d' W d over d leaves a quadratic in f; the
+    adjustments, shape (n, factors), are d per unit of each factor.
     """
-    # The bounds of the prior are left out: a value that has moved to a bound in place of the effect
-    # would stay there.
-    start = {e.name: regress(e.rows, e.columns, e.centre, e.weight) for e in equations}
-    before = {e.name: e.rows + e.columns @ start[e.name] for e in equations}
+    equations, before, start = regressed.equations, regressed.rows, regressed.start
     after = dict(before)
-    penalty_before = {e.name: _prior_penalty(e, start[e.name]) for e in equations}
-    adjustments = {e.name: _adjustments(e, signature[e.name]) for e in equations}
+    penalty_before = regressed.penalties
+    adjustments = {
+        e.name: _solve(regressed.grams[e.name], -(e.columns.T @ signature[e.name]))
+        for e in equations
+    }
     factors = np.zeros(next(iter(signature.values())).shape[1])
-    penalty_after = penalty_before
+    penalty_after: Mapping[str, float] = penalty_before
     for _ in range(WEIGHT_ITERATIONS):
         hessian = np.zeros((factors.size, factors.size))
         gradient = np.zeros(factors.size)
@@ -161,12 +210,6 @@ def _fit_factors(equations: Sequence[Equation], signature: Mapping[str, FloatArr
             e.name: _prior_penalty(e, start[e.name] + moved[e.name]) for e in equations
         }
     return _Trial(factors, *_gain(equations, (before, penalty_before), (after, penalty_after)))
-
-
-def _adjustments(equation: Equation, signature: FloatArray) -> FloatArray:
-    """Moves of the equation's own values per unit of each factor, shape (n, factors)."""
-    c = equation.columns
-    return _solve(c.T @ c + np.diag(equation.weight), -(c.T @ signature))
 
 
 def _prior_penalty(equation: Equation, moves: FloatArray) -> float:

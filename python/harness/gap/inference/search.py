@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -15,6 +15,7 @@ from ehsid.harness.catalogue.parameters import acts_on, effects
 from ehsid.harness.gap.inference.candidates import (
     FittedCandidate,
     calibrate,
+    grown_from,
     linearised_start,
     nominal_candidate,
     refine,
@@ -35,7 +36,7 @@ from ehsid.harness.gap.thresholds import (
     MOST_EFFECTS,
     MOST_REFINED,
 )
-from ehsid.harness.parallel import Progress, run_tasks
+from ehsid.harness.parallel import Progress, run_together
 from ehsid.harness.rigs import Rig
 
 
@@ -98,12 +99,11 @@ def search(
     # the fits with the best effects have reached.
     rig_size = calibrated.x.size
     restarts = [candidate.x[:rig_size] for candidate in single_effects[:2]]
-    calibrated = min(
-        [calibrated, *(refine(case, (), x) for x in restarts)], key=lambda candidate: candidate.cost
-    )
+    restarted = run_together([partial(refine, case, (), x) for x in restarts])
+    calibrated = min([calibrated, *restarted], key=lambda candidate: candidate.cost)
     refined = [
         *single_effects,
-        *run_tasks(_simpler_law_tasks(case, effect_ids, single_effects[:1], single_effects)),
+        *run_together(_simpler_law_tasks(case, effect_ids, single_effects[:1], single_effects)),
     ]
     front = single_effects
     for count in range(2, MOST_EFFECTS + 1):
@@ -119,7 +119,7 @@ def search(
         )
         cost_before = min(_total_cost(candidate) for candidate in front)
         grown = _refine_promising(case, extended, cost_before, staged.part(0.5 + 0.2 * count - 0.2))
-        reduced = run_tasks(
+        reduced = run_together(
             [
                 *_backward_tasks(case, grown[:1], refined),
                 *_simpler_law_tasks(case, effect_ids, grown[:1], [*grown, *refined]),
@@ -171,17 +171,34 @@ def _screen_extensions(
 
     extra_x: x of further starts without effects, shape (n,) each.
     """
-    tasks, covered = [], set()
     extra_starts = [linearised_start(case, (), x) for x in extra_x]
+    tasks: dict[tuple[str, ...], Callable[[], FittedCandidate]] = {}
+    simpler_laws: dict[tuple[str, ...], tuple[str, ...]] = {}
+    covered: dict[frozenset[str], tuple[str, ...]] = {}
     for parent in parents:
         fit_starts = [linearised_start(case, parent.effects, parent.x), *extra_starts]
         for effect in effect_ids:
-            effect_set = frozenset((*parent.effects, effect))
-            if effect in parent.effects or effect_set in covered:
+            effect_set = (*parent.effects, effect)
+            if effect in parent.effects or frozenset(effect_set) in covered:
                 continue
-            covered.add(effect_set)
-            tasks.append(partial(screen, case, (*parent.effects, effect), fit_starts))
-    return sorted(run_tasks(tasks, progress), key=_total_cost)
+            covered[frozenset(effect_set)] = effect_set
+            tasks[effect_set] = partial(screen, case, effect_set, fit_starts)
+            simpler = effects()[effect].contains
+            if simpler is not None and simpler not in effect_set:
+                simpler_laws[effect_set] = (*parent.effects, simpler)
+        for simpler_set in simpler_laws.values():
+            tasks.setdefault(simpler_set, partial(screen, case, simpler_set, fit_starts))
+    found = dict(zip(tasks, run_together(list(tasks.values()), progress), strict=True))
+    grown = run_together(
+        [
+            partial(grown_from, case, found[simpler_set], effect_set[-1])
+            for effect_set, simpler_set in simpler_laws.items()
+        ]
+    )
+    for candidate in grown:
+        screened = found[candidate.effects]
+        found[candidate.effects] = min(screened, candidate, key=lambda each: each.cost)
+    return sorted((found[effect_set] for effect_set in covered.values()), key=_total_cost)
 
 
 def _refine_promising(
@@ -200,14 +217,14 @@ def _refine_promising(
         if cost_before - _total_cost(candidate) >= least_gain
     ] or screened[:1]
     tasks = [partial(refine, case, candidate.effects, candidate.x) for candidate in promising]
-    refined = sorted(run_tasks(tasks, progress), key=_total_cost)
+    refined = sorted(run_together(tasks, progress), key=_total_cost)
     # The order of the two best must not depend on where their fits were stopped.
     tasks = [
         partial(refine, case, candidate.effects, candidate.x)
         for candidate in refined[:2]
         if not candidate.converged
     ]
-    repeated = run_tasks(tasks)
+    repeated = run_together(tasks)
     repeated_sets = {candidate.effects for candidate in repeated}
     return sorted(
         [
@@ -277,7 +294,7 @@ def _grown_laws(case: Case, refined: Sequence[FittedCandidate]) -> list[FittedCa
             sizes = [x for _, x in effect_parameters(effect, grown, case.rig.plant)]
             x = np.concatenate([restrict(case, ahead, others), sizes])
             tasks.append(partial(refine, case, (*others, effect), x))
-    for fitted in run_tasks(tasks):
+    for fitted in run_together(tasks):
         effect_set = frozenset(fitted.effects)
         by_set[effect_set] = min(by_set[effect_set], fitted, key=lambda each: each.cost)
     return list(by_set.values())
@@ -308,7 +325,7 @@ def without_small_effects(
     for large_set, candidate in ahead.items():
         kept = tuple(effect for effect in candidate.effects if effect in large_set)
         tasks.append(partial(refine, case, kept, restrict(case, candidate, kept)))
-    for fitted in run_tasks(tasks):
+    for fitted in run_together(tasks):
         effect_set = frozenset(fitted.effects)
         by_set[effect_set] = min(by_set[effect_set], fitted, key=lambda each: each.cost)
     return list(by_set.values())

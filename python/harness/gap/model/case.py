@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.signal import welch
@@ -15,7 +15,7 @@ from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.data.floor import NoiseFloor
 from ehsid.harness.gap.data.sensor_floor import sensor_floor
-from ehsid.harness.gap.model.comparison import Blocks, compare, varying_outputs
+from ehsid.harness.gap.model.comparison import Blocks, Compared, compare, varying_outputs
 from ehsid.harness.gap.model.machine import effect_starts
 from ehsid.harness.gap.model.parameters import (
     Parameter,
@@ -57,6 +57,8 @@ class Case:
         true if training and held-out data are different blocks of the same records.
     window_s, all_states
         length of the windows in s, and which states are reset in each window, as in `compare`.
+    prepared
+        results of `compare` so far, which the fits of all candidates share.
     """
 
     rig: Rig
@@ -69,6 +71,7 @@ class Case:
     blocks: bool = False
     window_s: float = WINDOW_S
     all_states: bool = False
+    prepared: dict[tuple[Record, float, bool, Blocks], Compared] = field(default_factory=dict)
 
     @property
     def records(self) -> tuple[Record, ...]:
@@ -130,15 +133,22 @@ class Case:
         blocks: Blocks = ("held out" if held_out else "fit") if self.blocks else "all"
         return Problem(
             self.rig,
-            [
-                compare(record, window_s=window_s, all_states=all_states, blocks=blocks)
-                for record in records
-            ],
+            [self._compared(record, window_s, all_states, blocks) for record in records],
             self.parameters(effects, unseen=unseen),
             outputs=self.outputs,
             floors={name: floor.value for name, floor in self.floors.items()},
             substeps=self.substeps,
         )
+
+    def _compared(
+        self, record: Record, window_s: float, all_states: bool, blocks: Blocks
+    ) -> Compared:
+        key = record, window_s, all_states, blocks
+        if key not in self.prepared:
+            self.prepared[key] = compare(
+                record, window_s=window_s, all_states=all_states, blocks=blocks
+            )
+        return self.prepared[key]
 
 
 def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] = ()) -> Case:

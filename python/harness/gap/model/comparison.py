@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -62,7 +63,7 @@ class Compared:
     window: npt.NDArray[np.int64]
     aligned: FloatArray
 
-    @property
+    @cached_property
     def used(self) -> npt.NDArray[np.bool_]:
         """Mask of the samples inside windows, shape (N,)."""
         return self.window >= 0
@@ -76,19 +77,47 @@ class Compared:
     @property
     def seconds(self) -> float:
         """Total duration of the samples inside windows, s."""
-        return float(np.count_nonzero(self.used)) * self.dt_s
+        return float(self.size) * self.dt_s
+
+    @cached_property
+    def size(self) -> int:
+        """Number of samples inside windows."""
+        return int(np.count_nonzero(self.used))
+
+    def inside(self, signal: FloatArray) -> FloatArray:
+        """Returns the rows of the samples inside windows; axis 0 of `signal` has N samples.
+
+        The result is a view of `signal` where these samples follow each other.
+        """
+        return np.asarray(signal[self._selection], dtype=np.float64)
+
+    def centre(self, inside: FloatArray) -> FloatArray:
+        """Subtracts the mean of each window from rows as `inside` gives them, in place."""
+        begins, ends = self._window_bounds
+        sums = np.add.reduceat(inside, begins, axis=0)
+        for total, begin, end in zip(sums, begins, ends, strict=True):
+            inside[begin:end] -= total / (end - begin)
+        return inside
 
     def centred(self, errors: FloatArray) -> FloatArray:
         """Returns the errors inside the windows, less the mean of each window.
 
         Axis 0 of `errors` has the N samples of the record, axis 0 of the result those in windows.
         """
-        inside = errors[self.used]
-        starts = np.flatnonzero(np.diff(self.window[self.used], prepend=-1))
-        counts = np.diff(np.append(starts, inside.shape[0]))
-        means = np.add.reduceat(inside, starts, axis=0)
-        means = (means.T / counts).T
-        return np.asarray(inside - np.repeat(means, counts, axis=0), dtype=np.float64)
+        return self.centre(np.array(self.inside(errors)))
+
+    @cached_property
+    def _selection(self) -> slice | npt.NDArray[np.int64]:
+        samples = np.flatnonzero(self.used)
+        if samples.size and samples[-1] - samples[0] + 1 == samples.size:
+            return slice(int(samples[0]), int(samples[-1]) + 1)
+        return samples
+
+    @cached_property
+    def _window_bounds(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """First row of each window, and the row after its last, among the rows inside windows."""
+        begins = np.flatnonzero(np.diff(self.window[self.used], prepend=-1))
+        return begins, np.append(begins[1:], self.size)
 
 
 def compare(

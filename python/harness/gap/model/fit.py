@@ -7,13 +7,15 @@ changes the parameters that are not held at a bound. It is then projected into t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.model.problem import Linear, Problem, Step
+from ehsid.harness.gap.model.linear import Linear
+from ehsid.harness.gap.model.problem import Problem, Step
 
 DAMPING = 1e-2
 DAMPING_DECREASE, DAMPING_INCREASE = 1.0 / 6.0, 8.0
@@ -55,38 +57,57 @@ class Fit:
 def fit(
     problem: Problem, start: FloatArray, *, iterations: int = 15, first: Linear | None = None
 ) -> Fit:
-    """Minimises the cost of a problem from a start, which is first moved inside the bounds.
+    """Minimises the cost of a problem in at most `iterations` >= 1 steps; see `descent`."""
+    *_, last = itertools.islice(descent(problem, start, first), iterations)
+    return last
 
-    Exact sensitivities cost ten simulations. They are computed at the start, after
-    SENSITIVITY_STEPS steps, or if the cost does not decrease as predicted. In between they are
-    updated from the errors at each new point; `age` counts these updates. `first` replaces the
-    sensitivities of the first parameters at the start.
+
+def descent(problem: Problem, start: FloatArray, first: Linear | None = None) -> Iterator[Fit]:
+    """Yields the fit after each step from a start, which is first moved inside the bounds.
+
+    The steps end when the fit has converged. Exact sensitivities cost ten simulations. They are
+    computed at the start, after SENSITIVITY_STEPS steps, or if the cost does not decrease as
+    predicted. In between they are updated from the errors at each new point; `age` counts these
+    updates. `first` replaces the sensitivities of the first parameters at the start.
     """
     x = np.clip(np.asarray(start, dtype=np.float64), problem.low, problem.high)
     damping = DAMPING
     linear, age = problem.linear(x, first), 0 if first is None else 1
     model = problem.form(x, linear)
-    for iteration in range(iterations):
+    for iteration in itertools.count():
         point = _try(problem, x, model, damping, TRIES if age == 0 else TRIES_STALE)
         if point is None:
+            yield Fit(x, model.cost, iteration if age == 0 else iteration + 1, age == 0)
             if age == 0:
-                return Fit(x, model.cost, iteration, True)
+                return
             linear, age = problem.linear(x), 0
             model = problem.form(x, linear)
             continue
         decrease, predicted = model.cost - point.cost, point.predicted
         step, x = point.x - x, point.x
-        if decrease < GAIN and age == 0:
-            return Fit(x, point.cost, iteration + 1, True)
-        if iteration + 1 == iterations:
-            return Fit(x, point.cost, iterations, False)
+        converged = decrease < GAIN and age == 0
+        yield Fit(x, point.cost, iteration + 1, converged)
+        if converged:
+            return
         damping = max(point.damping * DAMPING_DECREASE, 1e-9)
         if decrease < GAIN or decrease < AGREEMENT * predicted or age + 1 == SENSITIVITY_STEPS:
             linear, age = problem.linear(x), 0
         else:
             linear, age = linear.updated(step, point.errors, np.diag(model.hessian)), age + 1
         model = problem.form(x, linear)
-    return Fit(x, model.cost, iterations, False)
+
+
+def best_of(descents: Sequence[Iterator[Fit]], *, iterations: int, kept: int) -> Fit:
+    """Takes a step from each of several starts, then the others from the `kept` best of them.
+
+    Returns the fit of the lowest cost after at most `iterations` steps from any start.
+    """
+    fits = [next(each) for each in descents]
+    order = sorted(range(len(fits)), key=lambda i: fits[i].cost)
+    for i in order[:kept]:
+        for later in itertools.islice(descents[i], iterations - 1):
+            fits[i] = later
+    return min(fits, key=lambda each: each.cost)
 
 
 @dataclass(frozen=True, eq=False)

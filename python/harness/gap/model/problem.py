@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +21,10 @@ import ehsid
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.gap.model.comparison import Compared
+from ehsid.harness.gap.model.linear import Linear
 from ehsid.harness.gap.model.parameters import Parameter
 from ehsid.harness.gap.thresholds import INDEPENDENT_HZ
+from ehsid.harness.parallel import run_threads, worker_count
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation.outputs import OUTPUTS
 
@@ -33,32 +36,6 @@ class Step:
     cost: float
     gradient: FloatArray
     hessian: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Linear:
-    """Errors, shape (N,), and their derivatives with respect to x, shape (N, n), by output."""
-
-    errors: Mapping[str, FloatArray]
-    slopes: Mapping[str, FloatArray]
-
-    def updated(
-        self, step: FloatArray, errors: Mapping[str, FloatArray], scale: FloatArray
-    ) -> Linear:
-        """Returns the errors after a step `step` in x, and the slopes with Broyden's update.
-
-        J + (e - e_0 - J dx) dx' D / (dx' D dx)   (C. G. Broyden, Math. Comput. 19, 1965), with
-        D = diag(scale) so that the units of x have no influence. It is the smallest change of J
-        that agrees with the new errors e. The slopes are changed in place, but not by a step along
-        parameters on which nothing depends.
-        """
-        length = float(step @ (scale * step))
-        if length <= 0.0:
-            return Linear(errors, self.slopes)
-        direction = scale * step / length
-        for name, slopes in self.slopes.items():
-            slopes += np.outer(errors[name] - self.errors[name] - slopes @ step, direction)
-        return Linear(errors, self.slopes)
 
 
 class Problem:
@@ -103,6 +80,8 @@ class Problem:
         self.floors = dict(floors)
         self.substeps = substeps
         self._indices = [names.index(parameter.name) for parameter in parameters]
+        self._columns = [OUTPUTS.index(name) for name in self.outputs]
+        self._columns = [OUTPUTS.index(name) for name in self.outputs]
         self._base = rig.plant_values(fixed)
         self._independent = INDEPENDENT_HZ * sum(record.seconds for record in records)
         self._centre = np.array([parameter.centre for parameter in parameters])
@@ -116,15 +95,16 @@ class Problem:
 
     def window_gradients(self, x: FloatArray) -> tuple[Step, FloatArray]:
         """Step at x, and the gradient of the first sum of J for each window, shape (W, n)."""
-        step = self.step(x)
-        errors, jacobians = self._errors(x, range(x.size))
+        linear = self.linear(x)
         numbers = self._window_numbers()
-        by_window = np.zeros((int(numbers.max()) + 1, x.size))
+        begins = np.flatnonzero(np.diff(numbers, prepend=-1))
+        by_window = np.zeros((begins.size, x.size))
         for name in self.outputs:
-            e = errors[name]
+            e = linear.errors[name]
             weight = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
-            np.add.at(by_window, numbers, weight * jacobians[name] * e[:, np.newaxis])
-        return step, by_window
+            rows = linear.slopes[name] * (weight * e)[:, np.newaxis]
+            by_window += np.add.reduceat(rows, begins, axis=0)
+        return self.form(x, linear), by_window
 
     def window_squares(self, errors: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Sums of squared errors by window and output, (W, outputs), and sample counts, (W,)."""
@@ -169,10 +149,13 @@ class Problem:
         errors: dict[str, list[FloatArray]] = {name: [] for name in self.outputs}
         for record, outputs in zip(self.records, simulated, strict=True):
             for name in self.outputs:
-                error = outputs[name] - record.outputs[name]
-                centred = name == "position_m"
-                errors[name].append(record.centred(error) if centred else error[record.used])
+                errors[name].append(self._error(record, outputs, name))
         return {name: np.concatenate(parts) for name, parts in errors.items()}
+
+    def _error(self, record: Compared, outputs: Mapping[str, FloatArray], name: str) -> FloatArray:
+        """Error of an output inside the windows of a record; that of the position is centred."""
+        error = record.inside(outputs[name]) - record.inside(record.outputs[name])
+        return record.centre(error) if name == "position_m" else error
 
     def cost(self, x: FloatArray) -> float:
         """Cost J(x), nats; infinite if the simulation diverges."""
@@ -204,23 +187,23 @@ class Problem:
         """
         if first is None:
             return Linear(*self._errors(x, range(x.size)))
-        given = first.slopes[self.outputs[0]].shape[1]
-        errors, slopes = self._errors(x, range(given, x.size))
-        joined = {n: np.concatenate([first.slopes[n], slopes[n]], axis=1) for n in self.outputs}
-        return Linear(errors, joined)
+        # The sensitivities of a simulation that diverges overflow. No step is taken then.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return first.joined(*self._errors(x, range(first.size, x.size)))
 
     def form(self, x: FloatArray, linear: Linear) -> Step:
         """Cost, gradient and Gauss-Newton Hessian at x, from the errors and their derivatives."""
         gradient = self._weight * (x - self._centre)
         hessian = np.diag(self._weight)
         for name in self.outputs:
-            e, j = linear.errors[name], linear.slopes[name]
+            e = linear.errors[name]
             # d/dx (n / 2) ln(mse + floor^2) = n / (N (mse + floor^2)) J' e
             weight = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
             # The sensitivities of a simulation that diverges overflow. No step is taken then.
             with np.errstate(over="ignore", invalid="ignore"):
-                gradient = gradient + weight * (j.T @ e)
-                hessian = hessian + weight * (j.T @ j)
+                by_x, gram = linear.products(name)
+                gradient = gradient + weight * by_x
+                hessian = hessian + weight * gram
         return Step(self.fit_cost(linear.errors) + self.prior_cost(x), gradient, hessian)
 
     def step(self, x: FloatArray) -> Step:
@@ -230,51 +213,52 @@ class Problem:
     def _errors(
         self, x: FloatArray, varied: Sequence[int] = ()
     ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-        errors: dict[str, list[FloatArray]] = {name: [] for name in self.outputs}
-        jacobians: dict[str, list[FloatArray]] = {name: [] for name in self.outputs}
-        for record, (outputs, slopes) in zip(self.records, self._runs(x, varied), strict=True):
-            for name in self.outputs:
-                error = outputs[name] - record.outputs[name]
-                if name == "position_m":
-                    errors[name].append(record.centred(error))
-                    if varied:
-                        jacobians[name].append(record.centred(slopes[name]))
-                else:
-                    errors[name].append(error[record.used])
-                    if varied:
-                        jacobians[name].append(slopes[name][record.used])
-        joined = {name: np.concatenate(parts) for name, parts in errors.items()}
+        """Errors by output, shape (N,), and their derivatives by the varied x, shape (N, V)."""
+        runs = self._runs(x, varied)
+        errors = self.errors_of([outputs for outputs, _ in runs])
         if not varied:
-            return joined, {}
-        return joined, {name: np.concatenate(parts) for name, parts in jacobians.items()}
+            return errors, {}
+        scale = [self.parameters[index].slope(float(x[index])) for index in varied]
+        size = sum(record.size for record in self.records)
+        slopes = {name: np.empty((size, len(varied))) for name in self.outputs}
+        first = 0
+        for record, (_, partials) in zip(self.records, runs, strict=True):
+            rows = slice(first, first + record.size)
+            first += record.size
+            # The sensitivities of a simulation that diverges overflow. No step is taken then.
+            with np.errstate(over="ignore", invalid="ignore"):
+                for name in self.outputs:
+                    part = slopes[name][rows]
+                    np.multiply(record.inside(partials[name]), scale, out=part)
+                    if name == "position_m":
+                        record.centre(part)
+        return errors, slopes
 
     def _runs(
         self, x: FloatArray, varied: Sequence[int]
     ) -> list[tuple[dict[str, FloatArray], dict[str, FloatArray]]]:
-        values = self.plant_values(x)
-        slopes = np.array(
-            [self.parameters[index].slope(float(x[index])) for index in varied], dtype=np.float64
+        """Outputs by name, shape (N,), and their derivatives by the plant's values, (N, V)."""
+        values = self.plant_values(x)[np.newaxis]
+        indices = [self._indices[index] for index in varied]
+        return run_threads([partial(self._run, record, values, indices) for record in self.records])
+
+    def _run(
+        self, record: Compared, values: FloatArray, indices: Sequence[int]
+    ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+        outputs, partials = ehsid.simulate_plant(
+            self.rig.plant,
+            values,
+            record.record.column("command_v"),
+            dt_s=record.dt_s,
+            substeps=self.substeps,
+            varied=indices,
+            watched=self._columns,
+            aligned=record.aligned,
+            # The parts of a run with many sensitivities can run side by side.
+            threads=max(worker_count(), 0),
         )
-        runs = []
-        for record in self.records:
-            outputs, partials = ehsid.simulate_plant(
-                self.rig.plant,
-                values[np.newaxis],
-                record.record.column("command_v"),
-                dt_s=record.dt_s,
-                substeps=self.substeps,
-                varied=[self._indices[index] for index in varied],
-                aligned=record.aligned,
-                threads=1,
-            )
-            columns = {name: OUTPUTS.index(name) for name in self.outputs}
-            simulated = {name: outputs[0, :, column] for name, column in columns.items()}
-            by_x: dict[str, FloatArray] = {}
-            if varied:
-                # The sensitivities of a simulation that diverges overflow. No step is taken then.
-                with np.errstate(over="ignore", invalid="ignore"):
-                    by_x = {
-                        name: partials[0, :, :, column] * slopes for name, column in columns.items()
-                    }
-            runs.append((simulated, by_x))
-        return runs
+        places = list(enumerate(zip(self.outputs, self._columns, strict=True)))
+        return (
+            {name: outputs[0, :, column] for _, (name, column) in places},
+            {name: partials[0, :, :, place] for place, (name, _) in places},
+        )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 from dataclasses import replace
+from typing import Any
 
 import gap_cases as made
 import numpy as np
@@ -18,13 +19,14 @@ from ehsid.harness.gap.inference.candidates import (
 from ehsid.harness.gap.inference.gap_reduction import WindowSums
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.inference.search import (
+    _screen_extensions,
     candidate_effects,
     restrict,
     search,
     without_small_effects,
 )
 from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.fit import GAIN
+from ehsid.harness.gap.model.fit import GAIN, TRIES
 from ehsid.harness.gap.thresholds import AT_FLOOR, DECIDED_NATS, DECIDED_RELATIVE
 from ehsid.harness.parallel import workers
 from ehsid.harness.rigs import read_rig
@@ -286,3 +288,53 @@ def _fitted(case: Case) -> FittedCandidate:
     nothing = np.zeros((1, len(case.outputs)))
     return FittedCandidate((), np.zeros(1), {}, 0.0, 0.0, True, nothing, np.ones(1),
                            WindowSums({}, {}, np.ones(1)))  # fmt: skip
+
+
+def test_screening_costs_what_its_candidates_cost(
+    calm: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Simulations are counted: every candidate costs the same with and without the others."""
+    runs: list[int] = []
+    simulate = ehsid.simulate_plant
+
+    def counted(*arguments: Any, **options: Any) -> Any:
+        runs.append(1 + len(options["varied"]))
+        return simulate(*arguments, **options)
+
+    monkeypatch.setattr(ehsid, "simulate_plant", counted)
+    parent = calibrate(calm)
+
+    def cost(effects: tuple[str, ...]) -> int:
+        runs.clear()
+        with workers(1):
+            _screen_extensions(calm, [parent], effects, lambda _: None)
+        return sum(runs)
+
+    none = cost(())
+    alone = [cost((effect,)) - none for effect in FEW]
+    assert cost(FEW) - none == sum(alone)
+    assert min(alone) > 0
+    # From two sizes a step each and two more from both: a run with the one sensitivity for each
+    # size, tried steps, and now and then all sensitivities anew.
+    per_step = 1 + len(calm.parameters()) + 1
+    assert max(alone) <= 2 * 3 * (TRIES + per_step) + 1
+
+
+def test_a_law_that_contains_another_starts_from_it_without_screening_it_again(
+    calm: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    screened: list[tuple[str, ...]] = []
+
+    def counted(case: Case, effects: tuple[str, ...], starts: Any) -> FittedCandidate:
+        screened.append(effects)
+        return screen(case, effects, starts)
+
+    monkeypatch.setattr("ehsid.harness.gap.inference.search.screen", counted)
+    parent = calibrate(calm)
+    laws = ("coulomb_friction", "stribeck_friction")
+    with workers(1):
+        for effects in (laws, laws[1:]):
+            screened.clear()
+            found = _screen_extensions(calm, [parent], effects, lambda _: None)
+            assert sorted(screened) == [(law,) for law in laws]
+            assert sorted(each.effects for each in found) == [(law,) for law in effects]

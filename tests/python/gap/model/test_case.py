@@ -47,6 +47,21 @@ def test_a_case_survives_pickling() -> None:
     assert unpickled.problem().cost(x) == problem.cost(x)
 
 
+def test_records_are_prepared_once_for_all_fits_with_the_same_numbers() -> None:
+    case = made.case_of({})
+    fine = replace(case, substeps=2 * case.substeps)
+    for options in ({}, {"held_out": True}, {"window_s": 0.1, "all_states": True}):
+        first, again = case.problem(**options), fine.problem(("load_force",), **options)
+        for one, other in zip(first.records, again.records, strict=True):
+            assert one is other
+        for one, record in zip(
+            first.records, made.case_of({}).problem(**options).records, strict=True
+        ):
+            assert one is not record
+            np.testing.assert_array_equal(one.window, record.window)
+            np.testing.assert_array_equal(one.aligned, record.aligned)
+
+
 def test_outputs_that_do_not_move_are_left_out() -> None:
     case = made.case_of({}, ("position_m", "supply_pressure_pa"))
     assert case.outputs == ("position_m",)

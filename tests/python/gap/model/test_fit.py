@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The optimiser on costs whose minimum scipy computes, too."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import cast
 
 import numpy as np
@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares, lsq_linear
 
 from ehsid.harness.gap import Problem, fit
-from ehsid.harness.gap.model.problem import Linear, Step
+from ehsid.harness.gap.model.fit import Fit, best_of, descent
+from ehsid.harness.gap.model.linear import Linear
+from ehsid.harness.gap.model.problem import Step
 
 
 class Quadratic:
@@ -135,3 +137,38 @@ def test_the_secant_condition_holds_in_any_units(seed: int) -> None:
     np.testing.assert_allclose(
         rescaled.slopes["y"] * units, plain.slopes["y"], rtol=1e-6, atol=1e-9
     )
+
+
+def test_a_descent_passes_through_the_fits_of_every_length() -> None:
+    rng = np.random.default_rng(3)
+    subject = Quadratic(rng.standard_normal((12, 4)), rng.standard_normal(12), 9.0, cubic=0.05)
+    start = np.full(4, 2.0)
+    passed = list(descent(cast(Problem, subject), start))
+    assert len(passed) > 3
+    assert passed[-1].converged
+    for iterations, expected in enumerate(passed, start=1):
+        found = fit(cast(Problem, subject), start, iterations=iterations)
+        np.testing.assert_array_equal(found.x, expected.x)
+        assert (found.cost, found.iterations) == (expected.cost, expected.iterations)
+    costs = [each.cost for each in passed]
+    assert costs == sorted(costs, reverse=True)
+
+
+def test_of_several_starts_only_the_best_go_on() -> None:
+    rng = np.random.default_rng(4)
+    subject = Quadratic(rng.standard_normal((12, 4)), rng.standard_normal(12), 9.0, cubic=0.05)
+    problem = cast(Problem, subject)
+    starts = [np.full(4, size) for size in (8.0, 0.5, 1.0, 6.0)]
+    taken = [0] * len(starts)
+
+    def counted(number: int) -> Iterator[Fit]:
+        for each in descent(problem, starts[number]):
+            taken[number] += 1
+            yield each
+
+    best = best_of([counted(number) for number in range(4)], iterations=3, kept=2)
+    first_costs = [fit(problem, start, iterations=1).cost for start in starts]
+    kept = sorted(np.argsort(first_costs)[:2])
+    assert [number for number in range(4) if taken[number] > 1] == kept
+    assert max(taken) <= 3
+    assert best.cost == min(fit(problem, starts[number], iterations=3).cost for number in kept)

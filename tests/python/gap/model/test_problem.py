@@ -16,7 +16,7 @@ from ehsid.harness.gap import (
     noise_floor,
 )
 from ehsid.harness.gap.model.comparison import Compared, compare, varying_outputs
-from ehsid.harness.gap.model.problem import Linear
+from ehsid.harness.gap.model.linear import Linear
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.simulation import draw_noise, simulate, simulate_windows

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// Runs of the plant on dual numbers, compiled once for each instruction set (simulate*.cpp).
+#pragma once
+
+#include <ehsid/plant/simulate.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace ehsid::plant::detail {
+
+/// A part of a run: the sensitivities of some of the varied parameters.
+struct Part {
+  std::size_t first;  // place in Simulation::varied
+  std::size_t count;
+};
+
+/// A record: command, null or states to align with, number of samples.
+struct Logged {
+  const double* command;
+  const double* aligned;
+  std::size_t samples;
+};
+
+/// Runs the plant. Writes the outputs unless `outputs` is null, and the sensitivities of the part.
+using RunPart = void (*)(const Simulation& run, const Part& part, const Logged& logged,
+                         double* outputs, double* sensitivities);
+
+/// How many sensitivities fit into one run, and the run: for many, and for few.
+struct Kernels {
+  std::size_t many, few;
+  RunPart run_many, run_few;
+};
+
+Kernels portable_kernels();
+#if defined(EHSID_PLANT_X86)
+Kernels avx2_kernels();
+Kernels avx512_kernels();
+#endif
+
+template <class Scalar, class Use>
+void run_with(const Simulation& run, const std::vector<Scalar>& values, const Logged& logged,
+              Use use) {
+  ServoPlant<Scalar> plant(run.kind, values, run.dt, run.substeps, logged.samples);
+  for (std::size_t k = 0; k < logged.samples; ++k) {
+    if (logged.aligned != nullptr) {
+      std::array<double, kStates> state;
+      std::copy_n(logged.aligned + k * kStates, kStates, state.begin());
+      plant.align(state);
+    }
+    use(k, in_order(plant.read()));
+    plant.advance(logged.command[k]);
+  }
+}
+
+template <class Partials>
+void run_part(const Simulation& run, const Part& part, const Logged& logged, double* outputs,
+              double* sensitivities) {
+  std::vector<Dual<Partials>> values(run.values.begin(), run.values.end());
+  for (std::size_t i = 0; i < part.count; ++i) {
+    values[run.varied[part.first + i]].partial.set(i, 1.0);
+  }
+  const std::size_t row = run.varied.size();
+  run_with<Dual<Partials>>(run, values, logged, [&](std::size_t k, const auto& output) {
+    if (outputs != nullptr) {
+      for (std::size_t j = 0; j < kOutputs; ++j) {
+        outputs[k * kOutputs + j] = output[j].value;
+      }
+    }
+    for (std::size_t w = 0; w < run.watched.size(); ++w) {
+      double* const out = sensitivities + (w * logged.samples + k) * row + part.first;
+      const Partials& partial = output[run.watched[w]].partial;
+      for (std::size_t i = 0; i < part.count; ++i) {
+        out[i] = partial[i];
+      }
+    }
+  });
+}
+
+/// kWidth numbers in a register; the types of the dual numbers depend on it.
+template <int kMany, int kFew, int kWidth>
+constexpr Kernels kernels() {
+  return {kMany, kFew, &run_part<Lanes<kMany, kWidth>>, &run_part<Lanes<kFew, kWidth>>};
+}
+
+}  // namespace ehsid::plant::detail

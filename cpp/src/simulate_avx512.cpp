@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT
+// Compiled for processors with AVX-512; simulate.cpp calls it only there.
+#include "sensitivities.hpp"
+
+namespace ehsid::plant::detail {
+
+Kernels avx512_kernels() { return kernels<16, 8, 8>(); }
+
+}  // namespace ehsid::plant::detail

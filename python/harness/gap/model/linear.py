@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: MIT
+"""Errors of a problem, linearised about a point, with updates of the slopes by Broyden's method.
+
+C. G. Broyden, Math. Comput. 19, 1965. After k updates the slopes of an output are J = J_0 + R D'
+with exact sensitivities J_0, shape (N, n), residuals R, (N, k), and directions D, (n, k). A fit
+needs J'e and J'J only. Both follow from J_0'J_0, which is computed once, and from products of J_0
+with single vectors, so that J with its N n numbers is not formed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ehsid.harness.arrays import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Updates:
+    """Updates of the slopes of one output: R, D, J_0'R of shape (n, k), and R'R."""
+
+    residuals: FloatArray
+    directions: FloatArray
+    projected: FloatArray
+    squares: FloatArray
+
+
+class Linear:
+    """Errors and their derivatives with respect to x, by output.
+
+    Parameters
+    ----------
+    errors
+        errors by output, shape (N,).
+    exact
+        exact sensitivities by output, shape (N, n).
+    """
+
+    def __init__(
+        self,
+        errors: Mapping[str, FloatArray],
+        exact: Mapping[str, FloatArray],
+    ) -> None:
+        self.errors = errors
+        # The columns of J_0 in one array or in several: many fits start from the sensitivities of
+        # the same point, and need not hold them once for each fit.
+        self._exact: dict[str, tuple[FloatArray, ...]] = {
+            name: (slopes,) for name, slopes in exact.items()
+        }
+        self._grams: dict[str, FloatArray] = {}
+        self._updates: dict[str, _Updates] = {}
+
+    @property
+    def slopes(self) -> Mapping[str, FloatArray]:
+        """Derivatives of the errors by output, shape (N, n)."""
+        slopes = {}
+        for name, parts in self._exact.items():
+            slopes[name] = np.hstack(parts) if len(parts) > 1 else parts[0]
+            if name in self._updates:
+                updates = self._updates[name]
+                slopes[name] = slopes[name] + updates.residuals @ updates.directions.T
+        return slopes
+
+    @property
+    def size(self) -> int:
+        """Number n of the parameters x."""
+        return sum(part.shape[1] for part in next(iter(self._exact.values())))
+
+    def gram(self, name: str) -> FloatArray:
+        """Returns J_0'J_0 of the exact sensitivities of an output, shape (n, n)."""
+        if name not in self._grams:
+            parts = self._exact[name]
+            self._grams[name] = np.block([[a.T @ b for b in parts] for a in parts])
+        return self._grams[name]
+
+    def joined(self, errors: Mapping[str, FloatArray], slopes: Mapping[str, FloatArray]) -> Linear:
+        """Returns the exact sensitivities of this point with those of m further parameters.
+
+        Parameters
+        ----------
+        errors
+            errors at the new point by output, shape (N,).
+        slopes
+            exact sensitivities of the further parameters by output, shape (N, m).
+        """
+        joined = Linear(errors, {})
+        for name, further in slopes.items():
+            joined._exact[name] = (*self._exact[name], further)
+            cross = self._transposed(name, further)
+            joined._grams[name] = np.block(
+                [[self.gram(name), cross], [cross.T, further.T @ further]]
+            )
+        return joined
+
+    def _times(self, name: str, step: FloatArray) -> FloatArray:
+        """Product of J_0 with a step, shape (n,)."""
+        product = np.zeros(self._exact[name][0].shape[0])
+        first = 0
+        for part in self._exact[name]:
+            product += part @ step[first : first + part.shape[1]]
+            first += part.shape[1]
+        return product
+
+    def _transposed(self, name: str, columns: FloatArray) -> FloatArray:
+        """Product of J_0' with columns, shape (N,) or (N, m)."""
+        return np.concatenate([part.T @ columns for part in self._exact[name]])
+
+    def products(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Returns J'e, shape (n,), and J'J, shape (n, n), of an output."""
+        error = self.errors[name]
+        gradient, gram = self._transposed(name, error), self.gram(name)
+        if name in self._updates:
+            updates = self._updates[name]
+            mixed = updates.projected @ updates.directions.T
+            gradient = gradient + updates.directions @ (updates.residuals.T @ error)
+            gram = (
+                gram + mixed + mixed.T + updates.directions @ updates.squares @ updates.directions.T
+            )
+        return gradient, gram
+
+    def updated(
+        self, step: FloatArray, errors: Mapping[str, FloatArray], scale: FloatArray
+    ) -> Linear:
+        """Returns the errors after a step `step` in x, and the slopes with Broyden's update.
+
+        J + (e - e_0 - J dx) dx' D / (dx' D dx), with D = diag(scale) so that the units of x have no
+        influence. It is the smallest change of J that agrees with the new errors e. A step along
+        parameters on which nothing depends changes no slopes.
+        """
+        after = Linear(errors, {})
+        after._exact, after._grams = self._exact, self._grams
+        length = float(step @ (scale * step))
+        if length <= 0.0:
+            after._updates = self._updates
+            return after
+        direction = (scale * step / length)[:, np.newaxis]
+        for name in self._exact:
+            residual = errors[name] - self.errors[name] - self._times(name, step)
+            before = self._updates.get(name)
+            if before is not None:
+                residual -= before.residuals @ (before.directions.T @ step)
+            column = residual[:, np.newaxis]
+            projected = self._transposed(name, column)
+            if before is None:
+                after._updates[name] = _Updates(column, direction, projected, column.T @ column)
+                continue
+            residuals = np.hstack([before.residuals, column])
+            after._updates[name] = _Updates(
+                residuals,
+                np.hstack([before.directions, direction]),
+                np.hstack([before.projected, projected]),
+                residuals.T @ residuals,
+            )
+        return after
