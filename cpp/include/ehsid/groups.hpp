@@ -12,13 +12,6 @@
 #include <type_traits>
 #include <utility>
 
-// A lambda that is called for each number or group: its code stands where it is called.
-#if defined(__GNUC__) || defined(__clang__)
-#define EHSID_INLINE_LAMBDA __attribute__((always_inline))
-#else
-#define EHSID_INLINE_LAMBDA
-#endif
-
 // Vectors as the compilers know them, without a header of the processor's. Not with -Os, where flash goes before speed;
 // not with -ffast-math, which may remove the guards (see bits_of()).
 #if (defined(__GNUC__) || defined(__clang__)) && (defined(__SSE2__) || defined(__aarch64__)) && \
@@ -45,17 +38,22 @@ struct Group<Scalar, 1> {
   int begin;
 
   EHSID_ALWAYS_INLINE Values load(const Scalar* from) const { return from[begin]; }
-  EHSID_ALWAYS_INLINE void store(Values values, Scalar* to) const { to[begin] = values; }
+  EHSID_ALWAYS_INLINE void store(const Values& values, Scalar* to) const { to[begin] = values; }
   EHSID_ALWAYS_INLINE Values gather(const Scalar* from) const { return from[begin]; }
-  EHSID_ALWAYS_INLINE void scatter(Values values, Scalar* to) const { to[begin] = values; }
+  EHSID_ALWAYS_INLINE void scatter(const Values& values, Scalar* to) const { to[begin] = values; }
   template <class Function>
-  EHSID_ALWAYS_INLINE Values map(Values values, const Function& function) const {
+  EHSID_ALWAYS_INLINE Values map(const Values& values, const Function& function) const {
     return function(begin, values);
   }
-  EHSID_ALWAYS_INLINE static Values smaller(Values a, Scalar b) { return a < b ? a : b; }
-  EHSID_ALWAYS_INLINE static Values larger(Values a, Scalar b) { return a > b ? a : b; }
-  EHSID_ALWAYS_INLINE static bool at_most(Values a, Values b) { return a <= b; }
-  EHSID_ALWAYS_INLINE static bool usable(Values squarable, Values finite, Values positive) {
+  EHSID_ALWAYS_INLINE static Values smaller(const Values& a, const Scalar& b) {
+    return a < b ? a : b;
+  }
+  EHSID_ALWAYS_INLINE static Values larger(const Values& a, const Scalar& b) {
+    return a > b ? a : b;
+  }
+  EHSID_ALWAYS_INLINE static bool at_most(const Values& a, const Values& b) { return a <= b; }
+  EHSID_ALWAYS_INLINE static bool usable(const Values& squarable, const Values& finite,
+                                         const Values& positive) {
     return is_squarable(squarable) && is_finite(finite) && is_normal_positive(positive);
   }
 };

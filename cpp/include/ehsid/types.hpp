@@ -26,6 +26,14 @@
 #define EHSID_ALWAYS_INLINE
 #endif
 
+// A lambda that is called for each number of a loop: its code stands where it is called. Behind the parameters, where only
+// this spelling of the attribute is about the body.
+#if defined(__GNUC__) || defined(__clang__)
+#define EHSID_INLINE_LAMBDA __attribute__((always_inline))
+#else
+#define EHSID_INLINE_LAMBDA
+#endif
+
 namespace ehsid {
 
 /// A size kN that is chosen at run time, at most `most`: UdFactors<float, up_to(13)>. Firmware gives kN itself.

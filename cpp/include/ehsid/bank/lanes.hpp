@@ -21,9 +21,6 @@
 #pragma GCC diagnostic ignored "-Wpsabi"  // of a calling convention that no call ever uses
 #endif
 
-// Behind the parameters of a lambda, where only this spelling of the attribute is about its body.
-#define EHSID_INLINE_LAMBDA __attribute__((always_inline))
-
 namespace ehsid::bank {
 
 /// A signed integer as wide as the number, so that both have as many lanes in a register.

@@ -176,9 +176,8 @@ class Recursions {
     // (13)
     const Factors& prior = Recursion::Forgetting::kSpreads ? factors : factors_;
     const V shrink = lambda.before * lambda.after;
-    const V alpha = factors.measure(prior, gain, lambda.before, shrink);
     Regressors variances;
-    factors.variances(variances);
+    const V alpha = factors.measure(prior, gain, lambda.before, shrink, variances);
     V mean = variances[0] * ceiling_weight_[0];
     EHSID_UNROLL
     for (int i = 1; i < n; ++i) {
