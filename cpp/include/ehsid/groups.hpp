@@ -23,9 +23,11 @@
 
 namespace ehsid {
 
-/// Numbers in a full group; 1 where the processor has no vectors, as a Cortex-M. float and double only.
+/// Numbers in a full group: 4 floats, 2 doubles; 1 of any other type, and where the processor has no vectors, as a Cortex-M.
 template <class Scalar>
-constexpr int kGroup = 1;
+constexpr int kGroup =
+    EHSID_VECTORS == 1 && std::is_floating_point_v<Scalar> ? static_cast<int>(16 / sizeof(Scalar))
+                                                           : 1;
 
 /// Numbers begin .. begin + kWidth - 1 of an array. Values holds them and has the operators of Scalar.
 template <class Scalar, int kWidth>
@@ -59,11 +61,6 @@ struct Group<Scalar, 1> {
 };
 
 #if EHSID_VECTORS
-template <>
-constexpr int kGroup<float> = 4;
-template <>
-constexpr int kGroup<double> = 2;
-
 template <class Scalar, int kWidth>
 struct Group {
   static_assert(kWidth == kGroup<Scalar>, "a group is full or one number");
