@@ -472,7 +472,7 @@ class Rls {
           const auto gain = group.load(state_.gain.data());
           return gain * gain * alpha;
         },
-        [&](const auto group) EHSID_INLINE_LAMBDA {
+        [&]([[maybe_unused]] const auto group) EHSID_INLINE_LAMBDA {
           if constexpr (Forgetting::kSpreads) {
             return group.map(group.gather(variances.data()),
                              [&](int i, Scalar variance)

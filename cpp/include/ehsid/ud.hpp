@@ -172,8 +172,8 @@ struct UdFactors : Extent<kN> {
   ///   P <- (P - P phi phi' P / alpha) / shrink,   alpha = r + phi' P phi.
   /// With r = shrink = lambda this is Eq. (13). `f` is U' phi of `prior`, and becomes its P phi: divided by alpha,
   /// which is returned, it is the gain P(k) phi(k) of Eq. (14). `all` becomes all P_ii.
-  EHSID_ALWAYS_INLINE Scalar measure(const UdFactors& prior, Array<Scalar, kN>& f, Scalar r,
-                                     Scalar shrink, Array<Scalar, kN>& all) {
+  EHSID_ALWAYS_INLINE Scalar measure(const UdFactors& prior, Array<Scalar, kN>& f, const Scalar& r,
+                                     const Scalar& shrink, Array<Scalar, kN>& all) {
     if constexpr (kN == 1) {
       u = prior.u;  // no factor, but a number that usable() reads
     }
@@ -248,7 +248,7 @@ struct UdFactors : Extent<kN> {
   }
 
   /// Agee-Turner: P <- P + c a a', c >= 0. Overwrites a.
-  EHSID_ALWAYS_INLINE void add_rank_one(Scalar c, Array<Scalar, kN>& a) {
+  EHSID_ALWAYS_INLINE void add_rank_one(const Scalar& c, Array<Scalar, kN>& a) {
     add_leading(c, a, count_of<kN>(size()));
   }
 
@@ -293,7 +293,7 @@ struct UdFactors : Extent<kN> {
   }
 
   /// P <- factor P.
-  void scale(Scalar factor) {
+  void scale(const Scalar& factor) {
     const int n = size();
     EHSID_UNROLL
     for (int i = 0; i < n; ++i) {
