@@ -104,17 +104,19 @@ void compare_all() {
 
 using namespace ehsid;  // NOLINT: the names of the policies
 
-TEST(EstimatorBank, EqualsTheScalarEstimatorConstant) {
-  compare_all<ServoEstimator<float, 3, 3, 1, Constant<float>>>();
-}
-TEST(EstimatorBank, EqualsTheScalarEstimatorExponential) {
-  compare_all<ServoEstimator<float, 2, 1, 2, Exponential<float>, true>>();
-}
+// With sanitizers each policy takes half a minute to compile, and their guards are the same code: two must do there.
 TEST(EstimatorBank, EqualsTheScalarEstimatorErrorDriven) {
   compare_all<ServoEstimator<float, 3, 3, 1, ErrorDriven<float>>>();
 }
 TEST(EstimatorBank, EqualsTheScalarEstimatorFRatio) {
   compare_all<ServoEstimator<float, 3, 3, 1, FRatio<float>>>();
+}
+#if !defined(__SANITIZE_ADDRESS__)
+TEST(EstimatorBank, EqualsTheScalarEstimatorConstant) {
+  compare_all<ServoEstimator<float, 3, 3, 1, Constant<float>>>();
+}
+TEST(EstimatorBank, EqualsTheScalarEstimatorExponential) {
+  compare_all<ServoEstimator<float, 2, 1, 2, Exponential<float>, true>>();
 }
 TEST(EstimatorBank, EqualsTheScalarEstimatorDirectional) {
   compare_all<ServoEstimator<float, 3, 3, 1, Directional<float>>>();
@@ -125,6 +127,7 @@ TEST(EstimatorBank, EqualsTheScalarEstimatorRandomWalk) {
 TEST(EstimatorBank, EqualsTheScalarEstimatorInDouble) {
   compare_all<ServoEstimator<double, 3, 3, 1, FRatio<double>>>();
 }
+#endif
 
 TEST(EstimatorBank, ReportsWhatTheScalarEstimatorReports) {
   using Estimator = ServoEstimator<float, 3, 3, 1, ErrorDriven<float>>;
@@ -172,7 +175,7 @@ TEST(EstimatorBank, ReportsWhatTheScalarEstimatorReports) {
 }
 
 TEST(EstimatorBank, OneRecordServesAllLanes) {
-  using Estimator = ServoEstimator<float, 3, 3, 1, Constant<float>>;
+  using Estimator = ServoEstimator<float, 3, 3, 1, ErrorDriven<float>>;
   const auto record = test::bank_record<float>(400, 1, 3);
   OnlineEstimatorBank<Estimator> bank(kLanes, make<Estimator>(1));
   std::vector<std::uint8_t> status(400 * kLanes);
