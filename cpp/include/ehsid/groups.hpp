@@ -222,8 +222,8 @@ EHSID_ALWAYS_INLINE inline void keep_groups(Number n, const Scalar* from, Scalar
       n, [&](const auto group) EHSID_INLINE_LAMBDA { group.store(group.load(from), to); });
 }
 
-/// The first n numbers of the same place: those of an array that loops over kN have just made, group by group, so that no
-/// load waits for several stores.
+/// to = from, the first n numbers of arrays of size kN. Group by group where loops over kN are unrolled: as the numbers have
+/// just been stored, so that no load waits for several stores.
 template <int kN, class Scalar, std::size_t kCapacity>
 EHSID_ALWAYS_INLINE inline void keep_numbers(int n, const std::array<Scalar, kCapacity>& from,
                                              std::array<Scalar, kCapacity>& to) {

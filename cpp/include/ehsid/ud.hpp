@@ -194,50 +194,26 @@ struct UdFactors : Extent<kN> {
         const auto factor = old - k * slope;
         group.store(factor, to);
         group.scatter(k + v * old, f.data());
-        if constexpr (kColumns) {
-          group.scatter(group.gather(all.data()) + factor * factor * dj, all.data());
-        }
+        group.scatter(group.gather(all.data()) + factor * factor * dj, all.data());
       });
       d[jj] = dj;
       all[jj] = dj;
       f[jj] = v;
     });
-    if constexpr (!kColumns) {
-      variances(all);
-    }
     return alpha;
   }
 
-  /// All P_ii.
+  /// All P_ii. Each is a sum over its row; the columns come one after another, so that several rows are summed at once.
   EHSID_ALWAYS_INLINE void variances(Array<Scalar, kN>& all) const {
-    if constexpr (kColumns) {
-      upwards(count_of<kN>(size()), [&](const auto j) EHSID_INLINE_LAMBDA {
-        const Scalar dj = d[static_cast<std::size_t>(j)];
-        const Scalar* column = u.data() + at(0, j);
-        in_groups<Scalar>(j, [&](const auto group) EHSID_INLINE_LAMBDA {
-          const auto factor = group.load(column);
-          group.scatter(group.gather(all.data()) + factor * factor * dj, all.data());
-        });
-        all[static_cast<std::size_t>(j)] = dj;
+    upwards(count_of<kN>(size()), [&](const auto j) EHSID_INLINE_LAMBDA {
+      const Scalar dj = d[static_cast<std::size_t>(j)];
+      const Scalar* column = u.data() + at(0, j);
+      in_groups<Scalar>(j, [&](const auto group) EHSID_INLINE_LAMBDA {
+        const auto factor = group.load(column);
+        group.scatter(group.gather(all.data()) + factor * factor * dj, all.data());
       });
-    } else {
-      const int n = size();
-      const Scalar* row = u.data();  // the first factor of row i
-      EHSID_UNROLL
-      for (int i = 0; i < n; ++i) {
-        const auto ii = static_cast<std::size_t>(i);
-        Scalar sum = d[ii];
-        const Scalar* factor = row;
-        const Scalar* variance = &d[ii];
-        EHSID_UNROLL
-        for (int k = i + 1; k < n; ++k) {
-          sum += *factor * *factor * *++variance;
-          factor += k;
-        }
-        all[ii] = sum;
-        row += i + 2;
-      }
-    }
+      all[static_cast<std::size_t>(j)] = dj;
+    });
   }
 
   /// sum_i weights_i P_ii, weights >= 0.
@@ -315,10 +291,6 @@ struct UdFactors : Extent<kN> {
   }
 
  private:
-  // P_ii is a sum over row i. With vectors several rows are summed at once, column by column; else one after another, which
-  // keeps the sum in a register. The order within a row is the same.
-  static constexpr bool kColumns = true;
-
 #if defined(__GNUC__) && !defined(__clang__)
 // gcc 14 warns that `a` may be used uninitialised. Only its first `count` entries are read, and the caller has written them.
 #pragma GCC diagnostic push
