@@ -123,6 +123,7 @@ class AnyRls : public AnyRecursion {
 
 class AnyEstimator : public AnyRecursion {
  public:
+  virtual ModelShape orders() const = 0;
   /// u: n * n, unit upper triangular; d: n.
   virtual Status seed(const std::vector<double>& theta, const std::vector<double>& u,
                       const std::vector<double>& d, double noise_variance) = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The banks behind any_estimator.hpp: one for each policy, for any number of parameters.
+// The banks behind any_estimator.hpp: one for each policy for any number of parameters, and one for the third-order servo
+// model, whose kernel has all loops unrolled.
 #pragma once
 
 #include "estimator_instances.hpp"
@@ -29,17 +30,18 @@ inline bank::Isa to_isa(const std::string& name) {
                               "'; expected one of 'baseline', 'avx2' and 'avx512'");
 }
 
-template <class Scalar, class Policy>
+/// Pattern: the type of estimator that the kernel is made for. The estimators copied in and out are those of Instance.
+template <class Instance, class Pattern>
 class BankInstance final : public AnyBank {
  public:
-  using Instance = EstimatorInstance<Scalar, Policy>;
-  using Bank = OnlineEstimatorBank<typename Instance::Estimator>;
+  using Scalar = typename Pattern::Scalar;
+  using Bank = OnlineEstimatorBank<Pattern>;
 
   BankInstance(const std::vector<AnyEstimator*>& estimators, bank::Isa isa)
       : bank_(estimators.size(), dynamic_cast<Instance&>(*estimators.front()).estimator(), isa) {
     for (std::size_t i = 0; i < estimators.size(); ++i) {
       auto* one = dynamic_cast<Instance*>(estimators[i]);
-      if (one == nullptr || !same_orders(one->estimator().model(), model(*estimators.front()))) {
+      if (one == nullptr || !(one->orders() == estimators.front()->orders())) {
         throw std::invalid_argument(
             "estimators[" + std::to_string(i) +
             "] is not like estimators[0]; expected the same na, nb, nk, offset, dtype, method and "
@@ -67,15 +69,6 @@ class BankInstance final : public AnyBank {
   }
 
  private:
-  using Model = typename Instance::Estimator::Model;
-
-  static const Model& model(AnyEstimator& one) {
-    return dynamic_cast<Instance&>(one).estimator().model();
-  }
-  static bool same_orders(const Model& a, const Model& b) {
-    return a.na() == b.na() && a.nb() == b.nb() && a.nk() == b.nk() && a.offset() == b.offset();
-  }
-
   template <class Number>
   void run_in(BankColumn<Number> u, BankColumn<Number> y, std::size_t samples, unsigned threads,
               const BankView<Number>& view) {
@@ -119,17 +112,41 @@ class BankInstance final : public AnyBank {
   mutable Bank bank_;
 };
 
+/// The bank of the estimators' policy, Pattern<kPlace> the estimator with this policy that the kernel is made for. Null where
+/// the estimators run another method than rls.
+template <class Scalar, template <std::size_t> class Pattern>
+std::unique_ptr<AnyBank> make_bank_of(const std::vector<AnyEstimator*>& estimators, bank::Isa isa) {
+  std::unique_ptr<AnyBank> made;
+  for_each_policy([&](auto place) {
+    using Instance = EstimatorInstance<Scalar, PolicyAt<place, Scalar, kSize>>;
+    if (dynamic_cast<Instance*>(estimators.front()) != nullptr) {
+      made =
+          std::make_unique<BankInstance<Instance, typename Pattern<place>::Type>>(estimators, isa);
+    }
+  });
+  return made;
+}
+
+/// A bank of estimators ARX(3, 3, 1) without offset in float32: see bank_servo.cpp.
+std::unique_ptr<AnyBank> make_servo_bank(const std::vector<AnyEstimator*>& estimators,
+                                         bank::Isa isa);
+
+template <class Scalar>
+struct ForAnyOrders {
+  template <std::size_t kPlace>
+  struct Pattern {
+    using Type = typename EstimatorInstance<Scalar, PolicyAt<kPlace, Scalar, kSize>>::Estimator;
+  };
+};
+
 template <class Scalar>
 std::unique_ptr<AnyBank> make_bank(const std::vector<AnyEstimator*>& estimators,
                                    const std::string& instructions) {
   const bank::Isa isa = to_isa(instructions);
-  std::unique_ptr<AnyBank> made;
-  for_each_policy([&](auto place) {
-    using Policy = PolicyAt<place, Scalar, kSize>;
-    if (dynamic_cast<EstimatorInstance<Scalar, Policy>*>(estimators.front()) != nullptr) {
-      made = std::make_unique<BankInstance<Scalar, Policy>>(estimators, isa);
-    }
-  });
+  const bool servo =
+      estimators.front()->single() && estimators.front()->orders() == ModelShape(3, 3, 1, false);
+  auto made = servo ? make_servo_bank(estimators, isa)
+                    : make_bank_of<Scalar, ForAnyOrders<Scalar>::template Pattern>(estimators, isa);
   if (made == nullptr) {
     throw std::invalid_argument("a bank runs estimators with method='rls' only");
   }

@@ -3,7 +3,7 @@
 #pragma once
 
 // Where the number of rounds is not known, more than two at once gain nothing, and take twice as long to compile.
-#if defined(__GNUC__)
+#if defined(__GNUC__) && !defined(EHSID_UNROLL)
 #define EHSID_UNROLL _Pragma("GCC unroll 2")
 #endif
 
@@ -292,6 +292,10 @@ class EstimatorInstance final : public AnyEstimator {
     require(estimator_.configure(options), kBadStart);
   }
 
+  ModelShape orders() const override {
+    const auto& model = estimator_.model();
+    return {model.na(), model.nb(), model.nk(), model.offset()};
+  }
   int n() const override { return estimator_.size(); }
   bool single() const override { return std::is_same_v<Scalar, float>; }
   std::vector<double> theta_hat() const override {

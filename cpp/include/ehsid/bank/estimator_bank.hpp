@@ -34,17 +34,26 @@ class OnlineEstimatorBank {
   using Scalar = typename One::Scalar;
 
   /// isa: one that this machine supports, see bank::supported().
-  explicit OnlineEstimatorBank(std::size_t count, const One& each = One{},
-                               bank::Isa isa = bank::best_isa())
+  explicit OnlineEstimatorBank(std::size_t count, bank::Isa isa = bank::best_isa())
+      : OnlineEstimatorBank(count, One{}, isa) {}
+  /// Each: One, or an OnlineEstimator with the same orders, chosen at run time, and the same kind of policy.
+  template <class Each>
+  OnlineEstimatorBank(std::size_t count, const Each& each, bank::Isa isa = bank::best_isa())
       : tiles_(count, each, isa) {}
 
   std::size_t size() const { return tiles_.size(); }
   bank::Isa isa() const { return tiles_.isa(); }
 
   /// Replaces an estimator, index < size(), by a copy of `one`, which has the same orders.
-  void set(std::size_t index, const One& one) { tiles_.set(index, one); }
+  template <class Each>
+  void set(std::size_t index, const Each& one) {
+    tiles_.set(index, one);
+  }
   /// Writes the state of an estimator to `one`, which has its settings and start values.
-  void get(std::size_t index, One& one) { tiles_.get(index, one); }
+  template <class Each>
+  void get(std::size_t index, Each& one) {
+    tiles_.get(index, one);
+  }
 
   /// One sample for each estimator, in the units of its scaling: size() commands, positions and values of Status, as
   /// OnlineEstimator::step returns them.
@@ -88,34 +97,29 @@ class OnlineEstimatorBank {
     walk(tiles, record);
   }
 
-  /// A tile takes a block of samples before the next one: its state stays in the nearest cache, and so do the pages of
-  /// these rows.
   template <class V>
   EHSID_ALWAYS_INLINE static void walk(std::vector<bank::Estimators<One, V>>& tiles,
                                        const Record& record) {
-    constexpr std::size_t kBlock = 32;
-    constexpr auto kWidth = static_cast<std::size_t>(V::kWidth);
     const bool reported = record.trajectory.theta != nullptr;
-    for (std::size_t start = 0; start < record.samples; start += kBlock) {
-      const std::size_t end = std::min(start + kBlock, record.samples);
-      for (std::size_t first = record.first; first < record.last; first += kWidth) {
-        auto& tile = tiles[first / kWidth];
-        const auto count = static_cast<int>(std::min(kWidth, record.last - first));
-        const auto wanted = bank::first_lanes<V>(count);
-        for (std::size_t k = start; k < end; ++k) {
-          const V command = bank::load<V>(record.commands, k, first, count);
-          const V position = bank::load<V>(record.positions, k, first, count);
-          const auto status = tile.step(wanted, command, position);
-          if (record.status != nullptr) {
-            bank::store(status, count, record.status + k * record.count + first);
+    std::vector<Scalar> copies[2];
+    bank::in_blocks(
+        tiles, record.samples, record.first, record.last,
+        [&](auto& tile, const bank::Block& block) EHSID_INLINE_LAMBDA {
+          const bank::Rows<V> commands(record.commands, block, 1, copies[0]);
+          const bank::Rows<V> positions(record.positions, block, 1, copies[1]);
+          const auto wanted = bank::first_lanes<V>(block.count);
+          for (std::size_t k = block.start; k < block.end; ++k) {
+            const auto status =
+                tile.step(wanted, commands[k - block.start], positions[k - block.start]);
+            if (record.status != nullptr) {
+              bank::store(status, block.count, record.status + k * record.count + block.first);
+            }
+            if (reported && (k + 1) % record.trajectory.every == 0) {
+              const std::size_t row = k / record.trajectory.every;
+              write(tile, status, record.trajectory, row * record.count + block.first, block.count);
+            }
           }
-          if (reported && (k + 1) % record.trajectory.every == 0) {
-            const std::size_t row = k / record.trajectory.every;
-            write(tile, status, record.trajectory, row * record.count + first, count);
-          }
-        }
-      }
-    }
+        });
   }
 
   /// An innovation exists only where the sample was estimated, else NaN.

@@ -31,10 +31,13 @@ class Estimators {
   static constexpr int kN = Estimator::kN;
   static constexpr int kWidth = V::kWidth;
 
-  /// Takes over settings and state of one estimator.
-  void set(int lane, const Estimator& one) {
+  /// Takes over settings and state of one estimator: of the same type, or of the same orders, chosen at run time.
+  template <class One>
+  void set(int lane, const One& one) {
     recursions_.set(lane, one.recursion());
-    model_ = one.model();
+    if constexpr (std::is_same_v<One, Estimator>) {
+      model_ = one.model();
+    }
     const auto& history = one.model().state();
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       outputs_[i].set(lane, history.outputs[i]);
@@ -62,9 +65,10 @@ class Estimators {
   }
 
   /// Writes the state of one lane to `one`, which has its settings.
-  void get(int lane, Estimator& one) const {
+  template <class One>
+  void get(int lane, One& one) const {
     auto state = one.contents();
-    recursions_.get(lane, state.recursion);
+    recursions_.get_state(lane, state.recursion);
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       state.history.outputs[i] = outputs_[i][lane];
     }
@@ -91,6 +95,20 @@ class Estimators {
     const V u = (command - command_offset_) / command_scale_;
     const V y = (position - position_offset_) / position_scale_;
     const Truth valid = wanted & finite & plausible(u) & plausible(y);
+    const Count full(static_cast<Whole<Scalar>>(model_.full()));
+    const Truth filled = filled_ >= full;
+    typename Recursions<Recursion, V>::Regressors phi;
+    if (all(valid & enabled_ & filled)) {
+      fill(phi, u);
+      if (recursions_.update_ordinary(phi, y)) {
+        Count status = code(Status::ok);
+        watch(Truth(true), Truth(false), Truth(false), last_of(phi), status);
+        shift(commands_, model_.nk() + model_.nb(), u);
+        shift(outputs_, model_.na(), y);
+        return status;
+      }
+    }
+
     Count status = select(enabled_, code(Status::filling), code(Status::disabled));
     if (any(wanted & ~valid)) {
       status = select(valid, status,
@@ -98,61 +116,22 @@ class Estimators {
       forget_samples(wanted & ~valid);
     }
 
-    const int na = model_.na();
-    const int nb = model_.nb();
-    const int nk = model_.nk();
-    EHSID_UNROLL
-    for (int i = nk + nb - 1; i > 0; --i) {
-      commands_[at(i)] = select(valid, commands_[at(i - 1)], commands_[at(i)]);
-    }
-    commands_[0] = select(valid, u, commands_[0]);
-
-    const Count full(static_cast<Whole<Scalar>>(model_.full()));
-    const Truth estimated = valid & enabled_ & (filled_ >= full);
+    const Truth estimated = valid & enabled_ & filled;
     Truth kept(false);
     Truth skipped(false);
     V leaving(0);
     if (any(estimated)) {
-      typename Recursions<Recursion, V>::Regressors phi;
-      EHSID_UNROLL
-      for (int i = 0; i < na; ++i) {
-        phi[at(i)] = -outputs_[at(i)];
-      }
-      EHSID_UNROLL
-      for (int i = 0; i < nb; ++i) {
-        phi[at(na + i)] = commands_[at(nk + i)];
-      }
-      if (model_.offset()) {
-        phi[at(na + nb)] = V(1);
-      }
-      leaving = phi[at(na + nb - 1)];
-      const Count updated = recursions_.update(estimated, phi, y);
+      fill(phi, u);
+      leaving = last_of(phi);
+      const Count updated = recursions_.update_any(estimated, phi, y);
       status = select(estimated, updated, status);
       kept = estimated & (updated == code(Status::ok));
       skipped = estimated & (updated == code(Status::no_information));
     }
-    update(convergences_, convergence_options_, recursions_, kept, skipped);
-    whitenesses_.update(recursions_, Recursion::Forgetting::kSpreads, leaving, kept, skipped,
-                        valid & ~kept & ~skipped);
-    const Truth watched = kept & reset_enabled_;
-    if (any(watched)) {
-      const Truth changed =
-          update(resets_, reset_options_, watched, recursions_.normalised_square());
-      if (any(changed)) {
-        const V rmse = sqrt(resets_.long_square);
-        recursions_.reset(changed, rmse * rmse);
-        clear(convergences_, changed);
-        clear(whitenesses_, changed);
-        status = select(changed, code(Status::reset), status);
-      }
-    }
-
-    EHSID_UNROLL
-    for (int i = na - 1; i > 0; --i) {
-      outputs_[at(i)] = select(valid, outputs_[at(i - 1)], outputs_[at(i)]);
-    }
-    outputs_[0] = select(valid, y, outputs_[0]);
-    filled_ = select(valid & (filled_ < full), filled_ + Count(1), filled_);
+    watch(kept, skipped, valid & ~kept & ~skipped, leaving, status);
+    shift(commands_, model_.nk() + model_.nb(), u, valid);
+    shift(outputs_, model_.na(), y, valid);
+    filled_ = select(valid & ~filled, filled_ + Count(1), filled_);
     return status;
   }
 
@@ -164,7 +143,7 @@ class Estimators {
     const Truth white = whitenesses_.coloured == Count(0);
     const V inflation = select(white, V(1), sqrt(V(1) + whitenesses_.statistic));
     Array<V, kN> variances;
-    recursions_.factors().variances(variances);
+    recursions_.variances(variances);
     EHSID_UNROLL
     for (int i = 0; i < n; ++i) {
       to.theta[at(i)] = bounded_product(recursions_.theta()[at(i)], units_[at(i)]);
@@ -189,6 +168,72 @@ class Estimators {
  private:
   EHSID_ALWAYS_INLINE static Count code(Status status) {
     return Count(static_cast<Whole<Scalar>>(status));
+  }
+
+  /// Eq. (8): the outputs, then the commands, of which u is the newest.
+  EHSID_ALWAYS_INLINE void fill(Array<V, kN>& phi, const V& u) const {
+    const int na = model_.na();
+    const int nb = model_.nb();
+    const int nk = model_.nk();
+    EHSID_UNROLL
+    for (int i = 0; i < na; ++i) {
+      phi[static_cast<std::size_t>(i)] = -outputs_[static_cast<std::size_t>(i)];
+    }
+    EHSID_UNROLL
+    for (int i = 0; i < nb; ++i) {
+      const int delay = nk + i;
+      phi[static_cast<std::size_t>(na + i)] =
+          delay == 0 ? u : commands_[static_cast<std::size_t>(delay - 1)];
+    }
+    if (model_.offset()) {
+      phi[static_cast<std::size_t>(na + nb)] = V(1);
+    }
+  }
+
+  /// The command that leaves the regressor next.
+  EHSID_ALWAYS_INLINE const V& last_of(const Array<V, kN>& phi) const {
+    return phi[static_cast<std::size_t>(model_.na() + model_.nb() - 1)];
+  }
+
+  /// Puts `newest` in front of the first `count` numbers, of which the last one goes.
+  template <class History>
+  EHSID_ALWAYS_INLINE static void shift(History& history, int count, const V& newest) {
+    EHSID_UNROLL
+    for (int i = count - 1; i > 0; --i) {
+      history[static_cast<std::size_t>(i)] = history[static_cast<std::size_t>(i - 1)];
+    }
+    history[0] = newest;
+  }
+  /// The same where the mask is true.
+  template <class History>
+  EHSID_ALWAYS_INLINE static void shift(History& history, int count, const V& newest,
+                                        const Truth& where) {
+    EHSID_UNROLL
+    for (int i = count - 1; i > 0; --i) {
+      V& number = history[static_cast<std::size_t>(i)];
+      number = select(where, history[static_cast<std::size_t>(i - 1)], number);
+    }
+    history[0] = select(where, newest, history[0]);
+  }
+
+  /// Brings the monitors up to date, and resets where they say so.
+  EHSID_ALWAYS_INLINE void watch(const Truth& kept, const Truth& skipped, const Truth& interrupted,
+                                 const V& leaving, Count& status) {
+    update(convergences_, convergence_options_, recursions_, kept, skipped);
+    whitenesses_.update(recursions_, Recursion::Forgetting::kSpreads, leaving, kept, skipped,
+                        interrupted);
+    const Truth watched = kept & reset_enabled_;
+    if (any(watched)) {
+      const Truth changed =
+          update(resets_, reset_options_, watched, recursions_.normalised_square());
+      if (any(changed)) {
+        const V rmse = sqrt(resets_.long_square);
+        recursions_.reset(changed, rmse * rmse);
+        clear(convergences_, changed);
+        clear(whitenesses_, changed);
+        status = select(changed, code(Status::reset), status);
+      }
+    }
   }
 
   EHSID_ALWAYS_INLINE Truth plausible(const V& scaled) const {

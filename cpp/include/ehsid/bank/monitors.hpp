@@ -174,7 +174,7 @@ EHSID_ALWAYS_INLINE inline void update(Convergences<V>& state,
   const V share = options.tolerance * options.tolerance;
   const V least = options.magnitude * options.magnitude;
   Array<V, Tile::kN> variances;
-  tile.factors().variances(variances);
+  tile.variances(variances);
   auto inside = tile.weight() > V(Scalar(2 * n));
   EHSID_UNROLL
   for (int i = 0; i < n; ++i) {

@@ -231,12 +231,14 @@ struct LanesOf<RandomWalk<Scalar, kN>, V> {
   using Policy = RandomWalk<Scalar, kN>;
   Array<V, kN> drift;
 
-  void set(int lane, const Policy& one) {
+  template <int kOther>
+  void set(int lane, const RandomWalk<Scalar, kOther>& one) {
     for (std::size_t i = 0; i < drift.size(); ++i) {
       drift[i].set(lane, one.drift[i]);
     }
   }
-  void get(int lane, Policy& one) const {
+  template <int kOther>
+  void get(int lane, RandomWalk<Scalar, kOther>& one) const {
     for (std::size_t i = 0; i < drift.size(); ++i) {
       one.drift[i] = drift[i][lane];
     }

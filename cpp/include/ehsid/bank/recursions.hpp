@@ -23,81 +23,199 @@ class Recursions {
   using Factors = UdFactors<V, kN>;
   using Policy = LanesOf<typename Recursion::Forgetting, V>;
 
-  /// Takes over settings and state of one estimator. All lanes have as many parameters.
-  void set(int lane, const Recursion& one) {
+  /// Takes over settings and state of one recursion: of the same type, or with as many parameters, chosen at run time.
+  template <class One>
+  void set(int lane, const One& one) {
     const auto& state = one.state();
-    factors_.resize(one.size());
     initial_factors_.resize(one.size());
-    set_array(theta_, lane, state.theta);
-    set_array(remainder_, lane, state.remainder);
-    set_lane(factors_, lane, state.factors);
+    for (Numbers& now : numbers_) {  // both: what lies behind n stays as it is
+      now.factors.resize(one.size());
+      set_array(now.theta, lane, state.theta);
+      set_array(now.remainder, lane, state.remainder);
+      set_factors(now.factors, lane, state.factors);
+      set_array(now.gain, lane, state.gain);
+      now.innovation.set(lane, state.innovation);
+      now.forgetting_factor.set(lane, state.forgetting_factor);
+      now.square.set(lane, state.square);
+      now.mean_square.set(lane, state.mean_square);
+      now.usual_square.set(lane, state.usual_square);
+      now.weight.set(lane, state.weight);
+      now.recent_square.set(lane, state.recent_square);
+      set_array(now.regained, lane, state.account.regained);
+      now.postponed.set(lane, state.account.waiting.postponed);
+      now.waited.set(lane, state.account.waiting.waited);
+    }
+    ordinary_ = false;
     forgetting_.set(lane, state.forgetting);
-    set_array(gain_, lane, state.gain);
-    innovation_.set(lane, state.innovation);
-    forgetting_factor_.set(lane, state.forgetting_factor);
-    square_.set(lane, state.square);
-    mean_square_.set(lane, state.mean_square);
-    usual_square_.set(lane, state.usual_square);
-    weight_.set(lane, state.weight);
-    recent_square_.set(lane, state.recent_square);
-    set_array(regained_, lane, state.account.regained);
-    postponed_.set(lane, state.account.waiting.postponed);
-    waited_.set(lane, state.account.waiting.waited);
     margin_.set(lane, one.information_margin());
     given_margin_.set(lane, one.options_.information_margin);
     ceiling_.set(lane, one.options_.covariance_ceiling);
-    set_lane(initial_factors_, lane, one.initial_factors_);
+    set_factors(initial_factors_, lane, one.initial_factors_);
     set_array(ceiling_weight_, lane, one.ceiling_weight_);
   }
 
   /// Writes the state of one lane to `one`, which has its settings.
-  void get(int lane, Recursion& one) const { get(lane, one.state_); }
+  void get(int lane, Recursion& one) const { get_state(lane, one.state_); }
   /// The state of one lane.
-  void get(int lane, typename Recursion::State& state) const {
-    get_array(theta_, lane, state.theta);
-    get_array(remainder_, lane, state.remainder);
-    get_lane(factors_, lane, state.factors);
+  template <class State>
+  void get_state(int lane, State& state) const {
+    get_array(now().theta, lane, state.theta);
+    get_array(now().remainder, lane, state.remainder);
+    get_array(now().factors.d, lane, state.factors.d);
+    get_array(now().factors.u, lane, state.factors.u);
     forgetting_.get(lane, state.forgetting);
-    get_array(gain_, lane, state.gain);
-    state.innovation = innovation_[lane];
-    state.forgetting_factor = forgetting_factor_[lane];
-    state.square = square_[lane];
-    state.mean_square = mean_square_[lane];
-    state.usual_square = usual_square_[lane];
-    state.weight = weight_[lane];
-    state.recent_square = recent_square_[lane];
-    get_array(regained_, lane, state.account.regained);
-    state.account.waiting = {postponed_[lane], waited_[lane]};
+    get_array(now().gain, lane, state.gain);
+    state.innovation = now().innovation[lane];
+    state.forgetting_factor = now().forgetting_factor[lane];
+    state.square = now().square[lane];
+    state.mean_square = now().mean_square[lane];
+    state.usual_square = now().usual_square[lane];
+    state.weight = now().weight[lane];
+    state.recent_square = now().recent_square[lane];
+    get_array(now().regained, lane, state.account.regained);
+    state.account.waiting = {now().postponed[lane], now().waited[lane]};
   }
 
-  EHSID_ALWAYS_INLINE int size() const { return factors_.size(); }
+  EHSID_ALWAYS_INLINE int size() const { return initial_factors_.size(); }
 
   /// One sample of each lane of `wanted`; the others stay as they are. Returns the Status of each lane as a number,
   /// Status::disabled for those that are not wanted.
   EHSID_ALWAYS_INLINE Count update(const Truth& wanted, const Regressors& phi, const V& y) {
+    if (all(wanted) && update_ordinary(phi, y)) {
+      return Count(code(Status::ok));
+    }
+    return update_any(wanted, phi, y);
+  }
+
+  /// One sample of every lane, if it is an ordinary one for each of them: see take(). False: nothing has changed, and
+  /// update_any() must do it. It is not tried where the sample before was not an ordinary one.
+  EHSID_ALWAYS_INLINE bool update_ordinary(const Regressors& phi, const V& y) {
+    if constexpr (kTriesOrdinary) {
+      Count status;
+      return ordinary_ && take<true>(Truth(true), phi, y, status);
+    } else {
+      return false;
+    }
+  }
+
+  /// update() of any sample.
+  EHSID_ALWAYS_INLINE Count update_any(const Truth& wanted, const Regressors& phi, const V& y) {
+    Count status;
+    ordinary_ = take<false>(wanted, phi, y, status);
+    return status;
+  }
+
+  /// As Rls::reset(noise_variance), where the mask is true.
+  EHSID_ALWAYS_INLINE void reset(const Truth& where, const V& noise_variance) {
+    Numbers& old = numbers_[now_];
+    const V zero(0);
+    const V one(1);
+    ordinary_ = false;
+    choose(where, initial_factors_, old.factors);
+    forgetting_.restart(where);
+    const Truth known = noise_variance > zero;
+    const V weight(Scalar(size() + 2));
+    const V mean = noise_variance * V(2) / weight;
+    for (std::size_t i = 0; i < old.gain.size(); ++i) {
+      old.gain[i] = select(where, zero, old.gain[i]);
+      old.regained[i] = select(where, one, old.regained[i]);
+    }
+    old.innovation = select(where, zero, old.innovation);
+    old.forgetting_factor = select(where, one, old.forgetting_factor);
+    old.square = select(where, zero, old.square);
+    old.mean_square = select(where, select(known, mean, zero), old.mean_square);
+    old.usual_square = select(where, select(known, mean, zero), old.usual_square);
+    old.weight = select(where, select(known, weight, zero), old.weight);
+    old.recent_square = select(where, zero, old.recent_square);
+    old.postponed = select(where, one, old.postponed);
+    old.waited = select(where, one, old.waited);
+  }
+
+  EHSID_ALWAYS_INLINE V residual_variance() const { return with_freedom(now(), now().mean_square); }
+  EHSID_ALWAYS_INLINE Truth starved() const { return now().waited < V(1); }
+  EHSID_ALWAYS_INLINE const Regressors& theta() const { return now().theta; }
+  EHSID_ALWAYS_INLINE const Factors& factors() const { return now().factors; }
+  /// All P_ii. Where the last sample was an ordinary one, it left them behind.
+  EHSID_ALWAYS_INLINE void variances(Regressors& to) const {
+    if (kTriesOrdinary && ordinary_) {
+      to = variances_;
+    } else {
+      factors().variances(to);
+    }
+  }
+  EHSID_ALWAYS_INLINE const V& weight() const { return now().weight; }
+  EHSID_ALWAYS_INLINE const V& innovation() const { return now().innovation; }
+  EHSID_ALWAYS_INLINE const V& forgetting_factor() const { return now().forgetting_factor; }
+  EHSID_ALWAYS_INLINE const V& normalised_square() const { return now().square; }
+  EHSID_ALWAYS_INLINE const V& mean_square() const { return now().mean_square; }
+
+ private:
+  using Account = InformationAccount<Scalar, kN>;
+
+  /// What a sample changes.
+  struct Numbers {
+    Regressors theta;
+    Regressors remainder;
+    Factors factors;
+    Regressors gain;
+    V innovation;
+    V forgetting_factor;
+    V square;
+    V mean_square;
+    V usual_square;
+    V weight;
+    V recent_square;
+    Regressors regained;
+    V postponed;
+    V waited;
+  };
+
+  // Where sizes are chosen at run time, a second form of the update costs more time to compile than it saves later.
+  static constexpr bool kTriesOrdinary = kN > 0;
+
+  EHSID_ALWAYS_INLINE const Numbers& now() const { return numbers_[now_]; }
+
+  /// One sample, computed from numbers_[now_] into the other one, which takes its place where it is right.
+  ///
+  /// An ordinary sample is one that every lane takes as it is: wanted and accepted, with no guard, no hold and nothing
+  /// postponed. Almost all of them are. kOrdinary: supposes that it is one, without a single choice on the way; returns false where it is not, and
+  /// nothing has changed then. Else: does what each lane needs, and returns whether the sample was an ordinary one.
+  template <bool kOrdinary>
+  EHSID_ALWAYS_INLINE bool take(const Truth& wanted, const Regressors& phi, const V& y,
+                                Count& status) {
     const int n = size();
     const auto at = [](int i) EHSID_INLINE_LAMBDA { return static_cast<std::size_t>(i); };
     const V zero(0);
     const V one(1);
+    Numbers& old = numbers_[now_];
+    Numbers& next = numbers_[1 - now_];
+    Truth extraordinary = ~wanted;
+    // Is something extraordinary, which is then to be done?
+    const auto occurs = [&](const Truth& something) EHSID_INLINE_LAMBDA {
+      extraordinary = extraordinary | something;
+      return !kOrdinary && any(something);
+    };
 
     // (12)
-    V predicted = phi[0] * theta_[0];
+    V predicted = phi[0] * old.theta[0];
     EHSID_UNROLL
     for (int i = 1; i < n; ++i) {
-      predicted += phi[at(i)] * theta_[at(i)];
+      predicted += phi[at(i)] * old.theta[at(i)];
     }
     const V innovation = y - predicted;
     Regressors gain;
-    V s = factors_.project(phi, gain);
+    V s = old.factors.project(phi, gain);
     const Evidence<V> evidence{innovation, s};
     ForgettingFactors<V> lambda = forgetting_.peek(evidence);
     V square = normalise(innovation, lambda.before, s);
-    const V recent = recent_square_ + V(Recursion::kRecentRate) * (square - recent_square_);
+    const V recent = old.recent_square + V(Recursion::kRecentRate) * (square - old.recent_square);
     const V power = y * y + predicted * predicted;
 
     Truth taken = wanted & is_squarable(square) & is_finite(s);
-    Count status = select(wanted, Count(code(Status::ok)), Count(code(Status::disabled)));
-    if (any(wanted & ~taken)) {
+    if constexpr (!kOrdinary) {
+      status = select(wanted, Count(code(Status::ok)), Count(code(Status::disabled)));
+    }
+    if (occurs(wanted & ~taken)) {
       Extreme<Scalar, V::kWidth> inputs;
       inputs.size_of(y);
       EHSID_UNROLL
@@ -113,47 +231,47 @@ class Recursions {
     V postponed = one;
     V waited = one;
     Truth frozen(false);
-    V least = regained_[0];
+    V least = old.regained[0];
     EHSID_UNROLL
     for (int i = 1; i < n; ++i) {
-      least = smaller(regained_[at(i)], least);
+      least = smaller(old.regained[at(i)], least);
     }
     const Truth starving = (margin_ > zero) & (least < V(Account::kStarved));
-    const Truth waits = waited_ < one;
+    const Truth waits = old.waited < one;
     Truth dull = ~(s > zero) & (given_margin_ != zero);
     if constexpr (Recursion::Forgetting::kFilters) {
       dull = dull | forgetting_.filters(n, phi);
     }
-    V before = lambda.before * postponed_;
-    if (any(taken & (starving | waits | dull))) {
-      const V known = with_freedom(usual_square_);
-      const Truth surprising = (weight_ <= V(Scalar(n + 1))) |
+    V before = lambda.before * old.postponed;
+    if (occurs(taken & (starving | waits | dull))) {
+      const V known = with_freedom(old, old.usual_square);
+      const Truth surprising = (old.weight <= V(Scalar(n + 1))) |
                                (recent > V(Recursion::kSurprise) * known + rounding() * power);
       frozen = starving & ~surprising;
-      const V loss = least_loss();
-      const Truth idle = frozen & ~(waited_ > V(Account::kLongest));
+      const V loss = least_loss(old);
+      const Truth idle = frozen & ~(old.waited > V(Account::kLongest));
       Truth skipped = taken & (dull | (idle & (s < margin_ * loss)));
       if (any(skipped)) {
         const V start = variance_at_start(phi);
         const V wanted_information = margin_ * loss;
-        const Truth overdue =
-            (start > V(Recursion::kFullSize)) & ((recent > V(Recursion::kUnpredicted) * power) |
-                                                 (least_variance() * start < wanted_information));
+        const Truth overdue = (start > V(Recursion::kFullSize)) &
+                              ((recent > V(Recursion::kUnpredicted) * power) |
+                               (least_variance(old) * start < wanted_information));
         frozen = frozen & ~(skipped & overdue);
         skipped = skipped & ~overdue;
-        innovation_ = select(skipped, innovation, innovation_);
-        recent_square_ = select(skipped, recent, recent_square_);
-        lose_information(skipped);
-        lower_residual_variance(skipped, s, recent, power, start, loss);
+        old.innovation = select(skipped, innovation, old.innovation);
+        old.recent_square = select(skipped, recent, old.recent_square);
+        lose_information(skipped, old);
+        lower_residual_variance(skipped, s, recent, power, start, loss, old);
         status = select(skipped, Count(code(Status::no_information)), status);
         taken = taken & ~skipped;
         if (!any(taken)) {
-          return status;
+          return false;
         }
       }
       // Postponed where frozen, else made up.
-      const V all_postponed = postponed_ * lambda.before * lambda.after;
-      const V longer = waited_ * (one - loss);
+      const V all_postponed = old.postponed * lambda.before * lambda.after;
+      const V longer = old.waited * (one - loss);
       postponed = select(frozen, larger(all_postponed, V(Account::kLongest)), one);
       waited = select(frozen, larger(longer, V(Account::kLongest)), one);
       before = select(frozen, one, before);
@@ -162,34 +280,31 @@ class Recursions {
     }
     lambda.before = before;
 
-    Factors factors;
-    factors.resize(n);
+    next.factors.resize(n);
     if constexpr (Recursion::Forgetting::kSpreads) {
-      factors.keep(factors_);
-      forgetting_.spread(factors, phi);
-      if (any(taken & frozen)) {
-        choose(frozen, factors_, factors);
+      next.factors.keep(old.factors);
+      forgetting_.spread(next.factors, phi);
+      if (!kOrdinary && any(taken & frozen)) {
+        choose(frozen, old.factors, next.factors);
       }
-      s = factors.project(phi, gain);
+      s = next.factors.project(phi, gain);
       square = select(frozen, square, normalise(innovation, lambda.before, s));
     }
     // (13)
-    const Factors& prior = Recursion::Forgetting::kSpreads ? factors : factors_;
+    const Factors& prior = Recursion::Forgetting::kSpreads ? next.factors : old.factors;
     const V shrink = lambda.before * lambda.after;
-    Regressors variances;
-    const V alpha = factors.measure(prior, gain, lambda.before, shrink, variances);
+    Regressors& variances = variances_;
+    const V alpha = next.factors.measure(prior, gain, lambda.before, shrink, variances);
     V mean = variances[0] * ceiling_weight_[0];
     EHSID_UNROLL
     for (int i = 1; i < n; ++i) {
       mean += variances[at(i)] * ceiling_weight_[at(i)];
     }
     const Truth over = mean > ceiling_;
-    if (any(taken & over)) {
-      factors.scale(select(over, ceiling_ / mean, one));
+    if (occurs(taken & over)) {
+      next.factors.scale(select(over, ceiling_ / mean, one));
     }
     // (14)
-    Regressors theta;
-    Regressors remainder;
     Extreme<Scalar, V::kWidth> squarable;
     Extreme<Scalar, V::kWidth> finite;
     Extreme<Scalar, V::kWidth> positive;
@@ -198,114 +313,103 @@ class Recursions {
     EHSID_UNROLL
     for (int i = 0; i < n; ++i) {
       gain[at(i)] /= alpha;
-      const V increment = gain[at(i)] * innovation + remainder_[at(i)];
-      theta[at(i)] = theta_[at(i)] + increment;
-      const V added = theta[at(i)] - theta_[at(i)];
-      remainder[at(i)] = (theta_[at(i)] - (theta[at(i)] - added)) + (increment - added);
-      squarable.size_of(theta[at(i)]);
-      finite.size_of(remainder[at(i)]);
-      positive.value_of(factors.d[at(i)]);
+      const V increment = gain[at(i)] * innovation + old.remainder[at(i)];
+      const V theta = old.theta[at(i)] + increment;
+      const V added = theta - old.theta[at(i)];
+      const V remainder = (old.theta[at(i)] - (theta - added)) + (increment - added);
+      squarable.size_of(theta);
+      finite.size_of(remainder);
+      positive.value_of(next.factors.d[at(i)]);
+      next.theta[at(i)] = theta;
+      next.remainder[at(i)] = remainder;
     }
     const Truth good =
         squarable.all_squarable() & finite.all_finite() & positive.all_normal_positive();
     const Truth kept = taken & good;
-    status = select(taken & ~good, Count(code(Status::numerical_limit)), status);
+    if (occurs(taken & ~good)) {
+      status = select(taken & ~good, Count(code(Status::numerical_limit)), status);
+    }
+    const bool ordinary = !any(extraordinary);
+    if (kOrdinary && !ordinary) {
+      return false;
+    }
 
     // From here on as Rls::update after the last check.
-    const V fresh = fresh_share();
-    const auto keep = [&](const auto& put) EHSID_INLINE_LAMBDA {
+    const auto put = [&](V& to, const V& value, const V& from) EHSID_INLINE_LAMBDA {
+      to = kOrdinary ? value : select(kept, value, from);
+    };
+    const V fresh = fresh_share(old);
+    EHSID_UNROLL
+    for (int i = 0; i < n; ++i) {
+      const V off = gain[at(i)] * gain[at(i)] * alpha;
+      const V share = old.regained[at(i)];
+      const V all = share + (off / (variances[at(i)] * shrink + off) -
+                             loss(i, variances[at(i)], fresh) * share);
+      put(next.regained[at(i)], smaller(all, one), share);
+      put(next.gain[at(i)], gain[at(i)], old.gain[at(i)]);
+    }
+    if constexpr (!kOrdinary) {
       EHSID_UNROLL
       for (int i = 0; i < n; ++i) {
-        const V off = gain[at(i)] * gain[at(i)] * alpha;
-        const V share = regained_[at(i)];
-        const V next = share + (off / (variances[at(i)] * shrink + off) -
-                                loss(i, variances[at(i)], fresh) * share);
-        put(regained_[at(i)], smaller(next, one));
-        put(theta_[at(i)], theta[at(i)]);
-        put(remainder_[at(i)], remainder[at(i)]);
-        put(gain_[at(i)], gain[at(i)]);
-        put(factors_.d[at(i)], factors.d[at(i)]);
+        put(next.theta[at(i)], next.theta[at(i)], old.theta[at(i)]);
+        put(next.remainder[at(i)], next.remainder[at(i)], old.remainder[at(i)]);
       }
-      const int pairs = n > 1 ? n * (n - 1) / 2 : 1;
-      EHSID_UNROLL
-      for (int i = 0; i < pairs; ++i) {
-        put(factors_.u[at(i)], factors.u[at(i)]);
-      }
-      put(innovation_, innovation);
-      put(forgetting_factor_, shrink);
-      put(square_, square);
-      put(recent_square_, recent);
-      put(postponed_, postponed);
-      put(waited_, waited);
-      accumulate(square, lambda, power, put);
-    };
-    if (all(kept)) {
-      keep([](V& to, const V& from) EHSID_INLINE_LAMBDA { to = from; });
-    } else {
-      keep([&](V& to, const V& from) EHSID_INLINE_LAMBDA { to = select(kept, from, to); });
+      choose(~kept, old.factors, next.factors);
     }
+    put(next.innovation, innovation, old.innovation);
+    put(next.forgetting_factor, shrink, old.forgetting_factor);
+    put(next.square, square, old.square);
+    put(next.recent_square, recent, old.recent_square);
+    put(next.postponed, postponed, old.postponed);
+    put(next.waited, waited, old.waited);
+    const V samples = lambda.before * old.weight + one;
+    const V share = one / samples;
+    const V outlier = V(Recursion::kMostSquare) * share;
+    const V most =
+        (old.usual_square + rounding() * power) * larger(outlier, V(Recursion::kMostRise));
+    const V unlimited(std::numeric_limits<Scalar>::infinity());
+    const V limit = select(old.weight > V(Scalar(n + 1)), most, unlimited);
+    put(next.mean_square, old.mean_square + (square - old.mean_square) * share, old.mean_square);
+    put(next.usual_square, old.usual_square + smaller((square - old.usual_square) * share, limit),
+        old.usual_square);
+    put(next.weight, smaller(lambda.after * samples, V(Recursion::kWeightLimit)), old.weight);
     forgetting_.accept(kept, evidence);
-    return status;
+    now_ = 1 - now_;
+    return ordinary;
   }
-
-  /// As Rls::reset(noise_variance), where the mask is true.
-  EHSID_ALWAYS_INLINE void reset(const Truth& where, const V& noise_variance) {
-    const V zero(0);
-    const V one(1);
-    choose(where, initial_factors_, factors_);
-    forgetting_.restart(where);
-    const Truth known = noise_variance > zero;
-    const V weight(Scalar(size() + 2));
-    const V mean = noise_variance * V(2) / weight;
-    for (std::size_t i = 0; i < gain_.size(); ++i) {
-      gain_[i] = select(where, zero, gain_[i]);
-      regained_[i] = select(where, one, regained_[i]);
-    }
-    innovation_ = select(where, zero, innovation_);
-    forgetting_factor_ = select(where, one, forgetting_factor_);
-    square_ = select(where, zero, square_);
-    mean_square_ = select(where, select(known, mean, zero), mean_square_);
-    usual_square_ = select(where, select(known, mean, zero), usual_square_);
-    weight_ = select(where, select(known, weight, zero), weight_);
-    recent_square_ = select(where, zero, recent_square_);
-    postponed_ = select(where, one, postponed_);
-    waited_ = select(where, one, waited_);
-  }
-
-  EHSID_ALWAYS_INLINE V residual_variance() const { return with_freedom(mean_square_); }
-  EHSID_ALWAYS_INLINE Truth starved() const { return waited_ < V(1); }
-  EHSID_ALWAYS_INLINE const Regressors& theta() const { return theta_; }
-  EHSID_ALWAYS_INLINE const Factors& factors() const { return factors_; }
-  EHSID_ALWAYS_INLINE const V& weight() const { return weight_; }
-  EHSID_ALWAYS_INLINE const V& innovation() const { return innovation_; }
-  EHSID_ALWAYS_INLINE const V& forgetting_factor() const { return forgetting_factor_; }
-  EHSID_ALWAYS_INLINE const V& normalised_square() const { return square_; }
-  EHSID_ALWAYS_INLINE const V& mean_square() const { return mean_square_; }
-
- private:
-  using Account = InformationAccount<Scalar, kN>;
 
   static constexpr Whole<Scalar> code(Status status) { return static_cast<Whole<Scalar>>(status); }
 
   template <class Many, class One>
   static void set_array(Many& many, int lane, const One& one) {
-    for (std::size_t i = 0; i < one.size(); ++i) {
+    for (std::size_t i = 0; i < many.size(); ++i) {
       many[i].set(lane, one[i]);
     }
   }
   template <class Many, class One>
   static void get_array(const Many& many, int lane, One& one) {
-    for (std::size_t i = 0; i < one.size(); ++i) {
+    for (std::size_t i = 0; i < many.size(); ++i) {
       one[i] = many[i][lane];
     }
   }
+  template <class One>
+  static void set_factors(Factors& many, int lane, const One& one) {
+    set_array(many.d, lane, one.d);
+    set_array(many.u, lane, one.u);
+  }
 
   EHSID_ALWAYS_INLINE static void choose(const Truth& where, const Factors& from, Factors& to) {
-    for (std::size_t i = 0; i < to.d.size(); ++i) {
-      to.d[i] = select(where, from.d[i], to.d[i]);
+    const int n = from.size();
+    EHSID_UNROLL
+    for (int i = 0; i < n; ++i) {
+      V& d = to.d[static_cast<std::size_t>(i)];
+      d = select(where, from.d[static_cast<std::size_t>(i)], d);
     }
-    for (std::size_t i = 0; i < to.u.size(); ++i) {
-      to.u[i] = select(where, from.u[i], to.u[i]);
+    const int pairs = n > 1 ? n * (n - 1) / 2 : 1;
+    EHSID_UNROLL
+    for (int i = 0; i < pairs; ++i) {
+      V& u = to.u[static_cast<std::size_t>(i)];
+      u = select(where, from.u[static_cast<std::size_t>(i)], u);
     }
   }
 
@@ -315,56 +419,58 @@ class Recursions {
 
   EHSID_ALWAYS_INLINE static V rounding() { return V(Recursion::kRounding * Recursion::kRounding); }
 
-  EHSID_ALWAYS_INLINE V with_freedom(const V& mean) const {
-    return mean * weight_ / larger(weight_ - V(Scalar(size())), V(1));
+  EHSID_ALWAYS_INLINE V with_freedom(const Numbers& of, const V& mean) const {
+    return mean * of.weight / larger(of.weight - V(Scalar(size())), V(1));
   }
 
-  EHSID_ALWAYS_INLINE V fresh_share() const { return V(1) / (weight_ + V(Scalar(2 * size()))); }
+  EHSID_ALWAYS_INLINE V fresh_share(const Numbers& of) const {
+    return V(1) / (of.weight + V(Scalar(2 * size())));
+  }
 
   EHSID_ALWAYS_INLINE V loss(int i, const V& variance, const V& fresh) const {
     return larger(forgetting_.loss(i, variance), fresh);
   }
 
-  EHSID_ALWAYS_INLINE V variance(int i) const {
-    V sum = factors_.d[static_cast<std::size_t>(i)];
-    const int n = size();
-    const V* factor = &factors_.u[0] + i * (i + 1) / 2 + i;
+  EHSID_ALWAYS_INLINE static V variance(const Numbers& of, int i) {
+    V sum = of.factors.d[static_cast<std::size_t>(i)];
+    const int n = of.factors.size();
+    const V* factor = &of.factors.u[0] + i * (i + 1) / 2 + i;
     for (int k = i + 1; k < n; ++k) {
-      sum += *factor * *factor * factors_.d[static_cast<std::size_t>(k)];
+      sum += *factor * *factor * of.factors.d[static_cast<std::size_t>(k)];
       factor += k;
     }
     return sum;
   }
 
-  EHSID_ALWAYS_INLINE V least_loss() const {
-    const V fresh = fresh_share();
+  EHSID_ALWAYS_INLINE V least_loss(const Numbers& of) const {
+    const V fresh = fresh_share(of);
     if constexpr (!Recursion::Forgetting::kSpreads) {
       return loss(0, V(0), fresh);
     } else {
       V least(1);
       for (int i = 0; i < size(); ++i) {
-        least = smaller(loss(i, variance(i), fresh), least);
+        least = smaller(loss(i, variance(of, i), fresh), least);
       }
       return least;
     }
   }
 
-  EHSID_ALWAYS_INLINE void lose_information(const Truth& where) {
-    const V fresh = fresh_share();
+  EHSID_ALWAYS_INLINE void lose_information(const Truth& where, Numbers& of) const {
+    const V fresh = fresh_share(of);
     for (int i = 0; i < size(); ++i) {
-      V& share = regained_[static_cast<std::size_t>(i)];
-      const V lost = loss(i, Recursion::Forgetting::kSpreads ? variance(i) : V(0), fresh);
+      V& share = of.regained[static_cast<std::size_t>(i)];
+      const V lost = loss(i, Recursion::Forgetting::kSpreads ? variance(of, i) : V(0), fresh);
       V left = share - lost * share;
       left = select(left > V(Account::kNothing), left, V(0));
       share = select(where, left, share);
     }
   }
 
-  EHSID_ALWAYS_INLINE V least_variance() const {
+  EHSID_ALWAYS_INLINE V least_variance(const Numbers& of) const {
     V least(std::numeric_limits<Scalar>::max());
     for (int i = 0; i < size(); ++i) {
       const V share =
-          variance(i) * V(Scalar(size())) * ceiling_weight_[static_cast<std::size_t>(i)];
+          variance(of, i) * V(Scalar(size())) * ceiling_weight_[static_cast<std::size_t>(i)];
       least = smaller(share, least);
     }
     return least;
@@ -380,8 +486,10 @@ class Recursions {
   }
 
   EHSID_ALWAYS_INLINE void lower_residual_variance(const Truth& where, const V& s, const V& recent,
-                                                   const V& power, const V& start, const V& loss) {
-    const V known = select(weight_ > V(Scalar(size() + 1)), residual_variance(), V(0));
+                                                   const V& power, const V& start, const V& loss,
+                                                   Numbers& of) const {
+    const V known =
+        select(of.weight > V(Scalar(size() + 1)), with_freedom(of, of.mean_square), V(0));
     const V wanted = margin_ * loss;
     const Truth predicted = recent < V(Recursion::kPredicted) * power;
     Truth lowered = where & (recent * V(Recursion::kFallen) < known) &
@@ -390,10 +498,10 @@ class Recursions {
       return;
     }
     const V needed = wanted / s;
-    V trace = variance(0) * ceiling_weight_[0];
+    V trace = variance(of, 0) * ceiling_weight_[0];
     // weighted_trace(): the weights stand on the left, which does not change a product.
     for (int i = 1; i < size(); ++i) {
-      trace += variance(i) * ceiling_weight_[static_cast<std::size_t>(i)];
+      trace += variance(of, i) * ceiling_weight_[static_cast<std::size_t>(i)];
     }
     const V room = ceiling_ / trace;
     V factor = known / recent;
@@ -402,48 +510,21 @@ class Recursions {
     lowered = lowered & (factor > V(1));
     Extreme<Scalar, V::kWidth> scaled;
     for (int i = 0; i < size(); ++i) {
-      scaled.size_of(factor * variance(i));
+      scaled.size_of(factor * variance(of, i));
     }
     lowered = lowered & scaled.all_finite();
     for (int i = 0; i < size(); ++i) {
-      V& d = factors_.d[static_cast<std::size_t>(i)];
+      V& d = of.factors.d[static_cast<std::size_t>(i)];
       d = select(lowered, d * factor, d);
     }
-    mean_square_ = select(lowered, mean_square_ / factor, mean_square_);
-    usual_square_ = select(lowered, usual_square_ / factor, usual_square_);
+    of.mean_square = select(lowered, of.mean_square / factor, of.mean_square);
+    of.usual_square = select(lowered, of.usual_square / factor, of.usual_square);
   }
 
-  template <class Put>
-  EHSID_ALWAYS_INLINE void accumulate(const V& square, const ForgettingFactors<V>& lambda,
-                                      const V& power, const Put& put) {
-    const V samples = lambda.before * weight_ + V(1);
-    const V share = V(1) / samples;
-    const V mean_square = mean_square_ + (square - mean_square_) * share;
-    const V outlier = V(Recursion::kMostSquare) * share;
-    const V most = (usual_square_ + rounding() * power) * larger(outlier, V(Recursion::kMostRise));
-    const V unlimited(std::numeric_limits<Scalar>::infinity());
-    const V limit = select(weight_ > V(Scalar(size() + 1)), most, unlimited);
-    const V usual_square = usual_square_ + smaller((square - usual_square_) * share, limit);
-    const V weight = smaller(lambda.after * samples, V(Recursion::kWeightLimit));
-    put(mean_square_, mean_square);
-    put(usual_square_, usual_square);
-    put(weight_, weight);
-  }
-
-  Regressors theta_;
-  Regressors remainder_;
-  Factors factors_;
-  Regressors gain_;
-  V innovation_;
-  V forgetting_factor_;
-  V square_;
-  V mean_square_;
-  V usual_square_;
-  V weight_;
-  V recent_square_;
-  Regressors regained_;
-  V postponed_;
-  V waited_;
+  Numbers numbers_[2];
+  int now_ = 0;
+  bool ordinary_ = false;  // was the last sample?
+  Regressors variances_;   // P_ii, if it was
   Policy forgetting_;
   V margin_;
   V given_margin_;  // negative for the default

@@ -64,28 +64,29 @@ class RlsBank {
     walk(tiles, record);
   }
 
-  /// A tile takes the whole record before the next one: its state stays in the nearest cache.
   template <class V>
   EHSID_ALWAYS_INLINE static void walk(std::vector<bank::Recursions<One, V>>& tiles,
                                        const Record& record) {
-    std::size_t first = 0;
-    for (auto& tile : tiles) {
-      const auto count =
-          static_cast<int>(std::min(static_cast<std::size_t>(V::kWidth), record.count - first));
-      const auto wanted = bank::first_lanes<V>(count);
-      const auto n = static_cast<std::size_t>(tile.size());
-      for (std::size_t k = 0; k < record.samples; ++k) {
-        typename bank::Recursions<One, V>::Regressors phi;
-        EHSID_UNROLL
-        for (std::size_t i = 0; i < n; ++i) {
-          phi[i] = bank::load<V>(record.phi, k * n + i, first, count);
-        }
-        const V y = bank::load<V>(record.y, k, first, count);
-        const auto status = tile.update(wanted, phi, y);
-        bank::store(status, count, record.status + k * record.count + first);
-      }
-      first += static_cast<std::size_t>(V::kWidth);
-    }
+    std::vector<Scalar> copies[2];
+    bank::in_blocks(tiles, record.samples, 0, record.count,
+                    [&](auto& tile, const bank::Block& block) EHSID_INLINE_LAMBDA {
+                      const bank::Rows<V> phis(record.phi, block,
+                                               static_cast<std::size_t>(record.n), copies[0]);
+                      const bank::Rows<V> ys(record.y, block, 1, copies[1]);
+                      const auto wanted = bank::first_lanes<V>(block.count);
+                      std::uint8_t* to = record.status + block.start * record.count + block.first;
+                      const int n = tile.size();
+                      std::size_t row = 0;
+                      for (std::size_t k = 0; k < block.end - block.start; ++k) {
+                        typename bank::Recursions<One, V>::Regressors phi;
+                        EHSID_UNROLL
+                        for (int i = 0; i < n; ++i) {
+                          phi[static_cast<std::size_t>(i)] = phis[row++];
+                        }
+                        bank::store(tile.update(wanted, phi, ys[k]), block.count, to);
+                        to += record.count;
+                      }
+                    });
   }
 
   All tiles_;
