@@ -90,7 +90,6 @@ class Estimators {
 
   /// One sample of each lane of `wanted`, in the units of the signals. Returns the Status of each lane as a number.
   EHSID_ALWAYS_INLINE Count step(const Truth& wanted, const V& command, const V& position) {
-    const auto at = [](int i) EHSID_INLINE_LAMBDA { return static_cast<std::size_t>(i); };
     const Truth finite = is_finite(command) & is_finite(position);
     const V u = (command - command_offset_) / command_scale_;
     const V y = (position - position_offset_) / position_scale_;
