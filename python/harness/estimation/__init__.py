@@ -1,6 +1,30 @@
 # SPDX-License-Identifier: MIT
 """Replays records through the C++ estimator."""
 
-from ehsid.harness.estimation.replay import EstimationResult, estimate, scaling_of
+from ehsid.harness.estimation.comparison import (
+    Coefficient,
+    Estimates,
+    Named,
+    Outlier,
+    RecordEstimate,
+    compare,
+)
+from ehsid.harness.estimation.many import estimate_all
+from ehsid.harness.estimation.recursion import Recursion, scaling_of
+from ehsid.harness.estimation.replay import estimate
+from ehsid.harness.estimation.result import Estimate, EstimationResult
 
-__all__ = ["EstimationResult", "estimate", "scaling_of"]
+__all__ = [
+    "Coefficient",
+    "Estimate",
+    "EstimationResult",
+    "Estimates",
+    "Named",
+    "Outlier",
+    "RecordEstimate",
+    "Recursion",
+    "compare",
+    "estimate",
+    "estimate_all",
+    "scaling_of",
+]
