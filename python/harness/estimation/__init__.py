@@ -17,8 +17,8 @@ from ehsid.harness.estimation.result import Estimate, EstimationResult
 __all__ = [
     "Coefficient",
     "Estimate",
-    "EstimationResult",
     "Estimates",
+    "EstimationResult",
     "Named",
     "Outlier",
     "RecordEstimate",

@@ -108,8 +108,8 @@ class Estimates:
     compared
         number of records in `coefficients`: those with this sampling time.
     limit
-        distance above which a coefficient is an outlier: by chance, one folder in a hundred has
-        one. None with fewer than five records, which tell no outlier.
+        distance above which a coefficient is an outlier: by chance, about one folder in a hundred
+        has one. None with fewer than five records, which tell no outlier.
     coefficients
         in the order of the model.
     outliers
@@ -173,9 +173,7 @@ def compare(named: Sequence[Named], failed: Mapping[str, str]) -> Estimates:
             Outlier(named[i].file, names[j], float(values[i, j]), float(distance[i, j]))
             for i, j in np.argwhere((distance > limit) & same[:, None])
         ]
-    rows = zip(
-        names, median, spread, low, high, np.median(own[same], axis=0), strict=True
-    )
+    rows = zip(names, median, spread, low, high, np.median(own[same], axis=0), strict=True)
     return Estimates(
         first.orders.na,
         first.orders.nb,
@@ -198,7 +196,8 @@ def distances(
     """Returns how far each coefficient is from the median, in standard deviations.
 
     The standard deviation is the spread of the records or that of the record itself, whichever is
-    larger: a short record is allowed to be farther away. Shapes (records, n), (n,) for the last two.
+    larger: a short record is allowed to be farther away. `values` and `own` have the shape
+    (records, n), `median` and `spread` (n,).
     """
     away = np.abs(values - median)
     size = np.maximum(spread, own)

@@ -89,7 +89,9 @@ def estimate_all(
         lanes.items(), _run(list(lanes.values()), recursion.method), strict=True
     ):
         try:
-            found[i] = recursion.figures(lane.data, run.estimator, lane.scaling, *run.of(lane.sample))
+            found[i] = recursion.figures(
+                lane.data, run.estimator, lane.scaling, *run.of(lane.sample)
+            )
         except IdentificationError as error:
             found[i] = error
     return [found[i] for i in range(len(records))]
@@ -119,22 +121,22 @@ def _run(lanes: Sequence[_Lane], method: str) -> list[_Run]:
     if not lanes:
         return []
     bank = ehsid.EstimatorBank([lane.estimator for lane in lanes])
-    sizes = np.array([lane.u.size for lane in lanes])
+    sizes = [lane.u.size for lane in lanes]
     runs = [
         _Run(lane.estimator, np.empty(lane.u.size), np.empty(lane.u.size, dtype=np.uint8))
         for lane in lanes
     ]
-    stops = sorted({*sizes.tolist(), *range(CHUNK, int(sizes.max()), CHUNK)})
+    stops = sorted({*sizes, *range(CHUNK, max(sizes), CHUNK)})
     for start, stop in zip([0, *stops], stops, strict=False):
         u, y = (np.full((stop - start, len(lanes)), GAP) for _ in range(2))
-        going = np.flatnonzero(sizes >= stop)
+        going = [i for i, size in enumerate(sizes) if size >= stop]
         for i in going:
             u[:, i], y[:, i] = lanes[i].u[start:stop], lanes[i].y[start:stop]
         path = bank.run(u, y)
         for i in going:
             runs[i].innovation[start:stop] = path.innovation[:, i]
             runs[i].status[start:stop] = path.status[:, i]
-        for i in np.flatnonzero(sizes == stop):
-            # The state behind the last sample of this record; the bank goes on without it.
-            runs[i] = replace(runs[i], estimator=bank[int(i)])
+            if sizes[i] == stop:
+                # The state behind the last sample of this record; the bank goes on without it.
+                runs[i] = replace(runs[i], estimator=bank[i])
     return runs

@@ -13,7 +13,7 @@ import ehsid
 from ehsid.harness.files import is_incomplete
 from ehsid.harness.manifest import sha256_of
 from ehsid.harness.records import NO_HINTS, Hints
-from ehsid.harness.records.formats import BINARY_ENDINGS, FORMATS
+from ehsid.harness.records.formats import FOLDER_ENDINGS, records_in
 from ehsid.harness.validation.blind.running import DIAGNOSIS, run_and_keep
 from ehsid.harness.validation.jobs import (
     ERROR,
@@ -31,8 +31,6 @@ from ehsid.harness.validation.jobs import (
 RIG = "rig.toml"
 INPUTS = "inputs.json"
 HELD_OUT = "validate"
-# Endings of text files that are tables.
-TABLES = ("tsv", "tsv.gz", "tab")
 
 # Reads the folder of a machine; raises a ValueError or OSError with a message where it cannot.
 Read = Callable[[Path], Job]
@@ -68,20 +66,13 @@ def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
     """
     if not (folder / RIG).is_file():
         raise ValueError(f"{folder}: has no {RIG}: expected it beside the records")
-    # Text of another ending may be a note about the machine.
-    endings = tuple(f".{ending}" for ending in (*FORMATS, *TABLES, *BINARY_ENDINGS))
-    records = sorted(
-        path
-        for path in folder.iterdir()
-        if path.is_file() and path.name.lower().endswith(endings) and path.name[0] != "."
-    )
+    records = records_in(folder)
     held_out = [path for path in records if path.name.lower().startswith(HELD_OUT)]
     fitted = [path for path in records if path not in held_out]
     if not fitted:
         also = f" beside those that start with '{HELD_OUT}' and are held out" if held_out else ""
-        raise ValueError(
-            f"{folder}: has no record{also}: expected at least one ({', '.join(endings)})"
-        )
+        endings = ", ".join(f".{ending}" for ending in FOLDER_ENDINGS)
+        raise ValueError(f"{folder}: has no record{also}: expected at least one ({endings})")
     return fitted, held_out
 
 
