@@ -48,6 +48,7 @@ def estimate_folder(
     ValueError
         an option cannot be used, the folder has no record, or `out` is the folder itself.
     """
+    from ehsid.harness.records import RecordError
     from ehsid.harness.records.formats import FOLDER_ENDINGS, records_in
     from ehsid.harness.report.estimates_page import FILES, write_estimates
 
@@ -56,7 +57,12 @@ def estimate_folder(
     files = records_in(folder)
     if not files:
         endings = ", ".join(f".{ending}" for ending in FOLDER_ENDINGS)
-        raise ValueError(f"{folder}: has no record: expected at least one ({endings})")
+        raise RecordError(
+            folder,
+            "this is a directory without records",
+            expected=f"a record file, or a directory with some ({endings})",
+            mend="name one of the files in it, or the directory of the records",
+        )
     if out is not None and out.resolve() == folder.resolve():
         raise ValueError(
             f"--out {out}: is the folder of the records, of which the next run would take the "

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.stats
+import scipy.special
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.estimation.result import Estimate
@@ -213,7 +213,7 @@ def distance_limit(records: int, coefficients: int) -> float | None:
     if records < LEAST_RECORDS:
         return None
     freedom = MAD_EFFICIENCY * (records - 1)
-    return float(scipy.stats.t.isf(FALSE_ALARM / (2 * records * coefficients), freedom))
+    return -float(scipy.special.stdtrit(freedom, FALSE_ALARM / (2 * records * coefficients)))
 
 
 def _usual_time(named: Sequence[Named]) -> float | None:
