@@ -196,6 +196,7 @@ def cluster(count: int) -> Iterator[tuple[str, psutil.Process, list[psutil.Proce
         common = [f"--scheduler-file={file}", "--dashboard-address=:0"]
         module = [sys.executable, "-m"]
         commands = [[*module, "distributed.cli.dask_scheduler", "--port=0", *common]]
+        commands[0].append("--idle-timeout=60s")  # should this process be killed
         one = [*module, "distributed.cli.dask_worker", "--nthreads=1", *common]
         commands += [[*one, f"--local-directory={folder}"] for _ in range(count)]
         started = [
@@ -354,6 +355,7 @@ def measure(place: Path, chosen: argparse.Namespace) -> list[Figures]:
 
 def main() -> None:
     """Measure and print."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # ends the cluster, too
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--machines", type=int, default=1000)
     parser.add_argument("--seconds", type=float, default=0.3, help="of the stand-in")
