@@ -358,7 +358,7 @@ def main() -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # ends the cluster, too
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--machines", type=int, default=1000)
-    parser.add_argument("--seconds", type=float, default=0.3, help="of the stand-in")
+    parser.add_argument("--seconds", type=float, default=0.25, help="of the stand-in")
     parser.add_argument("--length", type=float, default=4.0, help="of a record, s")
     parser.add_argument("--rate", type=float, default=200.0, help="of a record, Hz")
     parser.add_argument("--real", type=int, default=20, help="machines with the real diagnosis")

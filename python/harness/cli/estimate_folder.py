@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ehsid.harness.estimation import Estimates, Recursion
-    from ehsid.harness.estimation.comparison import Named
+    from ehsid.harness.estimation.spread import Named
     from ehsid.harness.identification import IoData
     from ehsid.harness.records import Hints, Origin
 
@@ -114,7 +114,7 @@ def _batch(
 ) -> list[Named]:
     """Estimates these files; adds messages and what was taken for what in logs, by name."""
     from ehsid.harness.estimation import estimate_all
-    from ehsid.harness.estimation.comparison import Named
+    from ehsid.harness.estimation.spread import Named
     from ehsid.harness.identification import IdentificationError, IoData
     from ehsid.harness.records import read_record
 

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Replays records through the C++ estimator."""
 
-from ehsid.harness.estimation.comparison import (
+from ehsid.harness.estimation.many import estimate_all
+from ehsid.harness.estimation.recursion import Recursion, scaling_of
+from ehsid.harness.estimation.replay import estimate
+from ehsid.harness.estimation.result import Estimate, EstimationResult
+from ehsid.harness.estimation.spread import (
     Coefficient,
     Estimates,
     Named,
@@ -9,10 +13,6 @@ from ehsid.harness.estimation.comparison import (
     RecordEstimate,
     compare,
 )
-from ehsid.harness.estimation.many import estimate_all
-from ehsid.harness.estimation.recursion import Recursion, scaling_of
-from ehsid.harness.estimation.replay import estimate
-from ehsid.harness.estimation.result import Estimate, EstimationResult
 
 __all__ = [
     "Coefficient",

@@ -10,7 +10,7 @@ import pytest
 
 import ehsid
 from ehsid.harness.estimation import Estimate, Named, Recursion, compare, estimate_all
-from ehsid.harness.estimation.comparison import distance_limit, distances
+from ehsid.harness.estimation.spread import distance_limit, distances
 from ehsid.harness.identification import ArxOrders, IoData
 
 
