@@ -4,23 +4,28 @@
 Starts a Dask scheduler and workers as processes of their own, on this machine, and runs a fleet
 through the functions of the command, once with one worker and once with two:
 
-- 1,000 machines, each with two records of 20 s at 1 kHz. A stand-in takes the place of the
-  diagnosis: it sleeps for --seconds, and returns the files of a real diagnosis of such records. It
-  sleeps, because on a cluster the workers do not share the cores of this machine.
-- --real machines, each with two records of 4 s at 200 Hz, with the real diagnosis.
-- 40 machines of the first kind, while one of the workers is killed.
+- --machines, each with two records of --length seconds at --rate. --real of them, spread evenly,
+  get the real diagnosis (records of 4 s at 200 Hz). For the others a stand-in takes its place: it
+  sleeps for --seconds, and returns the files of a real diagnosis. It sleeps, because on a cluster
+  the workers do not share the cores of this machine.
+- 40 of these machines, while one of the workers is killed.
 
 Efficiency is the time with one worker over twice the time with two. "At work" is the share of the
-time in which the workers had a case; it does not suffer where other programs take the cores. About
-six minutes with the defaults; --json prints the figures, too.
+time in which the workers had a case; it does not suffer where other programs take the cores.
+
+--folder keeps everything that was done in this folder: after Ctrl-C or a kill the same command goes
+on where it stopped, and the times of all sessions are added, each with the start of its cluster.
+--json prints the figures, too.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import functools
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -28,7 +33,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +46,7 @@ from distributed import Client
 
 from ehsid.harness.cli.gap_fleet import read_machine
 from ehsid.harness.excitation import random_steps
+from ehsid.harness.files import write_text
 from ehsid.harness.gap import diagnose
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import on_cluster, workers
@@ -51,42 +57,61 @@ from ehsid.harness.rigs import Rig, read_rig, write_rig
 from ehsid.harness.simulation import draw_noise, simulate
 from ehsid.harness.validation.fleet.ranking import read_fleet
 from ehsid.harness.validation.fleet.running import run_fleet, unfinished_machines
-from ehsid.harness.validation.jobs import Diagnose, Outcome, Write
 
+REAL, REAL_S, REAL_HZ = "real", 4.0, 200.0
 RIG = Path(__file__).parents[1] / "examples" / "rigs" / "bench.toml"
 WAIT_S = 60.0
+KEEP_EVERY = 10  # cases between two notes of the times: a kill loses less than that
 
 
 @dataclass(frozen=True)
-class Figures:
-    """One run of a fleet.
+class Session:
+    """A part of a run of a fleet, from the first look at the folder to its last result.
 
     Attributes
     ----------
-    cases, failed, workers
-        machines, those without a diagnosis, and workers.
+    cases, failed
+        machines that were finished, and those of them without a diagnosis.
     seconds
-        from the first look at the folder to the last result.
-    at_work
-        share of the time of all workers in which they had a case.
-    client_ms, scheduler_ms
-        CPU time for each case in this process and in the scheduler, ms.
-    worker_ms
-        CPU time of the workers for each case, ms; with the stand-in all of it is overhead.
+        duration, s.
+    at_work_s
+        time in which the workers had a case, s.
+    client_s, scheduler_s, worker_s
+        CPU time of this process, of the scheduler, and of all workers, s.
     scheduler_mb, worker_mb
         largest memory of the scheduler and of a worker, MB.
     """
 
     cases: int
     failed: int
-    workers: int
     seconds: float
-    at_work: float
-    client_ms: float
-    scheduler_ms: float
-    worker_ms: float
+    at_work_s: float
+    client_s: float
+    scheduler_s: float
+    worker_s: float
     scheduler_mb: float
     worker_mb: float
+
+
+@dataclass(frozen=True)
+class Figures:
+    """A run of a fleet: `workers`, and the sum of its sessions, with the largest memory."""
+
+    name: str
+    workers: int
+    sessions: int
+    total: Session
+
+    @classmethod
+    def of(cls, name: str, count: int, sessions: Sequence[Session]) -> Figures:
+        """The figures of these sessions."""
+        values = {
+            field.name: (max if field.name.endswith("_mb") else sum)(
+                getattr(one, field.name) for one in sessions
+            )
+            for field in fields(Session)
+        }
+        return cls(name, count, len(sessions), Session(**values))
 
 
 def add_machine(folder: Path, rig: Rig, seconds: float, dt_s: float) -> None:
@@ -104,16 +129,25 @@ def add_machine(folder: Path, rig: Rig, seconds: float, dt_s: float) -> None:
         write_record(run.record, folder / f"{name}.csv")
 
 
-def make_fleet(folder: Path, count: int, seconds: float, dt_s: float) -> list[Path]:
-    """So many machines; their files are links to those of the first one."""
-    first = folder / "machine00000"
-    add_machine(first, read_rig(RIG), seconds, dt_s)
-    for i in range(1, count):
-        machine = folder / f"machine{i:05d}"
-        machine.mkdir()
-        for file in first.iterdir():
-            os.link(file, machine / file.name)
-    return sorted(folder.iterdir())
+def make_fleet(folder: Path, count: int, real: int, seconds: float, rate_hz: float) -> list[Path]:
+    """So many machines, of which `real` ones have records for a real diagnosis.
+
+    Their files are links to those of two machines. The rig of a real one is called REAL.
+    """
+    rig = read_rig(RIG)
+    kinds = folder.with_name(f"{folder.name}-kinds")
+    for name, length, hertz in (("stand-in", seconds, rate_hz), (REAL, REAL_S, REAL_HZ)):
+        if not (kinds / name).exists():
+            add_machine(kinds / name, replace(rig, name=name), length, 1.0 / hertz)
+    machines = [folder / f"machine{i:05d}" for i in range(count)]
+    every = count / real if real else count + 1
+    chosen = {int((i + 0.5) * every) for i in range(real)}
+    for i, machine in enumerate(machines):
+        machine.mkdir(parents=True, exist_ok=True)
+        for file in (kinds / (REAL if i in chosen else "stand-in")).iterdir():
+            with contextlib.suppress(FileExistsError):
+                os.link(file, machine / file.name)
+    return machines
 
 
 class StandIn:
@@ -122,14 +156,23 @@ class StandIn:
     def __init__(self, kept: Path, seconds: float) -> None:
         self.kept = kept
         self.seconds = seconds
+        self.real = False
 
     def __call__(self, records: Sequence[Record], rig: Rig, **options: Any) -> Diagnosis:
-        """As `ehsid.harness.gap.diagnose`."""
+        """As `ehsid.harness.gap.diagnose`, which it calls for the machines with REAL rigs."""
+        self.real = rig.name == REAL
+        if self.real:
+            return diagnose(records, rig, **options)
         time.sleep(self.seconds)
         return cloudpickle.loads((self.kept / "diagnosis.pickle").read_bytes())  # type: ignore[no-any-return]
 
-    def write(self, folder: Path, *_: object) -> None:
-        """As `write_diagnosis`: the files that it wrote for the diagnosis."""
+    def write(
+        self, folder: Path, found: Diagnosis, records: Sequence[Record], rig_file: str
+    ) -> None:
+        """As `write_diagnosis`: the files that it wrote for the diagnosis that was kept."""
+        if self.real:
+            write_diagnosis(folder, found, records, rig_file)
+            return
         for file in (self.kept / "files").iterdir():
             (folder / file.name).write_bytes(file.read_bytes())
 
@@ -153,10 +196,16 @@ def cluster(count: int) -> Iterator[tuple[str, psutil.Process, list[psutil.Proce
         common = [f"--scheduler-file={file}", "--dashboard-address=:0"]
         module = [sys.executable, "-m"]
         commands = [[*module, "distributed.cli.dask_scheduler", "--port=0", *common]]
+        commands[0].append("--idle-timeout=60s")  # should this process be killed
         one = [*module, "distributed.cli.dask_worker", "--nthreads=1", *common]
         commands += [[*one, f"--local-directory={folder}"] for _ in range(count)]
         started = [
-            subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            subprocess.Popen(
+                command,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,  # Ctrl-C is for this process, which ends them
+            )
             for command in commands
         ]
         try:
@@ -192,44 +241,65 @@ def peak_mb(process: psutil.Process) -> float:
 
 def run(
     machines: list[Path],
-    out: Path,
+    place: Path,
     count: int,
-    diagnose: Diagnose,
-    write: Write,
+    stand_in: StandIn,
     after_each: Callable[[int, list[psutil.Process]], None] = lambda done, running: None,
 ) -> Figures:
-    """One fleet with so many workers, from nothing to the page."""
+    """One fleet with so many workers, from nothing to the page; goes on with an earlier session.
+
+    The results are removed at the end, and the sessions kept in PLACE.json.
+    """
+    kept, complete = (place.with_suffix(ending) for ending in (".unfinished.json", ".json"))
+    earlier: list[Session] = []
+    for path in (kept, complete):
+        if path.exists():
+            earlier = [Session(**one) for one in json.loads(path.read_text(encoding="utf-8"))]
+    if complete.exists():
+        return Figures.of(place.name, count, earlier)
     with cluster(count) as (address, scheduler, running), on_cluster(address):
         before = [cpu_s(scheduler), *map(cpu_s, running)]
         own, began = time.process_time(), time.monotonic()
-        outcomes: list[Outcome] = []
-        todo = unfinished_machines(machines, out, ())
+        cases, failed, at_work_s = 0, 0, 0.0
+
+        def session() -> Session:
+            alive = [process for process in running if process.is_running()]
+            after = [cpu_s(scheduler), *map(cpu_s, alive)]
+            used = [late - early for late, early in zip(after, before, strict=False)]
+            peaks = [peak_mb(scheduler), *map(peak_mb, alive)]
+            return Session(
+                cases,
+                failed,
+                time.monotonic() - began,
+                at_work_s,
+                time.process_time() - own,
+                used[0],
+                sum(used[1:]),
+                peaks[0],
+                max(peaks[1:], default=0.0),
+            )
+
+        def keep_sessions() -> None:
+            write_text(kept, json.dumps([asdict(one) for one in (*earlier, session())]))
+
+        todo = unfinished_machines(machines, place, ())
         read = functools.partial(read_machine)
-        for outcome in run_fleet(todo, out, (), read, diagnose, write):
-            outcomes.append(replace(outcome, files={}))
-            after_each(len(outcomes), running)
-        seconds = time.monotonic() - began
-        client_s = time.process_time() - own
-        alive = [process for process in running if process.is_running()]
-        after = [cpu_s(scheduler), *map(cpu_s, alive)]
-        peaks = [peak_mb(scheduler), *map(peak_mb, alive)]
-    out.mkdir(exist_ok=True)
-    fleet = read_fleet(out, [machine.name for machine in machines], {})
-    write_fleet(fleet, out)
-    used = [late - early for late, early in zip(after, before, strict=False)]
-    cases = len(outcomes)
-    return Figures(
-        cases,
-        sum(outcome.failed for outcome in outcomes),
-        count,
-        seconds,
-        sum(outcome.seconds for outcome in outcomes) / (count * seconds),
-        1e3 * client_s / cases,
-        1e3 * used[0] / cases,
-        1e3 * sum(used[1:]) / cases,
-        peaks[0],
-        max(peaks[1:], default=float("nan")),
-    )
+        try:
+            for outcome in run_fleet(todo, place, (), read, stand_in, stand_in.write):
+                cases += 1
+                failed += outcome.failed
+                at_work_s += outcome.seconds
+                if cases % KEEP_EVERY == 0:
+                    keep_sessions()
+                after_each(cases, running)
+        finally:
+            keep_sessions()
+        last = session()
+    fleet = read_fleet(place, [machine.name for machine in machines], {})
+    write_fleet(fleet, place)
+    kept.replace(complete)
+    shutil.rmtree(place)
+    return Figures.of(place.name, count, [*earlier, last])
 
 
 def kill_once(done: int, running: list[psutil.Process]) -> None:
@@ -238,60 +308,67 @@ def kill_once(done: int, running: list[psutil.Process]) -> None:
         running[0].send_signal(signal.SIGKILL)
 
 
-def row(words: str, figures: Figures) -> str:
+def row(figures: Figures) -> str:
     """A line of the table."""
+    total = figures.total
+    each = 1e3 / total.cases
     return (
-        f"{words:34s} {figures.cases:6d} {figures.failed:6d} {figures.workers:7d} "
-        f"{figures.seconds:8.1f} {figures.at_work:8.3f} {figures.client_ms:9.1f} "
-        f"{figures.scheduler_ms:12.1f} {figures.worker_ms:9.1f} {figures.scheduler_mb:12.0f} "
-        f"{figures.worker_mb:9.0f}"
+        f"{figures.name:14s} {total.cases:6d} {total.failed:6d} {figures.sessions:8d} "
+        f"{figures.workers:7d} {total.seconds:8.1f} "
+        f"{total.at_work_s / (figures.workers * total.seconds):8.3f} {each * total.client_s:9.1f} "
+        f"{each * total.scheduler_s:12.1f} {each * total.worker_s:9.1f} "
+        f"{total.scheduler_mb:12.0f} {total.worker_mb:9.0f}"
     )
 
 
 HEAD = (
-    f"{'':34s} {'cases':>6s} {'failed':>6s} {'workers':>7s} {'s':>8s} {'at work':>8s} "
-    f"{'client ms':>9s} {'scheduler ms':>12s} {'worker ms':>9s} "
+    f"{'':14s} {'cases':>6s} {'failed':>6s} {'sessions':>8s} {'workers':>7s} {'s':>8s} "
+    f"{'at work':>8s} {'client ms':>9s} {'scheduler ms':>12s} {'worker ms':>9s} "
     f"{'scheduler MB':>12s} {'worker MB':>9s}"
 )
 
 
+def measure(place: Path, chosen: argparse.Namespace) -> list[Figures]:
+    """Runs the fleets in this folder and prints each."""
+    machines = make_fleet(place / "fleet", chosen.machines, chosen.real, chosen.length, chosen.rate)
+    mortal = machines[:40]
+    kept = place / "kept"
+    if not (kept / "diagnosis.pickle").exists():
+        kept_diagnosis(kept, place / "fleet-kinds" / REAL)
+    stand_in = StandIn(kept, chosen.seconds)
+    there, back = (
+        sum(file.stat().st_size for file in folder.iterdir())
+        for folder in (place / "fleet-kinds" / "stand-in", kept / "files")
+    )
+    print(f"bytes of a case: {there:,} there, {back:,} back")
+    print(HEAD, flush=True)
+    found = []
+    for count, name in ((1, "one worker"), (2, "two workers")):
+        found.append(run(machines, place / name, count, stand_in))
+        print(row(found[-1]), flush=True)
+    one, two = (figures.total.seconds for figures in found)
+    print(f"efficiency {one / (2.0 * two):.3f}", flush=True)
+    found.append(run(mortal, place / "killed", 2, stand_in, kill_once))
+    print(row(found[-1]), flush=True)
+    return found
+
+
 def main() -> None:
     """Measure and print."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # ends the cluster, too
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--machines", type=int, default=1000)
-    parser.add_argument("--seconds", type=float, default=0.2, help="of the stand-in")
-    parser.add_argument("--real", type=int, default=16, help="machines with the real diagnosis")
+    parser.add_argument("--seconds", type=float, default=0.25, help="of the stand-in")
+    parser.add_argument("--length", type=float, default=4.0, help="of a record, s")
+    parser.add_argument("--rate", type=float, default=200.0, help="of a record, Hz")
+    parser.add_argument("--real", type=int, default=20, help="machines with the real diagnosis")
+    parser.add_argument("--folder", type=Path, help="keep everything here, and go on with it")
     parser.add_argument("--json", action="store_true")
     chosen = parser.parse_args()
-    all_figures: list[Figures] = []
     with tempfile.TemporaryDirectory() as top:
-        place = Path(top)
-        short = make_fleet(place / "short", max(1, chosen.real), 4.0, 5e-3)
-        long = make_fleet(place / "long", max(40, chosen.machines), 20.0, 1e-3)
-        result_bytes = kept_diagnosis(place / "kept", short[0])
-        stand_in = StandIn(place / "kept", chosen.seconds)
-        task = functools.partial(run_fleet, read_machine(long[0]), stand_in, stand_in.write)
-        print(f"bytes of a case: {len(cloudpickle.dumps(task)):,} there, {result_bytes:,} back")
-        print(HEAD)
-
-        def compared(words: str, machines: list[Path], diagnose: Diagnose, write: Write) -> None:
-            both = []
-            for count in (1, 2):
-                out = place / f"{words}-{count}"
-                both.append(run(machines, out, count, diagnose, write))
-                print(row(words, both[-1]), flush=True)
-            all_figures.extend(both)
-            print(f"{words}: efficiency {both[0].seconds / (2.0 * both[1].seconds):.3f}")
-
-        if chosen.machines:
-            compared("stand-in", long[: chosen.machines], stand_in, stand_in.write)
-        if chosen.real:
-            compared("real diagnosis", short[: chosen.real], diagnose, write_diagnosis)
-        killed = run(long[:40], place / "killed", 2, stand_in, stand_in.write, kill_once)
-        print(row("one of two workers is killed", killed))
-        all_figures.append(killed)
+        figures = measure(chosen.folder or Path(top), chosen)
     if chosen.json:
-        print(json.dumps([asdict(one) for one in all_figures], indent=1))
+        print(json.dumps([asdict(one) for one in figures], indent=1))
 
 
 if __name__ == "__main__":

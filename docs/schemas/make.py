@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ehsid.harness.deploy.hil.result_file import HilFile
 from ehsid.harness.encoding import json_schema
+from ehsid.harness.estimation import Estimates
 from ehsid.harness.files import write_text
 from ehsid.harness.gap import diagnosis_file
 from ehsid.harness.rig_check import RigCheckFile
@@ -15,6 +16,7 @@ from ehsid.harness.validation.scoring.score import ScoreFile
 
 SCHEMAS = {
     "diagnosis.json": diagnosis_file.json_schema(),
+    "estimates.json": json_schema(Estimates, "estimates.json of ehsid estimate on a folder"),
     "fleet.json": json_schema(Fleet, "fleet.json of ehsid gap-fleet, schema version 1"),
     "hil.json": json_schema(HilFile, "hil.json of ehsid hil, schema version 1"),
     "rig_check.json": json_schema(RigCheckFile, "rig_check.json of ehsid rig check"),

@@ -44,6 +44,8 @@ def shown(
     with bar:
         task = bar.add_task("", total=total, completed=done)
         for i, outcome in enumerate(outcomes, 1):
+            if outcome.said:
+                console.print(outcome.said.rstrip("\n"), soft_wrap=True)
             rest = todo - i
             left = in_words((time.monotonic() - began) / i * rest)
             line = f"{outcome.name}: {outcome.word.rstrip('.')}, {in_words(outcome.seconds)}"

@@ -50,21 +50,15 @@ def parse_range(text: str, option: str, most: int) -> range:
     return range(low, high + 1)
 
 
-def read_io(
-    path: Path, input_name: str, output_name: str, hints: Hints
-) -> tuple[IoData, Origin | None]:
-    """Reads the input column and the output column of a record.
-
-    What was taken for what in a log of another layout is shown on stderr, and returned.
+def check_signals(input_name: str, output_name: str) -> None:
+    """Checks the options --input and --output.
 
     Raises
     ------
     ValueError
-        the two options name the same column, or the time; or the record has a problem.
+        the two options name the same column, or the time.
     """
     from ehsid.harness.catalogue.channels import TIME
-    from ehsid.harness.cli.log_options import read_shown
-    from ehsid.harness.identification import IoData
 
     for option, name in (("--input", input_name), ("--output", output_name)):
         if name == TIME:
@@ -77,6 +71,24 @@ def read_io(
             f"--input {input_name}, --output {output_name}: expected two columns; name the command "
             "as the input and the measured signal as the output"
         )
+
+
+def read_io(
+    path: Path, input_name: str, output_name: str, hints: Hints
+) -> tuple[IoData, Origin | None]:
+    """Reads the input column and the output column of a record.
+
+    What was taken for what in a log of another layout is shown on stderr, and returned.
+
+    Raises
+    ------
+    ValueError
+        the two options name the same column, or the time; or the record has a problem.
+    """
+    from ehsid.harness.cli.log_options import read_shown
+    from ehsid.harness.identification import IoData
+
+    check_signals(input_name, output_name)
     record = read_shown(path, hints, columns=[input_name, output_name])
     return IoData.from_record(record, input_name, output_name), record.origin
 

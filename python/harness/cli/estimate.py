@@ -22,20 +22,21 @@ from ehsid.harness.cli.common import (
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import (
+    RECORD_HELP,
     AsJson,
     Delay,
     InputColumn,
     OutputColumn,
     PastInputs,
     PastOutputs,
-    RecordFile,
     Reset,
 )
 from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 from ehsid.harness.files import result_folder
 
 if TYPE_CHECKING:
-    from ehsid.harness.estimation import EstimationResult
+    from ehsid.harness.estimation import EstimationResult, Recursion
+    from ehsid.harness.records import Hints
 
 
 _NOT_WHITE = "The residuals are not white (statistic {:.4g}, at most 22.5 expected): "
@@ -75,7 +76,9 @@ def _table(result: EstimationResult) -> Table:
 
 
 def estimate_command(
-    record: RecordFile,
+    record: Annotated[
+        Path, typer.Argument(help=f"{RECORD_HELP}; or a folder of them, which are then compared")
+    ],
     input_name: InputColumn = "command_v",
     output_name: OutputColumn = "position_m",
     na: PastOutputs = 3,
@@ -107,35 +110,65 @@ def estimate_command(
     maps: Maps = None,
     sampling_time: SamplingTime = None,
     as_json: AsJson = False,
-    out: Annotated[Path | None, typer.Option(help="folder for estimate.json and .png")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="folder for estimate.json and .png; of a folder estimates.html, .json and .csv"
+        ),
+    ] = None,
 ) -> None:
     """Estimate an ARX model recursively, with the code the firmware runs.
 
-    Example: ehsid estimate rec.csv --na 3 --nb 3 --nk 1 --forgetting exponential --lambda0 0.99
+    Of a folder, each record is estimated as it would be alone, and the coefficients of all are
+    compared: their range, and the records far from the others. A file that cannot be used is named
+    and left out; exit code 2 where none can be used. Text is read from .csv, .tsv and .tab; a .txt
+    may be a note.
+
+    Examples: ehsid estimate rec.csv --na 3 --nb 3 --nk 1 --forgetting exponential --lambda0 0.99
+
+    ehsid estimate logs --na 3 --nb 3 --out results
     """
     import ehsid
-    from ehsid.harness.estimation import estimate
+    from ehsid.harness.cli.estimate_folder import estimate_folder, is_folder_of_records
+    from ehsid.harness.estimation import Recursion
     from ehsid.harness.identification import ArxOrders
+    from ehsid.harness.parallel import single_threaded_algebra
+
+    hints = hints_of(maps, sampling_time)
+    recursion = Recursion(
+        # The mean of a record is not the position of rest: running models sum up the difference.
+        ArxOrders(na, nb, nk, offset=method is not Method.rls),
+        make_policy(forgetting, lambda0, setting),
+        reset=reset and not textbook,
+        guards=ehsid.RlsOptions.textbook() if textbook else None,
+        start_variance=start_variance,
+        method=method.value,
+    )
+    with single_threaded_algebra():
+        if is_folder_of_records(record):
+            estimate_folder(record, (input_name, output_name), recursion, hints, out, as_json)
+        else:
+            _estimate_record(record, (input_name, output_name), recursion, hints, out, as_json)
+
+
+def _estimate_record(
+    record: Path,
+    signals: tuple[str, str],
+    recursion: Recursion,
+    hints: Hints,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Estimates one record; `signals` are the names of its input and its output."""
+    from ehsid.harness.estimation import estimate
 
     names = ("estimate.json", "estimate.png")
     with (
         nullcontext() if out is None else result_folder(out, "estimate", names, [record]) as folder
     ):
-        hints = hints_of(maps, sampling_time)
-        data, origin = read_io(record, input_name, output_name, hints)
-        # The mean of a record is not the position of rest: running models sum up the difference.
-        orders = ArxOrders(na, nb, nk, offset=method is not Method.rls)
-        policy = make_policy(forgetting, lambda0, setting)
+        data, origin = read_io(record, *signals, hints)
         with about(record):
-            result = estimate(
-                data,
-                orders,
-                forgetting=policy,
-                method=method.value,
-                reset=reset and not textbook,
-                guards=ehsid.RlsOptions.textbook() if textbook else None,
-                start_variance=start_variance,
-            )
+            result = estimate(data, **vars(recursion))
         if folder is not None:
             from ehsid.harness.report.model_figures import estimation_figure
 

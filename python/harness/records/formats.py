@@ -20,6 +20,8 @@ BINARY_ENDINGS = (
     *("mcap", "bag", "db3"),
 )
 LOG_ENDINGS = (*TEXT_ENDINGS, *BINARY_ENDINGS)
+# What is taken for a record in a folder: text of any other ending may be a note.
+FOLDER_ENDINGS = (*FORMATS, "tsv", "tsv.gz", "tab", *BINARY_ENDINGS)
 
 
 def format_of(path: Path) -> Format:
@@ -65,3 +67,16 @@ def ending_of(path: Path) -> str:
 def stem_of(path: Path) -> str:
     """Returns the name without its ending: "run.csv.gz" gives "run"."""
     return path.name[: -len(ending_of(path)) - 1]
+
+
+def records_in(folder: Path) -> list[Path]:
+    """Returns the records and logs of a folder, sorted by name, without those of its sub-folders.
+
+    Hidden files and text files with an ending that a note may have are left out.
+    """
+    endings = tuple(f".{ending}" for ending in FOLDER_ENDINGS)
+    return sorted(
+        path
+        for path in folder.iterdir()
+        if path.is_file() and path.name.lower().endswith(endings) and path.name[0] != "."
+    )

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -46,17 +46,25 @@ class Starts:
         return settling(self.seeded, tolerance, start), settling(self.vague, tolerance, start)
 
 
-def _error(
-    configuration: EstimatorConfiguration, record: Samples, truth: FloatArray, judged: slice
+def _errors(
+    configurations: Sequence[EstimatorConfiguration],
+    records: Sequence[Samples],
+    truth: FloatArray,
+    judged: slice,
 ) -> FloatArray:
-    u, y = (np.asarray(signal, dtype=np.float32) for signal in record)
-    theta = configuration.estimator().run(u, y).theta.astype(np.float64)
-    scaling = configuration.scaling
-    gain = scaling.command_scale / scaling.position_scale
-    weights = np.array([1.0] * ORDERS.na + [gain] * ORDERS.nb)
-    size = np.linalg.norm((truth * weights)[:, judged], axis=1)
-    error: FloatArray = np.linalg.norm(((theta - truth) * weights)[:, judged], axis=1) / size
-    return error
+    """Runs each estimator over its record; returns their errors, shape (runs, N)."""
+    bank = ehsid.EstimatorBank([one.estimator() for one in configurations])
+    u, y = (np.column_stack(columns) for columns in zip(*records, strict=True))
+    path = bank.run(np.float32(u), np.float32(y))
+    errors = []
+    for i, configuration in enumerate(configurations):
+        theta = path.theta[:, i].astype(np.float64)
+        scaling = configuration.scaling
+        gain = scaling.command_scale / scaling.position_scale
+        weights = np.array([1.0] * ORDERS.na + [gain] * ORDERS.nb)
+        size = np.linalg.norm((truth * weights)[:, judged], axis=1)
+        errors.append(np.linalg.norm(((theta - truth) * weights)[:, judged], axis=1) / size)
+    return np.stack(errors)
 
 
 def compare_starts(
@@ -101,16 +109,18 @@ def compare_starts(
     truth = running.theta_path(SAMPLES)
     offline = known_records(plant, excited, noise, [OFFLINE_SEEDS + seed for seed in seeds])
     online = known_records(running, excited, noise, seeds)
-    seeded, vague = [], []
-    for (u, y), record in zip(offline, online, strict=True):
+    started = []
+    for u, y in offline:
         half = IoData.from_arrays(u[: SAMPLES // 2], y[: SAMPLES // 2])
         made = configure_from_record(half, ORDERS, forgetting=forgetting, inflation=inflation)
         seed = made.configuration.seed
         assert seed is not None
-        used = replace(made.configuration, seed=replace(seed, theta=seed.theta * _on_b(model_b)))
-        seeded.append(_error(used, record, truth, judged))
-        vague.append(_error(replace(used, seed=None), record, truth, judged))
-    return Starts(np.stack(seeded), np.stack(vague))
+        used = replace(seed, theta=seed.theta * _on_b(model_b))
+        started.append(replace(made.configuration, seed=used))
+    return Starts(
+        _errors(started, online, truth, judged),
+        _errors([replace(one, seed=None) for one in started], online, truth, judged),
+    )
 
 
 def _on_b(factor: float) -> FloatArray:

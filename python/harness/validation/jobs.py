@@ -64,12 +64,15 @@ class Outcome:
         the verdict, or the last line of the error.
     seconds
         time that the job took, s.
+    said
+        what was to be shown on stderr meanwhile, such as what was taken for what in a log.
     """
 
     name: str
     files: dict[str, bytes]
     word: str
     seconds: float
+    said: str = ""
 
     @property
     def failed(self) -> bool:
@@ -96,13 +99,24 @@ def run_job(job: Job, diagnose: Diagnose, write: Write) -> Outcome:
             files = {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
         word: str = found.verdict
     except Exception as error:
-        if isinstance(error, OSError) and error.errno in FULL:
-            raise ValueError(
-                f"{tempfile.gettempdir()}: cannot be written to ({error.strerror}); make room "
-                "there, or let TMPDIR name another folder"
-            ) from None
+        check_room(error)
         files, word = failure(error)
     return Outcome(job.name, files, word, time.monotonic() - began)
+
+
+def check_room(error: Exception) -> None:
+    """Checks that an error does not only say that there is no room for temporary files.
+
+    Raises
+    ------
+    ValueError
+        it does.
+    """
+    if isinstance(error, OSError) and error.errno in FULL:
+        raise ValueError(
+            f"{tempfile.gettempdir()}: cannot be written to ({error.strerror}); make room "
+            "there, or let TMPDIR name another folder"
+        ) from None
 
 
 def failure(error: Exception) -> tuple[dict[str, bytes], str]:

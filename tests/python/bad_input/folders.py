@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from bad_input.case import Case, Content, command
-from bad_input.inputs import BENCH, LONG, a_folder, a_link_to
+from bad_input.inputs import BENCH, GOOD, LONG, a_folder, a_link_to
 
 TITLE = "Folders and files of results"
 ABOUT = "Everything that was there before is there afterwards, unchanged."
@@ -125,6 +125,21 @@ CASES = (
         "new.png",
         "move it away",
         files={"new.png": "mine"},
+    ),
+    place(
+        "results in the folder of the records",
+        "ehsid estimate logs --out logs",
+        "--out logs",
+        "another folder",
+        files={"logs/record.csv": LONG},
+    ),
+    place(
+        "a folder in which no record can be used",
+        "ehsid estimate logs --out out",
+        "logs/record.csv",
+        "record longer",
+        "logs: none of 1 files could be used",
+        files={"logs/record.csv": GOOD},
     ),
     place("a folder of machines that is not there", "ehsid gap-fleet nowhere --out out", "nowhere"),
     place(

@@ -292,6 +292,33 @@ def test_raw_logs_are_read_as_the_rig_files_and_the_options_say(
         saw.clear()
 
 
+@pytest.mark.usefixtures("blank_pictures")
+@pytest.mark.parametrize("workers", ["1", "2"])
+@pytest.mark.parametrize("most", [0, 64_000_000])
+def test_machines_are_the_same_whether_they_are_read_here_or_there(
+    most: int, workers: str, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ehsid.harness.validation.fleet.running.MOST_SENT", most)
+    fleet = here / "fleet"
+    for name in ("press1", "press2"):
+        shutil.rmtree(fleet / name)
+    shutil.copytree(fleet / "saw", fleet / "broken")
+    (fleet / "broken" / "rig.toml").write_text("[[[")
+    raw_log(fleet / "lift" / "thursday.csv", ";", "Stroke [mm]")
+    outcome = run("fleet", "--out", "out", workers=workers)
+    assert outcome.exit_code == 0, outcome.output
+    plain = json.loads((here / "out" / "fleet.json").read_text(encoding="utf-8"))
+    assert {one["name"] for one in plain["ranked"]} == {"saw", "lift"}
+    assert plain["failed"]["broken"].startswith("fleet/broken/rig.toml: line 1, column 3: not TOML")
+    error = (here / "out" / "broken" / "error.txt").read_text(encoding="utf-8")
+    assert error.startswith("fleet/broken/rig.toml: line 1, column 3: not TOML")
+    assert "thursday: read as text" in outcome.stderr
+    assert [one["file"] for one in seen(here / "out", "lift")["records"]] == [
+        f"lift/{name}"
+        for name in ("monday.csv", "thursday.csv", "tuesday.parquet", "Validate_wednesday.csv")
+    ]
+
+
 def test_nothing_diagnosed_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "fleet" / "empty").mkdir(parents=True)
     outcome = run(str(tmp_path / "fleet"), "--out", str(tmp_path / "out"))

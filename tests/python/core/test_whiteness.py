@@ -47,14 +47,20 @@ class Runs:
     converged: npt.NDArray[np.bool_]
 
 
+def behind_records(noise: str, size: float, n: int, count: int) -> list[ehsid.ServoEstimator]:
+    """Estimators that have run, side by side, over a record each."""
+    bank = ehsid.EstimatorBank([estimator() for _ in range(count)])
+    records = [record(noise, size, n, seed) for seed in range(count)]
+    bank.run(*(np.column_stack(signals) for signals in zip(*records, strict=True)), every=0)
+    return [bank[i] for i in range(count)]
+
+
 def runs(noise: str, size: float, n: int, count: int) -> Runs:
     rows = []
-    for seed in range(count):
-        servo = estimator()
-        servo.run(*record(noise, size, n, seed))
+    limit = scipy.stats.norm.ppf(0.95)
+    for servo in behind_records(noise, size, n, count):
         error = np.abs(servo.theta_hat - model16.THETA)
         plain = np.sqrt(np.diag(servo.covariance))
-        limit = scipy.stats.norm.ppf(0.95)
         rows.append(
             (
                 np.mean(error < limit * plain),
@@ -75,11 +81,7 @@ def test_limits_are_quantiles_of_chi_squared() -> None:
 
 def test_statistic_of_white_residuals_is_chi_squared() -> None:
     """Kolmogorov-Smirnov over independent runs of 1,800 samples, at the level 1e-3."""
-    values = []
-    for seed in range(400):
-        servo = estimator()
-        servo.run(*record("equation", 0.1, 1800, seed))
-        values.append(servo.whiteness)
+    values = [servo.whiteness for servo in behind_records("equation", 0.1, 1800, 400)]
     assert scipy.stats.kstest(values, scipy.stats.chi2(6).cdf).pvalue > 1e-3
 
 
@@ -113,11 +115,7 @@ def test_false_alarms_in_a_hundred_thousand_samples(policy: ehsid.Forgetting) ->
 
 def test_no_false_alarm_in_the_first_200_samples() -> None:
     """0.4 % of runs, as measured: more than this test allows have a probability of 1e-3."""
-    alarms = 0
-    for seed in range(500):
-        servo = estimator()
-        servo.run(*record("equation", 0.1, 200, seed))
-        alarms += not servo.residuals_white
+    alarms = sum(not servo.residuals_white for servo in behind_records("equation", 0.1, 200, 500))
     assert alarms <= scipy.stats.binom.ppf(1 - 1e-3, 500, 0.004)
 
 

@@ -3,17 +3,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import io
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import ehsid
 from ehsid.harness.files import is_incomplete
 from ehsid.harness.manifest import sha256_of
 from ehsid.harness.records import NO_HINTS, Hints
-from ehsid.harness.records.formats import BINARY_ENDINGS, FORMATS
+from ehsid.harness.records.formats import FOLDER_ENDINGS, records_in
 from ehsid.harness.validation.blind.running import DIAGNOSIS, run_and_keep
 from ehsid.harness.validation.jobs import (
     ERROR,
@@ -22,6 +26,7 @@ from ehsid.harness.validation.jobs import (
     Job,
     Outcome,
     Write,
+    check_room,
     failure,
     keep,
     one_line,
@@ -31,8 +36,8 @@ from ehsid.harness.validation.jobs import (
 RIG = "rig.toml"
 INPUTS = "inputs.json"
 HELD_OUT = "validate"
-# Endings of text files that are tables.
-TABLES = ("tsv", "tsv.gz", "tab")
+# Machines with more bytes in their files are read by this process, which sends the channels only.
+MOST_SENT = 64_000_000
 
 # Reads the folder of a machine; raises a ValueError or OSError with a message where it cannot.
 Read = Callable[[Path], Job]
@@ -68,20 +73,13 @@ def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
     """
     if not (folder / RIG).is_file():
         raise ValueError(f"{folder}: has no {RIG}: expected it beside the records")
-    # Text of another ending may be a note about the machine.
-    endings = tuple(f".{ending}" for ending in (*FORMATS, *TABLES, *BINARY_ENDINGS))
-    records = sorted(
-        path
-        for path in folder.iterdir()
-        if path.is_file() and path.name.lower().endswith(endings) and path.name[0] != "."
-    )
+    records = records_in(folder)
     held_out = [path for path in records if path.name.lower().startswith(HELD_OUT)]
     fitted = [path for path in records if path not in held_out]
     if not fitted:
         also = f" beside those that start with '{HELD_OUT}' and are held out" if held_out else ""
-        raise ValueError(
-            f"{folder}: has no record{also}: expected at least one ({', '.join(endings)})"
-        )
+        endings = ", ".join(f".{ending}" for ending in FOLDER_ENDINGS)
+        raise ValueError(f"{folder}: has no record{also}: expected at least one ({endings})")
     return fitted, held_out
 
 
@@ -174,15 +172,87 @@ def _task(
     hints: Hints,
 ) -> Callable[[], Outcome]:
     try:
-        job = replace(read(folder), exclude=tuple(exclude))
         inputs = inputs_of(folder, exclude, hints)
+        files = _files_to_send(folder)
+        if files is not None:
+            sent = Sent(folder.name, str(folder.parent), files, tuple(exclude), inputs)
+            return functools.partial(run_sent, sent, read, diagnose, write)
+        job = replace(read(folder), exclude=tuple(exclude))
         return functools.partial(run_machine, job, diagnose, write, inputs)
-    except (ValueError, OSError) as error:
-        message = one_line(str(error))
-        files = {ERROR: f"{message}\n".encode()}
     except Exception as error:  # whatever a machine has, it does not end the others
-        files, message = failure(error)
-    return functools.partial(Outcome, folder.name, files, message, 0.0)
+        return functools.partial(_unread, folder.name, error)
+
+
+def _files_to_send(folder: Path) -> dict[str, bytes] | None:
+    """Returns the files of a machine by name, or None if they are too large to be sent."""
+    files = [path for path in sorted(folder.iterdir()) if path.is_file()]
+    if sum(path.stat().st_size for path in files) > MOST_SENT:
+        return None
+    return {path.name: path.read_bytes() for path in files}
+
+
+@dataclass(frozen=True)
+class Sent:
+    """The files of a machine, on their way to where it is diagnosed.
+
+    Attributes
+    ----------
+    name
+        name of the machine.
+    place
+        folder of the fleet on the computer of the user, for messages.
+    files
+        contents by name.
+    exclude
+        ids of effects that the diagnosis must leave out.
+    inputs
+        what determines the result, see `inputs_of`.
+    """
+
+    name: str
+    place: str
+    files: Mapping[str, bytes]
+    exclude: tuple[str, ...]
+    inputs: bytes
+
+
+def run_sent(sent: Sent, read: Read, diagnose: Diagnose, write: Write) -> Outcome:
+    """Reads the files of a machine here, and diagnoses it.
+
+    The reading costs more than anything else that the computer of the user does for a machine, and
+    the workers share it. Messages name the files as the user does.
+
+    Raises
+    ------
+    ValueError
+        the disk of temporary files is full.
+    """
+    began, said = time.monotonic(), io.StringIO()
+    with tempfile.TemporaryDirectory() as top:
+        try:
+            folder = Path(top) / sent.name
+            folder.mkdir()
+            for name, content in sent.files.items():
+                (folder / name).write_bytes(content)
+            with contextlib.redirect_stderr(said):
+                job = replace(read(folder), exclude=sent.exclude)
+        except Exception as error:
+            check_room(error)
+            unread = _unread(sent.name, error)
+            text = unread.files[ERROR].replace(top.encode(), sent.place.encode())
+            return replace(unread, files={ERROR: text}, word=unread.word.replace(top, sent.place))
+    outcome = run_machine(job, diagnose, write, sent.inputs)
+    shown = said.getvalue().replace(top, sent.place)
+    return replace(outcome, seconds=time.monotonic() - began, said=shown)
+
+
+def _unread(name: str, error: Exception) -> Outcome:
+    """Returns the outcome of a machine that cannot be read: a message, or the whole error."""
+    if isinstance(error, ValueError | OSError):
+        message = one_line(str(error))
+        return Outcome(name, {ERROR: f"{message}\n".encode()}, message, 0.0)
+    files, message = failure(error)
+    return Outcome(name, files, message, 0.0)
 
 
 def run_machine(job: Job, diagnose: Diagnose, write: Write, inputs: bytes) -> Outcome:

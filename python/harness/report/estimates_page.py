@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: MIT
+"""The files of the estimates of a folder: page, table and data."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ehsid.harness.encoding import json_text
+from ehsid.harness.estimation import Estimates, RecordEstimate
+from ehsid.harness.files import write_text
+from ehsid.harness.report import page as pages
+from ehsid.harness.report.estimates_figure import estimates_figure
+from ehsid.harness.report.page import Block, Page, Picture, Section, Table
+
+FILES = ("estimates.html", "estimates.json", "estimates.csv")
+# Outliers that the first sentences name; the table has all.
+MOST_NAMED = 5
+
+
+def write_estimates(found: Estimates, folder: Path) -> None:
+    """Writes the files `FILES` into a folder that exists."""
+    write_text(folder / "estimates.json", json_text(found))
+    write_text(folder / "estimates.csv", estimates_table(found))
+    pages.write_page(folder / "estimates.html", estimates_page(found))
+
+
+def estimates_table(found: Estimates) -> str:
+    """Returns one line for each record, and for each file with a message, as CSV."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    figures = ("one_step_fit_percent", "simulation_fit_percent", "rmse", "resets")
+    states = ("converged", "residuals_white")
+    names = [coefficient.name for coefficient in found.coefficients]
+    intervals = [part for name in names for part in (name, f"{name}_low95", f"{name}_high95")]
+    writer.writerow(
+        ["file", "samples", "dt_s", *intervals, *figures, *states, "warnings", "message"]
+    )
+    for one in found.records:
+        parameters = one.estimate["parameters"]
+        cells = [
+            number
+            for name in names
+            for number in (parameters[name]["value"], *parameters[name]["ci95"])
+        ]
+        cells += [one.estimate[figure] for figure in figures]
+        cells += [str(one.estimate[state]).lower() for state in states]
+        writer.writerow([one.file, one.samples, one.dt_s, *cells, "; ".join(one.warnings), ""])
+    for file, message in found.failed.items():
+        blank = [""] * (2 + len(intervals) + len(figures) + len(states) + 1)
+        writer.writerow([file, *blank, message])
+    return text.getvalue()
+
+
+def estimates_lead(found: Estimates) -> list[str]:
+    """Returns the result in a few sentences."""
+    count = len(found.records)
+    sentences = [
+        f"{_number(count, 'record')} estimated: {_structure(found)}, {found.method}, "
+        f"{found.forgetting}."
+    ]
+    files = list(dict.fromkeys(one.file for one in found.outliers))
+    if files:
+        more = f" and {len(files) - MOST_NAMED} more" if len(files) > MOST_NAMED else ""
+        sentences.append(
+            f"Far from the others: {', '.join(files[:MOST_NAMED])}{more}. Compare these machines, "
+            "or the conditions of these records, with the others."
+        )
+    elif found.limit is not None:
+        sentences.append("No record is far from the others.")
+    else:
+        sentences.append("With fewer than five records there is no telling which is unusual.")
+    if found.compared < count:
+        sentences.append(
+            f"{_number(count - found.compared, 'record')} with another sampling time left out of "
+            "the comparison."
+        )
+    warned = sum(bool(one.warnings) for one in found.records)
+    if warned:
+        sentences.append(f"{_number(warned, 'record')} with warnings; see the table.")
+    if found.failed:
+        sentences.append(f"{_number(len(found.failed), 'file')} could not be used; see the list.")
+    return sentences
+
+
+def _number(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
+def _structure(found: Estimates) -> str:
+    return f"na = {found.na}, nb = {found.nb}, nk = {found.nk}"
+
+
+def estimates_page(found: Estimates) -> Page:
+    """Returns the whole page."""
+    sections = [_coefficients(found), _records(found.records)]
+    if found.failed:
+        rows = [[file, message] for file, message in found.failed.items()]
+        sections.append(
+            Section("Files that could not be used", [Table("", ["file", "message"], rows)])
+        )
+    return Page("A folder of records: coefficients side by side", estimates_lead(found), sections)
+
+
+def _coefficients(found: Estimates) -> Section:
+    blocks: list[Block] = [
+        Picture(
+            estimates_figure(found),
+            "Each point is a record with its interval of 95 %, numbered as in the table. Shaded: "
+            "the range of 90 % of the records; line: their median. Red: far from the others. A "
+            "triangle lies outside of the axis.",
+            "Coefficients of all records with their intervals",
+        ),
+        Table(
+            "Coefficients over the compared records. The spread is a standard deviation, from the "
+            "median absolute deviation; the own deviation is the one that a record states for "
+            "itself (median). Where the spread is much larger, the machines or their working "
+            "points differ.",
+            ["coefficient", "median", "spread", "own deviation", "5 %", "95 %"],
+            [
+                [
+                    one.name,
+                    f"{one.median:.5g}",
+                    f"{one.spread:.2g}",
+                    f"{one.standard_deviation:.2g}",
+                    f"{one.low:.5g}",
+                    f"{one.high:.5g}",
+                ]
+                for one in found.coefficients
+            ],
+        ),
+    ]
+    if found.outliers:
+        blocks.append(
+            Table(
+                f"Far from the others: more than {found.limit:.3g} times the spread of the "
+                "records, or the deviation of the record itself if that is larger. In a folder "
+                "without outliers, this limit is exceeded with a probability of about 1 %.",
+                ["record", "coefficient", "value", "distance"],
+                [
+                    [one.file, one.coefficient, f"{one.value:.5g}", f"{one.distance:.3g}"]
+                    for one in found.outliers
+                ],
+            )
+        )
+    return Section("Coefficients", blocks)
+
+
+def _records(records: Sequence[RecordEstimate]) -> Section:
+    names = list(records[0].estimate["parameters"])
+    rows = [
+        [
+            str(number),
+            one.file,
+            str(one.samples),
+            "–" if one.dt_s is None else f"{one.dt_s:.6g}",
+            *(_interval(one.estimate["parameters"][name]) for name in names),
+            f"{one.estimate['one_step_fit_percent']:.2f}",
+            _fit(one.estimate["simulation_fit_percent"]),
+            "; ".join(one.warnings) or "–",
+        ]
+        for number, one in enumerate(records, 1)
+    ]
+    headings = ["number", "record", "samples", "sampling time, s", *names]
+    headings += ["one-step fit, %", "simulation fit, %", "warnings"]
+    caption = "Coefficients with half the width of their intervals of 95 %."
+    return Section("Records", [Table(caption, headings, rows)])
+
+
+def _interval(parameter: dict[str, Any]) -> str:
+    low, high = parameter["ci95"]
+    return f"{parameter['value']:.5g} ± {0.5 * (high - low):.2g}"
+
+
+def _fit(percent: float | None) -> str:
+    return "–" if percent is None else f"{percent:.2f}"
