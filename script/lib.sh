@@ -39,6 +39,18 @@ need() {
   apt_install "$@" || fail "$wanted is missing and could not be installed; install by hand: $*"
 }
 
+# need_clang: clang with its sanitizers and libFuzzer, which come in a package of the same version.
+need_clang() {
+  local runtime version
+  need clang++ clang
+  runtime=$(clang++ -print-file-name=libclang_rt.fuzzer-"$(uname -m)".a)
+  if [ ! -e "$runtime" ] && [ ! -e "$(clang++ -print-runtime-dir)/libclang_rt.fuzzer.a" ]; then
+    version=$(clang++ -dumpversion)
+    apt_install "libclang-rt-${version%%.*}-dev" ||
+      fail "clang has no sanitizers and no libFuzzer; install by hand: libclang-rt-${version%%.*}-dev"
+  fi
+}
+
 # A Python of at least 3.11, the newest there is.
 find_python() {
   local candidate
@@ -107,23 +119,43 @@ install_packages() {
   fi
 }
 
-# set_up EXTRA...: .venv with the project, its dependencies and those of the extras named, e.g. `test lint`.
+# compile_wheel FOLDER: ehsid as a wheel, with the build tools that are in .venv. In an environment of its own every path
+# would be new each time, and everything would be compiled again.
+compile_wheel() {
+  CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)} PATH="$PWD/.venv/bin:$PATH" \
+    .venv/bin/python -m pip wheel -q --disable-pip-version-check --no-build-isolation --no-deps -w "$1" .
+}
+
+# set_up EXTRA...: .venv with the project, its dependencies and those of the extras named, e.g. `test lint`. ehsid is
+# compiled while the packages of others are fetched, which keeps one core busy at most.
 set_up() {
-  local stamp
+  local stamp wheel=.venv/ehsid-wheel compiler=
   need c++ g++
   make_venv
-  install_packages build run "$@"
-  # Then ehsid itself, with the build tools that are now in .venv. In an environment of its own every path would be
-  # new each time, and everything would be compiled again.
+  install_packages build
   stamp=$(sources_stamp)
   if [ "$(cat .venv/ehsid-stamp 2>/dev/null)" != "$stamp" ]; then
-    say "compiling ehsid and installing it into .venv: about a minute the first time"
-    CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)} PATH="$PWD/.venv/bin:$PATH" \
-      .venv/bin/python -m pip install -q --disable-pip-version-check --no-build-isolation --no-deps . ||
+    say "compiling ehsid for .venv: about a minute the first time"
+    rm -rf "$wheel"
+    mkdir "$wheel"
+    compile_wheel "$wheel" >"$wheel/log" 2>&1 &
+    compiler=$!
+  fi
+  (install_packages run "$@") || {
+    [ -z "$compiler" ] || wait "$compiler" || true # it may not write into a folder that is tried again
+    exit 1
+  }
+  if [ -n "$compiler" ]; then
+    wait "$compiler" || {
+      cat "$wheel/log" >&2
       fail "ehsid could not be compiled; the compiler's message stands above"
+    }
+    .venv/bin/python -m pip install -q --disable-pip-version-check --force-reinstall --no-deps "$wheel"/*.whl ||
+      fail "ehsid could not be installed into .venv; pip's message stands above"
     .venv/bin/python -m pip check --disable-pip-version-check >/dev/null ||
       .venv/bin/python -m pip check --disable-pip-version-check ||
       fail "the packages in .venv do not fit together; remove .venv and start again"
+    rm -rf "$wheel"
     printf '%s' "$stamp" >.venv/ehsid-stamp
   fi
 }

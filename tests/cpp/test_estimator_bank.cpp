@@ -104,14 +104,14 @@ void compare_all() {
 
 using namespace ehsid;  // NOLINT: the names of the policies
 
-// With sanitizers each policy takes half a minute to compile, and their guards are the same code: two must do there.
+// With sanitizers each policy takes a quarter of a minute to compile, and their guards are the same code: two must do there.
 TEST(EstimatorBank, EqualsTheScalarEstimatorErrorDriven) {
   compare_all<ServoEstimator<float, 3, 3, 1, ErrorDriven<float>>>();
 }
 TEST(EstimatorBank, EqualsTheScalarEstimatorFRatio) {
   compare_all<ServoEstimator<float, 3, 3, 1, FRatio<float>>>();
 }
-#if !defined(__SANITIZE_ADDRESS__)
+#if !defined(EHSID_SANITIZED)
 TEST(EstimatorBank, EqualsTheScalarEstimatorConstant) {
   compare_all<ServoEstimator<float, 3, 3, 1, Constant<float>>>();
 }
