@@ -85,8 +85,7 @@ class Outlier:
     file, coefficient, value
         which, and what it is.
     distance
-        from the median, in units of the spread or, if it is larger, of the standard deviation of
-        this record.
+        from the median, in standard deviations: see `distances`.
     """
 
     file: str
@@ -168,10 +167,11 @@ def compare(named: Sequence[Named], failed: Mapping[str, str]) -> Estimates:
     limit = distance_limit(len(kept), len(names))
     outliers = []
     if limit is not None:
-        distance = distances(values, own, median, spread)
+        distance = distances(kept, own[same], median, spread)
+        files = [one.file for one, compared in zip(named, same, strict=True) if compared]
         outliers = [
-            Outlier(named[i].file, names[j], float(values[i, j]), float(distance[i, j]))
-            for i, j in np.argwhere((distance > limit) & same[:, None])
+            Outlier(files[i], names[j], float(kept[i, j]), float(distance[i, j]))
+            for i, j in np.argwhere(distance > limit)
         ]
     rows = zip(names, median, spread, low, high, np.median(own[same], axis=0), strict=True)
     return Estimates(
@@ -196,11 +196,15 @@ def distances(
     """Returns how far each coefficient is from the median, in standard deviations.
 
     The standard deviation is the spread of the records or that of the record itself, whichever is
-    larger: a short record is allowed to be farther away. `values` and `own` have the shape
+    larger: a short record is allowed to be farther away. Where the records together lie closer than
+    they state for themselves, they all state too much, as they do with coloured residuals; their
+    own deviations are then reduced to what the records show. `values` and `own` have the shape
     (records, n), `median` and `spread` (n,).
     """
     away = np.abs(values - median)
-    size = np.maximum(spread, own)
+    ratio = np.divide(away, own, out=np.full_like(away, np.inf), where=own > 0.0)
+    shown = np.minimum(1.0, MAD_TO_SIGMA * np.median(ratio, axis=0))
+    size = np.maximum(spread, shown * own)
     return np.divide(away, size, out=np.where(away > 0.0, np.inf, 0.0), where=size > 0.0)
 
 

@@ -61,7 +61,12 @@ def test_a_record_that_is_far_from_the_others_is_named_with_its_coefficient() ->
     own = records[4].estimate.standard_deviation[3]
     value = records[4].estimate.theta[3]
     assert found.outliers[0].value == value
-    distance = abs(value - b1.median) / max(b1.spread, own)
+    ratios = [
+        abs(one.estimate.theta[3] - b1.median) / one.estimate.standard_deviation[3]
+        for one in records
+    ]
+    shown = min(1.0, 1.4826 * float(np.median(ratios)))
+    distance = abs(value - b1.median) / max(b1.spread, shown * own)
     assert found.outliers[0].distance == pytest.approx(distance, rel=1e-12)
     assert found.limit is not None
     assert distance > found.limit
@@ -73,6 +78,17 @@ def test_a_record_that_states_a_wide_interval_may_be_far_away() -> None:
     wide = replace(far.estimate, standard_deviation=np.full(6, 1.0))
     records[4] = replace(far, estimate=wide)
     assert compare(records, {}).outliers == ()
+
+
+def test_records_that_all_state_too_wide_intervals_are_judged_by_what_they_show() -> None:
+    records = named()
+    wide = [
+        replace(one, estimate=replace(one.estimate, standard_deviation=np.full(6, 50.0)))
+        for one in records
+    ]
+    assert compare(wide, {}).outliers == ()
+    wide[4] = moved(wide[4], 2.0)
+    assert [one.file for one in compare(wide, {}).outliers] == ["r4.csv"]
 
 
 @pytest.mark.parametrize("count", [5, 20, 100])

@@ -124,7 +124,8 @@ struct alignas(kWidth_ * sizeof(Number_)) Lanes {
 
   /// From kWidth numbers at any address, and to them.
   EHSID_ALWAYS_INLINE static Lanes from(const Number* numbers) {
-    return Native(*reinterpret_cast<const Loose*>(numbers));
+    const Native all = *reinterpret_cast<const Loose*>(numbers);
+    return all;
   }
   EHSID_ALWAYS_INLINE void to(Number* numbers) const {
     *reinterpret_cast<Loose*>(numbers) = native;
