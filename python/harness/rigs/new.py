@@ -177,9 +177,11 @@ class _Entries:
         return self.add(Entry(key, quantity.value, sigma, True, quantity.text, why))
 
     def typical(self, key: str, value: Typical) -> float:
-        return self.add(
-            Entry(key, value.value, value.sigma, False, shown(key, value.value), value.why)
-        )
+        # A rule for usual machines can lead out of the range of the plant where the given values
+        # do not fit each other, such as a large cylinder with a tiny valve.
+        limits = plant_parameters()[key]
+        number = min(max(value.value, limits.minimum), limits.maximum)
+        return self.add(Entry(key, number, value.sigma, False, shown(key, number), value.why))
 
     def either(self, key: str, name: str, value: Typical) -> float:
         return self.given(key, name) if name in self.known else self.typical(key, value)
