@@ -11,7 +11,7 @@
 namespace ehsid::plant {
 namespace detail {
 
-Kernels portable_kernels() { return kernels<8, 4, 2>(); }
+Kernels portable_kernels() { return kernels<2, 4, 8>(); }
 
 }  // namespace detail
 
@@ -35,17 +35,11 @@ const Kernels& kernels_here() {
   return kernels;
 }
 
-/// Of the part: the last one may hold few sensitivities.
-bool is_few(const Simulation& run, std::size_t part) {
-  const Kernels& kernels = kernels_here();
-  return run.varied.size() - part * kernels.many <= kernels.few;
-}
-
 }  // namespace
 
 std::size_t parts(const Simulation& run) {
-  const std::size_t many = kernels_here().many;
-  return std::max<std::size_t>(1, (run.varied.size() + many - 1) / many);
+  const std::size_t most = kernels_here().back().lanes;
+  return std::max<std::size_t>(1, (run.varied.size() + most - 1) / most);
 }
 
 void simulate_part(const Simulation& run, std::size_t part, const double* command,
@@ -59,10 +53,11 @@ void simulate_part(const Simulation& run, std::size_t part, const double* comman
     return;
   }
   const Kernels& kernels = kernels_here();
-  const std::size_t first = part * kernels.many;
-  const detail::Part here{first, std::min(run.varied.size() - first, kernels.many)};
-  const detail::RunPart run_part = is_few(run, part) ? kernels.run_few : kernels.run_many;
-  run_part(run, here, logged, part == 0 ? outputs : nullptr, sensitivities);
+  const std::size_t first = part * kernels.back().lanes;
+  const detail::Part here{first, std::min(run.varied.size() - first, kernels.back().lanes)};
+  const auto kernel = std::find_if(kernels.begin(), kernels.end(),
+                                   [&](const auto& each) { return each.lanes >= here.count; });
+  kernel->run(run, here, logged, part == 0 ? outputs : nullptr, sensitivities);
 }
 
 void simulate(const Simulation& run, const double* command, const double* aligned,
