@@ -37,14 +37,18 @@ const Kernels& kernels_here() {
 
 }  // namespace
 
-std::size_t parts(const Simulation& run) {
+std::size_t parts(const Simulation& run, std::size_t threads) {
+  // Fewer sensitivities than this take as long as this many.
+  constexpr std::size_t kWorthAPart = 8;
+  const std::size_t count = run.varied.size();
   const std::size_t most = kernels_here().back().lanes;
-  return std::max<std::size_t>(1, (run.varied.size() + most - 1) / most);
+  const std::size_t needed = std::max<std::size_t>(1, (count + most - 1) / most);
+  return std::max(needed, std::min(threads, count / kWorthAPart));
 }
 
-void simulate_part(const Simulation& run, std::size_t part, const double* command,
-                   const double* aligned, std::size_t samples, double* outputs,
-                   double* sensitivities) {
+void simulate_part(const Simulation& run, std::size_t part, std::size_t of_parts,
+                   const double* command, const double* aligned, std::size_t samples,
+                   double* outputs, double* sensitivities) {
   const detail::Logged logged{command, aligned, samples};
   if (run.varied.empty()) {
     detail::run_with<double>(run, run.values, logged, [&](std::size_t k, const auto& output) {
@@ -52,18 +56,19 @@ void simulate_part(const Simulation& run, std::size_t part, const double* comman
     });
     return;
   }
+  const std::size_t first = run.varied.size() * part / of_parts;
+  const std::size_t end = run.varied.size() * (part + 1) / of_parts;
   const Kernels& kernels = kernels_here();
-  const std::size_t first = part * kernels.back().lanes;
-  const detail::Part here{first, std::min(run.varied.size() - first, kernels.back().lanes)};
   const auto kernel = std::find_if(kernels.begin(), kernels.end(),
-                                   [&](const auto& each) { return each.lanes >= here.count; });
-  kernel->run(run, here, logged, part == 0 ? outputs : nullptr, sensitivities);
+                                   [&](const auto& each) { return each.lanes >= end - first; });
+  kernel->run(run, {first, end - first}, logged, part == 0 ? outputs : nullptr, sensitivities);
 }
 
 void simulate(const Simulation& run, const double* command, const double* aligned,
               std::size_t samples, double* outputs, double* sensitivities) {
-  for (std::size_t part = 0; part < parts(run); ++part) {
-    simulate_part(run, part, command, aligned, samples, outputs, sensitivities);
+  const std::size_t count = parts(run);
+  for (std::size_t part = 0; part < count; ++part) {
+    simulate_part(run, part, count, command, aligned, samples, outputs, sensitivities);
   }
 }
 
