@@ -14,15 +14,16 @@ namespace ehsid::plant {
 /// bit of a result.
 template <int kWidth>
 class Four {
-  static constexpr int kInBlock = kWidth < 4 ? kWidth : 4;
-  static_assert(kWidth >= 1 && 4 % kInBlock == 0, "four numbers must fill whole blocks");
-  static constexpr int kBlocks = 4 / kInBlock;
+  static_assert(kWidth == 1 || kWidth == 2 || kWidth % 4 == 0,
+                "four numbers must fill whole blocks");
 #if defined(__GNUC__) || defined(__clang__)
+  static constexpr int kInBlock = kWidth < 4 ? kWidth : 4;
   using Block [[gnu::vector_size(kInBlock * sizeof(double))]] = double;
 #else
-  static_assert(kInBlock == 1, "this compiler has no registers of several numbers");
+  static constexpr int kInBlock = 1;
   using Block = double;
 #endif
+  static constexpr int kBlocks = 4 / kInBlock;
 
  public:
   EHSID_LANES_INLINE explicit Four(const std::array<double, 4>& numbers) {

@@ -23,12 +23,8 @@ class Lanes {
   static_assert(kN >= 1 && kWidth >= 1 && kN % kWidth == 0, "lanes must fill whole blocks");
 
  public:
-  /// Numbers in a register.
-#if defined(__GNUC__) || defined(__clang__)
+  /// Numbers in a block.
   static constexpr int kBlockWidth = kWidth;
-#else
-  static constexpr int kBlockWidth = 1;
-#endif
 
   /// All zero.
   Lanes() = default;
