@@ -62,7 +62,7 @@ void run_all(const std::vector<plant::Simulation>& runs, const double* command,
   if (runs.empty()) {
     return;
   }
-  const std::size_t parts = plant::parts(runs.front());
+  const std::size_t parts = plant::parts(runs.front(), threads / runs.size());
   const std::size_t size = samples * plant::kOutputs;
   const std::size_t partial_size =
       samples * runs.front().varied.size() * runs.front().watched.size();
@@ -72,8 +72,8 @@ void run_all(const std::vector<plant::Simulation>& runs, const double* command,
       const std::size_t run = i / parts;
       double* const partials =
           sensitivities == nullptr ? nullptr : sensitivities + run * partial_size;
-      plant::simulate_part(runs[run], i % parts, command, aligned, samples, outputs + run * size,
-                           partials);
+      plant::simulate_part(runs[run], i % parts, parts, command, aligned, samples,
+                           outputs + run * size, partials);
     }
   };
   std::vector<std::thread> others;

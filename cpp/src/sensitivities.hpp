@@ -28,11 +28,13 @@ struct Logged {
 using RunPart = void (*)(const Simulation& run, const Part& part, const Logged& logged,
                          double* outputs, double* sensitivities);
 
-/// How many sensitivities fit into one run, and the run: for many, and for few.
-struct Kernels {
-  std::size_t many, few;
-  RunPart run_many, run_few;
+/// Runs for different numbers of sensitivities, fewest first. A run takes as long for a few as for as many as it has
+/// lanes.
+struct Kernel {
+  std::size_t lanes;
+  RunPart run;
 };
+using Kernels = std::vector<Kernel>;
 
 Kernels portable_kernels();
 #if defined(EHSID_PLANT_X86)
@@ -80,9 +82,9 @@ void run_part(const Simulation& run, const Part& part, const Logged& logged, dou
 }
 
 /// kWidth numbers in a register; the types of the dual numbers depend on it.
-template <int kMany, int kFew, int kWidth>
-constexpr Kernels kernels() {
-  return {kMany, kFew, &run_part<Lanes<kMany, kWidth>>, &run_part<Lanes<kFew, kWidth>>};
+template <int kWidth, int... kLanes>
+Kernels kernels() {
+  return {{kLanes, &run_part<Lanes<kLanes, kWidth>>}...};
 }
 
 }  // namespace ehsid::plant::detail

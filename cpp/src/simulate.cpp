@@ -11,7 +11,7 @@
 namespace ehsid::plant {
 namespace detail {
 
-Kernels portable_kernels() { return kernels<8, 4, 2>(); }
+Kernels portable_kernels() { return kernels<2, 4, 8>(); }
 
 }  // namespace detail
 
@@ -35,22 +35,20 @@ const Kernels& kernels_here() {
   return kernels;
 }
 
-/// Of the part: the last one may hold few sensitivities.
-bool is_few(const Simulation& run, std::size_t part) {
-  const Kernels& kernels = kernels_here();
-  return run.varied.size() - part * kernels.many <= kernels.few;
-}
-
 }  // namespace
 
-std::size_t parts(const Simulation& run) {
-  const std::size_t many = kernels_here().many;
-  return std::max<std::size_t>(1, (run.varied.size() + many - 1) / many);
+std::size_t parts(const Simulation& run, std::size_t threads) {
+  // Fewer sensitivities than this take as long as this many.
+  constexpr std::size_t kWorthAPart = 8;
+  const std::size_t count = run.varied.size();
+  const std::size_t most = kernels_here().back().lanes;
+  const std::size_t needed = std::max<std::size_t>(1, (count + most - 1) / most);
+  return std::max(needed, std::min(threads, count / kWorthAPart));
 }
 
-void simulate_part(const Simulation& run, std::size_t part, const double* command,
-                   const double* aligned, std::size_t samples, double* outputs,
-                   double* sensitivities) {
+void simulate_part(const Simulation& run, std::size_t part, std::size_t of_parts,
+                   const double* command, const double* aligned, std::size_t samples,
+                   double* outputs, double* sensitivities) {
   const detail::Logged logged{command, aligned, samples};
   if (run.varied.empty()) {
     detail::run_with<double>(run, run.values, logged, [&](std::size_t k, const auto& output) {
@@ -58,17 +56,19 @@ void simulate_part(const Simulation& run, std::size_t part, const double* comman
     });
     return;
   }
+  const std::size_t first = run.varied.size() * part / of_parts;
+  const std::size_t end = run.varied.size() * (part + 1) / of_parts;
   const Kernels& kernels = kernels_here();
-  const std::size_t first = part * kernels.many;
-  const detail::Part here{first, std::min(run.varied.size() - first, kernels.many)};
-  const detail::RunPart run_part = is_few(run, part) ? kernels.run_few : kernels.run_many;
-  run_part(run, here, logged, part == 0 ? outputs : nullptr, sensitivities);
+  const auto kernel = std::find_if(kernels.begin(), kernels.end(),
+                                   [&](const auto& each) { return each.lanes >= end - first; });
+  kernel->run(run, {first, end - first}, logged, part == 0 ? outputs : nullptr, sensitivities);
 }
 
 void simulate(const Simulation& run, const double* command, const double* aligned,
               std::size_t samples, double* outputs, double* sensitivities) {
-  for (std::size_t part = 0; part < parts(run); ++part) {
-    simulate_part(run, part, command, aligned, samples, outputs, sensitivities);
+  const std::size_t count = parts(run);
+  for (std::size_t part = 0; part < count; ++part) {
+    simulate_part(run, part, count, command, aligned, samples, outputs, sensitivities);
   }
 }
 

@@ -4,6 +4,6 @@
 
 namespace ehsid::plant::detail {
 
-Kernels avx2_kernels() { return kernels<16, 8, 4>(); }
+Kernels avx2_kernels() { return kernels<4, 8, 16>(); }
 
 }  // namespace ehsid::plant::detail

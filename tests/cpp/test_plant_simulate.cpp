@@ -66,8 +66,8 @@ class PlantSimulate : public testing::TestWithParam<PlantKind> {};
 
 TEST_P(PlantSimulate, SensitivitiesDoNotChangeTheRunWhateverTheirNumber) {
   const Trace plain = run(GetParam(), "", {});
-  // As many at a time as the processor takes, 8 or 16, with a rest of every kind.
-  for (const std::size_t count : {1U, 4U, 5U, 8U, 9U, 13U, 16U, 17U}) {
+  // As many at a time as the processor takes, up to 8, 16 or 32, with a rest of every kind.
+  for (const std::size_t count : {1U, 4U, 5U, 8U, 9U, 13U, 16U, 17U, 32U, 35U}) {
     std::vector<std::size_t> varied(count);
     std::iota(varied.begin(), varied.end(), std::size_t{0});
     const Trace made = run(GetParam(), "", varied);
@@ -75,7 +75,7 @@ TEST_P(PlantSimulate, SensitivitiesDoNotChangeTheRunWhateverTheirNumber) {
       if (std::isnan(plain.outputs[i])) {
         EXPECT_TRUE(std::isnan(made.outputs[i]));
       } else {
-        // The square root of the plain run, the general power of a varied exponent: rounding apart.
+        // The same operations but for the quotients of dual numbers: rounding apart.
         EXPECT_NEAR(made.outputs[i], plain.outputs[i], 1e-6 * (1e-3 + std::abs(plain.outputs[i])));
       }
     }
@@ -83,10 +83,10 @@ TEST_P(PlantSimulate, SensitivitiesDoNotChangeTheRunWhateverTheirNumber) {
 }
 
 TEST_P(PlantSimulate, EachSensitivityIsThatOfARunOfItsOwn) {
-  std::vector<std::size_t> varied(19);
+  std::vector<std::size_t> varied(36);
   std::iota(varied.begin(), varied.end(), std::size_t{0});
   const Trace together = run(GetParam(), "", varied);
-  for (const std::size_t i : {0U, 7U, 8U, 15U, 16U, 18U}) {
+  for (const std::size_t i : {0U, 7U, 8U, 15U, 16U, 18U, 31U, 32U, 35U}) {
     const Trace alone = run(GetParam(), "", {varied[i]});
     for (std::size_t k = 0; k < kSamples * kOutputs; ++k) {
       const double found = together.sensitivities[k * varied.size() + i];
@@ -118,11 +118,11 @@ TEST(PlantInstructionSets, GiveTheSameBits) {
   const std::size_t size = simulation.watched.size() * kSamples * simulation.varied.size();
   std::vector<double> first;
   for (const detail::Kernels& kernels : all) {
-    for (const detail::RunPart run_part : {kernels.run_few, kernels.run_many}) {
+    for (const detail::Kernel& kernel : kernels) {
       std::vector<double> outputs(kSamples * kOutputs);
       std::vector<double> sensitivities(size);
-      run_part(simulation, {0, 4}, {command.data(), nullptr, kSamples}, outputs.data(),
-               sensitivities.data());
+      kernel.run(simulation, {0, 4}, {command.data(), nullptr, kSamples}, outputs.data(),
+                 sensitivities.data());
       first = first.empty() ? sensitivities : first;
       EXPECT_EQ(sensitivities, first);
     }

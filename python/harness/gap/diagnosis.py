@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -123,7 +124,7 @@ def _diagnose(
         # Therefore all records are fitted together.
         joint_case = make_case(rig, [*fitted, *held_out])
         joint = _evaluate(joint_case, regimes, exclude, _sub_progress(progress, 0.6, 0.9))
-        if joint.decision.verdict != "outside_catalogue" and not _leaves_large_gap(joint):
+        if not _leaves_large_gap(joint):
             evaluation = joint
             remarks = (*remarks, Remark("", FITTED_TOGETHER))
     case, search_result = evaluation.case, evaluation.search_result
@@ -209,16 +210,31 @@ class _Evaluation:
     calibration: Mapping[str, CalibratedValue]
     extrapolated: Sequence[CannotJudge]
     step: Estimate | None
-    decision: Decision
+
+    @cached_property
+    def decision(self) -> Decision:
+        """The verdict; it is made when it is asked for, because it may need a fit of its own."""
+        nuisance_fit = None
+        if not self.selection.best.effects:
+            nuisance_fit = calibrate_nuisances(self.case, self.search_result.calibrated)
+        return decide(
+            self.case,
+            self.search_result,
+            self.selection,
+            self.reduction,
+            self.calibration,
+            self.extrapolated,
+            nuisance_fit,
+            self.step,
+        )
 
 
 def _leaves_large_gap(evaluation: _Evaluation) -> bool:
     reduction = evaluation.reduction
     left = reduction.augmented - reduction.noise_floor[1]
     share = left / max(reduction.calibrated - reduction.noise_floor[1], 1e-300)
-    return evaluation.decision.verdict == "outside_catalogue" or (
-        reduction.augmented > LEFT_NRMSE and share > LEFT_AGAIN
-    )
+    large = reduction.augmented > LEFT_NRMSE and share > LEFT_AGAIN
+    return large or evaluation.decision.verdict == "outside_catalogue"
 
 
 def _evaluate(
@@ -234,21 +250,8 @@ def _evaluate(
     calibration = results.calibration_of(case, values, moved)
     extrapolated = extrapolated_effects(best.values, regimes, best.effects)
     step = position_step(case, exclude)
-    nuisance_fit = None if best.effects else calibrate_nuisances(case, search_result.calibrated)
-    decision = decide(
-        case, search_result, selection, reduction, calibration, extrapolated, nuisance_fit, step
-    )
     return _Evaluation(
-        case,
-        search_result,
-        selection,
-        runs,
-        reduction,
-        values,
-        calibration,
-        extrapolated,
-        step,
-        decision,
+        case, search_result, selection, runs, reduction, values, calibration, extrapolated, step
     )
 
 

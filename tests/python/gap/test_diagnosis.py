@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from contradictions import contradictions
 from made_diagnoses import FRICTION, bench, measured_record
 
 from ehsid.harness.gap import Diagnosis, diagnose
+from ehsid.harness.gap import diagnosis as diagnosis_module
 from ehsid.harness.gap.schema import SUBSYSTEMS
 from ehsid.harness.parallel import workers
 from ehsid.harness.records import make_record
@@ -109,3 +111,29 @@ def test_a_record_at_rest_gives_insufficient_data() -> None:
 def test_no_record_is_an_error() -> None:
     with pytest.raises(ValueError, match="needs a record"):
         diagnose([], Rig("bench", "ehs", bench().values))
+
+
+class _NoVerdict:
+    """What is left of a gap, without a verdict, which may need a fit of its own."""
+
+    def __init__(self, augmented: float) -> None:
+        self.reduction = SimpleNamespace(
+            calibrated=0.4, augmented=augmented, noise_floor=(0.0, 0.01)
+        )
+
+    @property
+    def decision(self) -> SimpleNamespace:
+        raise AssertionError("the verdict was asked for")
+
+
+def test_a_gap_that_is_plainly_left_needs_no_verdict() -> None:
+    assert diagnosis_module._leaves_large_gap(_NoVerdict(0.39))
+    with pytest.raises(AssertionError, match="asked for"):
+        diagnosis_module._leaves_large_gap(_NoVerdict(0.02))
+
+
+@pytest.mark.parametrize("verdict", ["outside_catalogue", "effects"])
+def test_a_small_gap_is_left_where_the_catalogue_does_not_suffice(verdict: str) -> None:
+    reduction = SimpleNamespace(calibrated=0.4, augmented=0.02, noise_floor=(0.0, 0.01))
+    evaluation = SimpleNamespace(reduction=reduction, decision=SimpleNamespace(verdict=verdict))
+    assert diagnosis_module._leaves_large_gap(evaluation) == (verdict == "outside_catalogue")

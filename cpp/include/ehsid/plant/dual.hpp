@@ -107,6 +107,32 @@ struct Dual {
   }
 };
 
+/// A number on which a function depends, and the slope of the function over it.
+template <class Scalar>
+struct Over {
+  double slope;
+  const Scalar& number;
+};
+template <class Scalar>
+EHSID_LANES_INLINE Over<Scalar> over(const Scalar& number, double slope) {
+  return {slope, number};
+}
+
+/// A function, given its value and its slopes over all on which it depends. The chain rule in one pass takes a fraction of
+/// the work of derivatives that are carried through every operation of a long formula.
+template <class... More>
+EHSID_LANES_INLINE double chained(double value, const Over<double>& /*first*/,
+                                  const More&... /*more*/) {
+  return value;
+}
+template <class Partials, class... More>
+EHSID_LANES_INLINE Dual<Partials> chained(double value, const Over<Dual<Partials>>& first,
+                                          const More&... more) {
+  Partials partial = first.slope * first.number.partial;
+  ((partial += more.slope * more.number.partial), ...);
+  return {value, partial};
+}
+
 /// Is x zero, and will it stay so whatever is varied?
 inline bool is_nothing(double x) { return x == 0.0; }
 template <class Partials>
@@ -120,6 +146,12 @@ template <class Partials>
 double value_of(const Dual<Partials>& x) {
   return x.value;
 }
+
+/// Numbers that fit into a register of the processor for which code with this type is compiled.
+template <class Scalar>
+inline constexpr int kRegisterWidth = Lanes<2>::kBlockWidth;
+template <int kN, int kWidth>
+inline constexpr int kRegisterWidth<Dual<Lanes<kN, kWidth>>> = Lanes<kN, kWidth>::kBlockWidth;
 
 /// base^exponent for base > 0 and an exponent without derivatives.
 inline double power(double base, double exponent) { return std::pow(base, exponent); }

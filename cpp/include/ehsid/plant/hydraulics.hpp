@@ -61,7 +61,7 @@ class Hydraulics {
   };
   /// What does not change during a step.
   struct Standing {
-    Scalar open_pa, open_at, open_pb, open_bt;
+    OfEdges<Scalar> conductance;
     Scalar inverse_a, inverse_b;  // of the volumes
     Scalar swept_a, swept_b;      // m^3/s
   };
@@ -97,9 +97,11 @@ class Hydraulics {
 
   /// s = p - g / p, solved for p; no chamber pulls a vacuum.
   Scalar pressure_of(const Scalar& compression) const {
-    using std::sqrt;
-    const Scalar p = (compression + sqrt(compression * compression + gas_ * 4.0)) * 0.5;
-    return floored(p);
+    const double s = value_of(compression);
+    const double root = std::sqrt(s * s + 4.0 * value_of(gas_));
+    const double over_root = 1.0 / root;
+    return floored(chained((s + root) * 0.5, over(compression, 0.5 + 0.5 * s * over_root),
+                           over(gas_, over_root)));
   }
 
   /// dp/ds
@@ -118,7 +120,7 @@ class Hydraulics {
   Scalar gas_;  // g = alpha beta p_0, Pa^2
   MeteringEdges<Scalar> edges_;
   Scalar overlap_pa_, overlap_at_, overlap_pb_, overlap_bt_;
-  Scalar gain_pa_, gain_at_, gain_pb_, gain_bt_;  // of 1
+  Scalar gain_pa_, gain_at_, gain_pb_, gain_bt_;  // K of each edge
   bool line_ = false;
   Scalar inverse_resistance_{}, inverse_capacitance_{};
   Pressures<Scalar> pressure_{};
@@ -161,10 +163,11 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
   const Scalar direction_gain = value_at(values, Nuisance::edge_gain_direction);
   const Scalar sides_gain = value_at(values, Nuisance::edge_gain_sides);
   const Scalar tank_gain = value_at(values, Nuisance::edge_gain_tank);
-  gain_pa_ = 1.0 + direction_gain + sides_gain - tank_gain;
-  gain_at_ = 1.0 - direction_gain + sides_gain + tank_gain;
-  gain_pb_ = 1.0 - direction_gain - sides_gain - tank_gain;
-  gain_bt_ = 1.0 + direction_gain - sides_gain + tank_gain;
+  const Scalar gain = edges_.gain();
+  gain_pa_ = gain * (1.0 + direction_gain + sides_gain - tank_gain);
+  gain_at_ = gain * (1.0 - direction_gain + sides_gain + tank_gain);
+  gain_pb_ = gain * (1.0 - direction_gain - sides_gain - tank_gain);
+  gain_bt_ = gain * (1.0 + direction_gain - sides_gain + tank_gain);
   line_ = value_of(line.resistance) > 0.0;
   if (line_) {
     inverse_resistance_ = 1.0 / line.resistance;
@@ -186,10 +189,8 @@ template <bool kSlope>
 typename Hydraulics<Scalar>::Rates Hydraulics<Scalar>::rates(const Effects<Scalar>& effects,
                                                              const Standing& standing,
                                                              const Pressures<Scalar>& p) const {
-  const Flow<Scalar> pa = edges_.template flow<kSlope>(standing.open_pa, p.supply - p.a);
-  const Flow<Scalar> at = edges_.template flow<kSlope>(standing.open_at, p.a - tank_);
-  const Flow<Scalar> pb = edges_.template flow<kSlope>(standing.open_pb, p.supply - p.b);
-  const Flow<Scalar> bt = edges_.template flow<kSlope>(standing.open_bt, p.b - tank_);
+  const auto [pa, at, pb, bt] = edges_.template flows<kSlope>(
+      standing.conductance, {p.supply - p.a, p.a - tank_, p.supply - p.b, p.b - tank_});
   Scalar into_a = pa.rate - at.rate - standing.swept_a;
   Scalar into_b = pb.rate - bt.rate + standing.swept_b;
   effects.leakages(p.a, p.b, tank_, [&](const Leakage<Scalar>& flows) {
@@ -218,10 +219,10 @@ typename Hydraulics<Scalar>::Rates Hydraulics<Scalar>::rates(const Effects<Scala
 template <class Scalar>
 void Hydraulics<Scalar>::advance(const Effects<Scalar>& effects, const Scalar& opening,
                                  const Scalar& position, const Scalar& velocity, double h) {
-  const Standing standing{gain_pa_ * edges_.area(opening - overlap_pa_),
-                          gain_at_ * edges_.area(-opening - overlap_at_),
-                          gain_pb_ * edges_.area(-opening - overlap_pb_),
-                          gain_bt_ * edges_.area(opening - overlap_bt_),
+  const Standing standing{{gain_pa_ * edges_.area(opening - overlap_pa_),
+                           gain_at_ * edges_.area(-opening - overlap_at_),
+                           gain_pb_ * edges_.area(-opening - overlap_pb_),
+                           gain_bt_ * edges_.area(opening - overlap_bt_)},
                           1.0 / (dead_a_ + area_a_ * position),
                           1.0 / (dead_b_ + area_b_ * (stroke_ - position)),
                           area_a_ * velocity,

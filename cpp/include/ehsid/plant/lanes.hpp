@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstring>
+#include <utility>
 
 #if defined(__GNUC__) || defined(__clang__)
 #define EHSID_LANES_INLINE [[gnu::always_inline]] inline
@@ -22,6 +23,9 @@ class Lanes {
   static_assert(kN >= 1 && kWidth >= 1 && kN % kWidth == 0, "lanes must fill whole blocks");
 
  public:
+  /// Numbers in a block.
+  static constexpr int kBlockWidth = kWidth;
+
   /// All zero.
   Lanes() = default;
 
@@ -48,28 +52,20 @@ class Lanes {
   }
 
   EHSID_LANES_INLINE Lanes& operator+=(const Lanes& other) {
-    for (int i = 0; i < kBlocks; ++i) {
-      blocks_[i] += other.blocks_[i];
-    }
+    add(other, Places{});
     return *this;
   }
   EHSID_LANES_INLINE Lanes& operator-=(const Lanes& other) {
-    for (int i = 0; i < kBlocks; ++i) {
-      blocks_[i] -= other.blocks_[i];
-    }
+    subtract(other, Places{});
     return *this;
   }
   EHSID_LANES_INLINE Lanes& operator*=(double factor) {
-    for (int i = 0; i < kBlocks; ++i) {
-      blocks_[i] *= factor;
-    }
+    scale(factor, Places{});
     return *this;
   }
   EHSID_LANES_INLINE Lanes operator-() const {
     Lanes result;
-    for (int i = 0; i < kBlocks; ++i) {
-      result.blocks_[i] = -blocks_[i];
-    }
+    result.negate(*this, Places{});
     return result;
   }
   EHSID_LANES_INLINE friend Lanes operator+(Lanes a, const Lanes& b) { return a += b; }
@@ -80,11 +76,31 @@ class Lanes {
  private:
 #if defined(__GNUC__) || defined(__clang__)
   using Block [[gnu::vector_size(kWidth * sizeof(double))]] = double;
-  static constexpr int kBlocks = kN / kWidth;
+  static constexpr std::size_t kBlocks = kN / kWidth;
 #else
   using Block = double;
-  static constexpr int kBlocks = kN;
+  static constexpr std::size_t kBlocks = kN;
 #endif
+
+  // Written out block by block: where a loop remains until late, gcc keeps three blocks and more in memory, which takes
+  // three times as long.
+  using Places = std::make_index_sequence<kBlocks>;
+  template <std::size_t... kPlace>
+  EHSID_LANES_INLINE void add(const Lanes& other, std::index_sequence<kPlace...> /*all*/) {
+    ((blocks_[kPlace] += other.blocks_[kPlace]), ...);
+  }
+  template <std::size_t... kPlace>
+  EHSID_LANES_INLINE void subtract(const Lanes& other, std::index_sequence<kPlace...> /*all*/) {
+    ((blocks_[kPlace] -= other.blocks_[kPlace]), ...);
+  }
+  template <std::size_t... kPlace>
+  EHSID_LANES_INLINE void scale(double factor, std::index_sequence<kPlace...> /*all*/) {
+    ((blocks_[kPlace] *= factor), ...);
+  }
+  template <std::size_t... kPlace>
+  EHSID_LANES_INLINE void negate(const Lanes& other, std::index_sequence<kPlace...> /*all*/) {
+    ((blocks_[kPlace] = -other.blocks_[kPlace]), ...);
+  }
 
   Block blocks_[kBlocks] = {};
 };

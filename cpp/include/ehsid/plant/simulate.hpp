@@ -30,12 +30,14 @@ struct Simulation {
 void simulate(const Simulation& run, const double* command, const double* aligned,
               std::size_t samples, double* outputs, double* sensitivities);
 
-/// A run with many sensitivities is made in parts, each with some of them, as many as the processor computes at once.
-/// Parts may run side by side: together they write what simulate() writes, each its own share.
-std::size_t parts(const Simulation& run);
-void simulate_part(const Simulation& run, std::size_t part, const double* command,
-                   const double* aligned, std::size_t samples, double* outputs,
-                   double* sensitivities);
+/// A run with many sensitivities is made in parts, each with an even share of them: as many parts as there are threads,
+/// as long as none becomes too small to be worth the repetition of what they have in common, or more where the
+/// processor cannot compute so many at once.
+std::size_t parts(const Simulation& run, std::size_t threads = 1);
+/// A part, of as many. Parts may run side by side: together they write what simulate() writes, each its own share.
+void simulate_part(const Simulation& run, std::size_t part, std::size_t of_parts,
+                   const double* command, const double* aligned, std::size_t samples,
+                   double* outputs, double* sensitivities);
 
 /// Steps a sample for which the fastest oscillation (oil spring, seals before they slide) turns by at most a third of
 /// a radian a step: about 0.1 % of its frequency. At least 2.

@@ -2,74 +2,120 @@
 #pragma once
 
 #include <ehsid/plant/dual.hpp>
+#include <ehsid/plant/four.hpp>
+#include <ehsid/plant/powers.hpp>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 namespace ehsid::plant {
 
 /// A flow through an edge and its slope over the pressure drop.
 template <class Scalar>
 struct Flow {
-  Scalar rate;   // m^3/s
-  Scalar slope;  // d rate / d (pressure drop), m^3/(s Pa)
+  Scalar rate{};   // m^3/s
+  Scalar slope{};  // d rate / d (pressure drop), m^3/(s Pa)
 };
+
+/// Of each edge: supply to cap side, cap side to tank, supply to rod side, rod side to tank.
+template <class T>
+using OfEdges = std::array<T, 4>;
 
 /// Four metering edges of a spool valve, each opened by the spool.
 ///
 /// Turbulent flow that turns laminar at small pressure drops (Merritt, Hydraulic Control Systems, Wiley 1967, ch. 3):
 ///   q = K a dp / (dp^2 + dp_l^2)^((1 - e) / 2),  K = rated_flow / rated_drop^e,  e = 0.5 the square-root law.
 /// Area a of an edge whose spool is s past its overlap, rounded over r:  a = (s + sqrt(s^2 + r^2)) / 2.
+///
+/// Both laws are evaluated on values; their slopes over all that they depend on give the derivatives.
 template <class Scalar>
 class MeteringEdges {
  public:
   MeteringEdges() = default;
   MeteringEdges(const Scalar& rated_flow, const Scalar& rated_drop, const Scalar& exponent,
                 const Scalar& laminar_pressure, const Scalar& rounding)
-      : square_root_(value_of(exponent) == 0.5 && is_constant(exponent)),
-        power_((exponent - 1.0) * 0.5),
+      : power_((exponent - 1.0) * 0.5),
         laminar_square_(laminar_pressure * laminar_pressure),
-        rounding_square_(rounding * rounding) {
+        rounding_square_(rounding * rounding),
+        powers_(value_of(laminar_square_), value_of(power_)) {
     using std::exp;
     using std::log;
     gain_ = rated_flow * exp(-(exponent * log(rated_drop)));
   }
 
   /// Area of an edge, fraction of full opening.
-  Scalar area(const Scalar& past_overlap) const {
-    using std::sqrt;
-    return (past_overlap + sqrt(past_overlap * past_overlap + rounding_square_)) * 0.5;
+  EHSID_LANES_INLINE Scalar area(const Scalar& past_overlap) const {
+    const double s = value_of(past_overlap);
+    const double root = std::sqrt(s * s + value_of(rounding_square_));
+    const double slope = root > 0.0 ? 0.5 / root : 0.0;
+    return chained((s + root) * 0.5, over(past_overlap, 0.5 + slope * s),
+                   over(rounding_square_, 0.5 * slope));
   }
 
-  /// The slope costs a third of it all: kSlope = false leaves it zero.
+  /// K
+  const Scalar& gain() const { return gain_; }
+
+  /// Flows at pressure drops, Pa, through edges that are open by K a. The slopes take a third of the time: kSlope = false
+  /// leaves them zero.
   template <bool kSlope>
-  Flow<Scalar> flow(const Scalar& area, const Scalar& drop) const {
-    using std::exp;
-    using std::log;
-    using std::sqrt;
-    const Scalar square = drop * drop;
-    const Scalar softened = square + laminar_square_;
-    const Scalar conductance = square_root_ ? gain_ * area / sqrt(sqrt(softened))
-                                            : gain_ * area * exp(power_ * log(softened));
-    if constexpr (!kSlope) {
-      return {conductance * drop, Scalar(0.0)};
-    } else {
-      // d/d dp of dp (dp^2 + dp_l^2)^p is (...)^p (1 + 2 p dp^2 / (...))
-      return {conductance * drop, conductance * (1.0 + power_ * 2.0 * square / softened)};
+  EHSID_LANES_INLINE OfEdges<Flow<Scalar>> flows(const OfEdges<Scalar>& conductance,
+                                                 const OfEdges<Scalar>& drop) const {
+    using Values = Four<kRegisterWidth<Scalar>>;
+    // With c = K a, d = dp, w = d^2 + dp_l^2 and p = (e - 1) / 2:
+    //   q = c d w^p,  dq/dd = c w^p g,  dq/dp = q ln w,  dq/d(dp_l^2) = q p / w,  g = 1 + 2 p d^2 / w
+    const double p = value_of(power_);
+    const Values c(values_of(conductance));
+    const Values d(values_of(drop));
+    const Values square = d * d;
+    const Values w = square + value_of(laminar_square_);
+    const auto parts = powers_.parts(w);
+    const Values power = powers_.power(parts);
+    const Values logarithm = powers_.logarithm(parts);
+    const Values inverse = 1.0 / w;
+    const Values share = square * inverse;
+    const Values growth = share * (2.0 * p) + 1.0;
+    const Values open = c * power;
+    const Values rate = open * d;
+    const Values over_conductance = power * d;
+    const Values over_drop = open * growth;
+    const Values over_power = rate * logarithm;
+    const Values over_laminar = rate * inverse * p;
+    OfEdges<Flow<Scalar>> flows;
+    for (std::size_t i = 0; i < flows.size(); ++i) {
+      flows[i].rate =
+          chained(rate[i], over(conductance[i], over_conductance[i]), over(drop[i], over_drop[i]),
+                  over(power_, over_power[i]), over(laminar_square_, over_laminar[i]));
     }
+    if constexpr (kSlope) {
+      // The slope is f = c w^p g, with
+      //   df/dd = 2 p c w^p (d / w) (g + 2 - 2 d^2 / w),  df/dp = c w^p (g ln w + 2 d^2 / w),
+      //   df/d(dp_l^2) = c w^p (p / w) (g - 2 d^2 / w)
+      const Values open_by_w = open * inverse;
+      const Values slope_over_conductance = power * growth;
+      const Values slope_over_drop = open_by_w * d * (2.0 * p) * (growth + 2.0 + share * -2.0);
+      const Values slope_over_power = open * (growth * logarithm + share * 2.0);
+      const Values slope_over_laminar = open_by_w * p * (growth + share * -2.0);
+      for (std::size_t i = 0; i < flows.size(); ++i) {
+        flows[i].slope =
+            chained(over_drop[i], over(conductance[i], slope_over_conductance[i]),
+                    over(drop[i], slope_over_drop[i]), over(power_, slope_over_power[i]),
+                    over(laminar_square_, slope_over_laminar[i]));
+      }
+    }
+    return flows;
   }
 
  private:
-  static bool is_constant(double) { return true; }
-  template <class Partials>
-  static bool is_constant(const Dual<Partials>& x) {
-    return x.partial.all_zero();
+  EHSID_LANES_INLINE static OfEdges<double> values_of(const OfEdges<Scalar>& numbers) {
+    return {value_of(numbers[0]), value_of(numbers[1]), value_of(numbers[2]), value_of(numbers[3])};
   }
 
-  bool square_root_ = true;  // the common case, several times cheaper
   Scalar gain_{};
   Scalar power_{};
   Scalar laminar_square_{};
   Scalar rounding_square_{};
+  Powers powers_{};
 };
 
 }  // namespace ehsid::plant
