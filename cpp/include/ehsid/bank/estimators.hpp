@@ -97,14 +97,16 @@ class Estimators {
     const Count full(static_cast<Whole<Scalar>>(model_.full()));
     const Truth filled = filled_ >= full;
     typename Recursions<Recursion, V>::Regressors phi;
-    if (all(valid & enabled_ & filled)) {
-      fill(phi, u);
-      if (recursions_.update_ordinary(phi, y)) {
-        Count status = code(Status::ok);
-        watch(Truth(true), Truth(false), Truth(false), last_of(phi), status);
-        shift(commands_, model_.nk() + model_.nb(), u);
-        shift(outputs_, model_.na(), y);
-        return status;
+    if constexpr (Recursions<Recursion, V>::kTriesOrdinary) {
+      if (all(valid & enabled_ & filled)) {
+        fill(phi, u);
+        if (recursions_.update_ordinary(phi, y)) {
+          Count status = code(Status::ok);
+          watch(Truth(true), Truth(false), Truth(false), last_of(phi), status);
+          shift(commands_, model_.nk() + model_.nb(), u);
+          shift(outputs_, model_.na(), y);
+          return status;
+        }
       }
     }
 

@@ -22,6 +22,9 @@ class Recursions {
   using Regressors = Array<V, kN>;
   using Factors = UdFactors<V, kN>;
   using Policy = LanesOf<typename Recursion::Forgetting, V>;
+  /// Is there a form of its own for ordinary samples? Where sizes are chosen at run time, it takes longer to compile than
+  /// is worth it.
+  static constexpr bool kTriesOrdinary = kN > 0;
 
   /// Takes over settings and state of one recursion: of the same type, or with as many parameters, chosen at run time.
   template <class One>
@@ -81,8 +84,10 @@ class Recursions {
   /// One sample of each lane of `wanted`; the others stay as they are. Returns the Status of each lane as a number,
   /// Status::disabled for those that are not wanted.
   EHSID_ALWAYS_INLINE Count update(const Truth& wanted, const Regressors& phi, const V& y) {
-    if (all(wanted) && update_ordinary(phi, y)) {
-      return Count(code(Status::ok));
+    if constexpr (kTriesOrdinary) {
+      if (all(wanted) && update_ordinary(phi, y)) {
+        return Count(code(Status::ok));
+      }
     }
     return update_any(wanted, phi, y);
   }
@@ -90,12 +95,8 @@ class Recursions {
   /// One sample of every lane, if it is an ordinary one for each of them: see take(). False: nothing has changed, and
   /// update_any() must do it. It is not tried where the sample before was not an ordinary one.
   EHSID_ALWAYS_INLINE bool update_ordinary(const Regressors& phi, const V& y) {
-    if constexpr (kTriesOrdinary) {
-      Count status;
-      return ordinary_ && take<true>(Truth(true), phi, y, status);
-    } else {
-      return false;
-    }
+    Count status;
+    return ordinary_ && take<true>(Truth(true), phi, y, status);
   }
 
   /// update() of any sample.
@@ -169,9 +170,6 @@ class Recursions {
     V postponed;
     V waited;
   };
-
-  // Where sizes are chosen at run time, a second form of the update costs more time to compile than it saves later.
-  static constexpr bool kTriesOrdinary = kN > 0;
 
   EHSID_ALWAYS_INLINE const Numbers& now() const { return numbers_[now_]; }
 
