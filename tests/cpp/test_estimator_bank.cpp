@@ -104,28 +104,20 @@ void compare_all() {
 
 using namespace ehsid;  // NOLINT: the names of the policies
 
-// With sanitizers each policy takes a quarter of a minute to compile, and their guards are the same code: two must do there.
+// Of the policies, those whose lanes differ most: each takes ten seconds to compile, and the tests of the Python module run
+// all of them with both precisions. With sanitizers, which take twice as long, two must do.
 TEST(EstimatorBank, EqualsTheScalarEstimatorErrorDriven) {
   compare_all<ServoEstimator<float, 3, 3, 1, ErrorDriven<float>>>();
 }
-TEST(EstimatorBank, EqualsTheScalarEstimatorFRatio) {
-  compare_all<ServoEstimator<float, 3, 3, 1, FRatio<float>>>();
+TEST(EstimatorBank, EqualsTheScalarEstimatorFRatioInDouble) {
+  compare_all<ServoEstimator<double, 3, 3, 1, FRatio<double>>>();
 }
 #if !defined(EHSID_SANITIZED)
-TEST(EstimatorBank, EqualsTheScalarEstimatorConstant) {
-  compare_all<ServoEstimator<float, 3, 3, 1, Constant<float>>>();
-}
-TEST(EstimatorBank, EqualsTheScalarEstimatorExponential) {
+TEST(EstimatorBank, EqualsTheScalarEstimatorExponentialWithOffset) {
   compare_all<ServoEstimator<float, 2, 1, 2, Exponential<float>, true>>();
-}
-TEST(EstimatorBank, EqualsTheScalarEstimatorDirectional) {
-  compare_all<ServoEstimator<float, 3, 3, 1, Directional<float>>>();
 }
 TEST(EstimatorBank, EqualsTheScalarEstimatorRandomWalk) {
   compare_all<ServoEstimator<float, 2, 2, 1, RandomWalk<float, 4>>>();
-}
-TEST(EstimatorBank, EqualsTheScalarEstimatorInDouble) {
-  compare_all<ServoEstimator<double, 3, 3, 1, FRatio<double>>>();
 }
 #endif
 
