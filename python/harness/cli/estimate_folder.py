@@ -153,20 +153,12 @@ def _show_origins(origins: Sequence[tuple[str, Origin]]) -> None:
 
 
 def _print(found: Estimates, console: Console) -> None:
-    from ehsid.harness.report.estimates_page import estimates_lead
+    from ehsid.harness.report.estimates_page import (
+        COEFFICIENT_HEADINGS,
+        coefficient_rows,
+        estimates_lead,
+    )
 
     for sentence in estimates_lead(found):
         console.print(sentence)
-    rows = [
-        (
-            one.name,
-            f"{one.median:.5g}",
-            f"{one.spread:.2g}",
-            f"{one.standard_deviation:.2g}",
-            f"{one.low:.5g}",
-            f"{one.high:.5g}",
-        )
-        for one in found.coefficients
-    ]
-    headings = ("coefficient", "median", "spread", "own deviation", "5 %", "95 %")
-    console.print(make_table(headings, rows))
+    console.print(make_table(COEFFICIENT_HEADINGS, coefficient_rows(found)))

@@ -17,6 +17,7 @@ from ehsid.harness.report.estimates_figure import estimates_figure
 from ehsid.harness.report.page import Block, Page, Picture, Section, Table
 
 FILES = ("estimates.html", "estimates.json", "estimates.csv")
+COEFFICIENT_HEADINGS = ["coefficient", "median", "spread", "own deviation", "5 %", "95 %"]
 # Outliers that the first sentences name; the table has all.
 MOST_NAMED = 5
 
@@ -53,6 +54,21 @@ def estimates_table(found: Estimates) -> str:
         blank = [""] * (2 + len(intervals) + len(figures) + len(states) + 1)
         writer.writerow([file, *blank, message])
     return text.getvalue()
+
+
+def coefficient_rows(found: Estimates) -> list[list[str]]:
+    """Returns the cells under `COEFFICIENT_HEADINGS`, a row for each coefficient."""
+    return [
+        [
+            one.name,
+            f"{one.median:.5g}",
+            f"{one.spread:.2g}",
+            f"{one.standard_deviation:.2g}",
+            f"{one.low:.5g}",
+            f"{one.high:.5g}",
+        ]
+        for one in found.coefficients
+    ]
 
 
 def estimates_lead(found: Estimates) -> list[str]:
@@ -119,25 +135,16 @@ def _coefficients(found: Estimates) -> Section:
             "median absolute deviation; the own deviation is the one that a record states for "
             "itself (median). Where the spread is much larger, the machines or their working "
             "points differ.",
-            ["coefficient", "median", "spread", "own deviation", "5 %", "95 %"],
-            [
-                [
-                    one.name,
-                    f"{one.median:.5g}",
-                    f"{one.spread:.2g}",
-                    f"{one.standard_deviation:.2g}",
-                    f"{one.low:.5g}",
-                    f"{one.high:.5g}",
-                ]
-                for one in found.coefficients
-            ],
+            COEFFICIENT_HEADINGS,
+            coefficient_rows(found),
         ),
     ]
     if found.outliers:
         blocks.append(
             Table(
                 f"Far from the others: more than {found.limit:.3g} times the spread of the "
-                "records, or the deviation of the record itself if that is larger. In a folder "
+                "records, or the deviation of the record itself if that is larger; where all "
+                "records state more than they show together, less of it counts. In a folder "
                 "without outliers, this limit is exceeded with a probability of about 1 %.",
                 ["record", "coefficient", "value", "distance"],
                 [
