@@ -5,7 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 from typing import Annotated
 
 import typer
@@ -107,15 +109,17 @@ def gap_command(
     """
     from ehsid.harness.cli.gap_summary import print_diagnosis
     from ehsid.harness.gap import diagnose
-    from ehsid.harness.report.diagnosis_files import FILES, write_diagnosis
+    from ehsid.harness.gap.diagnosis_file import RESULT_FILES
 
     excluded = tuple(dict.fromkeys(exclude_effect or ()))
     check_excluded(excluded)
-    with result_folder(out, "gap", FILES, [*records, *(validate or []), rig_file]) as folder:
+    with result_folder(out, "gap", RESULT_FILES, [*records, *(validate or []), rig_file]) as folder:
         rig = read_rig(rig_file)
         hints = hints_of(maps, sampling_time)
         fitted, held_out = read_for(rig, records, hints), read_for(rig, validate or [], hints)
         named = told_apart([*fitted, *held_out])
+        # The libraries that draw the page take a second to import, which fits beside the diagnosis.
+        Thread(target=import_module, args=("ehsid.harness.report.diagnosis_files",)).start()
         with progress_of(f"diagnosing {rig.name}") as progress, using(workers):
             diagnosis = diagnose(
                 named[: len(fitted)],
@@ -124,6 +128,8 @@ def gap_command(
                 exclude=excluded,
                 progress=progress,
             )
+        from ehsid.harness.report.diagnosis_files import write_diagnosis
+
         write_diagnosis(folder, diagnosis, named, str(rig_file))
     if as_json:
         typer.echo((out / "diagnosis.json").read_text(encoding="utf-8"), nl=False)

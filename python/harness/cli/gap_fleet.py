@@ -63,7 +63,7 @@ def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
         `out` or the place of a result lies in `folder`, where the next run would take it for a
         machine or a record; or a file that is not of an earlier result is in the way.
     """
-    from ehsid.harness.report.diagnosis_files import FILES
+    from ehsid.harness.gap.diagnosis_file import RESULT_FILES
     from ehsid.harness.validation.fleet.running import INPUTS
     from ehsid.harness.validation.jobs import ERROR, RESULT
 
@@ -71,7 +71,7 @@ def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
         if place.resolve().is_relative_to(folder.resolve()):
             raise ValueError(f"--out {place}: lies in {folder}; name a folder outside of it")
     for machine in machines:
-        check_result_folder(out / machine.name, RESULT, (*FILES, INPUTS, ERROR))
+        check_result_folder(out / machine.name, RESULT, (*RESULT_FILES, INPUTS, ERROR))
 
 
 def gap_fleet_command(

@@ -23,6 +23,14 @@ from ehsid.harness.records import Record
 
 SCHEMA_VERSION: Literal[1] = 1
 NEXT_EXPERIMENT = "next_experiment.csv"
+# All files of a diagnosis; that of the next experiment only where there is one.
+RESULT_FILES = (
+    "diagnosis.json",
+    "simulation.csv",
+    "rig.augmented.toml",
+    NEXT_EXPERIMENT,
+    "report.html",
+)
 
 Number = float | None
 Interval = tuple[Number, Number]

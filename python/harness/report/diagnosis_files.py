@@ -17,8 +17,6 @@ from ehsid.harness.records.writing import record_bytes
 from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
 from ehsid.harness.rigs import rig_text
 
-FILES = ("diagnosis.json", "simulation.csv", "rig.augmented.toml", NEXT_EXPERIMENT, "report.html")
-
 # Significant digits in simulation.csv: they show a hundredth of the resolution of a 24-bit sensor.
 DIGITS = 9
 
@@ -26,7 +24,7 @@ DIGITS = 9
 def write_diagnosis(
     folder: Path, diagnosis: Diagnosis, records: Sequence[Record], rig_file: str
 ) -> None:
-    """Writes `FILES` into a folder; `next_experiment.csv` only if there is a next experiment.
+    """Writes `RESULT_FILES` into a folder; that of the next experiment only if there is one.
 
     Parameters
     ----------
