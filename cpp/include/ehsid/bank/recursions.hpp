@@ -176,8 +176,10 @@ class Recursions {
   /// One sample, computed from numbers_[now_] into the other one, which takes its place where it is right.
   ///
   /// An ordinary sample is one that every lane takes as it is: wanted and accepted, with no guard, no hold and nothing
-  /// postponed. Almost all of them are. kOrdinary: supposes that it is one, without a single choice on the way; returns false where it is not, and
-  /// nothing has changed then. Else: does what each lane needs, and returns whether the sample was an ordinary one.
+  /// postponed. Almost all of them are.
+  /// kOrdinary: supposes that it is one, without a single choice on the way. Where it is not, returns false, and nothing
+  /// has changed.
+  /// Else: does what each lane needs, and returns whether the sample was an ordinary one.
   template <bool kOrdinary>
   EHSID_ALWAYS_INLINE bool take(const Truth& wanted, const Regressors& phi, const V& y,
                                 Count& status) {
