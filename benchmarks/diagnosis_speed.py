@@ -152,24 +152,26 @@ def write_drawn(folder: Path, sensors: str, rate_hz: int, seconds: float) -> Pat
     return target
 
 
-def row(name: str, cost: Cost, before: Cost | None) -> str:
-    """A row of the table; `before` is the same diagnosis by the earlier version."""
+def row(name: str, cost: Cost, before: Cost | None, compared: bool) -> str:
+    """A line of the table; `compared`: it has columns for an earlier version."""
     cells = [name, f"{cost.wall_s:.1f}", f"{cost.core_s:.1f}", f"{cost.memory_mb:.0f}"]
-    if before is None:
-        cells += ["", "", ""]
-    else:
+    if before is not None:
         ratio = before.core_s / cost.core_s
         cells += [f"{before.core_s:.1f}", f"{before.memory_mb:.0f}", f"{ratio:.1f}"]
         if before.verdict != cost.verdict:
             cells[0] += f" (before: {before.verdict})"
+    elif compared:
+        cells += ["", "", ""]
     return f"| {' | '.join([*cells, cost.verdict])} |"
 
 
 def measured(folder: Path, package: Path | None) -> list[str]:
     """Diagnoses all cases; returns the lines of the page."""
+    compared = package is not None
+    earlier = " before: core-s | before: MB | gain |" if compared else ""
     lines = [
-        "| records | wall s | core-s | memory MB | before: core-s | before: MB | gain | verdict |",
-        "|---|---|---|---|---|---|---|---|",
+        f"| records | wall s | core-s | memory MB |{earlier} verdict |",
+        f"|---|---|---|---|{'---|---|---|' if compared else ''}---|",
     ]
     found: dict[tuple[str, int, int], Cost] = {}
     few: dict[str, Cost] = {}
@@ -180,14 +182,17 @@ def measured(folder: Path, package: Path | None) -> list[str]:
             cost = diagnose(case, None, [])
             before = None if package is None else diagnose(case, package, [])
             found[sensors, rate_hz, seconds] = cost
-            lines.append(row(f"{words}, {rate_hz / 1000:g} kHz, {seconds} s", cost, before))
+            lines.append(
+                row(f"{words}, {rate_hz / 1000:g} kHz, {seconds} s", cost, before, compared)
+            )
             print(lines[-1], flush=True)
         case = folder / f"{sensors}-1000-20"
         ids = candidate_effects(read_rig(case / "rig.toml"))
         excluded = [effect for effect in ids if "friction" not in effect][:8]
         options = [word for effect in excluded for word in ("--exclude-effect", effect)]
         few[sensors] = diagnose(case, None, options)
-        lines.append(row(f"{words}, 1 kHz, 20 s, {len(excluded)} effects less", few[sensors], None))
+        name = f"{words}, 1 kHz, 20 s, {len(excluded)} effects less"
+        lines.append(row(name, few[sensors], None, compared))
         print(lines[-1], flush=True)
     lines += ["", "| ratio of core-seconds | with pressures | position only |", "|---|---|---|"]
     usual = {sensors: found[sensors, 1000, 20].core_s for sensors in SENSORS}
