@@ -113,16 +113,18 @@ def estimate_command(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="folder for estimate.json and .png; of a folder estimates.html, .json and .csv"
+            help="folder for the results: estimate.json and .png; for many records estimates.html, "
+            ".json and .csv"
         ),
     ] = None,
 ) -> None:
     """Estimate an ARX model recursively, with the code the firmware runs.
 
-    Of a folder, each record is estimated as it would be alone, and the coefficients of all are
-    compared: their range, and the records far from the others. A file that cannot be used is named
-    and left out; exit code 2 where none can be used. Text is read from .csv, .tsv and .tab; a .txt
-    may be a note.
+    With a folder, each record is estimated as it would be alone, and the
+    coefficients of all are compared: their range, and the records far from
+    the others. A file that cannot be used is named and left out; the exit
+    code is 2 if none can be used. Text is read from .csv, .tsv and .tab; a
+    .txt may be a note.
 
     Examples: ehsid estimate rec.csv --na 3 --nb 3 --nk 1 --forgetting exponential --lambda0 0.99
 

@@ -190,7 +190,7 @@ class Recursions {
     Numbers& old = numbers_[now_];
     Numbers& next = numbers_[1 - now_];
     Truth extraordinary = ~wanted;
-    // Is something extraordinary, which is then to be done?
+    // Notes that something extraordinary occurs; true: it must be dealt with here.
     const auto occurs = [&](const Truth& something) EHSID_INLINE_LAMBDA {
       extraordinary = extraordinary | something;
       return !kOrdinary && any(something);

@@ -21,6 +21,7 @@
 
 namespace ehsid::plant {
 
+/// Tables for one exponent and one range of numbers.
 class Powers {
  public:
   Powers() = default;
