@@ -375,6 +375,14 @@ has_valve : bool
           py::arg("sizes"),
           "Sizes of the simpler effect that is nearest; ValueError where it contains none.")
       .def(
+          "same",
+          [](const EffectDescription& effect, const SizesByName& simple) {
+            const EffectDescription simpler = simpler_of(effect);
+            return by_name(effect, effect.same(in_order(simpler, simple)));
+          },
+          py::arg("simple"),
+          "Sizes at which it acts as the simpler effect does; ValueError where it contains none.")
+      .def(
           "grown",
           [](const EffectDescription& effect, const SizesByName& simple,
              const MachineScale& machine) {

@@ -13,6 +13,7 @@ import numpy as np
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.data.gate import gate, longest_stretch
 from ehsid.harness.gap.data.regimes import Regimes, visited
+from ehsid.harness.gap.deciding import FIT_TOGETHER
 from ehsid.harness.gap.design.next_experiment import next_experiment
 from ehsid.harness.gap.inference import results
 from ehsid.harness.gap.inference.candidates import calibrate_nuisances, decision_case
@@ -39,8 +40,6 @@ from ehsid.harness.gap.thresholds import (
     BLOCK_S,
     BOOTSTRAP_SEED,
     LARGEST_PROBABILITY,
-    LEFT_AGAIN,
-    LEFT_NRMSE,
     SKIP_S,
 )
 from ehsid.harness.parallel import Progress, single_threaded_algebra
@@ -130,9 +129,7 @@ def _diagnose(
     case, search_result = evaluation.case, evaluation.search_result
     selection, decision = evaluation.selection, evaluation.decision
     best, values = selection.best, evaluation.values
-    fitted_effects = results.selected_effects(
-        case, search_result, selection, values, evaluation.reduction
-    )
+    fitted_effects = results.selected_effects(case, search_result, selection, values)
     quantisation = _quantisation_effect(evaluation.step, fitted_effects)
     effects = (*fitted_effects, *quantisation)
     augmented = {name: estimate.value for name, estimate in values.items()}
@@ -230,11 +227,8 @@ class _Evaluation:
 
 
 def _leaves_large_gap(evaluation: _Evaluation) -> bool:
-    reduction = evaluation.reduction
-    left = reduction.augmented - reduction.noise_floor[1]
-    share = left / max(reduction.calibrated - reduction.noise_floor[1], 1e-300)
-    large = reduction.augmented > LEFT_NRMSE and share > LEFT_AGAIN
-    return large or evaluation.decision.verdict == "outside_catalogue"
+    """Whether what is left may well have a cause that the catalogue lacks, or the fitted records."""
+    return evaluation.selection.posterior.outside > FIT_TOGETHER
 
 
 def _evaluate(

@@ -119,12 +119,12 @@ DECISION_SUBSTEPS = 4
 # only shows which candidates are worth a long fit.
 ITERATIONS = 12
 ITERATIONS_COLD = 6
-ITERATIONS_SCREEN = 3
+ITERATIONS_SCREEN = 4
 ITERATIONS_FINE = 4
 
 # The best few candidates of a screening get a long fit; the best of these are extended.
-MOST_REFINED = 5
-# A screening fit of three iterations shows half of the gain of a long fit, seldom less than a
+MOST_REFINED = 6
+# A screening fit of four iterations shows half of the gain of a long fit, seldom less than a
 # third. A candidate with a tenth of the gain of the first one does not overtake it.
 LEAST_SCREENED_GAIN = 0.1
 BEAM = 2
@@ -412,53 +412,12 @@ SUBSYSTEM_TAKES_PART = 0.25
 SUBSYSTEM_SMALL = 0.05
 
 # --- Verdict -------------------------------------------------------------------------------------
-# One set of effects is certainly better than another if three conditions hold. Its held-out
-# likelihood is better by DECIDED_NATS. It is better at all in 95 % of the bootstrap draws of
-# windows. Its errors, noise floor included, are smaller by DECIDED_RELATIVE.
-DECIDED_NATS = 10.0
-DECIDED_RELATIVE = 0.05
-# A further effect must remove this share of what is left above the floor.
-DECIDED_SHARE = 0.1
-# ln of a hundred: no simulator comes closer to a machine than a hundredth of its gap, however good
-# the sensor.
-MOST_ABOVE_FLOOR = 4.6
-# It must also remove this share of the errors of the calibrated rig itself, at least in one output,
-# so that errors close to the floor are not given a name.
-DECIDED_OF_ALL = 0.05
 # A load force must be this many of its standard deviations, which include those of metering edges
 # that cannot be seen.
 FORCE_DEVIATIONS = 2.0
-# Less than this share of the variation is not called a gap: 0.15 mm on a stroke of 0.3 m.
-DECIDED_OF_MOTION = 5e-4
-# All effects together must remove this share of the errors above the floor.
-DECIDED_TOGETHER = 0.25
-# The cause is outside of the catalogue if three conditions hold. The best set leaves LEFT_SHARE of
-# the gap of the calibrated rig above the floor. Its errors are LEFT_NRMSE of the variation. The ln
-# of the ratio of its errors to the floor is LEFT_ABOVE.
-LEFT_SHARE = 0.3
-LEFT_NRMSE = 0.03
-LEFT_ABOVE = 0.7
-# If more than this share and errors as above are left, all records are fitted together: the
-# held-out ones may excite what the others do not.
-LEFT_AGAIN = 0.1
-# In a limit cycle, an error of half a per cent in its frequency is a twentieth of a period after
-# ten periods, and an error of a sixth of the variation. No simulator knows the frequency better.
-LEFT_NRMSE_SWINGING = 0.15
-# Values of the rig differ from the rig file only if holding them there costs this share of the
-# errors of the simulator as configured. On the development records the share was at most 0.02 where
-# the rig file was right. It was 0.24 and more where some values were 2 to 3 deviations off.
-VALUES_SHARE = 0.1
-# A value has moved if it did so by this many standard deviations of the rig file, and of the fit.
-MOVED_PRIOR = 1.0
-MOVED_FIT = 2.0
-# Probability of an effect. Where the residual is structured, the likelihood of held-out windows is
-# too certain by about the factor TEMPERATURE. In three of a hundred cases the cause is one that
-# nobody thought of.
-TEMPERATURE = 10.0
+# Probability of an effect that the record itself shows. In three of a hundred cases the cause is
+# one that nobody thought of.
 LARGEST_PROBABILITY = 0.97
-# What a set leaves unexplained may have a cause that would replace the set. The probability is
-# reduced by this factor times the share of the gap that is left.
-DOUBT = 0.7
 # Relative error in the size of an effect, made by a simulator with other metering edges, seals and
 # oil although it reaches the floor: with measured pressures, and with the position alone. On
 # development records of an independent generator, nine intervals in ten held the truth with these
@@ -481,5 +440,7 @@ STEP_SCATTER = 1e-3
 # The fitted values are called worse than those of the rig file where the gap on held-out data is
 # larger by a twentieth: the same tolerance by which sets of effects are told apart.
 WORSE_CALIBRATED = 1.05
+# A set that is not named is spoken of where it would remove a quarter of the gap.
+MUCH_REMOVED = 0.25
 # A fitted value is at an end of its range where less than a thousandth of the range is left.
 AT_BOUND = 1e-3

@@ -35,6 +35,7 @@ struct EffectDescription {
   std::function<bool(const SizeVector&, const MachineScale&)> matters;
   /// Empty where the effect contains no other.
   std::function<SizeVector(const SizeVector&)> simplified;
+  std::function<SizeVector(const SizeVector&)> same;
   std::function<SizeVector(const SizeVector&, const MachineScale&)> grown;
 };
 
@@ -113,10 +114,14 @@ EffectDescription describe() {
                           return Effect::matters(sizes_of<kSize>(sizes), machine);
                         },
                         {},
+                        {},
                         {}};
   if constexpr (Effect::kContains != nullptr) {
     all.simplified = [](const SizeVector& sizes) {
       return vector_of(Effect::simplified(sizes_of<kSize>(sizes)));
+    };
+    all.same = [](const SizeVector& simple) {
+      return vector_of(Effect::same(sizes_of<kSimplerSize<Effect, kSize>>(simple)));
     };
     all.grown = [](const SizeVector& simple, const MachineScale& machine) {
       return vector_of(Effect::grown(sizes_of<kSimplerSize<Effect, kSize>>(simple), machine));

@@ -111,7 +111,8 @@ struct Effect {
   /// Sizes of the first parameter at which the effect is tried, where the outputs are not proportional to it; the other
   /// parameters are those of the first start.
   static constexpr std::array<double, 0> kTrialSizes{};
-  /// Id of the simpler effect which this one becomes if a term is removed; then it has simplified() and grown(), too.
+  /// Id of the simpler effect which this one becomes if a term is removed; then it has
+  /// simplified(), same() and grown(), too.
   static constexpr const char* kContains = nullptr;
   /// The nuisance that stands for the effect within the tolerance of any servo.
   static constexpr const char* kNuisance = nullptr;

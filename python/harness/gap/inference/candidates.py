@@ -64,6 +64,9 @@ class FittedCandidate:
     squares, counts
         held-out errors by window: sums of squares, shape (W, outputs), and numbers of samples,
         shape (W,). The mean of each window is subtracted from the errors of the position.
+    powers, fit_powers
+        sums of squared coefficients by window, output and band, shape (W, outputs, BANDS), of the
+        held-out and of the training records; see `model.spectrum`.
     sums
         sums over the held-out windows from which the gap follows as the contract defines it.
     """
@@ -76,6 +79,8 @@ class FittedCandidate:
     converged: bool
     squares: FloatArray
     counts: FloatArray
+    powers: FloatArray
+    fit_powers: FloatArray
     sums: WindowSums
 
 
@@ -85,15 +90,19 @@ def _evaluate(case: Case, effects: tuple[str, ...], fitted: Fit) -> FittedCandid
     simulated = held_out.simulate(fitted.x)
     errors = held_out.errors_of(simulated)
     squares, counts = held_out.window_squares(errors)
+    coefficients = held_out.coefficients_of(simulated)
+    training = case.problem(effects)
     return FittedCandidate(
         effects,
         fitted.x,
         values,
         fitted.cost,
-        held_out.fit_cost(errors),
+        held_out.fit_cost(coefficients),
         fitted.converged,
         squares,
         counts,
+        held_out.window_powers(coefficients),
+        training.window_powers(training.coefficients(fitted.x)),
         window_sums(held_out.records, simulated, case.outputs),
     )
 
@@ -140,7 +149,7 @@ def _fit_in_short_windows_first(case: Case, windows_s: Sequence[float]) -> Fit:
     problem = case.problem()
     x = problem.centre()
     for window_s in windows_s:
-        short_problem = case.problem(window_s=window_s, all_states=True)
+        short_problem = case.problem(window_s=window_s, all_states=True, white=True)
         x = fit(short_problem, x, iterations=ITERATIONS_COLD).x
     return fit(problem, x, iterations=ITERATIONS)
 
@@ -271,3 +280,9 @@ def refine(case: Case, effects: tuple[str, ...], start: FloatArray) -> FittedCan
     return _evaluate(
         fine, effects, fit(fine.problem(effects), coarse.x, iterations=ITERATIONS_FINE)
     )
+
+
+def refine_finely(case: Case, effects: tuple[str, ...], start: FloatArray) -> FittedCandidate:
+    """Makes a fit with the integration steps of the decision only: it never ends above its start."""
+    fine = decision_case(case)
+    return _evaluate(fine, effects, fit(fine.problem(effects), start, iterations=ITERATIONS))

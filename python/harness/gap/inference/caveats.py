@@ -14,7 +14,7 @@ from ehsid.harness.gap.inference.standing import standing
 from ehsid.harness.gap.inference.words import in_words, percent
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.schema import HowFar
-from ehsid.harness.gap.thresholds import AT_BOUND, DECIDED_TOGETHER, WORSE_CALIBRATED
+from ehsid.harness.gap.thresholds import AT_BOUND, MUCH_REMOVED, WORSE_CALIBRATED
 
 
 def caveats(
@@ -60,7 +60,7 @@ def _unnamed_candidates(case: Case, search_result: SearchResult, selection: Sele
         return sentences
     for candidate in fitted:
         share = explained_share(calibrated.sums, candidate.sums, case.floors, best.sums)
-        if candidate in (first, calibrated) or share is None or share < DECIDED_TOGETHER:
+        if candidate in (first, calibrated) or share is None or share < MUCH_REMOVED:
             continue
         why = standing(case, search_result, selection, candidate).why
         sentences.append(

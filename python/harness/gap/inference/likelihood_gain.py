@@ -11,7 +11,7 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.data.bootstrap import drawn_counts
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.thresholds import BOOTSTRAP_SEED, INDEPENDENT_HZ
+from ehsid.harness.gap.thresholds import BOOTSTRAP_SEED
 
 
 @dataclass(frozen=True)
@@ -49,19 +49,28 @@ def likelihood_gain(
 ) -> LikelihoodGain:
     """Returns the gain of `candidate` over `reference`, with a bootstrap over windows.
 
-    Windows are drawn with replacement, the same windows for both candidates. With e the errors
-    (noise floor included) and n the number of independent errors of an output,
-
-        nats = outputs n (mean over outputs of ln e_reference - ln e_candidate).
+    Windows are drawn with replacement, the same windows for both candidates. The log-likelihood is
+    that of the fits, see `model.likelihood`.
     """
     windows = candidate.counts.size
     rng = np.random.default_rng(BOOTSTRAP_SEED)
     weights = np.vstack([np.ones(windows), drawn_counts(windows, rng)]).astype(np.float64)
     relative = _log_errors(case, reference, weights) - _log_errors(case, candidate, weights)
-    assert case.records[0].dt_s is not None
-    independent_errors = INDEPENDENT_HZ * float(candidate.counts.sum()) * case.records[0].dt_s
-    nats = relative * independent_errors * len(case.outputs)
+    nats = _costs(case, reference, weights) - _costs(case, candidate, weights)
     return LikelihoodGain(float(nats[0]), float(np.quantile(nats[1:], 0.05)), float(relative[0]))
+
+
+def _costs(case: Case, candidate: FittedCandidate, weights: FloatArray) -> FloatArray:
+    """Negative log-likelihood of the held-out windows for each draw, shape (draws,)."""
+    # A window at the end of a record that is shorter than the others has no coefficients.
+    powers = candidate.powers
+    weights = weights[:, : powers.shape[0]]
+    sums = np.tensordot(weights, powers, axes=1) / np.mean(weights, axis=1)[:, None, None]
+    total = np.zeros(weights.shape[0])
+    for index, likelihood in enumerate(case.problem(held_out=True).likelihoods.values()):
+        mean = sums[:, index] / np.maximum(likelihood.spectrum.sizes, 1.0)
+        total += 0.5 * np.log(mean + likelihood.tolerated) @ likelihood.counts
+    return total
 
 
 def above_floor(case: Case, candidate: FittedCandidate) -> float:

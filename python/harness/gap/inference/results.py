@@ -11,6 +11,7 @@ import numpy as np
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.keys import ParameterKey, sizes_of
+from ehsid.harness.gap.deciding import MOVED_FIT, MOVED_PRIOR
 from ehsid.harness.gap.inference.candidates import FittedCandidate, decision_case
 from ehsid.harness.gap.inference.effect_selection import Selection
 from ehsid.harness.gap.inference.gap_reduction import (
@@ -35,13 +36,8 @@ from ehsid.harness.gap.schema import (
 )
 from ehsid.harness.gap.thresholds import (
     BOOTSTRAP_SEED,
-    DOUBT,
-    LARGEST_PROBABILITY,
     MODEL_ERROR,
     MODEL_ERROR_POSITION,
-    MOVED_FIT,
-    MOVED_PRIOR,
-    TEMPERATURE,
 )
 
 
@@ -172,49 +168,14 @@ def in_sigmas(parameter: Parameter, estimate: Estimate) -> Estimate | None:
     return Estimate(value, low, high)
 
 
-def probabilities(case: Case, selection: Selection, reduction: HowFar) -> dict[str, float]:
-    """Returns the probability that each effect of the best set is present.
-
-    The best set and the equivalent sets have the weights exp(-nats / TEMPERATURE). Because another
-    cause is always possible, the probability is at most LARGEST_PROBABILITY, and lower, the more of
-    the gap is left.
-    """
-    floor = reduction.noise_floor[1]
-    explainable = reduction.calibrated - floor
-    remaining_share = (
-        min(max((reduction.augmented - floor) / explainable, 0.0), 1.0)
-        if explainable > 0.0
-        else 0.0
-    )
-    largest = LARGEST_PROBABILITY * (1.0 - DOUBT * remaining_share)
-    candidates = (selection.best, *selection.equivalent)
-    weights = [
-        math.exp(-max(likelihood_gain(case, selection.best, candidate).nats, 0.0) / TEMPERATURE)
-        for candidate in candidates
-    ]
-    total = sum(weights)
-    return {
-        effect: largest
-        * sum(
-            weight
-            for weight, candidate in zip(weights, candidates, strict=True)
-            if effect in candidate.effects
-        )
-        / total
-        for effect in selection.best.effects
-    }
-
-
 def selected_effects(
     case: Case,
     search_result: SearchResult,
     selection: Selection,
     values: Mapping[str, Estimate],
-    reduction: HowFar,
 ) -> tuple[FoundEffect, ...]:
     """Returns the effects of the best set, each with its share of the held-out gain."""
     best = selection.best
-    probability = probabilities(case, selection, reduction)
     gains = {}
     for effect in best.effects:
         remaining = frozenset(best.effects) - {effect}
@@ -231,7 +192,12 @@ def selected_effects(
     effects = []
     for effect in best.effects:
         parameters = sizes_of(effect, values)
-        effects.append(FoundEffect(effect, probability[effect], parameters, gains[effect] / total))
+        effects.append(FoundEffect(
+                effect,
+                selection.posterior.of_effect(effect),
+                parameters,
+                gains[effect] / total,
+            ))
     return tuple(effects)
 
 

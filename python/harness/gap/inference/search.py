@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -15,17 +16,20 @@ from ehsid.harness.catalogue.parameters import acts_on, effects
 from ehsid.harness.gap.inference.candidates import (
     FittedCandidate,
     calibrate,
+    decision_case,
     grown_from,
     linearised_start,
     nominal_candidate,
     refine,
+    refine_finely,
     screen,
 )
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.inference.sizes import matters
 from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.machine import effect_starts, machine_scale
+from ehsid.harness.gap.model.machine import effect_starts
 from ehsid.harness.gap.model.parameters import effect_parameters
+from ehsid.harness.gap.model.separation import contains
 from ehsid.harness.gap.thresholds import (
     AT_FLOOR,
     BEAM,
@@ -36,7 +40,7 @@ from ehsid.harness.gap.thresholds import (
     MOST_EFFECTS,
     MOST_REFINED,
 )
-from ehsid.harness.parallel import Progress, run_together
+from ehsid.harness.parallel import Progress, run_threads, run_together
 from ehsid.harness.rigs import Rig
 
 
@@ -103,7 +107,7 @@ def search(
     calibrated = min([calibrated, *restarted], key=lambda candidate: candidate.cost)
     refined = [
         *single_effects,
-        *run_together(_simpler_law_tasks(case, effect_ids, single_effects[:1], single_effects)),
+        *run_together(_simpler_law_tasks(case, effect_ids, single_effects, single_effects)),
     ]
     front = single_effects
     for count in range(2, MOST_EFFECTS + 1):
@@ -122,7 +126,7 @@ def search(
         reduced = run_together(
             [
                 *_backward_tasks(case, grown[:1], refined),
-                *_simpler_law_tasks(case, effect_ids, grown[:1], [*grown, *refined]),
+                *_simpler_law_tasks(case, effect_ids, grown, [*grown, *refined]),
             ]
         )
         refined += [*grown, *reduced]
@@ -135,8 +139,9 @@ def search(
         ]
         if not front:
             break
-    refined = _grown_laws(case, refined)
-    calibrated, *refined = without_small_effects(case, [calibrated, *refined])
+    calibrated, *refined = never_behind(
+        case, without_small_effects(case, [calibrated, *refined])
+    )
     staged.done(1.0)
     return SearchResult(
         nominal, calibrated, tuple(sorted(refined, key=_held_out_cost)), tuple(screened)
@@ -273,31 +278,66 @@ def _simpler_law_tasks(
     return tasks
 
 
-def _grown_laws(case: Case, refined: Sequence[FittedCandidate]) -> list[FittedCandidate]:
-    """Fits again each law that ended behind the simpler law that it contains; returns all sets.
+def never_behind(case: Case, candidates: Sequence[FittedCandidate]) -> list[FittedCandidate]:
+    """Fits again each set that ended behind a set that it contains; returns all sets.
 
-    A law that contains another can always fit as well. Where it does not, its fit ended in another
-    minimum, and it starts again from the sizes of the simpler law.
+    A set that contains another can always fit as well: its further effects can be off, or its law
+    can be the simpler one. Where it does not, its fit ended in another minimum, and it starts again
+    from the contained set. Small sets come first, so that larger ones profit from them.
     """
-    by_set = {frozenset(candidate.effects): candidate for candidate in refined}
-    tasks = []
-    for candidate in refined:
-        for effect in candidate.effects:
-            simpler = effects()[effect].contains
-            others = tuple(other for other in candidate.effects if other != effect)
-            ahead = None if simpler is None else by_set.get(frozenset((*others, simpler)))
-            if simpler is None or ahead is None or ahead.cost > candidate.cost - BEHIND_NATS:
-                continue
-            grown = effects()[effect].grown(
-                sizes_of(simpler, ahead.values), machine_scale(case.rig)
+    by_set = {frozenset(candidate.effects): candidate for candidate in candidates}
+    for count in range(1, MOST_EFFECTS + 1):
+        tasks = []
+        for candidate in [each for each in by_set.values() if len(each.effects) == count]:
+            ahead = min(
+                (each for each in by_set.values() if _is_contained(each, candidate)),
+                key=lambda each: each.cost,
+                default=None,
             )
-            sizes = [x for _, x in effect_parameters(effect, grown, case.rig.plant)]
-            x = np.concatenate([restrict(case, ahead, others), sizes])
-            tasks.append(partial(refine, case, (*others, effect), x))
-    for fitted in run_together(tasks):
-        effect_set = frozenset(fitted.effects)
-        by_set[effect_set] = min(by_set[effect_set], fitted, key=lambda each: each.cost)
+            if ahead is not None and ahead.cost < candidate.cost - BEHIND_NATS:
+                tasks.append(partial(_from_contained, case, ahead, candidate.effects))
+        for fitted in run_together(tasks):
+            effect_set = frozenset(fitted.effects)
+            by_set[effect_set] = min(by_set[effect_set], fitted, key=lambda each: each.cost)
     return list(by_set.values())
+
+
+def _is_contained(smaller: FittedCandidate, larger: FittedCandidate) -> bool:
+    """Whether the larger set has the effects of the smaller one, or laws that contain them."""
+    return set(smaller.effects) != set(larger.effects) and contains(larger.effects, smaller.effects)
+
+
+def _from_contained(
+    case: Case, contained: FittedCandidate, effect_set: tuple[str, ...]
+) -> FittedCandidate:
+    """Fits a set from the values of a contained one, with its further effects off."""
+    x = contained.x[: contained.x.size - _effects_size(case, contained.effects)]
+    fine = decision_case(case)
+    for count, effect in enumerate(effect_set, start=1):
+        problem = fine.problem(effect_set[:count])
+        trials = [np.concatenate([x, sizes]) for sizes in _sizes_as_in(case, contained, effect)]
+        costs = run_threads([partial(problem.cost, trial) for trial in trials])
+        x = trials[int(np.argmin(costs))]
+    return refine_finely(case, effect_set, x)
+
+
+def _sizes_as_in(case: Case, contained: FittedCandidate, effect: str) -> list[FloatArray]:
+    """Sizes at which an effect acts as in a contained set, of which the cost tells the best."""
+    own = effect_parameters(effect, effect_starts(effect, case.rig)[0], case.rig.plant)
+    if effect in contained.effects:
+        return [restrict(case, contained, (effect,))[-len(own) :]]
+    simpler = effects()[effect].contains
+    if simpler is not None and simpler in contained.effects:
+        same = effects()[effect].same(sizes_of(simpler, contained.values))
+        return [np.array([x for _, x in effect_parameters(effect, same, case.rig.plant)])]
+    # An effect is off at zero, or at an end of the range of a logarithm.
+    ends = [(each.low, each.high) if each.logarithmic else (0.0,) for each, _ in own]
+    return [np.array(corner) for corner in itertools.product(*ends)]
+
+
+def _effects_size(case: Case, effect_ids: Sequence[str]) -> int:
+    """Number of parameters of these effects."""
+    return sum(_parameter_count(case, effect) for effect in effect_ids)
 
 
 def without_small_effects(
@@ -333,7 +373,7 @@ def without_small_effects(
 
 def restrict(case: Case, candidate: FittedCandidate, remaining: Sequence[str]) -> FloatArray:
     """Returns the x of a candidate with the parameters of the remaining effects only."""
-    begin = candidate.x.size - sum(_parameter_count(case, effect) for effect in candidate.effects)
+    begin = candidate.x.size - _effects_size(case, candidate.effects)
     parts = [candidate.x[:begin]]
     for effect in candidate.effects:
         count = _parameter_count(case, effect)

@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from ehsid.harness.catalogue.keys import sizes_of
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.model.machine import machine_scale
 from ehsid.harness.rigs import Rig
+
+# Accuracy of a margin: it weighs a few nats, of which a hundredth is nothing.
+MARGIN_STEP = 0.01
 
 
 def matters(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
@@ -26,3 +30,32 @@ def matters(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
         the rig whose pressures, areas and flows set the scale.
     """
     return effects()[effect].matters(sizes_of(effect, values), machine_scale(rig))
+
+
+def margin(effect: str, values: Mapping[str, float], rig: Rig) -> float:
+    """Returns ln of the factor by which an effect exceeds its least size, 0 to 1.
+
+    The effect is made smaller, each parameter with the power by which the outputs depend on it,
+    until it no longer matters. From a factor of e on, the margin is 1.
+
+    Parameters
+    ----------
+    effect, values, rig
+        as in `matters`; the effect matters.
+    """
+    info, scale = effects()[effect], machine_scale(rig)
+    power = {parameter.name: parameter.power for parameter in info.parameters}
+    sizes = sizes_of(effect, values)
+
+    def still_matters(smaller: float) -> bool:
+        return info.matters(
+            {name: size * math.exp(-smaller * power[name]) for name, size in sizes.items()}, scale
+        )
+
+    if still_matters(1.0):
+        return 1.0
+    low, high = 0.0, 1.0
+    while high - low > MARGIN_STEP:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if still_matters(middle) else (low, middle)
+    return low

@@ -6,27 +6,19 @@ from __future__ import annotations
 import math
 
 from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.inference.effect_selection import (
-    Selection,
-    edges_can_replace_force,
-    insignificance,
-    is_significant,
-    objection,
-    removed_share,
-)
+from ehsid.harness.gap.inference.effect_selection import Selection
 from ehsid.harness.gap.inference.likelihood_gain import likelihood_gain
 from ehsid.harness.gap.inference.search import SearchResult
 from ehsid.harness.gap.inference.sizes import matters
-from ehsid.harness.gap.inference.words import in_words
+from ehsid.harness.gap.inference.words import in_words, percent
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.schema import Standing
-from ehsid.harness.gap.thresholds import DECIDED_TOGETHER
 
 
 def standing(
     case: Case, search_result: SearchResult, selection: Selection, candidate: FittedCandidate
 ) -> Standing:
-    """Returns the standing of a candidate and the condition of the selection that decided it.
+    """Returns the standing of a candidate and what decided it.
 
     Parameters
     ----------
@@ -37,42 +29,37 @@ def standing(
     candidate
         any candidate of the search.
     """
-    best, calibrated = selection.best, search_result.calibrated
+    best = selection.best
+    hypothesis = selection.hypothesis(candidate)
     if candidate is best:
         return Standing("named" if best.effects else "sufficient", "")
     if any(candidate is other for other in search_result.screened):
         return Standing("screened", "others gained more by a short fit")
-    gain = likelihood_gain(case, best, candidate)
+    if hypothesis is None:
+        return Standing("too_small", _why_too_small(case, candidate))
+    why = f"its probability is {percent(hypothesis.probability)}"
     if any(candidate is other for other in selection.equivalent):
-        return Standing("equivalent", insignificance(gain) or "")
-    if not candidate.effects:
-        return Standing("worse", _how_much_worse(gain.relative))
+        return Standing("equivalent", why)
+    relative = likelihood_gain(case, best, candidate).relative
+    if relative > 0.0:
+        return Standing("worse", f"{_how_much_worse(relative)}; {why}")
+    return Standing(
+        "not_needed",
+        f"{why}: errors that are {100.0 * -math.expm1(relative):.2g} % smaller do not outweigh "
+        "what each effect costs",
+    )
+
+
+def _why_too_small(case: Case, candidate: FittedCandidate) -> str:
     small = [
         effect for effect in candidate.effects if not matters(effect, candidate.values, case.rig)
     ]
     if small:
-        return Standing("too_small", f"{in_words(small)} of this size is part of every servo")
-    if edges_can_replace_force(case, candidate):
-        return Standing(
-            "too_small",
-            "unequal metering edges of the valve can explain a load force of this size; measured "
-            "chamber pressures would separate them",
-        )
-    if is_significant(gain):
-        return Standing("worse", _how_much_worse(gain.relative))
-    # A smaller or equal set is compared with the calibrated rig, a larger one with the named set.
-    extends = len(candidate.effects) > len(best.effects) or candidate.x.size > best.x.size
-    against = objection(case, candidate, best if extends else calibrated, calibrated)
-    if against is not None and (extends or not best.effects):
-        return Standing("not_needed", against)
-    share = removed_share(case, candidate, calibrated)
-    if share < DECIDED_TOGETHER:
-        return Standing(
-            "not_needed",
-            f"it removes {100.0 * share:.0f} % of the errors above the noise floor, and less than "
-            f"{100.0 * DECIDED_TOGETHER:.0f} % is not given a name",
-        )
-    return Standing("not_needed", against or insignificance(gain) or "")
+        return f"{in_words(small)} of this size is part of every servo"
+    return (
+        "unequal metering edges of the valve can explain a load force of this size; measured "
+        "chamber pressures would separate them"
+    )
 
 
 def _how_much_worse(relative: float) -> str:

@@ -125,6 +125,7 @@ class Case:
         held_out: bool = False,
         all_states: bool | None = None,
         unseen: bool = False,
+        white: bool = False,
     ) -> Problem:
         """Returns the cost of calibration and effects; by default in the windows of the case."""
         window_s = self.window_s if window_s is None else window_s
@@ -138,6 +139,7 @@ class Case:
             outputs=self.outputs,
             floors={name: floor.value for name, floor in self.floors.items()},
             substeps=self.substeps,
+            white=white,
         )
 
     def _compared(

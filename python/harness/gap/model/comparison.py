@@ -107,6 +107,14 @@ class Compared:
         return self.centre(np.array(self.inside(errors)))
 
     @cached_property
+    def full_windows(self) -> tuple[int, int]:
+        """Number of windows, and of samples in each; without a shorter one at the end."""
+        begins, ends = self._window_bounds
+        lengths = ends - begins
+        length = int(lengths.max())
+        return int(np.count_nonzero(lengths == length)), length
+
+    @cached_property
     def _selection(self) -> slice | npt.NDArray[np.int64]:
         samples = np.flatnonzero(self.used)
         if samples.size and samples[-1] - samples[0] + 1 == samples.size:

@@ -138,7 +138,7 @@ def _try(problem: Problem, x: FloatArray, model: Step, damping: float, tries: in
         damped = hessian + damping * np.diag(diagonal + floor)
         step[free] = -np.linalg.solve(damped, model.gradient[free])
         candidate = np.clip(x + step, problem.low, problem.high)
-        errors = problem.errors(candidate)
+        errors = problem.coefficients(candidate)
         cost = problem.cost_of(candidate, errors)
         if cost < model.cost:
             taken = candidate - x

@@ -3,8 +3,9 @@
 
 C. G. Broyden, Math. Comput. 19, 1965. After k updates the slopes of an output are J = J_0 + R D'
 with exact sensitivities J_0, shape (N, n), residuals R, (N, k), and directions D, (n, k). A fit
-needs J'e and J'J only. Both follow from J_0'J_0, which is computed once, and from products of J_0
-with single vectors, so that J with its N n numbers is not formed.
+needs J'We and J'WJ only, with a weight W for each band of rows. Both follow from J_0'J_0 of each
+band, which is computed once, and from products of J_0 with single vectors, so that J with its N n
+numbers is not formed.
 """
 
 from __future__ import annotations
@@ -15,11 +16,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.gap.model.spectrum import BANDS, Spectrum
 
 
 @dataclass(frozen=True, eq=False)
 class _Updates:
-    """Updates of the slopes of one output: R, D, J_0'R of shape (n, k), and R'R."""
+    """Updates of the slopes of one output.
+
+    R, D, and for each band J_0'R, shape (BANDS, n, k), and R'R, shape (BANDS, k, k).
+    """
 
     residuals: FloatArray
     directions: FloatArray
@@ -32,6 +37,8 @@ class Linear:
 
     Parameters
     ----------
+    spectrum
+        the bands of the N rows.
     errors
         errors by output, shape (N,).
     exact
@@ -40,9 +47,11 @@ class Linear:
 
     def __init__(
         self,
+        spectrum: Spectrum,
         errors: Mapping[str, FloatArray],
         exact: Mapping[str, FloatArray],
     ) -> None:
+        self._spectrum = spectrum
         self.errors = errors
         # The columns of J_0 in one array or in several: many fits start from the sensitivities of
         # the same point, and need not hold them once for each fit.
@@ -69,10 +78,10 @@ class Linear:
         return sum(part.shape[1] for part in next(iter(self._exact.values())))
 
     def gram(self, name: str) -> FloatArray:
-        """Returns J_0'J_0 of the exact sensitivities of an output, shape (n, n)."""
+        """Returns J_0'J_0 of the exact sensitivities of an output by band, (BANDS, n, n)."""
         if name not in self._grams:
             parts = self._exact[name]
-            self._grams[name] = np.block([[a.T @ b for b in parts] for a in parts])
+            self._grams[name] = np.block([[self._product(a, b) for b in parts] for a in parts])
         return self._grams[name]
 
     def joined(self, errors: Mapping[str, FloatArray], slopes: Mapping[str, FloatArray]) -> Linear:
@@ -85,14 +94,27 @@ class Linear:
         slopes
             exact sensitivities of the further parameters by output, shape (N, m).
         """
-        joined = Linear(errors, {})
+        joined = Linear(self._spectrum, errors, {})
         for name, further in slopes.items():
             joined._exact[name] = (*self._exact[name], further)
-            cross = self._transposed(name, further)
+            cross = np.concatenate(
+                [self._product(part, further) for part in self._exact[name]], axis=1
+            )
             joined._grams[name] = np.block(
-                [[self.gram(name), cross], [cross.T, further.T @ further]]
+                [
+                    [self.gram(name), cross],
+                    [np.swapaxes(cross, 1, 2), self._product(further, further)],
+                ]
             )
         return joined
+
+    def _product(self, a: FloatArray, b: FloatArray) -> FloatArray:
+        """Products a'b of the rows of each band, shape (BANDS, columns of a, columns of b)."""
+        product = np.zeros((BANDS, a.shape[1], b.shape[1]))
+        for number, slices in enumerate(self._spectrum.bands):
+            for rows in slices:
+                product[number] += a[rows].T @ b[rows]
+        return product
 
     def _times(self, name: str, step: FloatArray) -> FloatArray:
         """Product of J_0 with a step, shape (n,)."""
@@ -103,21 +125,20 @@ class Linear:
             first += part.shape[1]
         return product
 
-    def _transposed(self, name: str, columns: FloatArray) -> FloatArray:
-        """Product of J_0' with columns, shape (N,) or (N, m)."""
-        return np.concatenate([part.T @ columns for part in self._exact[name]])
+    def products(self, name: str, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Returns J'We, shape (n,), and J'WJ, shape (n, n), of an output.
 
-    def products(self, name: str) -> tuple[FloatArray, FloatArray]:
-        """Returns J'e, shape (n,), and J'J, shape (n, n), of an output."""
-        error = self.errors[name]
-        gradient, gram = self._transposed(name, error), self.gram(name)
+        weights: weight of the squares in each band, shape (BANDS,).
+        """
+        error = self._spectrum.spread(weights) * self.errors[name]
+        gradient = np.concatenate([part.T @ error for part in self._exact[name]])
+        gram = np.tensordot(weights, self.gram(name), axes=1)
         if name in self._updates:
             updates = self._updates[name]
-            mixed = updates.projected @ updates.directions.T
+            mixed = np.tensordot(weights, updates.projected, axes=1) @ updates.directions.T
+            squares = np.tensordot(weights, updates.squares, axes=1)
             gradient = gradient + updates.directions @ (updates.residuals.T @ error)
-            gram = (
-                gram + mixed + mixed.T + updates.directions @ updates.squares @ updates.directions.T
-            )
+            gram = gram + mixed + mixed.T + updates.directions @ squares @ updates.directions.T
         return gradient, gram
 
     def updated(
@@ -129,7 +150,7 @@ class Linear:
         influence. It is the smallest change of J that agrees with the new errors e. A step along
         parameters on which nothing depends changes no slopes.
         """
-        after = Linear(errors, {})
+        after = Linear(self._spectrum, errors, {})
         after._exact, after._grams = self._exact, self._grams
         length = float(step @ (scale * step))
         if length <= 0.0:
@@ -142,15 +163,18 @@ class Linear:
             if before is not None:
                 residual -= before.residuals @ (before.directions.T @ step)
             column = residual[:, np.newaxis]
-            projected = self._transposed(name, column)
+            projected = np.concatenate(
+                [self._product(part, column) for part in self._exact[name]], axis=1
+            )
             if before is None:
-                after._updates[name] = _Updates(column, direction, projected, column.T @ column)
+                squares = self._product(column, column)
+                after._updates[name] = _Updates(column, direction, projected, squares)
                 continue
             residuals = np.hstack([before.residuals, column])
             after._updates[name] = _Updates(
                 residuals,
                 np.hstack([before.directions, direction]),
-                np.hstack([before.projected, projected]),
-                residuals.T @ residuals,
+                np.concatenate([before.projected, projected], axis=2),
+                self._product(residuals, residuals),
             )
         return after

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: MIT
 """Cost of a set of values on a set of records, with its gradient and Gauss-Newton Hessian.
 
-    J(x) = sum_outputs (n / 2) ln(mse + floor^2) + sum_parameters ((x - centre) / sigma)^2 / 2
+    J(x) = sum_outputs J_output + sum_parameters ((x - centre) / sigma)^2 / 2
 
-The first sum is the negative log-likelihood of normal errors whose standard deviation is unknown
-for each output, so that no output needs a weight by hand. The second sum is the prior of the
-parameters. n is the number of independent errors, not of samples.
+The first sum is the negative log-likelihood of the errors, see `likelihood`. The second sum is the
+prior of the parameters. The errors of the fit are the coefficients of `spectrum`: a linear
+transform of the errors, so that exact sensitivities pass through it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 import numpy.typing as npt
@@ -23,10 +23,15 @@ from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.gap.model.comparison import Compared
 from ehsid.harness.gap.model.linear import Linear
 from ehsid.harness.gap.model.parameters import Parameter
-from ehsid.harness.gap.thresholds import INDEPENDENT_HZ
+from ehsid.harness.gap.model.likelihood import OutputLikelihood
+from ehsid.harness.gap.model.spectrum import Spectrum
+from ehsid.harness.gap.deciding import INDEPENDENT, TOLERANCE
 from ehsid.harness.parallel import run_threads, worker_count
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation.outputs import OUTPUTS
+
+# Only the shape of a position inside a window counts: a free run drifts.
+CENTRED = "position_m"
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +62,8 @@ class Problem:
         integration steps per sample.
     fixed
         values by full name that replace those of the rig where no parameter does.
+    white
+        see `OutputLikelihood`.
     """
 
     def __init__(
@@ -69,6 +76,7 @@ class Problem:
         floors: Mapping[str, float],
         substeps: int = 2,
         fixed: Mapping[str, float] | None = None,
+        white: bool = False,
     ) -> None:
         if not records or not outputs:
             raise ValueError("there is no record or no output to compare")
@@ -79,11 +87,11 @@ class Problem:
         self.outputs = tuple(outputs)
         self.floors = dict(floors)
         self.substeps = substeps
+        self.white = white
         self._indices = [names.index(parameter.name) for parameter in parameters]
         self._columns = [OUTPUTS.index(name) for name in self.outputs]
-        self._columns = [OUTPUTS.index(name) for name in self.outputs]
         self._base = rig.plant_values(fixed)
-        self._independent = INDEPENDENT_HZ * sum(record.seconds for record in records)
+        self.spectrum = Spectrum(self.records)
         self._centre = np.array([parameter.centre for parameter in parameters])
         self._weight = np.array([parameter.sigma**-2 for parameter in parameters])
         self.low = np.array([parameter.low for parameter in parameters])
@@ -93,17 +101,36 @@ class Problem:
         """Information of the priors: sigma^-2 of each parameter, shape (n,)."""
         return self._weight
 
+    @cached_property
+    def likelihoods(self) -> Mapping[str, OutputLikelihood]:
+        """Likelihood of the errors of each output."""
+        independent = np.minimum(INDEPENDENT * self.spectrum.windows, self.spectrum.sizes)
+        likelihoods = {}
+        for name in self.outputs:
+            centred = name == CENTRED
+            counts = independent.copy()
+            if centred:
+                counts[0] = 0.0
+            measured = self.spectrum.transform(
+                [record.inside(record.outputs[name]) for record in self.records], centred=centred
+            )
+            tolerated = self.floors[name] ** 2 + TOLERANCE**2 * self.spectrum.powers(measured)
+            likelihoods[name] = OutputLikelihood(
+                self.spectrum, counts, tolerated, self.white
+            )
+        return likelihoods
+
     def window_gradients(self, x: FloatArray) -> tuple[Step, FloatArray]:
         """Step at x, and the gradient of the first sum of J for each window, shape (W, n)."""
         linear = self.linear(x)
-        numbers = self._window_numbers()
-        begins = np.flatnonzero(np.diff(numbers, prepend=-1))
-        by_window = np.zeros((begins.size, x.size))
+        window = self.spectrum.window_of_rows()
+        by_window = np.zeros((self.spectrum.windows, x.size))
         for name in self.outputs:
             e = linear.errors[name]
-            weight = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
-            rows = linear.slopes[name] * (weight * e)[:, np.newaxis]
-            by_window += np.add.reduceat(rows, begins, axis=0)
+            weights = self.spectrum.spread(self.likelihoods[name].weights(e))
+            rows = linear.slopes[name] * (weights * e)[:, np.newaxis]
+            for column in range(x.size):
+                by_window[:, column] += np.bincount(window, rows[:, column])
         return self.form(x, linear), by_window
 
     def window_squares(self, errors: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
@@ -111,6 +138,12 @@ class Problem:
         window_numbers = self._window_numbers()
         squares = [np.bincount(window_numbers, errors[name] ** 2) for name in self.outputs]
         return np.stack(squares, axis=1), np.bincount(window_numbers).astype(np.float64)
+
+    def window_powers(self, coefficients: Mapping[str, FloatArray]) -> FloatArray:
+        """Sums of squared coefficients by window, output and band, shape (W, outputs, BANDS)."""
+        return np.stack(
+            [self.spectrum.by_window(coefficients[name] ** 2) for name in self.outputs], axis=1
+        )
 
     def _window_numbers(self) -> npt.NDArray[np.int64]:
         """Number of the window of each sample of `errors`, counted through all records."""
@@ -141,8 +174,7 @@ class Problem:
 
         The mean of each window is subtracted from the errors of the position.
         """
-        errors, _ = self._errors(x)
-        return errors
+        return self.errors_of(self.simulate(x))
 
     def errors_of(self, simulated: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
         """Errors as `errors` gives them, from the result of `simulate`."""
@@ -155,84 +187,92 @@ class Problem:
     def _error(self, record: Compared, outputs: Mapping[str, FloatArray], name: str) -> FloatArray:
         """Error of an output inside the windows of a record; that of the position is centred."""
         error = record.inside(outputs[name]) - record.inside(record.outputs[name])
-        return record.centre(error) if name == "position_m" else error
+        return record.centre(error) if name == CENTRED else error
+
+    def coefficients(self, x: FloatArray) -> dict[str, FloatArray]:
+        """Coefficients of the errors at x by output, shape (R,); see `spectrum`."""
+        return self.coefficients_of(self.simulate(x))
+
+    def coefficients_of(
+        self, simulated: Sequence[Mapping[str, FloatArray]]
+    ) -> dict[str, FloatArray]:
+        """Coefficients as `coefficients` gives them, from the result of `simulate`."""
+        return {
+            name: self.spectrum.transform(
+                [
+                    record.inside(outputs[name]) - record.inside(record.outputs[name])
+                    for record, outputs in zip(self.records, simulated, strict=True)
+                ],
+                centred=name == CENTRED,
+            )
+            for name in self.outputs
+        }
 
     def cost(self, x: FloatArray) -> float:
         """Cost J(x), nats; infinite if the simulation diverges."""
-        return self.cost_of(x, self.errors(x))
+        return self.cost_of(x, self.coefficients(x))
 
-    def cost_of(self, x: FloatArray, errors: Mapping[str, FloatArray]) -> float:
-        """Cost J(x), nats, from the errors at x."""
-        return self.fit_cost(errors) + self.prior_cost(x)
+    def cost_of(self, x: FloatArray, coefficients: Mapping[str, FloatArray]) -> float:
+        """Cost J(x), nats, from the coefficients of the errors at x."""
+        return self.fit_cost(coefficients) + self.prior_cost(x)
 
-    def fit_cost(self, errors: Mapping[str, FloatArray]) -> float:
+    def fit_cost(self, coefficients: Mapping[str, FloatArray]) -> float:
         """First sum of J, the negative log-likelihood of the errors, nats."""
-        total = 0.0
-        for name in self.outputs:
-            mse = float(np.mean(errors[name] ** 2))
-            if not np.isfinite(mse):
-                return np.inf
-            total += 0.5 * self._independent * np.log(mse + self.floors[name] ** 2)
-        return total
+        return sum(self.likelihoods[name].cost(coefficients[name]) for name in self.outputs)
 
     def prior_cost(self, x: FloatArray) -> float:
         """Second sum of J, the negative logarithm of the priors, nats."""
         return float(0.5 * np.sum(self._weight * (x - self._centre) ** 2))
 
     def linear(self, x: FloatArray, first: Linear | None = None) -> Linear:
-        """Returns the errors at x with exact sensitivities, except those that `first` provides.
+        """Returns the coefficients at x with exact sensitivities, except those in `first`.
 
-        first: sensitivities of the first m parameters at a point near x, shape (N, m) by output,
+        first: sensitivities of the first m parameters at a point near x, shape (R, m) by output,
         m <= n.
         """
         if first is None:
-            return Linear(*self._errors(x, range(x.size)))
+            return Linear(self.spectrum, *self._sensitivities(x, range(x.size)))
         # The sensitivities of a simulation that diverges overflow. No step is taken then.
         with np.errstate(over="ignore", invalid="ignore"):
-            return first.joined(*self._errors(x, range(first.size, x.size)))
+            return first.joined(*self._sensitivities(x, range(first.size, x.size)))
 
     def form(self, x: FloatArray, linear: Linear) -> Step:
         """Cost, gradient and Gauss-Newton Hessian at x, from the errors and their derivatives."""
         gradient = self._weight * (x - self._centre)
         hessian = np.diag(self._weight)
         for name in self.outputs:
-            e = linear.errors[name]
-            # d/dx (n / 2) ln(mse + floor^2) = n / (N (mse + floor^2)) J' e
-            weight = self._independent / e.size / (np.mean(e**2) + self.floors[name] ** 2)
             # The sensitivities of a simulation that diverges overflow. No step is taken then.
             with np.errstate(over="ignore", invalid="ignore"):
-                by_x, gram = linear.products(name)
-                gradient = gradient + weight * by_x
-                hessian = hessian + weight * gram
+                weights = self.likelihoods[name].weights(linear.errors[name])
+                by_x, gram = linear.products(name, weights)
+                gradient = gradient + by_x
+                hessian = hessian + gram
         return Step(self.fit_cost(linear.errors) + self.prior_cost(x), gradient, hessian)
 
     def step(self, x: FloatArray) -> Step:
         """Cost, gradient and Gauss-Newton Hessian at x, with exact sensitivities."""
         return self.form(x, self.linear(x))
 
-    def _errors(
-        self, x: FloatArray, varied: Sequence[int] = ()
+    def _sensitivities(
+        self, x: FloatArray, varied: Sequence[int]
     ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-        """Errors by output, shape (N,), and their derivatives by the varied x, shape (N, V)."""
+        """Coefficients by output, (R,), and their derivatives by the varied x, shape (R, V)."""
         runs = self._runs(x, varied)
-        errors = self.errors_of([outputs for outputs, _ in runs])
-        if not varied:
-            return errors, {}
-        scale = [self.parameters[index].slope(float(x[index])) for index in varied]
-        size = sum(record.size for record in self.records)
-        slopes = {name: np.empty((size, len(varied))) for name in self.outputs}
-        first = 0
-        for record, (_, partials) in zip(self.records, runs, strict=True):
-            rows = slice(first, first + record.size)
-            first += record.size
-            # The sensitivities of a simulation that diverges overflow. No step is taken then.
-            with np.errstate(over="ignore", invalid="ignore"):
-                for name in self.outputs:
-                    part = slopes[name][rows]
-                    np.multiply(record.inside(partials[name]), scale, out=part)
-                    if name == "position_m":
-                        record.centre(part)
-        return errors, slopes
+        scale = np.array([self.parameters[index].slope(float(x[index])) for index in varied])
+        # The sensitivities of a simulation that diverges overflow. No step is taken then.
+        with np.errstate(over="ignore", invalid="ignore"):
+            slopes = {
+                name: scale
+                * self.spectrum.transform(
+                    [
+                        record.inside(partials[name])
+                        for record, (_, partials) in zip(self.records, runs, strict=True)
+                    ],
+                    centred=name == CENTRED,
+                )
+                for name in self.outputs
+            }
+        return self.coefficients_of([outputs for outputs, _ in runs]), slopes
 
     def _runs(
         self, x: FloatArray, varied: Sequence[int]

@@ -8,10 +8,10 @@ import math
 
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.diagnosis_file import Candidate, DiagnosisFile, known
-from ehsid.harness.gap.inference.effect_selection import effect_families
+from ehsid.harness.gap.inference.families import effect_families
 from ehsid.harness.gap.inference.quantised import QUANTISATION
 from ehsid.harness.gap.inference.words import in_words
-from ehsid.harness.gap.thresholds import DECIDED_TOGETHER, WORSE_CALIBRATED
+from ehsid.harness.gap.thresholds import MUCH_REMOVED, WORSE_CALIBRATED
 
 CHOSEN = ("named", "sufficient")
 IN_THE_SET = (*CHOSEN, "equivalent")
@@ -53,7 +53,7 @@ def contradictions(file: DiagnosisFile) -> tuple[str, ...]:
         ),
         "a set that explains much is named or explained": named != ()
         or all(
-            known(each.held_out_shrinkage) < DECIDED_TOGETHER or in_words(each.effects) in reasons
+            known(each.held_out_shrinkage) < MUCH_REMOVED or in_words(each.effects) in reasons
             for each in candidates[:2]
             if each.effects
         ),

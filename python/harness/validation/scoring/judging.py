@@ -34,7 +34,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
-from ehsid.harness.gap.inference.effect_selection import FRICTION
+from ehsid.harness.gap.inference.families import FRICTION
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.validation.blind.answers import Answer, Kind
 from ehsid.harness.validation.scoring.reading import FAILED, SENSORS, Findings

@@ -56,6 +56,9 @@ struct StribeckFriction : Effect<Scalar> {
   }
   static constexpr const char* kContains = "coulomb_friction";
   static constexpr Sizes<1> simplified(const Sizes<3>& size) { return {0.5 * (size[0] + size[1])}; }
+  static constexpr Sizes<3> same(const Sizes<1>& simple) {
+    return {simple[0], simple[0], kTypicalVelocity};
+  }
   static constexpr Sizes<3> grown(const Sizes<1>& simple, const MachineScale& /*machine*/) {
     return {simple[0], 1.5 * simple[0], kTypicalVelocity};
   }

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: MIT
+"""The constants that decide the verdict, each with its reason; `docs/gap/decision.md` explains them.
+
+Those of the likelihood are properties of servos and simulators. Those of the probabilities were
+fitted on generated machines (`ehsid gap-calibrate`), none of which judges. The losses are a choice.
+"""
+
+from __future__ import annotations
+
+# --- Likelihood ----------------------------------------------------------------------------------
+# Most independent errors of one octave in one window of half a second. An octave of white noise at
+# 128 Hz has 128; an error of the model is one wave form that rings there, of a few amplitudes.
+INDEPENDENT = 4.0
+# Share of the measured motion, in each octave, to which no simulator is exact.
+TOLERANCE = 0.003
+
+# --- Probabilities -------------------------------------------------------------------------------
+# Evidence of a set of effects, nats, for errors that are smaller by a factor of e on the average
+# over all octaves, windows and outputs. Errors of a model repeat from window to window: a longer
+# record or a faster sampling shows the same ones again, and its evidence does not grow with them.
+EVIDENCE = 53.0
+# Prior cost of an effect, nats: odds of one in sixty that a machine has just this effect, with the
+# factor of Occam for its size.
+EFFECT = 4.1
+# Cost of an effect that is no larger than what every servo has, nats. It falls to zero at a size e
+# times as large: a small effect is more often the shape of another law than a cause.
+SMALL = 2.7
+# Odds of a cause outside of the catalogue against the best set, ln: at errors that are tolerated,
+# without and with an effect in the best set, and their increase with the ln of the errors left and
+# with what the set explains.
+OUTSIDE, OUTSIDE_BESIDE = -5.2, -8.1
+OUTSIDE_LEFT = 4.5
+OUTSIDE_EXPLAINED = -0.3
+# The same where only the position is measured, which shows less of any cause.
+OUTSIDE_POSITION = 2.4
+
+# From this probability on a cause outside of the catalogue is reason to fit all records together:
+# the held-out ones may excite what the others do not.
+FIT_TOGETHER = 0.2
+
+# --- Losses --------------------------------------------------------------------------------------
+# A wrong name sends someone to exchange a healthy part. So does an alarm on a sound machine.
+WRONG_NAME = 10.0
+FALSE_ALARM = 10.0
+# A cause that is not found is looked for further. So is one that is called unknown.
+MISSED = 3.0
+NEEDLESS_OUTSIDE = 3.0
+# One of two effects found, or one too many beside the true one.
+INCOMPLETE = 3.0
+# A set costs an experiment for each further member; one without the truth costs it for nothing.
+FURTHER_MEMBER = 1.0
+SET_WITHOUT_TRUTH = 5.0
+# No more sets than an experiment can separate.
+MOST_MEMBERS = 4
+
+# --- Values of the rig ---------------------------------------------------------------------------
+# Values of the rig differ from the rig file only where holding them there makes the errors larger
+# by this, ln on the average.
+VALUES = 0.05
+# A value has moved if it did so by this many standard deviations of the rig file, and of the fit.
+MOVED_PRIOR = 1.0
+MOVED_FIT = 2.0

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""The answer that loses least: each possible answer costs something under each possible truth.
+
+| answer \\ truth | nothing is missing | the same set | another set | outside |
+|---|---|---|---|---|
+| nothing is missing | 0 | - | MISSED | MISSED |
+| a set of effects | FALSE_ALARM | 0 | WRONG_NAME, or INCOMPLETE | WRONG_NAME |
+| m sets that cannot be told apart | FALSE_ALARM | (m - 1) FURTHER_MEMBER | SET_WITHOUT_TRUTH | SET_WITHOUT_TRUTH |
+| outside of the catalogue | FALSE_ALARM | - | NEEDLESS_OUTSIDE | 0 |
+
+Another set is incomplete where it has an effect of the true one, else it is a wrong name. Both laws
+of friction count as one effect.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from ehsid.harness.gap.deciding import (
+    FALSE_ALARM,
+    FURTHER_MEMBER,
+    INCOMPLETE,
+    MISSED,
+    MOST_MEMBERS,
+    NEEDLESS_OUTSIDE,
+    SET_WITHOUT_TRUTH,
+    WRONG_NAME,
+)
+from ehsid.harness.gap.inference.posterior import Hypothesis, Posterior
+
+Kind = Literal["healthy", "effects", "ambiguous", "outside"]
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """An answer to the question which effects cause the gap.
+
+    Attributes
+    ----------
+    kind
+        "healthy": no effect is missing; "effects": the one set of `named`; "ambiguous": one of the
+        sets of `named`; "outside": a cause outside of the catalogue, beside the set of `named`,
+        which may be empty.
+    named
+        sets of effects, most probable first, one for each family.
+    loss
+        expected loss.
+    """
+
+    kind: Kind
+    named: tuple[Hypothesis, ...]
+    loss: float
+
+
+def least_loss(posterior: Posterior) -> Answer:
+    """Returns the answer with the least expected loss under the probabilities."""
+    return min(_answers(posterior), key=lambda answer: answer.loss)
+
+
+def _answers(posterior: Posterior) -> Iterator[Answer]:
+    healthy = posterior.healthy
+    sets = _one_of_each_family(posterior.hypotheses)
+    probability = {
+        families: sum(
+            each.probability for each in posterior.hypotheses if each.families == families
+        )
+        for families in (each.families for each in sets)
+    }
+    of_any = sum(probability.values())
+    sound, outside = healthy.probability, posterior.outside
+    yield Answer("healthy", (), MISSED * (of_any + outside))
+    alarm = FALSE_ALARM * sound
+    best = posterior.hypotheses[0]
+    beside = (best,) if best.candidate.effects else ()
+    yield Answer("outside", beside, alarm + NEEDLESS_OUTSIDE * of_any)
+    for named in sets:
+        others = sum(
+            share * (INCOMPLETE if families & named.families else WRONG_NAME)
+            for families, share in probability.items()
+            if families != named.families
+        )
+        yield Answer("effects", (named,), alarm + others + WRONG_NAME * outside)
+    for count in range(2, min(MOST_MEMBERS, len(sets)) + 1):
+        inside = sum(probability[each.families] for each in sets[:count])
+        without_truth = SET_WITHOUT_TRUTH * (of_any - inside + outside)
+        further = FURTHER_MEMBER * (count - 1) * inside
+        yield Answer("ambiguous", sets[:count], alarm + further + without_truth)
+
+
+def _one_of_each_family(hypotheses: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
+    """The sets of effects, most probable first: of sets with equal families the first one."""
+    first: dict[frozenset[str], Hypothesis] = {}
+    for each in itertools.filterfalse(lambda each: not each.candidate.effects, hypotheses):
+        first.setdefault(each.families, each)
+    return tuple(first.values())

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+"""Errors that a candidate leaves in all data, on the scale of what is tolerated."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.model.case import Case
+
+
+def left(case: Case, candidate: FittedCandidate) -> float:
+    """Mean of ln(errors / tolerated errors) over all octaves, windows and outputs, >= 0.
+
+        left = sum_b (n_b / 2) ln((P_b + t_b) / t_b) / sum_b n_b
+
+    with the power P_b of the errors in band b, the tolerated power t_b and the number n_b of
+    independent coefficients, over all outputs of fitted and held-out data: the negative
+    log-likelihood of `model.likelihood`, less that of a perfect simulator, for each independent
+    error. A mean and not a sum, because errors of a model repeat.
+    """
+    cost, count = 0.0, 0.0
+    for held_out, powers in ((False, candidate.fit_powers), (True, candidate.powers)):
+        likelihoods = case.problem(held_out=held_out).likelihoods.values()
+        sums = powers.sum(axis=0)
+        for by_band, likelihood in zip(sums, likelihoods, strict=True):
+            mean = by_band / np.maximum(likelihood.spectrum.sizes, 1.0)
+            cost += likelihood.cost_of(mean) - likelihood.cost_of(np.zeros_like(mean))
+            count += float(likelihood.counts.sum())
+    return cost / count

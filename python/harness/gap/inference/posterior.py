@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: MIT
+"""Probabilities of the sets of effects, of none, and of a cause outside of the catalogue.
+
+The score of a set S of k effects, nats, is
+
+    u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
+
+with left(S) from `evidence`, and the margin of an effect: ln of the factor by which it is larger
+than what every servo has. With the best score u* of all sets, of which S* has it, the score of a
+cause outside of the catalogue is
+
+    u(outside) = u* + OUTSIDE + OUTSIDE_LEFT left(S*) + OUTSIDE_EXPLAINED (left(none) - left(S*))
+
+with OUTSIDE_BESIDE for OUTSIDE where S* has effects, and OUTSIDE_POSITION more where no pressure is
+measured. The probabilities are exp(u), divided by their sum: a conditional logit (D. McFadden, in
+Frontiers in Econometrics, 1974), whose constants were fitted on machines with a known cause.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ehsid.harness.gap.deciding import (
+    EFFECT,
+    EVIDENCE,
+    OUTSIDE,
+    OUTSIDE_BESIDE,
+    OUTSIDE_EXPLAINED,
+    OUTSIDE_LEFT,
+    OUTSIDE_POSITION,
+    SMALL,
+)
+from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.evidence import left
+from ehsid.harness.gap.inference.families import effect_families
+from ehsid.harness.gap.inference.seen_edges import edges_can_replace_force
+from ehsid.harness.gap.inference.sizes import margin, matters
+from ehsid.harness.gap.model.case import Case
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """A set of effects as the cause of the gap; the empty set: nothing is missing.
+
+    Attributes
+    ----------
+    candidate
+        the fit of the set.
+    left
+        errors that it leaves, as `evidence.left` gives them.
+    small
+        sum over its effects of max(0, 1 - margin).
+    probability
+        probability of the set, 0 to 1.
+    """
+
+    candidate: FittedCandidate
+    left: float
+    small: float
+    probability: float
+
+    @property
+    def families(self) -> frozenset[str]:
+        """The effects, with both laws of friction counted as one."""
+        return effect_families(self.candidate.effects)
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Probabilities of all hypotheses; together they are 1.
+
+    Attributes
+    ----------
+    hypotheses
+        the calibrated rig and the sets of effects that are large enough to have a name, most
+        probable first.
+    outside
+        probability of a cause outside of the catalogue.
+    """
+
+    hypotheses: tuple[Hypothesis, ...]
+    outside: float
+
+    @property
+    def healthy(self) -> Hypothesis:
+        """The hypothesis that no effect is missing."""
+        return next(each for each in self.hypotheses if not each.candidate.effects)
+
+    def of_effect(self, effect: str) -> float:
+        """Probability that the machine has an effect, with both laws of friction as one."""
+        family = effect_families((effect,))
+        return sum(each.probability for each in self.hypotheses if family <= each.families)
+
+
+def score(left: float, effects: int, small: float) -> float:
+    """Score u(S), nats, of a set of so many effects."""
+    return -EVIDENCE * left - EFFECT * effects - SMALL * small
+
+
+def outside_score(best: float, left_by_best: float, left_by_none: float, *, pressures: bool) -> float:
+    """Score u(outside), nats, beside the best set.
+
+    best: its score; it has effects where it leaves less than the calibrated rig does.
+    """
+    explained = left_by_none - left_by_best
+    base = OUTSIDE_BESIDE if explained > 0.0 else OUTSIDE
+    position = 0.0 if pressures else OUTSIDE_POSITION
+    return best + base + position + OUTSIDE_LEFT * left_by_best + OUTSIDE_EXPLAINED * explained
+
+
+def posterior(
+    case: Case, calibrated: FittedCandidate, refined: Sequence[FittedCandidate]
+) -> Posterior:
+    """Returns the probabilities of the calibrated rig and of the refined sets of effects.
+
+    Sets with an effect that is no larger than in every servo are left out, and so are load forces
+    that edges of the valve can replace: the smaller set stands for them.
+    """
+    named = [
+        candidate
+        for candidate in refined
+        if candidate.effects
+        and all(matters(effect, candidate.values, case.rig) for effect in candidate.effects)
+        and not edges_can_replace_force(case, candidate)
+    ]
+    candidates = [calibrated, *named]
+    lefts = [left(case, candidate) for candidate in candidates]
+    smalls = [
+        sum(
+            max(0.0, 1.0 - margin(effect, candidate.values, case.rig))
+            for effect in candidate.effects
+        )
+        for candidate in candidates
+    ]
+    scores = [
+        score(each_left, len(candidate.effects), small)
+        for candidate, each_left, small in zip(candidates, lefts, smalls, strict=True)
+    ]
+    best = int(np.argmax(scores))
+    outside = outside_score(scores[best], lefts[best], lefts[0], pressures=case.pressures)
+    weights = np.exp(np.array([*scores, outside]) - max(*scores, outside))
+    probabilities = weights / weights.sum()
+    hypotheses = [
+        Hypothesis(*each)
+        for each in zip(candidates, lefts, smalls, probabilities[:-1].tolist(), strict=True)
+    ]
+    hypotheses.sort(key=lambda each: -each.probability)
+    return Posterior(tuple(hypotheses), float(probabilities[-1]))

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: MIT
+"""Whether the metering edges of the valve, which no pressure shows, can stand for a load force."""
+
+from __future__ import annotations
+
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.intervals import candidate_deviations
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.thresholds import FORCE_DEVIATIONS
+
+FORCE = "load_force"
+
+
+def edges_can_replace_force(case: Case, candidate: FittedCandidate) -> bool:
+    """Whether unequal edges of the valve can explain the load force of a candidate.
+
+    They can where no pressure is measured and the force is small beside its standard deviation.
+    """
+    if case.pressures or FORCE not in candidate.effects or case.rig.plant != "ehs":
+        return False
+    names = [parameter.name for parameter in case.parameters(candidate.effects)]
+    index = names.index(ParameterKey.of_effect(FORCE, "force_n"))
+    deviations, _ = candidate_deviations(case, candidate)
+    return abs(float(candidate.x[index])) < FORCE_DEVIATIONS * float(deviations[index])
