@@ -17,11 +17,13 @@ from ehsid.harness.validation.reality.effects import CATALOGUE, EXCLUSIVE_PAIRS,
 from ehsid.harness.validation.reality.excitation import (
     EXCITATION_SETS,
     EXCITATIONS,
+    WEAK_LOOP_RAD_S,
     Excitation,
     ExcitationSet,
     Task,
     draw_excitations,
     draw_task,
+    weak_loop,
 )
 from ehsid.harness.validation.reality.families import families
 from ehsid.harness.validation.reality.noise import Noise, draw_logger, draw_noise, usual_logger
@@ -169,7 +171,10 @@ def make_case(
     def record(
         excitation_kind: Excitation, is_open: bool, small: bool, draws: Draws
     ) -> dict[str, FloatArray]:
-        task = draw_task(draws.task, rig, excitation_kind, samples, dt_s, small, is_open)
+        weak_rad_s = None
+        if is_open:
+            weak_rad_s = weak_loop(rig) if wide else WEAK_LOOP_RAD_S
+        task = draw_task(draws.task, rig, excitation_kind, samples, dt_s, small, weak_rad_s)
         noise = draw_noise(draws.noise, rig, samples, logger)
         record_faults = faults(sizes_by_effect, draws.faults, samples, dt_s)
         step = max(

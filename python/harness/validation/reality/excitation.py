@@ -36,6 +36,7 @@ TRAVEL = 0.28  # share of the stroke, to each side of the working point
 # Largest bandwidth of the position loop, rad per sample: the command that is held for a sample then
 # takes less than 10 degrees of phase from the loop.
 LARGEST_GAIN = 0.3
+WEAK_LOOP_RAD_S = 1.5
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ def draw_task(
     samples: int,
     dt_s: float,
     small: bool,
-    open_loop: bool,
+    weak_loop_rad_s: float | None,
 ) -> Task:
     """Draws a reference, its feed-forward, and a gain that the rig as configured tolerates.
 
@@ -66,14 +67,15 @@ def draw_task(
     ----------
     small
         whether the motion is slow and small: up to 1.5 Hz and 15 % of the rated command.
-    open_loop
-        whether the feed-forward is the command; the loop only keeps the rod from drifting away.
+    weak_loop_rad_s
+        bandwidth of the loop, rad/s, where the feed-forward is the command, and the loop only keeps
+        the rod from drifting away; None: it controls the position.
     """
     working_point = rig.stroke_m * float(rng.uniform(0.42, 0.58)) if rig.plant == "ehs" else 0.0
     bandwidth = float(np.clip(rng.uniform(0.25, 0.6) * rig.damping_1_s, 1.5, 25.0))
     bandwidth = min(bandwidth, LARGEST_GAIN / dt_s)
-    if open_loop:
-        bandwidth = 1.5
+    if weak_loop_rad_s is not None:
+        bandwidth = weak_loop_rad_s
     gain = bandwidth / rig.speed_m_s
     size = float(rng.uniform(0.05, 0.15) if small else rng.uniform(0.6, 1.0))
     if kind == "steps":
@@ -100,6 +102,15 @@ def _along(
     path -= 0.5 * (path.max() + path.min())
     reduction = min(1.0, TRAVEL * rig.stroke_m / max(float(np.abs(path).max()), 1e-9))
     return Task(reduction * relative_speed, working_point + reduction * path, gain)
+
+
+def weak_loop(rig: NominalRig) -> float:
+    """Bandwidth, rad/s, of the loop that keeps a wide machine in open loop from drifting away.
+
+    Fast machines drift faster: a speed that is wrong by a fifth then moves the rod by a fifth of
+    the stroke at most. Half of the decay of the oil spring keeps the loop stable.
+    """
+    return max(WEAK_LOOP_RAD_S, min(rig.speed_m_s / rig.stroke_m, 0.5 * rig.damping_1_s))
 
 
 def draw_excitations(

@@ -41,21 +41,24 @@ def draw_movement(
     """
     resting = round(float(rng.uniform(*REST_SHARES)) * samples)
     draw = {
-        "joystick": _deflections,
+        "joystick": _joystick,
         "trapezoid": _trapezoids,
         "stepped_sine": _stepped_sine,
         "growing": _growing,
     }[kind]
-    speed = _with_rests(rng, draw(rng, samples - resting, dt_s, size, crossing_s), samples, resting)
-    return _hand(rng, speed, dt_s) if kind == "joystick" else speed
+    return _with_rests(rng, draw(rng, samples - resting, dt_s, size, crossing_s), samples, resting)
 
 
 def _with_rests(
     rng: np.random.Generator, pieces: Sequence[FloatArray], samples: int, resting: int
 ) -> FloatArray:
-    """Joins the pieces, with two to six rests behind some of them; `resting` is their sum."""
-    count = min(int(rng.integers(2, 7)), len(pieces))
-    behind = np.sort(rng.permutation(len(pieces))[:count])
+    """Joins the pieces, with two to six rests behind some of them; `resting` is their sum.
+
+    The last piece has no rest behind it: it may end amid a movement.
+    """
+    places = max(len(pieces) - 1, 1)
+    count = min(int(rng.integers(2, 7)), places)
+    behind = np.sort(rng.permutation(places)[:count])
     weights = rng.uniform(0.5, 1.5, count)
     lengths = np.diff(np.rint(resting * np.cumsum(weights) / weights.sum()), prepend=0.0)
     parts: list[FloatArray] = []
@@ -80,30 +83,27 @@ def _target(rng: np.random.Generator, position: float) -> float:
     return position + math.copysign(float(rng.uniform(0.2 / room, 1.0)) * room, end - position)
 
 
-def _deflections(
+def _joystick(
     rng: np.random.Generator, samples: int, dt_s: float, size: float, crossing_s: float
 ) -> list[FloatArray]:
-    """Deflections of a stick, each constant; its hand is not yet in them."""
-    pieces: list[FloatArray] = []
+    """Deflections of a stick by a hand of 2 to 5 Hz; a piece ends at the centre of the stick."""
+    deflections: list[FloatArray] = []
     position = 0.0
-    while sum(piece.size for piece in pieces) < samples:
+    while sum(part.size for part in deflections) < samples:
         way = _target(rng, position) - position
         duration = float(np.clip(crossing_s * rng.uniform(0.4, 2.0), 0.1, 2.0))
         # A full crossing changes the position by 2.
         level = min(size * float(rng.uniform(0.2, 1.0)), 0.5 * abs(way) * crossing_s / duration)
         position += math.copysign(2.0 * level * duration / crossing_s, way)
-        pieces.append(np.full(max(round(duration / dt_s), 1), math.copysign(level, way)))
-    return _cut(pieces, samples)
-
-
-def _hand(rng: np.random.Generator, speed: FloatArray, dt_s: float) -> FloatArray:
-    """Returns the stick's signal as a hand of 2 to 5 Hz moves it, behind its dead zone."""
+        deflections.append(np.full(max(round(duration / dt_s), 1), math.copysign(level, way)))
     pole = math.exp(-2.0 * math.pi * float(rng.uniform(2.0, 5.0)) * dt_s)
-    smooth = speed
+    smooth = np.concatenate(deflections)[:samples]
     for _ in range(2):
         smooth = np.asarray(lfilter([1.0 - pole], [1.0, -pole], smooth))
     beyond = np.maximum(np.abs(smooth) - STICK_DEAD_ZONE, 0.0) / (1.0 - STICK_DEAD_ZONE)
-    return np.asarray(np.copysign(beyond, smooth))
+    signal = np.copysign(beyond, smooth)
+    centred = np.flatnonzero((signal[1:] == 0.0) & (signal[:-1] != 0.0)) + 1
+    return list(np.split(signal, centred))
 
 
 def _trapezoids(

@@ -21,7 +21,7 @@ Seals = Literal["LuGre", "Dahl", "Bouc-Wen"]
 # Largest flow, in multiples of that at half the pressure difference: with all of it over one edge,
 # a flow law of exponent 0.5 to 0.54 passes 2^0.5 to 2^0.54; the rest is for unequal edges.
 LARGEST_FLOW = 1.5
-RELIEF_PART = 0.2  # share of the loss of pressure up to the flow at which the relief valve closes
+RELIEF_PART = 0.1  # share of the loss of pressure up to the flow at which the relief valve closes
 
 
 @dataclass(frozen=True)
