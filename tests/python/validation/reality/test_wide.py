@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ehsid.harness.rigs import parse_rig
@@ -215,7 +215,8 @@ def test_references_stay_within_the_travel(
     least = (0.42 - TRAVEL) * rig.stroke_m
     assert least - 1e-9 <= task.reference.min() <= task.reference.max()
     assert task.reference.max() <= rig.stroke_m - least + 1e-9
-    assert np.abs(task.forward).max() <= 1.0
+    if kind in MOVEMENTS:  # the other kinds lose their mean; the controller limits the command
+        assert np.abs(task.forward).max() <= 1.0
     # The loop is slower than the decay of the oil spring, 2 zeta omega.
     assert 0.0 < task.gain * rig.speed_m_s <= 0.6 * rig.damping_1_s + 1e-9
 
@@ -295,6 +296,7 @@ def test_the_supply_droops_only_where_that_is_the_effect(seed: int) -> None:
 
 
 @given(seed=st.integers(0, 10**6))
+@settings(max_examples=20)
 @pytest.mark.slow
 def test_any_case_stays_inside_the_machine(seed: int) -> None:
     dt_s = draw_sampling_time(seed, "wide")
