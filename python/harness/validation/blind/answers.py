@@ -32,6 +32,8 @@ class Answer:
         true values of the rig by full name, SI.
     largest_command
         largest command in each of the two records, as a share of rated command.
+    families
+        kinds of physics, measurement and excitation of a wide case by trait, to group results.
     """
 
     kind: Kind
@@ -43,6 +45,7 @@ class Answer:
     subsystem: tuple[str, ...]
     true: Mapping[str, float] = field(default_factory=dict)
     largest_command: tuple[float, ...] = ()
+    families: Mapping[str, str] = field(default_factory=dict)
 
 
 def read_answers(path: Path) -> dict[str, Answer]:

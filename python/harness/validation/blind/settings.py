@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 SENSORS = ("position", "pressures", "pressures+supply", "pressures+supply+spool")
-GRADES = ("plain", "hard", "confusable", "slow")
+GRADES = ("plain", "hard", "confusable", "slow", "wide")
 
 # Number of case seeds that belong to one check; no case seed belongs to two checks.
 SEEDS = 100_000

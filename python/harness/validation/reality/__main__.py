@@ -11,6 +11,7 @@ from rich.progress import Progress
 
 from ehsid.harness.validation.reality.batch import write_cases
 from ehsid.harness.validation.reality.case import COLUMNS, KINDS, Kind, Sensors
+from ehsid.harness.validation.reality.excitation import EXCITATION_SETS, ExcitationSet
 from ehsid.harness.validation.reality.nominal_rig import PLANTS, PlantKind
 from ehsid.harness.validation.reality.structure import GRADES, Grade
 
@@ -31,12 +32,16 @@ def command(
         str | None, typer.Option(help=f"{', '.join(COLUMNS)}; a mix if left out")
     ] = None,
     plant: Annotated[str, typer.Option(help=", ".join(PLANTS))] = "ehs",
+    excitations: Annotated[
+        str, typer.Option(help=f"of wide cases, of two disjoint sets: {', '.join(EXCITATION_SETS)}")
+    ] = "all",
 ) -> None:
     """Write blind cases: rig.toml, train.csv and validate.csv of machines with withheld effects."""
     _check_known("--grade", grade, GRADES)
     _check_known("--kind", kind, KINDS)
     _check_known("--sensors", sensors, tuple(COLUMNS))
     _check_known("--plant", plant, PLANTS)
+    _check_known("--excitations", excitations, tuple(EXCITATION_SETS))
     with Progress(transient=True) as bar:
         task = bar.add_task("cases", total=1.0)
         try:
@@ -49,6 +54,7 @@ def command(
                 cast(Sensors | None, sensors),
                 cast(PlantKind, plant),
                 progress=lambda share: bar.update(task, completed=share),
+                among=cast(ExcitationSet, excitations),
             )
         except (ValueError, OSError) as error:
             raise typer.BadParameter(str(error)) from error

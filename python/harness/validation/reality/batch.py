@@ -16,6 +16,7 @@ import numpy as np
 from ehsid.harness.files import result_files, result_folder, write_text
 from ehsid.harness.parallel import run_tasks
 from ehsid.harness.validation.reality.case import KINDS, Kind, Sensors, make_case
+from ehsid.harness.validation.reality.excitation import ExcitationSet
 from ehsid.harness.validation.reality.nominal_rig import PlantKind
 from ehsid.harness.validation.reality.structure import Grade
 from ehsid.harness.validation.reality.writing import FILES, record_text, write_case
@@ -47,10 +48,12 @@ def draw_seconds(seed: int, grade: Grade) -> float:
 
 
 def draw_sampling_time(seed: int, grade: Grade) -> float:
-    """Draws the sampling time, s: 20 or 50 ms for slow records, 1 ms for all others."""
-    if grade != "slow":
-        return 1e-3
-    return (0.02, 0.05)[int(np.random.default_rng((seed, 10)).integers(2))]
+    """Draws the sampling time, s: 20 or 50 ms for slow records, 1 ms for plain and hard ones.
+
+    Wide records have 0.5, 1, 2 or 4 ms.
+    """
+    choice = {"slow": (0.02, 0.05), "wide": (5e-4, 1e-3, 2e-3, 4e-3)}.get(grade, (1e-3,))
+    return choice[int(np.random.default_rng((seed, 10)).integers(len(choice)))]
 
 
 def write_drawn_case(
@@ -63,6 +66,7 @@ def write_drawn_case(
     seconds: float | None = None,
     effects: Sequence[str] | None = None,
     transfer: Path | None = None,
+    among: ExcitationSet = "all",
 ) -> tuple[str, dict[str, Any]]:
     """Writes one case and returns its name and answer.
 
@@ -77,6 +81,7 @@ def write_drawn_case(
         plant=plant,
         seconds=draw_seconds(seed, grade) if seconds is None else seconds,
         dt_s=draw_sampling_time(seed, grade),
+        among=among,
     )
     write_case(case, folder / case.name)
     if transfer is not None:
@@ -95,6 +100,7 @@ def write_cases(
     plant: PlantKind = "ehs",
     seconds: float | None = 20.0,
     progress: Callable[[float], None] | None = None,
+    among: ExcitationSet = "all",
 ) -> None:
     """Writes folders of cases, and their answers by name to a file outside of them.
 
@@ -106,6 +112,8 @@ def write_cases(
         kind and sensors of all cases; drawn for each case where None.
     seconds
         length of each record, s; drawn for each case where None.
+    among
+        set of which the excitations of wide cases are drawn.
     progress
         called with the share of the cases that is done.
 
@@ -126,7 +134,9 @@ def write_cases(
     ):
         tasks = [
             functools.partial(
-                write_drawn_case, cases / target.name, seed, grade, kind, sensors, plant, seconds
+                write_drawn_case,
+                *(cases / target.name, seed, grade, kind, sensors, plant, seconds),
+                among=among,
             )
             for seed in seeds
         ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
@@ -14,8 +14,19 @@ import numpy as np
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.validation.reality import machine as equations
 from ehsid.harness.validation.reality.effects import CATALOGUE, EXCLUSIVE_PAIRS, Effect, Sizes
-from ehsid.harness.validation.reality.excitation import EXCITATIONS, Excitation, Task, draw_task
-from ehsid.harness.validation.reality.noise import Noise, draw_noise
+from ehsid.harness.validation.reality.excitation import (
+    EXCITATION_SETS,
+    EXCITATIONS,
+    WEAK_LOOP_RAD_S,
+    Excitation,
+    ExcitationSet,
+    Task,
+    draw_excitations,
+    draw_task,
+    weak_loop,
+)
+from ehsid.harness.validation.reality.families import families
+from ehsid.harness.validation.reality.noise import Noise, draw_logger, draw_noise, usual_logger
 from ehsid.harness.validation.reality.nominal_rig import (
     LAG,
     NominalRig,
@@ -27,11 +38,14 @@ from ehsid.harness.validation.reality.nominal_rig import (
 from ehsid.harness.validation.reality.outside import OUTSIDE, Faults, faults
 from ehsid.harness.validation.reality.structure import Grade, build, draw_structure
 from ehsid.harness.validation.reality.truth import Truth
+from ehsid.harness.validation.reality.variants import Variants, draw_variants, with_variants
+from ehsid.harness.validation.reality.wide_rig import draw_wide_rig
 
 Kind = Literal["one", "two", "none", "params", "open"]
 Sensors = Literal["position", "pressures", "pressures+supply", "pressures+supply+spool"]
 KINDS: tuple[Kind, ...] = ("one", "two", "none", "params", "open")
 BEFORE_S = 1.0  # the machine runs for this time before the record begins
+LEAST_SLIDING_S = 1.5e-5  # in which the seals of a wide machine bend to where they slide
 
 COLUMNS: Mapping[Sensors, tuple[str, ...]] = MappingProxyType(
     {
@@ -89,6 +103,7 @@ def make_case(
     plant: PlantKind = "ehs",
     seconds: float = 20.0,
     dt_s: float = 0.001,
+    among: ExcitationSet = "all",
 ) -> RealityCase:
     """Makes one blind case; the same arguments always make the same case.
 
@@ -104,15 +119,24 @@ def make_case(
         ids of the effects, or their sizes by id, for kinds with effects; drawn where None.
     excitation
         excitation of the first two records; drawn where None.
+    among
+        set of which the excitations of a wide case are drawn.
 
     Raises
     ------
     ValueError
-        an effect is not known, or the kind has another number of effects.
+        an effect is not known, the kind has another number of effects, or a wide case is asked of
+        an axis or a set of excitations of another grade.
     """
-    streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(7)]
-    rig_rng, value_rng, task_rng, noise_rng, effect_rng, fault_rng, transfer_rng = streams
-    rig = draw_nominal_rig(rig_rng, plant)
+    wide = grade == "wide"
+    if wide and plant != "ehs":
+        raise ValueError("grade 'wide' has hydraulic servos only; leave out --plant")
+    if among != "all" and not wide:
+        raise ValueError(f"--excitations {among}: only grade 'wide' has sets, not '{grade}'")
+    streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(11)]
+    rig_rng, value_rng, task_rng, noise_rng, effect_rng, fault_rng, transfer_rng = streams[:7]
+    severity_rng, variant_rng, logger_rng, excitation_rng = streams[7:]
+    rig = draw_wide_rig(rig_rng) if wide else draw_nominal_rig(rig_rng, plant)
     name = f"{int(rig_rng.integers(2**32)):08x}"
     sizes_by_effect = _sizes(effect_rng, rig, kind, effects)
     if "valve_lag" in sizes_by_effect:  # a lag that the rig file states would be no gap
@@ -123,23 +147,35 @@ def make_case(
     elif kind == "params":
         accuracy = "moved"
     true_values = draw_true_values(value_rng, rig, accuracy)
-    structure = draw_structure(value_rng, rig, grade)
+    severity = float(severity_rng.random()) if wide else float(grade == "hard")
+    structure = draw_structure(value_rng, rig, severity)
+    if wide:  # at full speed, seals bend and slide within a time that does not take tiny steps
+        structure["bristle_m"] = max(structure["bristle_m"], LEAST_SLIDING_S * rig.speed_m_s)
     machine = build(rig, true_values, structure)
-    if grade == "hard":  # its saturation differs from the tanh by at most 2.2 % of the limit
+    if severity >= 0.5:  # its saturation differs from the tanh by at most 2.2 % of the limit
         machine = machine._replace(limit_power=2.7)
-    healthy = machine
+    variants = draw_variants(variant_rng) if wide else Variants()
+    healthy = with_variants(machine, variants, ())
     for effect, sizes in sizes_by_effect.items():
         machine = _definition(effect).put(machine, sizes, structure["bristle_m"])
+    machine = with_variants(machine, variants, sizes_by_effect)
+    hard = grade == "hard"
+    logger = draw_logger(logger_rng, rig, dt_s) if wide else usual_logger(rig, dt_s, hard)
 
-    excitations = excitation or _draw_excitation(task_rng, grade)
+    excitations = excitation or (
+        draw_excitations(excitation_rng, among) if wide else _draw_excitation(task_rng, grade)
+    )
     open_loop = (False, bool(task_rng.random() < 0.25))
     samples = round((seconds + BEFORE_S) / dt_s)
 
     def record(
         excitation_kind: Excitation, is_open: bool, small: bool, draws: Draws
     ) -> dict[str, FloatArray]:
-        task = draw_task(draws.task, rig, excitation_kind, samples, dt_s, small, is_open)
-        noise = draw_noise(draws.noise, rig, samples, dt_s, grade == "hard")
+        weak_rad_s = None
+        if is_open:
+            weak_rad_s = weak_loop(rig) if wide else WEAK_LOOP_RAD_S
+        task = draw_task(draws.task, rig, excitation_kind, samples, dt_s, small, weak_rad_s)
+        noise = draw_noise(draws.noise, rig, samples, logger)
         record_faults = faults(sizes_by_effect, draws.faults, samples, dt_s)
         step = max(
             noise.position_step_m, sizes_by_effect.get("sensor_quantisation", {}).get("step_m", 0.0)
@@ -152,9 +188,10 @@ def make_case(
         record(excitation_kind, is_open, small, draws)
         for excitation_kind, is_open in zip(excitations, open_loop, strict=True)
     )
-    transfer_excitation = _another_excitation(transfer_rng, excitations)
+    kinds = EXCITATION_SETS[among] if wide else EXCITATIONS
+    transfer_excitation = _another_excitation(transfer_rng, kinds, excitations)
     transfer = record(transfer_excitation, False, False, Draws(*transfer_rng.spawn(3)))
-    answer = {
+    answer: dict[str, Any] = {
         "kind": kind,
         "plant": plant,
         "grade": grade,
@@ -176,6 +213,15 @@ def make_case(
         "told": dict(rig.values),
         "structure": structure,
     }
+    if wide:
+        answer |= {
+            "severity": severity,
+            "variants": asdict(variants),
+            "logger": asdict(logger),
+            "families": families(
+                rig, machine, structure, logger, dt_s, sizes_by_effect, excitations
+            ),
+        }
     return RealityCase(
         name, rig_text(rig, f"rig-{name}"), train, validate, transfer, answer, machine, healthy
     )
@@ -226,10 +272,10 @@ def _draw_excitation(rng: np.random.Generator, grade: Grade) -> tuple[Excitation
 
 
 def _another_excitation(
-    rng: np.random.Generator, used: tuple[Excitation, Excitation]
+    rng: np.random.Generator, kinds: Sequence[Excitation], used: tuple[Excitation, Excitation]
 ) -> Excitation:
     """Draws a kind of excitation that the first two records do not use."""
-    unused = [kind for kind in EXCITATIONS if kind not in used]
+    unused = [kind for kind in kinds if kind not in used]
     return unused[int(rng.integers(len(unused)))]
 
 

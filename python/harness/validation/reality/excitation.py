@@ -7,20 +7,36 @@ Nothing here depends on an effect; amplitudes follow from the values in the rig 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.validation.reality.movements import MOVEMENTS, Movement, draw_movement
 from ehsid.harness.validation.reality.nominal_rig import NominalRig, spread
 
-Excitation = Literal["multisine", "steps", "triangle", "chirp", "prbs"]
-EXCITATIONS: tuple[Excitation, ...] = ("multisine", "steps", "triangle", "chirp", "prbs")
+Experiment = Literal["multisine", "steps", "triangle", "chirp", "prbs"]
+Excitation = Literal[Experiment, Movement]
+EXCITATIONS: tuple[Experiment, ...] = ("multisine", "steps", "triangle", "chirp", "prbs")
+ExcitationSet = Literal["all", "training", "validation"]
+# Kinds of wide records. What is calibrated on one set can be tested on the other: no kind is in
+# both, and those that are alike are in the same.
+EXCITATION_SETS: Mapping[ExcitationSet, tuple[Excitation, ...]] = MappingProxyType(
+    {
+        "all": (*EXCITATIONS, *MOVEMENTS),
+        "training": ("multisine", "steps", "prbs", "joystick", "trapezoid"),
+        "validation": ("triangle", "chirp", "stepped_sine", "growing"),
+    }
+)
+EXPERIMENTS_SHARE = 0.4  # of wide records are of the kinds without rests
 TRAVEL = 0.28  # share of the stroke, to each side of the working point
 # Largest bandwidth of the position loop, rad per sample: the command that is held for a sample then
 # takes less than 10 degrees of phase from the loop.
 LARGEST_GAIN = 0.3
+WEAK_LOOP_RAD_S = 1.5
 
 
 @dataclass(frozen=True)
@@ -43,7 +59,7 @@ def draw_task(
     samples: int,
     dt_s: float,
     small: bool,
-    open_loop: bool,
+    weak_loop_rad_s: float | None,
 ) -> Task:
     """Draws a reference, its feed-forward, and a gain that the rig as configured tolerates.
 
@@ -51,31 +67,66 @@ def draw_task(
     ----------
     small
         whether the motion is slow and small: up to 1.5 Hz and 15 % of the rated command.
-    open_loop
-        whether the feed-forward is the command; the loop only keeps the rod from drifting away.
+    weak_loop_rad_s
+        bandwidth of the loop, rad/s, where the feed-forward is the command, and the loop only keeps
+        the rod from drifting away; None: it controls the position.
     """
     working_point = rig.stroke_m * float(rng.uniform(0.42, 0.58)) if rig.plant == "ehs" else 0.0
     bandwidth = float(np.clip(rng.uniform(0.25, 0.6) * rig.damping_1_s, 1.5, 25.0))
     bandwidth = min(bandwidth, LARGEST_GAIN / dt_s)
-    if open_loop:
-        bandwidth = 1.5
+    if weak_loop_rad_s is not None:
+        bandwidth = weak_loop_rad_s
     gain = bandwidth / rig.speed_m_s
     size = float(rng.uniform(0.05, 0.15) if small else rng.uniform(0.6, 1.0))
-    speed = rig.speed_m_s
     if kind == "steps":
         levels = working_point + _steps(rng, rig, samples, dt_s, size / gain)
         return Task(np.zeros(samples), levels, gain)
+    if kind in MOVEMENTS:
+        crossing_s = 2.0 * TRAVEL * rig.stroke_m / rig.speed_m_s
+        movement = draw_movement(rng, kind, samples, dt_s, size, crossing_s)
+        return _along(movement, rig, working_point, gain, dt_s)
     relative_speed = {
         "multisine": _multisine,
         "triangle": _triangle,
         "chirp": _chirp,
         "prbs": _prbs,
     }[kind](rng, rig, samples, dt_s, size, small)
-    relative_speed = relative_speed - relative_speed.mean()
-    path = speed * dt_s * np.concatenate(([0.0], np.cumsum(relative_speed)[:-1]))
+    return _along(relative_speed - relative_speed.mean(), rig, working_point, gain, dt_s)
+
+
+def _along(
+    relative_speed: FloatArray, rig: NominalRig, working_point: float, gain: float, dt_s: float
+) -> Task:
+    """Returns the task of this speed, which is reduced to keep the rod within the travel."""
+    path = rig.speed_m_s * dt_s * np.concatenate(([0.0], np.cumsum(relative_speed)[:-1]))
     path -= 0.5 * (path.max() + path.min())
     reduction = min(1.0, TRAVEL * rig.stroke_m / max(float(np.abs(path).max()), 1e-9))
     return Task(reduction * relative_speed, working_point + reduction * path, gain)
+
+
+def weak_loop(rig: NominalRig) -> float:
+    """Bandwidth, rad/s, of the loop that keeps a wide machine in open loop from drifting away.
+
+    Fast machines drift faster: a speed that is wrong by a fifth then moves the rod by a fifth of
+    the stroke at most. Half of the decay of the oil spring keeps the loop stable.
+    """
+    return max(WEAK_LOOP_RAD_S, min(rig.speed_m_s / rig.stroke_m, 0.5 * rig.damping_1_s))
+
+
+def draw_excitations(
+    rng: np.random.Generator, among: ExcitationSet
+) -> tuple[Excitation, Excitation]:
+    """Draws two kinds of this set for a wide case; each has rests in three of five cases."""
+    drawn: list[Excitation] = []
+    for _ in range(2):
+        is_experiment = bool(rng.random() < EXPERIMENTS_SHARE)
+        left = [
+            kind
+            for kind in EXCITATION_SETS[among]
+            if (kind in EXCITATIONS) == is_experiment and kind not in drawn
+        ]
+        drawn.append(left[int(rng.integers(len(left)))])
+    return drawn[0], drawn[1]
 
 
 def _lowest_hz(rig: NominalRig, size: float) -> float:

@@ -8,7 +8,11 @@ Sources: C. Canudas de Wit et al., A new model for control of systems with frict
 Automatic Control 40(3), 1995 (friction); H. Olsson, Control systems with friction, Lund 1996
 (its damping that fades with speed); A. Ellman, R. Piche, A two regime orifice flow formula for
 numerical simulation, J. Dyn. Syst. Meas. Control 121(4), 1999, and W. Borutzky et al., Simulation
-Modelling Practice and Theory 10(3-4), 2002 (flow); F. D. Murnaghan, PNAS 30(9), 1944 (oil).
+Modelling Practice and Theory 10(3-4), 2002 (flow); F. D. Murnaghan, PNAS 30(9), 1944 (oil);
+P. R. Dahl, Solid friction damping of mechanical vibrations, AIAA Journal 14(12), 1976; F. Ikhouane,
+J. Rodellar, Systems with hysteresis, Wiley 2007 (Bouc-Wen law, normalised form); K. Kuhnen,
+Modeling, identification and compensation of complex hysteretic nonlinearities, European Journal of
+Control 9(4), 2003 (Prandtl-Ishlinskii operator).
 """
 
 from __future__ import annotations
@@ -38,6 +42,9 @@ STOP_RAD_S = 1500.0  # sqrt(stiffness / mass) at the end stops
 # The number of integration steps is chosen anew at least this often, s: within a sampling time of
 # 50 ms, a rod that starts at rest reaches speeds at which its bristles need far shorter steps.
 CHOSEN_ANEW_S = 1e-3
+# A sample that is later than this, s, is integrated; one Euler step reaches earlier ones: pressures
+# settle within some 100 us, and a fifth of that has an error of 2 % of the change in that time.
+EULER_LATE_S = 2e-5
 
 
 @compiled
@@ -124,6 +131,64 @@ def friction_factor(y: float, t: Truth) -> float:
 
 
 @compiled
+def bristle_rate(v: float, z: float, g: float, t: Truth) -> float:
+    """Rate, m/s, at which the bristles' deflection z, m, changes at the speed v, m/s.
+
+    g is the steady friction force at this speed, N.
+    """
+    if t.dahl_exponent > 0.0:
+        # Dahl: z' = v |1 - s0 z sgn(v) / F_s|^i sgn(1 - s0 z sgn(v) / F_s)
+        left = 1.0 - math.copysign(t.bristle_n_m * z / t.static_n, v * z)
+        return v * math.copysign(math.pow(abs(left), t.dahl_exponent), left)
+    if t.bouc_wen_power > 0.0:
+        # Bouc-Wen: z' = v - sigma |v| |w|^(n-1) w + (sigma - 1) v |w|^n,  w = s0 z / F_s
+        w = t.bristle_n_m * z / t.static_n
+        size = math.pow(abs(w), t.bouc_wen_power)
+        return (
+            v
+            + (t.bouc_wen_sigma - 1.0) * v * size
+            - t.bouc_wen_sigma * abs(v) * math.copysign(size, w)
+        )
+    # LuGre: z' = v - s0 |v| z / g(v)
+    return v - t.bristle_n_m * abs(v) * z / g
+
+
+@compiled
+def bristle_force(z: float, g: float, t: Truth) -> float:
+    """Force, N, of bristles at the deflection z, m, without their damping; g as `bristle_rate`."""
+    # LuGre, Dahl: F = s0 z;  Bouc-Wen: F = g(v) s0 z / F_s
+    force = t.bristle_n_m * z
+    return force * g / t.static_n if t.bouc_wen_power > 0.0 else force
+
+
+@compiled
+def supplied_flow(p: float, t: Truth) -> float:
+    """Flow, m^3/s, from the source into the accumulator or line at the pressure p, Pa."""
+    # q = (p_0 - p) / R
+    flow = (t.source_pa - p) / t.source_resistance_pa_s_m3
+    if t.pump_flow_m3_s > 0.0 and flow > t.pump_flow_m3_s:
+        # The relief valve is closed: q = q_p + (p_0 - R q_p - p) / R_s
+        closed_pa = t.source_pa - t.source_resistance_pa_s_m3 * t.pump_flow_m3_s
+        flow = t.pump_flow_m3_s + (closed_pa - p) / t.slip_resistance_pa_s_m3
+    return flow
+
+
+@compiled
+def hysteresis(u: float, plays: FloatArray, t: Truth) -> float:
+    """Prandtl-Ishlinskii operator: weighted sum of plays; their outputs (5,) are changed in place.
+
+    `u` is a fraction of the rated command.
+    """
+    # y_i = min(max(y_i, u - r_i), u + r_i),  y = sum w_i y_i
+    total = 0.0
+    for i in range(plays.size):
+        r = t.play_half_widths[i]
+        plays[i] = min(max(plays[i], u - r), u + r)
+        total += t.play_weights[i] * plays[i]
+    return total
+
+
+@compiled
 def warming_share(time: float, t: Truth) -> float:
     """Share of the warming that is complete at this time, 0 to 1."""
     return 1.0 - math.exp(-time / t.warming_s)
@@ -190,18 +255,17 @@ def slope_of(
         capacity = t.accumulator_m3_pa * (t.source_pa / s[P_S]) ** (
             1.0 + 1.0 / ACCUMULATOR_POLYTROPIC
         )
-        supplied = (t.source_pa - s[P_S]) / t.source_resistance_pa_s_m3
-        d[P_S] = (supplied - q_pa - q_pb) / capacity
+        d[P_S] = (supplied_flow(s[P_S], t) - q_pa - q_pb) / capacity
         drive = t.area_a_m2 * (p_a - ATMOSPHERE_PA) - t.area_b_m2 * (p_b - ATMOSPHERE_PA)
 
     force = drive - t.load_n - t.spring_n_m * (y - 0.5 * t.stroke_m)
     force -= t.viscous_n_s_m * (1.0 + t.warming_viscous * warming) * v
-    # LuGre: z' = v - s0 |v| z / g(v);  F = s0 z + s1(v) z',  s1 fading with speed
+    # F = s0 z + s1(v) z',  s1 fading with speed
     g = sliding_friction(v, t)
     if g > 0.0:
-        d[Z] = v - t.bristle_n_m * abs(v) * s[Z] / g
+        d[Z] = bristle_rate(v, s[Z], g, t)
         r = v / t.stribeck_m_s
-        bristle = t.bristle_n_m * s[Z] + t.bristle_n_s_m * math.exp(-r * r) * d[Z]
+        bristle = bristle_force(s[Z], g, t) + t.bristle_n_s_m * math.exp(-r * r) * d[Z]
         force -= friction_factor(y, t) * bristle
     else:
         d[Z] = 0.0
@@ -258,7 +322,10 @@ def steps_per_second(s: FloatArray, t: Truth, refinement: int) -> float:
     if t.static_n > 0.0:
         largest_factor = 1.0 + t.local_share
         fastest_rad_s = max(fastest_rad_s, math.sqrt(largest_factor * t.bristle_n_m / t.mass_kg))
-        decay_1_s = max(decay_1_s, t.bristle_n_m * abs(s[V]) / sliding_friction(s[V], t))
+        settling_1_s = t.bristle_n_m * abs(s[V]) / sliding_friction(s[V], t)
+        # The derivative of |w|^n at the sliding deflection is n.
+        settling_1_s *= max(1.0, t.dahl_exponent, t.bouc_wen_power)
+        decay_1_s = max(decay_1_s, settling_1_s)
         decay_1_s = max(decay_1_s, largest_factor * t.bristle_n_s_m / t.mass_kg)
     if t.second_mass_kg > 0.0:
         smaller_mass = min(t.mass_kg, t.second_mass_kg)
@@ -379,13 +446,20 @@ def run(
     whole_samples = math.floor(t.delay_s / dt_s)
     fraction_s = t.delay_s - whole_samples * dt_s
     spool_command = 0.0  # command to the spool, after play or stiction
+    plays = np.zeros(len(t.play_weights))
     for k in range(n):
         time = k * dt_s
         contact = min(max(sensor_position, s[Y] - t.sensor_play_m), s[Y] + t.sensor_play_m)
-        # One Euler step gives the late sample; its error is of second order in microseconds.
         slope_of(time, s, spool_command, sensor_position, t, d)
-        motion_until_sampled = d[M] * late[k] if t.sensor_lag_s > 0.0 else s[V] * late[k]
-        reading = (s[M] if t.sensor_lag_s > 0.0 else contact) + motion_until_sampled + error[k]
+        if late[k] > EULER_LATE_S:
+            sampled = s.copy()
+            contact = advance(time, late[k], sampled, spool_command, sensor_position, t, refinement)
+            reading = (sampled[M] if t.sensor_lag_s > 0.0 else contact) + error[k]
+            seen = sampled
+        else:
+            sampled, seen = s + late[k] * d, s
+            motion_until_sampled = d[M] * late[k] if t.sensor_lag_s > 0.0 else s[V] * late[k]
+            reading = (s[M] if t.sensor_lag_s > 0.0 else contact) + motion_until_sampled + error[k]
         reading = t.sensor_step_m * np.rint(reading / t.sensor_step_m)
         u = min(max(forward[k] + gain * (reference[k] - reading), -1.0), 1.0)
         sent[k] = command_step * np.rint(u / command_step)
@@ -393,12 +467,12 @@ def run(
         out[k, OUT_Y] = reading
         p_a, p_b = ATMOSPHERE_PA, ATMOSPHERE_PA
         if t.force_per_unit_n == 0.0:
-            p_a, p_b = chamber_pressures(time + late[k], s + late[k] * d, t)
+            p_a, p_b = chamber_pressures(time + late[k], sampled, t)
         out[k, OUT_P_A] = p_a
         out[k, OUT_P_B] = p_b
-        out[k, OUT_P_S] = valve_pressure(time + late[k], s, t)
-        out[k, OUT_X] = s[X]
-        out[k, OUT_V] = s[V]
+        out[k, OUT_P_S] = valve_pressure(time + late[k], seen, t)
+        out[k, OUT_X] = seen[X]
+        out[k, OUT_V] = seen[V]
         # The delayed command changes at t_k + part, so the period is integrated in two pieces.
         for piece in range(2):
             span = fraction_s if piece == 0 else dt_s - fraction_s
@@ -408,6 +482,8 @@ def run(
             if t.stick > 0.0:
                 if abs(u - spool_command) > t.stick:
                     spool_command = u
+            elif t.play_weights[0] > 0.0:
+                spool_command = hysteresis(u, plays, t)
             else:
                 spool_command = min(max(spool_command, u - t.play), u + t.play)
             sensor_position = advance(time, span, s, spool_command, sensor_position, t, refinement)

@@ -60,7 +60,8 @@ def spread(rng: np.random.Generator, low: float, high: float) -> float:
     return float(math.exp(rng.uniform(math.log(low), math.log(high))))
 
 
-def _four_digits(values: Mapping[str, float]) -> dict[str, float]:
+def four_digits(values: Mapping[str, float]) -> dict[str, float]:
+    """Returns the values with the four digits of a data sheet."""
     return {name: float(f"{value:.4g}") for name, value in values.items()}
 
 
@@ -88,7 +89,7 @@ def _draw_servo(rng: np.random.Generator) -> NominalRig:
     flow_gain = speed * 0.5 * (area_a + area_b) / math.sqrt(0.5 * (supply - tank))
     rated_drop = float(rng.choice([3.5e6, 3.5e6, 0.5e6]))
     rated_command = float(rng.choice([10.0, 10.0, 10.0, 5.0]))
-    values = _four_digits(
+    values = four_digits(
         {
             "cylinder.bore_m": bore,
             "cylinder.rod_m": rod,
@@ -117,7 +118,7 @@ def _draw_axis(rng: np.random.Generator) -> NominalRig:
     speed = spread(rng, 0.5, 2.0)
     viscous = mass * spread(rng, 1.0, 6.0)
     force = viscous * speed
-    values = _four_digits(
+    values = four_digits(
         {
             "axis.mass_kg": mass,
             "axis.viscous_friction_n_s_m": viscous,

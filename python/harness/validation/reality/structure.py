@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,36 +13,38 @@ from ehsid.harness.validation.reality.machine import compression
 from ehsid.harness.validation.reality.nominal_rig import LAG, NominalRig
 from ehsid.harness.validation.reality.truth import Truth
 
-Grade = Literal["plain", "hard", "confusable", "slow"]
-GRADES: tuple[Grade, ...] = ("plain", "hard", "confusable", "slow")
+Grade = Literal["plain", "hard", "confusable", "slow", "wide"]
+GRADES: tuple[Grade, ...] = ("plain", "hard", "confusable", "slow", "wide")
+LEAST_AMPLIFIER_S = 5e-5  # a shorter lag is hidden behind that of the spool, and costs many steps
 
 
-def draw_structure(rng: np.random.Generator, rig: NominalRig, grade: Grade) -> dict[str, float]:
+def draw_structure(rng: np.random.Generator, rig: NominalRig, severity: float) -> dict[str, float]:
     """Draws the deviations of the true machine from the simulator that are not effects.
 
-    They are large, all at once, in hard machines, and small in all others. Every grade takes the
-    same draws from the stream.
+    They are large, all at once, with a severity of 1, and small with 0; in between, their ranges
+    are geometric means. Every severity takes the same draws from the stream.
     """
     draws = {name: float(rng.uniform(-1.0, 1.0)) for name in _DRAWS}
-    hard = grade == "hard"
+
+    def mean(plain: float, hard: float) -> float:
+        return math.pow(plain, 1.0 - severity) * math.pow(hard, severity)
 
     def between(
         name: str, plain_range: tuple[float, float], hard_range: tuple[float, float]
     ) -> float:
-        low, high = hard_range if hard else plain_range
+        low, high = (mean(*ends) for ends in zip(plain_range, hard_range, strict=True))
         return low * math.pow(high / low, 0.5 + 0.5 * draws[name])
 
     bristle_m = between("bristle", (8e-6, 2e-5), (1.5e-5, 4e-5))  # deflection when it slides
     structure = {"bristle_m": bristle_m}
     if rig.plant == "axis":
         return structure
-    gain_deviation = 0.03 if hard else 0.003
-    overlap = 0.004 if hard else 0.0005
+    gain_deviation, overlap = mean(0.003, 0.03), mean(0.0005, 0.004)
     structure |= {
         "spool_rad_s": 2.0 * math.pi * between("spool", (250.0, 400.0), (150.0, 260.0)),
         "spool_damping": 0.8 + 0.15 * draws["damping"],
         "spool_slew_1_s": between("slew", (1500.0, 3000.0), (90.0, 200.0)),
-        "flow_exponent": 0.5 + (0.0225 + 0.0175 * draws["exponent"] if hard else 0.0),
+        "flow_exponent": 0.5 + severity * (0.0225 + 0.0175 * draws["exponent"]),
         "transition_pa": between("transition", (1e4, 3e4), (3e4, 2e5)),
         "round_width": between("round", (8e-4, 2e-3), (2e-3, 8e-3)),
         "bulk_slope": between("slope", (3.0, 6.0), (8.0, 16.0)),
@@ -52,15 +54,16 @@ def draw_structure(rng: np.random.Generator, rig: NominalRig, grade: Grade) -> d
         # Pressure lost at full flow, as a share of the supply pressure, and its time constant.
         "droop_share": between("droop", (5e-4, 1.5e-3), (2e-3, 6e-3)),
         "droop_s": between("droop_s", (3e-3, 1e-2), (3e-3, 3e-2)),
-        "warming_viscous": -abs(draws["warming"]) * (0.15 if hard else 0.02),
-        "warming_bulk": -abs(draws["warming"]) * (0.03 if hard else 0.004),
+        "warming_viscous": -abs(draws["warming"]) * mean(0.02, 0.15),
+        "warming_bulk": -abs(draws["warming"]) * mean(0.004, 0.03),
     }
     for name in ("pa", "at", "pb", "bt"):
         structure[f"gain_{name}"] = 1.0 + gain_deviation * draws[f"gain_{name}"]
         structure[f"overlap_{name}"] = overlap * draws[f"overlap_{name}"]
-    if hard:
-        structure["amplifier_s"] = 2.75e-4 + 1.25e-4 * draws["amplifier"]
-        structure["seal_n"] = rig.force_n * between("seal", (1.0, 1.0), (2e-4, 1e-3))
+    if severity > 0.0:
+        amplifier_s = severity * (2.75e-4 + 1.25e-4 * draws["amplifier"])
+        structure["amplifier_s"] = max(amplifier_s, LEAST_AMPLIFIER_S)
+        structure["seal_n"] = rig.force_n * between("seal", (2e-5, 1e-4), (2e-4, 1e-3))
     return structure
 
 
@@ -76,7 +79,7 @@ def build(
     rig: NominalRig, true_values: Mapping[str, float], structure: Mapping[str, float]
 ) -> Truth:
     """Returns the constants of the machine with these true values and this structure."""
-    constants = dict(structure)
+    constants: dict[str, Any] = dict(structure)
     bristle_m = constants.pop("bristle_m")
     if rig.plant == "axis":
         machine = Truth(

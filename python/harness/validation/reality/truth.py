@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Constants of the generator's machine; every field is a float, so that numba can compile it."""
+"""Constants of the generator's machine: floats and tuples of floats, which numba can compile."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
+
+# Widths and weights of the play elements of a hysteresis; unused elements have weight 0.
+Plays = tuple[float, float, float, float, float]
+NO_PLAYS: Plays = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Truth(NamedTuple):
@@ -47,25 +51,35 @@ class Truth(NamedTuple):
     spool_damping: float = 0.8
     spool_slew_1_s: float = 1e3
     play: float = 0.0  # half-width
+    # Prandtl-Ishlinskii hysteresis in place of the play; the first weight is 0: none
+    play_half_widths: Plays = NO_PLAYS
+    play_weights: Plays = NO_PLAYS
     stick: float = 0.0  # the spool stays until its command changes by more than this
     delay_s: float = 0.0
-    # Supply: pump with a linear characteristic, gas accumulator, pressure ripple
+    # Supply: pump with a linear characteristic, gas accumulator, pressure ripple. With a relief
+    # valve, the resistance is that of the valve's characteristic up to the flow of the pump, and
+    # that of the pump's slip beyond it.
     source_pa: float = 1e7
     tank_pa: float = 2e5
     source_resistance_pa_s_m3: float = 1e7
     accumulator_m3_pa: float = 1e-10  # at source pressure
+    pump_flow_m3_s: float = 0.0  # 0: no relief valve
+    slip_resistance_pa_s_m3: float = 1e7
     hum_share: float = 0.0
     hum_hz: float = 100.0
     # Leakages, laminar
     leak_ab_m3_s_pa: float = 0.0
     leak_a_m3_s_pa: float = 0.0
     leak_b_m3_s_pa: float = 0.0
-    # Friction: LuGre
+    # Friction: LuGre, or Dahl with an exponent above 0, or Bouc-Wen with a power above 0
     coulomb_n: float = 0.0
     static_n: float = 0.0
     stribeck_m_s: float = 0.01
     bristle_n_m: float = 1e7
     bristle_n_s_m: float = 0.0
+    dahl_exponent: float = 0.0
+    bouc_wen_power: float = 0.0
+    bouc_wen_sigma: float = 1.0  # 0.5: unloading is linear; 1: as after Dahl
     local_share: float = 0.0  # relative increase of friction about one place
     local_at_m: float = 0.0
     local_width_m: float = 1.0

@@ -96,7 +96,8 @@ def test_a_check_has_all_grades_and_a_separate_file_of_answers(made: Path) -> No
     assert sorted(answers) == names
     assert len(names) == TINY.count
     assert {answer["grade"] for answer in answers.values()} == set(GRADES)
-    assert sorted(answer["seed"] for answer in answers.values()) == [700000 + i for i in range(4)]
+    seeds = sorted(answer["seed"] for answer in answers.values())
+    assert seeds == [700000 + i for i in range(TINY.count)]
     for name in names:
         files = sorted(path.name for path in (made / "cases" / name).iterdir())
         assert files == ["rig.toml", "train.csv", "validate.csv"]
@@ -209,7 +210,7 @@ def test_an_error_is_a_result_and_the_others_go_on(check: Path) -> None:
     names = unfinished_cases(check)
     with workers(1):
         outcomes = list(run_check(check, verify(check), StandIn(fails=(f"rig-{names[1]}",))))
-    assert [outcome.failed for outcome in outcomes] == [False, True, False, False]
+    assert [outcome.failed for outcome in outcomes] == [False, True, False, False, False]
     text = (check / "results" / names[1] / ERROR).read_text(encoding="utf-8")
     assert f"no root for rig-{names[1]}" in text
     assert "Traceback" in text
@@ -222,7 +223,7 @@ def test_a_case_that_cannot_be_read_is_an_error_of_its_own(check: Path) -> None:
     (check / "cases" / names[0] / "train.csv").unlink()
     with workers(1):
         outcomes = list(run_check(check, seal, StandIn()))
-    assert [outcome.failed for outcome in outcomes] == [True, False, False, False]
+    assert [outcome.failed for outcome in outcomes] == [True, False, False, False, False]
     assert "no such file" in outcomes[0].word
 
 

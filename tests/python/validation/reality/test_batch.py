@@ -17,7 +17,7 @@ from ehsid.harness.validation.reality.batch import (
     write_cases,
     write_drawn_case,
 )
-from ehsid.harness.validation.reality.excitation import EXCITATIONS
+from ehsid.harness.validation.reality.excitation import EXCITATION_SETS, EXCITATIONS
 from ehsid.harness.validation.reality.structure import GRADES
 
 pytestmark = pytest.mark.usefixtures("one_process")
@@ -29,7 +29,8 @@ SHORT: dict[str, Any] = {"seconds": 1.0}
 @pytest.mark.parametrize("seed", range(4))
 def test_the_transfer_record_has_another_excitation(seed: int, grade: Any) -> None:
     case = make_case(seed, grade, "one", **SHORT)
-    assert case.answer["transfer_excitation"] in EXCITATIONS
+    kinds = EXCITATION_SETS["all"] if grade == "wide" else EXCITATIONS
+    assert case.answer["transfer_excitation"] in kinds
     assert case.answer["transfer_excitation"] not in case.answer["excitation"]
     assert list(case.transfer) == list(case.train)
     for name, column in case.transfer.items():
@@ -62,7 +63,7 @@ def test_the_first_two_records_do_not_depend_on_the_transfer_record(
         for kind in EXCITATIONS
         if kind not in (*before.answer["excitation"], before.answer["transfer_excitation"])
     )
-    monkeypatch.setattr(cases, "_another_excitation", lambda rng, used: transfer)
+    monkeypatch.setattr(cases, "_another_excitation", lambda *_: transfer)
     after = make_case(5, "hard", "two", **SHORT)
     assert not np.array_equal(after.transfer["command_v"], before.transfer["command_v"])
     for name in before.train:

@@ -18,6 +18,7 @@ from ehsid.harness.validation.reality.effects import CATALOGUE
 from ehsid.harness.validation.reality.outside import OUTSIDE
 from ehsid.harness.validation.reality.structure import balance
 from ehsid.harness.validation.reality.truth import Truth
+from ehsid.harness.validation.reality.variants import Variants, with_variants
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -90,12 +91,17 @@ def test_edge_is_between_sharp_and_a_quarter_of_its_width_more(s: float, width: 
 def spool_commands(t: Truth, times: FloatArray, commands: FloatArray) -> FloatArray:
     """Command after delay and play or stiction at the start of each interval."""
     spool_command = 0.0
+    widths, weights = np.array(t.play_half_widths), np.array(t.play_weights)
+    plays = np.zeros(widths.size)
     out = []
     for time in times:
         k = max(math.floor((time - t.delay_s) / DT_S + 1e-9), 0)
         u = commands[k]
         if t.stick > 0.0:
             spool_command = u if abs(u - spool_command) > t.stick else spool_command
+        elif weights.any():
+            plays = np.clip(plays, u - widths, u + widths)
+            spool_command = float(weights @ plays)
         else:
             spool_command = float(np.clip(spool_command, u - t.play, u + t.play))
         out.append(spool_command)
@@ -143,6 +149,32 @@ OUTSIDE_EQUATIONS = [name for name in OUTSIDE if "sensor" not in name and "frame
 def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
     kind = "one" if effect in CATALOGUE else "open"
     t = make_case(5, grade, kind, [effect], seconds=0.01).truth  # type: ignore[arg-type]
+    assert_agrees_with_scipy(t)
+
+
+@pytest.mark.parametrize(
+    ("effect", "variants"),
+    [
+        ("coulomb_friction", Variants(seals="Dahl", dahl_exponent=1.6)),
+        ("stribeck_friction", Variants(seals="Bouc-Wen", bouc_wen_power=1.8, bouc_wen_sigma=0.7)),
+        ("supply_droop", Variants(relief_flow=0.5, relief_loss=0.01)),
+        ("supply_ripple", Variants(relief_flow=0.5, relief_loss=0.01)),
+        (
+            "valve_hysteresis",
+            Variants(play_shares=(0.4, 1.0, 1.6, 0.0, 0.0), play_weights=(0.3, 0.4, 0.3, 0.0, 0.0)),
+        ),
+        ("valve_dead_band", Variants(lap_difference=-0.2)),
+    ],
+)
+def test_run_agrees_with_scipy_for_each_law(effect: str, variants: Variants) -> None:
+    kind = "one" if effect in CATALOGUE else "open"
+    machine = make_case(5, "hard", kind, [effect], seconds=0.01).truth  # type: ignore[arg-type]
+    t = with_variants(machine, variants, [effect])
+    assert t != machine
+    assert_agrees_with_scipy(t)
+
+
+def assert_agrees_with_scipy(t: Truth) -> None:
     start = start_state(t, 0.5 * t.stroke_m)
     commands = wave(120)
     outputs = own_run(t, start, commands)

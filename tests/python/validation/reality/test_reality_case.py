@@ -120,6 +120,18 @@ def test_only_the_machine_depends_on_the_effect(
             np.testing.assert_array_equal(argument, other_argument)
 
 
+def test_only_the_machine_depends_on_the_effect_of_a_wide_case() -> None:
+    """Its laws of friction, hysteresis, laps and supply are drawn whatever the effect is."""
+    name, rig, runs = arguments_of_runs(grade="wide", kind="none")
+    for effect in ("valve_hysteresis", "valve_dead_band", "supply_droop", "coulomb_friction"):
+        other_name, other_rig, other_runs = arguments_of_runs(grade="wide", effects=[effect])
+        assert other_name == name
+        assert other_rig == rig
+        for arguments, other_arguments in zip(runs, other_runs, strict=True):
+            for argument, other_argument in zip(arguments, other_arguments, strict=True):
+                np.testing.assert_array_equal(argument, other_argument)
+
+
 @pytest.mark.parametrize("plant", ["ehs", "axis"])
 @pytest.mark.parametrize("seed", range(5))
 def test_true_values_lie_where_the_kind_says(seed: int, plant: str) -> None:
