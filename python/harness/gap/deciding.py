@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The constants that decide the verdict, each with its reason; `docs/gap/decision.md` explains them.
+"""The constants that decide the verdict, each with its reason; see `docs/gap/decision.md`.
 
 Those of the likelihood are properties of servos and simulators. Those of the probabilities were
 fitted on generated machines (`ehsid gap-calibrate`), none of which judges. The losses are a choice.
@@ -15,28 +15,31 @@ INDEPENDENT = 4.0
 TOLERANCE = 0.003
 
 # --- Probabilities -------------------------------------------------------------------------------
-# Evidence of a set of effects, nats, for errors that are smaller by a factor of e on the average
-# over all octaves, windows and outputs. Errors of a model repeat from window to window: a longer
-# record or a faster sampling shows the same ones again, and its evidence does not grow with them.
-EVIDENCE = 53.0
-# Prior cost of an effect, nats: odds of one in sixty that a machine has just this effect, with the
+# Number of independent errors in a diagnosis. Errors of a model repeat from window to window: a
+# longer record or a faster sampling shows the same ones again, and its evidence does not grow.
+EVIDENCE = 21.0
+# Errors, ln over what is tolerated, of the mean simulator that lacks nothing. Less is chance.
+LEAST_LEFT = 0.3
+# Prior cost of an effect, nats: odds of one in seven that a machine has just this effect, with the
 # factor of Occam for its size.
-EFFECT = 4.1
+EFFECT = 2.0
 # Cost of an effect that is no larger than what every servo has, nats. It falls to zero at a size e
 # times as large: a small effect is more often the shape of another law than a cause.
-SMALL = 2.7
+SMALL = 1.9
 # Odds of a cause outside of the catalogue against the best set, ln: at errors that are tolerated,
 # without and with an effect in the best set, and their increase with the ln of the errors left and
 # with what the set explains.
-OUTSIDE, OUTSIDE_BESIDE = -5.2, -8.1
-OUTSIDE_LEFT = 4.5
-OUTSIDE_EXPLAINED = -0.3
+OUTSIDE, OUTSIDE_BESIDE = -2.0, -3.0
+OUTSIDE_LEFT = 6.0
+OUTSIDE_EXPLAINED = -0.8
 # The same where only the position is measured, which shows less of any cause.
-OUTSIDE_POSITION = 2.4
+OUTSIDE_POSITION = 1.2
 
 # From this probability on a cause outside of the catalogue is reason to fit all records together:
 # the held-out ones may excite what the others do not.
 FIT_TOGETHER = 0.2
+# That is so where errors on held-out data are larger by a third, ln on the average.
+WORSE_HELD_OUT = 0.3
 
 # --- Losses --------------------------------------------------------------------------------------
 # A wrong name sends someone to exchange a healthy part. So does an alarm on a sound machine.

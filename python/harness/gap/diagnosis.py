@@ -13,11 +13,12 @@ import numpy as np
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.data.gate import gate, longest_stretch
 from ehsid.harness.gap.data.regimes import Regimes, visited
-from ehsid.harness.gap.deciding import FIT_TOGETHER
+from ehsid.harness.gap.deciding import FIT_TOGETHER, WORSE_HELD_OUT
 from ehsid.harness.gap.design.next_experiment import next_experiment
 from ehsid.harness.gap.inference import results
 from ehsid.harness.gap.inference.candidates import calibrate_nuisances, decision_case
 from ehsid.harness.gap.inference.effect_selection import Selection, select_effects
+from ehsid.harness.gap.inference.evidence import left
 from ehsid.harness.gap.inference.identifiability import extrapolated_effects, unidentifiable_effects
 from ehsid.harness.gap.inference.localisation import localise
 from ehsid.harness.gap.inference.quantised import QUANTISATION, position_step
@@ -123,7 +124,7 @@ def _diagnose(
         # Therefore all records are fitted together.
         joint_case = make_case(rig, [*fitted, *held_out])
         joint = _evaluate(joint_case, regimes, exclude, _sub_progress(progress, 0.6, 0.9))
-        if not _leaves_large_gap(joint):
+        if joint.selection.posterior.outside < FIT_TOGETHER:
             evaluation = joint
             remarks = (*remarks, Remark("", FITTED_TOGETHER))
     case, search_result = evaluation.case, evaluation.search_result
@@ -157,6 +158,7 @@ def _diagnose(
             *unidentifiable_effects(regimes, effect_ids, rig.plant),
             *evaluation.extrapolated,
         ),
+        outside_probability=selection.posterior.outside,
         next_experiment=experiment,
         how_far=evaluation.reduction,
         calibration=evaluation.calibration,
@@ -227,8 +229,13 @@ class _Evaluation:
 
 
 def _leaves_large_gap(evaluation: _Evaluation) -> bool:
-    """Whether what is left may well have a cause that the catalogue lacks, or the fitted records."""
-    return evaluation.selection.posterior.outside > FIT_TOGETHER
+    """Whether the held-out records show a cause that the catalogue lacks, or the fitted records."""
+    if evaluation.selection.posterior.outside < FIT_TOGETHER:
+        return False
+    fitted, held_out = (
+        left(evaluation.case, evaluation.selection.best, part) for part in ("fitted", "held out")
+    )
+    return held_out - fitted > WORSE_HELD_OUT
 
 
 def _evaluate(
@@ -315,6 +322,7 @@ def _insufficient(
         ambiguity_set=(),
         candidates=(),
         cannot_judge=(),
+        outside_probability=None,
         next_experiment=None,
         how_far=None,
         calibration={},

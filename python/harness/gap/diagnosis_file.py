@@ -111,7 +111,10 @@ class Effect(msgspec.Struct, frozen=True):
 class Candidate(msgspec.Struct, frozen=True):
     """A set of effects that was fitted; scores and costs in nats.
 
-    `standing` tells what the decision made of the set, and `why` the condition that decided.
+    `standing` tells what the decision made of the set, and `why` the condition that decided. `left`
+    is the mean of ln(errors / tolerated errors), `small` how far its effects fall short of sizes
+    that are beyond doubt, and `probability` that of just this set; null for a set that the decision
+    did not weigh.
     """
 
     effects: list[str]
@@ -124,6 +127,9 @@ class Candidate(msgspec.Struct, frozen=True):
     free: int | None = None
     standing: str | None = None
     why: str = ""
+    left: Number = None
+    small: Number = None
+    probability: Number = None
 
 
 class CannotJudge(msgspec.Struct, frozen=True):
@@ -144,13 +150,17 @@ class NextExperiment(msgspec.Struct, frozen=True):
 
 
 class Which(msgspec.Struct, frozen=True):
-    """Which effects cause the gap; `ambiguity_set` and `candidates` have the best first."""
+    """Which effects cause the gap; `ambiguity_set` and `candidates` have the best first.
+
+    `outside_probability` is that of a cause outside of the catalogue.
+    """
 
     effects: list[Effect]
     ambiguity_set: list[list[str]]
     candidates: list[Candidate]
     cannot_judge: list[CannotJudge]
     next_experiment: NextExperiment | None
+    outside_probability: Number = None
 
 
 class Gaps(msgspec.Struct, frozen=True):
@@ -229,8 +239,8 @@ def known(number: Number) -> float:
     return math.nan if number is None else number
 
 
-def _number(value: float) -> Number:
-    return float(value) if math.isfinite(value) else None
+def _number(value: float | None) -> Number:
+    return float(value) if value is not None and math.isfinite(value) else None
 
 
 def diagnosis_file(
@@ -368,6 +378,7 @@ def _which(diagnosis: findings.Diagnosis) -> Which:
             _number(experiment.power),
             list(experiment.sensors),
         ),
+        outside_probability=_number(diagnosis.outside_probability),
     )
 
 
@@ -383,6 +394,9 @@ def _candidate(candidate: findings.Candidate) -> Candidate:
         int(candidate.free),
         candidate.standing.kind,
         candidate.standing.why,
+        _number(candidate.left),
+        _number(candidate.small),
+        _number(candidate.probability),
     )
 
 

@@ -197,6 +197,9 @@ class Candidate:
         number of fitted values.
     standing
         what the decision made of the set.
+    left, small, probability
+        as in `inference.posterior.Hypothesis`; None for a set that the decision did not weigh,
+        because one of its effects is too small or it got a short fit only.
     """
 
     effects: tuple[str, ...]
@@ -208,6 +211,9 @@ class Candidate:
     held_out_cost: float
     free: int
     standing: Standing
+    left: float | None = None
+    small: float | None = None
+    probability: float | None = None
 
 
 @dataclass(frozen=True)
@@ -340,6 +346,8 @@ class Diagnosis:
         what the verdict rests on, one sentence each.
     where, effects, ambiguity_set, candidates, cannot_judge, next_experiment, how_far, calibration
         as the contract defines them; how_far is None where the data are insufficient.
+    outside_probability
+        that the cause is outside of the catalogue; None where the data are insufficient.
     remarks
         remarks of the gate on the data.
     runs
@@ -366,6 +374,7 @@ class Diagnosis:
     ambiguity_set: tuple[tuple[str, ...], ...]
     candidates: tuple[Candidate, ...]
     cannot_judge: tuple[CannotJudge, ...]
+    outside_probability: float | None
     next_experiment: NextExperiment | None
     how_far: HowFar | None
     calibration: Mapping[str, CalibratedValue]

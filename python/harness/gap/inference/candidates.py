@@ -283,6 +283,6 @@ def refine(case: Case, effects: tuple[str, ...], start: FloatArray) -> FittedCan
 
 
 def refine_finely(case: Case, effects: tuple[str, ...], start: FloatArray) -> FittedCandidate:
-    """Makes a fit with the integration steps of the decision only: it never ends above its start."""
+    """Makes a fit with the integration steps of the decision only; its cost only falls."""
     fine = decision_case(case)
     return _evaluate(fine, effects, fit(fine.problem(effects), start, iterations=ITERATIONS))

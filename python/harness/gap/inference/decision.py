@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The answer that loses least: each possible answer costs something under each possible truth.
 
-| answer \\ truth | nothing is missing | the same set | another set | outside |
+| answer | truth: nothing is missing | this set | another set | outside |
 |---|---|---|---|---|
 | nothing is missing | 0 | - | MISSED | MISSED |
 | a set of effects | FALSE_ALARM | 0 | WRONG_NAME, or INCOMPLETE | WRONG_NAME |
-| m sets that cannot be told apart | FALSE_ALARM | (m - 1) FURTHER_MEMBER | SET_WITHOUT_TRUTH | SET_WITHOUT_TRUTH |
+| m sets | FALSE_ALARM | (m - 1) FURTHER_MEMBER | SET_WITHOUT_TRUTH | SET_WITHOUT_TRUTH |
 | outside of the catalogue | FALSE_ALARM | - | NEEDLESS_OUTSIDE | 0 |
 
 Another set is incomplete where it has an effect of the true one, else it is a wrong name. Both laws

@@ -3,25 +3,31 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.model.case import Case
 
+Data = Literal["all", "fitted", "held out"]
 
-def left(case: Case, candidate: FittedCandidate) -> float:
+
+def left(case: Case, candidate: FittedCandidate, data: Data = "all") -> float:
     """Mean of ln(errors / tolerated errors) over all octaves, windows and outputs, >= 0.
 
         left = sum_b (n_b / 2) ln((P_b + t_b) / t_b) / sum_b n_b
 
     with the power P_b of the errors in band b, the tolerated power t_b and the number n_b of
-    independent coefficients, over all outputs of fitted and held-out data: the negative
-    log-likelihood of `model.likelihood`, less that of a perfect simulator, for each independent
-    error. A mean and not a sum, because errors of a model repeat.
+    independent coefficients, over all outputs: the negative log-likelihood of `model.likelihood`,
+    less that of a perfect simulator, for each independent error. A mean and not a sum, because
+    errors of a model repeat. data: which records or blocks count.
     """
     cost, count = 0.0, 0.0
-    for held_out, powers in ((False, candidate.fit_powers), (True, candidate.powers)):
-        likelihoods = case.problem(held_out=held_out).likelihoods.values()
+    for part, powers in (("fitted", candidate.fit_powers), ("held out", candidate.powers)):
+        if data not in ("all", part):
+            continue
+        likelihoods = case.problem(held_out=part == "held out").likelihoods.values()
         sums = powers.sum(axis=0)
         for by_band, likelihood in zip(sums, likelihoods, strict=True):
             mean = by_band / np.maximum(likelihood.spectrum.sizes, 1.0)

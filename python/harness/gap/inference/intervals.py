@@ -25,20 +25,24 @@ LEVEL = 0.9
 
 
 def deviations(problem: Problem, x: FloatArray) -> FloatArray:
-    """Standard deviation of each parameter x, shape (n,); zero where a bound holds it."""
+    """Standard deviation of each parameter x, shape (n,).
+
+    It is zero where a bound holds the parameter, and infinite where nothing depends on it.
+    """
     step, gradients = problem.window_gradients(x)
     # A parameter that the data push against its bound does not move with them.
     at_bound = ((x <= problem.low) & (step.gradient > 0.0)) | (
         (x >= problem.high) & (step.gradient < 0.0)
     )
-    free = np.flatnonzero(~at_bound)
+    unseen = ~at_bound & (np.diag(step.hessian) <= 0.0)
+    free = np.flatnonzero(~at_bound & ~unseen)
     hessian = step.hessian[np.ix_(free, free)]
     scale = 1.0 / np.sqrt(np.diag(hessian))
     inverse = np.linalg.pinv(hessian * np.outer(scale, scale), hermitian=True)
     inverse = inverse * np.outer(scale, scale)
     free_gradients = gradients[:, free]
     meat = free_gradients.T @ free_gradients + np.diag(problem.information()[free])
-    result = np.zeros_like(x)
+    result = np.where(unseen, np.inf, 0.0)
     result[free] = np.sqrt(np.maximum(np.diag(inverse @ meat @ inverse), 0.0))
     return result
 

@@ -3,13 +3,15 @@
 
 The score of a set S of k effects, nats, is
 
-    u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
+    u(S) = -EVIDENCE ln(left(S) + LEAST_LEFT) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
 
 with left(S) from `evidence`, and the margin of an effect: ln of the factor by which it is larger
-than what every servo has. With the best score u* of all sets, of which S* has it, the score of a
-cause outside of the catalogue is
+than what every servo has. Its first term is the log-likelihood of EVIDENCE independent errors whose
+scale is unknown: nobody knows how exact the simulator is for this machine. With the best score u*
+of all sets, of which S* has it, the score of a cause outside of the catalogue is
 
-    u(outside) = u* + OUTSIDE + OUTSIDE_LEFT left(S*) + OUTSIDE_EXPLAINED (left(none) - left(S*))
+    u(outside) = u* + OUTSIDE + OUTSIDE_LEFT ln(left(S*) + LEAST_LEFT)
+                 + OUTSIDE_EXPLAINED (left(none) - left(S*))
 
 with OUTSIDE_BESIDE for OUTSIDE where S* has effects, and OUTSIDE_POSITION more where no pressure is
 measured. The probabilities are exp(u), divided by their sum: a conditional logit (D. McFadden, in
@@ -18,6 +20,7 @@ Frontiers in Econometrics, 1974), whose constants were fitted on machines with a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -26,6 +29,7 @@ import numpy as np
 from ehsid.harness.gap.deciding import (
     EFFECT,
     EVIDENCE,
+    LEAST_LEFT,
     OUTSIDE,
     OUTSIDE_BESIDE,
     OUTSIDE_EXPLAINED,
@@ -97,10 +101,12 @@ class Posterior:
 
 def score(left: float, effects: int, small: float) -> float:
     """Score u(S), nats, of a set of so many effects."""
-    return -EVIDENCE * left - EFFECT * effects - SMALL * small
+    return -EVIDENCE * math.log(left + LEAST_LEFT) - EFFECT * effects - SMALL * small
 
 
-def outside_score(best: float, left_by_best: float, left_by_none: float, *, pressures: bool) -> float:
+def outside_score(
+    best: float, left_by_best: float, left_by_none: float, *, pressures: bool
+) -> float:
     """Score u(outside), nats, beside the best set.
 
     best: its score; it has effects where it leaves less than the calibrated rig does.
@@ -108,7 +114,8 @@ def outside_score(best: float, left_by_best: float, left_by_none: float, *, pres
     explained = left_by_none - left_by_best
     base = OUTSIDE_BESIDE if explained > 0.0 else OUTSIDE
     position = 0.0 if pressures else OUTSIDE_POSITION
-    return best + base + position + OUTSIDE_LEFT * left_by_best + OUTSIDE_EXPLAINED * explained
+    by_left = OUTSIDE_LEFT * math.log(left_by_best + LEAST_LEFT)
+    return best + base + position + by_left + OUTSIDE_EXPLAINED * explained
 
 
 def posterior(

@@ -192,12 +192,14 @@ def selected_effects(
     effects = []
     for effect in best.effects:
         parameters = sizes_of(effect, values)
-        effects.append(FoundEffect(
+        effects.append(
+            FoundEffect(
                 effect,
                 selection.posterior.of_effect(effect),
                 parameters,
                 gains[effect] / total,
-            ))
+            )
+        )
     return tuple(effects)
 
 
@@ -211,6 +213,7 @@ def ranked_candidates(
     candidates = []
     for candidate in fitted:
         keys = {ParameterKey(name): value for name, value in candidate.values.items()}
+        hypothesis = selection.hypothesis(candidate)
         own_values = {key: value for key, value in keys.items() if key.effect in candidate.effects}
         candidates.append(
             Candidate(
@@ -224,6 +227,11 @@ def ranked_candidates(
                 candidate.held_out_cost,
                 candidate.x.size,
                 standing(case, search_result, selection, candidate),
+                *(
+                    (hypothesis.left, hypothesis.small, hypothesis.probability)
+                    if hypothesis is not None
+                    else (None, None, None)
+                ),
             )
         )
     return tuple(candidates)

@@ -139,9 +139,7 @@ def search(
         ]
         if not front:
             break
-    calibrated, *refined = never_behind(
-        case, without_small_effects(case, [calibrated, *refined])
-    )
+    calibrated, *refined = never_behind(case, without_small_effects(case, [calibrated, *refined]))
     staged.done(1.0)
     return SearchResult(
         nominal, calibrated, tuple(sorted(refined, key=_held_out_cost)), tuple(screened)

@@ -20,12 +20,12 @@ import numpy.typing as npt
 import ehsid
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.parameters import plant_parameters
+from ehsid.harness.gap.deciding import INDEPENDENT, TOLERANCE
 from ehsid.harness.gap.model.comparison import Compared
+from ehsid.harness.gap.model.likelihood import OutputLikelihood
 from ehsid.harness.gap.model.linear import Linear
 from ehsid.harness.gap.model.parameters import Parameter
-from ehsid.harness.gap.model.likelihood import OutputLikelihood
 from ehsid.harness.gap.model.spectrum import Spectrum
-from ehsid.harness.gap.deciding import INDEPENDENT, TOLERANCE
 from ehsid.harness.parallel import run_threads, worker_count
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation.outputs import OUTPUTS
@@ -115,9 +115,7 @@ class Problem:
                 [record.inside(record.outputs[name]) for record in self.records], centred=centred
             )
             tolerated = self.floors[name] ** 2 + TOLERANCE**2 * self.spectrum.powers(measured)
-            likelihoods[name] = OutputLikelihood(
-                self.spectrum, counts, tolerated, self.white
-            )
+            likelihoods[name] = OutputLikelihood(self.spectrum, counts, tolerated, self.white)
         return likelihoods
 
     def window_gradients(self, x: FloatArray) -> tuple[Step, FloatArray]:

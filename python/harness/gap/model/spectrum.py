@@ -73,9 +73,7 @@ class Spectrum:
     @cached_property
     def bands(self) -> tuple[tuple[slice, ...], ...]:
         """Rows of the coefficients of each band, record by record; BANDS tuples."""
-        return tuple(
-            tuple(part.band(number) for part in self._parts) for number in range(BANDS)
-        )
+        return tuple(tuple(part.band(number) for part in self._parts) for number in range(BANDS))
 
     @cached_property
     def sizes(self) -> FloatArray:
