@@ -3,12 +3,11 @@
 
 The score of a set S of k effects, nats, is
 
-    u(S) = -EVIDENCE ln(left(S) + LEAST_LEFT) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
+    u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
 
 with left(S) from `evidence`, and the margin of an effect: ln of the factor by which it is larger
-than what every servo has. Its first term is the log-likelihood of EVIDENCE independent errors whose
-scale is unknown: nobody knows how exact the simulator is for this machine. With the best score u*
-of all sets, of which S* has it, the score of a cause outside of the catalogue is
+than what every servo has. With the best score u* of all sets, of which S* has it, the score of a
+cause outside of the catalogue is
 
     u(outside) = u* + OUTSIDE + OUTSIDE_LEFT ln(left(S*) + LEAST_LEFT)
                  + OUTSIDE_EXPLAINED (left(none) - left(S*))
@@ -101,7 +100,7 @@ class Posterior:
 
 def score(left: float, effects: int, small: float) -> float:
     """Score u(S), nats, of a set of so many effects."""
-    return -EVIDENCE * math.log(left + LEAST_LEFT) - EFFECT * effects - SMALL * small
+    return -EVIDENCE * left - EFFECT * effects - SMALL * small
 
 
 def outside_score(
