@@ -171,8 +171,8 @@ def test_verdicts(
 def test_values_of_the_rig_file_that_fit_as_well_are_no_parameter_gap() -> None:
     """A value has moved, but the gain is due to values that no data sheet gives.
 
-    Errors with the values of the rig file of a size r m that leave more by just less than VALUES,
-    and by just more: ln(1 + (r / floor)^2) / 2 = VALUES, where the fitted values leave nothing.
+    The fitted values leave nothing. With the values of the rig file, errors of the size r leave
+    ln(1 + (r / floor)^2) / 2, once a little less than VALUES and once a little more.
     """
     result = search_result(candidate(rms=0.0))
     for share, verdict in ((0.9, "no_gap"), (1.1, "parameters")):

@@ -92,9 +92,7 @@ def test_of_two_sets_alike_the_one_that_leaves_more_is_never_more_probable(
                 assert one.probability >= other.probability
 
 
-@given(
-    best=LEFT, more=st.floats(1e-3, 5.0), explained=st.floats(0.0, 5.0), pressures=st.booleans()
-)
+@given(best=LEFT, more=st.floats(1e-3, 5.0), explained=st.floats(0.0, 5.0), pressures=st.booleans())
 def test_outside_grows_with_what_is_left(
     best: float, more: float, explained: float, pressures: bool
 ) -> None:

@@ -27,7 +27,8 @@ from ehsid.harness.gap.inference.search import (
 )
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import GAIN, TRIES
-from ehsid.harness.gap.thresholds import AT_FLOOR, DECIDED_NATS, DECIDED_RELATIVE
+from ehsid.harness.gap.model.spectrum import BANDS
+from ehsid.harness.gap.thresholds import AT_FLOOR, BEHIND_NATS, FORWARD_NATS, FORWARD_RELATIVE
 from ehsid.harness.parallel import workers
 from ehsid.harness.rigs import read_rig
 
@@ -88,9 +89,9 @@ def test_the_effect_that_was_put_in_is_best_on_held_out_data(
     assert best.values[f"effects.{name}"] == pytest.approx(value, rel=0.05)
     # It is certainly better than the calibrated rig, and its errors are at the floor.
     gain = likelihood_gain(case, best, result.calibrated)
-    assert gain.nats > DECIDED_NATS
+    assert gain.nats > FORWARD_NATS
     assert gain.low > 0.0
-    assert gain.relative > DECIDED_RELATIVE
+    assert gain.relative > FORWARD_RELATIVE
     assert above_floor(case, best) < AT_FLOOR
     # Therefore no set of two effects was tried.
     assert {len(candidate.effects) for candidate in result.refined} == {1}
@@ -133,7 +134,7 @@ def test_two_effects_are_identified_together_and_progress_reaches_one() -> None:
     for effect in best.effects:
         gain = likelihood_gain(case, best, singles[(effect,)])
         assert gain.low > 0.0
-        assert gain.relative > DECIDED_RELATIVE
+        assert gain.relative > FORWARD_RELATIVE
     assert np.all(np.diff(shares) >= 0.0)
     assert 0.0 < shares[0] < 0.5
     assert shares[-1] == 1.0
@@ -152,7 +153,7 @@ def test_no_effect_gains_where_none_was_put_in(names: tuple[str, ...]) -> None:
         # with five standard deviations more some four nats.
         assert len(candidate.effects) == 1
         assert likelihood_gain(case, candidate, result.calibrated).nats < 4.0, candidate.effects
-        assert likelihood_gain(case, candidate, result.calibrated).relative < DECIDED_RELATIVE
+        assert likelihood_gain(case, candidate, result.calibrated).relative < FORWARD_RELATIVE
 
 
 def test_with_nothing_to_try_the_calibration_is_all() -> None:
@@ -187,8 +188,10 @@ def test_the_result_does_not_depend_on_the_workers() -> None:
 def never_fitted(case: Case, effects: tuple[str, ...]) -> FittedCandidate:
     """A candidate in which every value of x is different."""
     x, nothing = np.arange(float(len(case.parameters(effects)))), np.zeros(0)
+    none = np.zeros((0, len(case.outputs), BANDS))
+    sums = WindowSums({}, {}, nothing)
     return FittedCandidate(
-        effects, x, {}, 0.0, 0.0, True, nothing[:, np.newaxis], nothing, WindowSums({}, {}, nothing)
+        effects, x, {}, 0.0, 0.0, True, nothing[:, np.newaxis], nothing, none, none, sums
     )
 
 
@@ -285,8 +288,8 @@ def test_a_set_starts_again_from_a_larger_one_whose_further_effect_does_not_matt
 
 
 def _fitted(case: Case) -> FittedCandidate:
-    nothing = np.zeros((1, len(case.outputs)))
-    return FittedCandidate((), np.zeros(1), {}, 0.0, 0.0, True, nothing, np.ones(1),
+    nothing, powers = np.zeros((1, len(case.outputs))), np.zeros((1, len(case.outputs), BANDS))
+    return FittedCandidate((), np.zeros(1), {}, 0.0, 0.0, True, nothing, np.ones(1), powers, powers,
                            WindowSums({}, {}, np.ones(1)))  # fmt: skip
 
 

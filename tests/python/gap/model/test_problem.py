@@ -57,9 +57,7 @@ def compared_record(values: dict[str, float], seed: int = 0, seconds: float = 4.
     return compare(run.record)
 
 
-def problem(
-    record: Compared, extra: tuple = (), substeps: int = 4, white: bool = False
-) -> Problem:
+def problem(record: Compared, extra: tuple = (), substeps: int = 4, white: bool = False) -> Problem:
     floors = {name: noise_floor(column).value for name, column in record.outputs.items()}
     return Problem(
         RIG,
@@ -138,9 +136,7 @@ def test_gradients_of_the_windows_add_up_to_that_of_the_cost(two_record_problem:
     index = [parameter.name for parameter in subject.parameters].index("fluid.bulk_modulus_pa")
     shift = np.zeros_like(x)
     shift[index] = 1e-4
-    powers = [
-        subject.window_powers(subject.coefficients(x + sign * shift)) for sign in (1.0, -1.0)
-    ]
+    powers = [subject.window_powers(subject.coefficients(x + sign * shift)) for sign in (1.0, -1.0)]
     slopes = (powers[0] - powers[1]) / 2e-4
     coefficients = subject.coefficients(x)
     expected = np.zeros(10)

@@ -204,7 +204,10 @@ def test_a_short_window_at_the_end_of_a_record_is_left_out() -> None:
     records = []
     for seconds in (2.2, 1.8):  # four windows of half a second and 0.2 s, three and 0.3 s
         time = np.arange(round((seconds + SKIP_S) / dt_s)) * dt_s
-        columns = {"command_v": rng.normal(size=time.size), "position_m": rng.normal(size=time.size)}
+        columns = {
+            "command_v": rng.normal(size=time.size),
+            "position_m": rng.normal(size=time.size),
+        }
         records.append(compare(make_record({"time_s": time, **columns})))
     length = round(WINDOW_S / dt_s)
     assert [record.full_windows for record in records] == [(4, length), (3, length)]
