@@ -113,9 +113,9 @@ def test_calibration_reaches_the_truth() -> None:
     # The minimum is no worse than the true values; a fit ends where a step gains less than GAIN.
     assert calibrated.cost <= subject.cost(truth) + 10.0 * GAIN
     assert calibrated.converged
-    # The weight of an octave is at most 1 / (noise^2 + tolerated), and noise^2 at least is tolerated:
-    # half of the weight for noise alone. The gradient then scatters by at most H / 2, so that noise
-    # moves the fit by at most sqrt(1 / 2) of the deviations of H. Four such moves are rare.
+    # At least noise^2 is tolerated, so that the weight of an octave is at most half of that for
+    # noise alone. The gradient then scatters by at most H / 2, and noise moves the fit by at most
+    # sqrt(1 / 2) of the deviations of H. Four such moves are rare.
     deviations = np.sqrt(np.diag(np.linalg.inv(subject.step(calibrated.x).hessian)))
     assert np.all(np.abs(calibrated.x - truth) < 4.0 * np.sqrt(0.5) * deviations)
     for name, value in made.OFF.items():
