@@ -127,7 +127,7 @@ ROOMS: dict[str, set[str]] = {
     },
 }
 # Of gap: what comes out, as data and as a file, and the numbers that decide.
-TABLES = {"diagnosis_file.py", "schema.py", "thresholds.py"}
+TABLES = {"deciding.py", "diagnosis_file.py", "schema.py", "thresholds.py"}
 # Modules of no room, which every room may use.
 SHARED = {"arrays", "encoding", "exchange", "files", "manifest", "parallel", "text"}
 # The room of the tables, which every room but the independent generator may read.

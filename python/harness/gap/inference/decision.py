@@ -45,7 +45,7 @@ class Answer:
         sets of `named`; "outside": a cause outside of the catalogue, beside the set of `named`,
         which may be empty.
     named
-        sets of effects, most probable first, one for each family.
+        sets of effects, of each family its most probable one; most probable family first.
     loss
         expected loss.
     """
@@ -62,13 +62,13 @@ def least_loss(posterior: Posterior) -> Answer:
 
 def _answers(posterior: Posterior) -> Iterator[Answer]:
     healthy = posterior.healthy
+    probability: dict[frozenset[str], float] = {}
+    for each in posterior.hypotheses:
+        if each.candidate.effects:
+            share = probability.get(each.families, 0.0)
+            probability[each.families] = share + each.probability
     sets = _one_of_each_family(posterior.hypotheses)
-    probability = {
-        families: sum(
-            each.probability for each in posterior.hypotheses if each.families == families
-        )
-        for families in (each.families for each in sets)
-    }
+    sets = tuple(sorted(sets, key=lambda each: -probability[each.families]))
     of_any = sum(probability.values())
     sound, outside = healthy.probability, posterior.outside
     yield Answer("healthy", (), MISSED * (of_any + outside))
@@ -91,7 +91,7 @@ def _answers(posterior: Posterior) -> Iterator[Answer]:
 
 
 def _one_of_each_family(hypotheses: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
-    """The sets of effects, most probable first: of sets with equal families the first one."""
+    """The sets of effects: of those with equal families the first one."""
     first: dict[frozenset[str], Hypothesis] = {}
     for each in itertools.filterfalse(lambda each: not each.candidate.effects, hypotheses):
         first.setdefault(each.families, each)
