@@ -4,11 +4,11 @@
 | answer | truth: nothing is missing | this set | another set | outside |
 |---|---|---|---|---|
 | nothing is missing | 0 | - | MISSED | MISSED |
-| a set of effects | FALSE_ALARM | 0 | WRONG_NAME, or INCOMPLETE | WRONG_NAME |
+| a set of effects | FALSE_ALARM | 0 | WRONG_NAME, or MISSED | WRONG_NAME |
 | m sets | FALSE_ALARM | (m - 1) FURTHER_MEMBER | SET_WITHOUT_TRUTH | SET_WITHOUT_TRUTH |
 | outside of the catalogue | FALSE_ALARM | - | NEEDLESS_OUTSIDE | 0 |
 
-Another set is incomplete where it has an effect of the true one, else it is a wrong name. Both laws
+A set that has an effect of the true one misses the others; else it is a wrong name. Both laws
 of friction count as one effect.
 """
 
@@ -22,7 +22,6 @@ from typing import Literal
 from ehsid.harness.gap.deciding import (
     FALSE_ALARM,
     FURTHER_MEMBER,
-    INCOMPLETE,
     MISSED,
     MOST_MEMBERS,
     NEEDLESS_OUTSIDE,
@@ -78,7 +77,7 @@ def _answers(posterior: Posterior) -> Iterator[Answer]:
     yield Answer("outside", beside, alarm + NEEDLESS_OUTSIDE * of_any)
     for named in sets:
         others = sum(
-            share * (INCOMPLETE if families & named.families else WRONG_NAME)
+            share * (MISSED if families & named.families else WRONG_NAME)
             for families, share in probability.items()
             if families != named.families
         )

@@ -13,7 +13,8 @@ cause outside of the catalogue is
                  + OUTSIDE_EXPLAINED (left(none) - left(S*))
 
 with OUTSIDE_BESIDE for OUTSIDE where S* has effects, and OUTSIDE_POSITION more where no pressure is
-measured. The probabilities are exp(u), divided by their sum: a conditional logit (D. McFadden, in
+measured. The probabilities are exp(u), divided by their sum, of which the share LAPSE is spread
+over all hypotheses alike: a conditional logit (D. McFadden, in
 Frontiers in Econometrics, 1974), whose constants were fitted on machines with a known cause.
 """
 
@@ -28,6 +29,7 @@ import numpy as np
 from ehsid.harness.gap.deciding import (
     EFFECT,
     EVIDENCE,
+    LAPSE,
     LEAST_LEFT,
     OUTSIDE,
     OUTSIDE_BESIDE,
@@ -148,7 +150,7 @@ def posterior(
     best = int(np.argmax(scores))
     outside = outside_score(scores[best], lefts[best], lefts[0], pressures=case.pressures)
     weights = np.exp(np.array([*scores, outside]) - max(*scores, outside))
-    probabilities = weights / weights.sum()
+    probabilities = (1.0 - LAPSE) * weights / weights.sum() + LAPSE / weights.size
     hypotheses = [
         Hypothesis(*each)
         for each in zip(candidates, lefts, smalls, probabilities[:-1].tolist(), strict=True)

@@ -33,7 +33,7 @@ def draw_errors(seed: int) -> list[np.ndarray]:
 @given(seed=st.integers(0, 500))
 def test_weights_are_the_gradient_of_the_cost(white: bool, seed: int) -> None:
     subject = likelihood(seed, white=white)
-    coefficients = SPECTRUM.transform(draw_errors(seed), centred=False)
+    coefficients = SPECTRUM.transform(draw_errors(seed), differences=False)
     gradient = SPECTRUM.spread(subject.weights(coefficients)) * coefficients
     direction = np.random.default_rng(seed + 1).standard_normal(coefficients.size)
     step = 1e-5
@@ -55,7 +55,7 @@ def test_the_order_of_the_windows_does_not_matter(
     exchanged = windows[list(order)]
     after = [exchanged[:3].ravel(), exchanged[3:].ravel(), errors[2]]
     subject = likelihood(white=white)
-    costs = [subject.cost(SPECTRUM.transform(each, centred=False)) for each in (errors, after)]
+    costs = [subject.cost(SPECTRUM.transform(each, differences=False)) for each in (errors, after)]
     assert costs[0] == pytest.approx(costs[1], rel=1e-12)
 
 
@@ -67,7 +67,7 @@ def test_a_slow_drift_hides_nothing_in_the_other_octaves(seed: int, drift: float
     for rows, (windows, length) in zip(errors, SHAPES, strict=True):
         half_period = np.cos(np.pi * (np.arange(length) + 0.5) / length)
         drifting.append(rows + drift * np.tile(half_period, windows))
-    before, after = (SPECTRUM.transform(each, centred=False) for each in (errors, drifting))
+    before, after = (SPECTRUM.transform(each, differences=False) for each in (errors, drifting))
     coloured, white = likelihood(), likelihood(white=True)
     others = np.arange(BANDS) != 1
     # Rounding of the drift in the other coefficients: 1e4 times 1e-15, beside errors near 1.
@@ -91,7 +91,7 @@ def test_larger_errors_never_cost_less(white: bool, seed: int, band: int, more: 
 
 def test_the_cost_is_that_of_the_formula() -> None:
     subject = likelihood(3)
-    coefficients = SPECTRUM.transform(draw_errors(3), centred=False)
+    coefficients = SPECTRUM.transform(draw_errors(3), differences=False)
     expected = 0.0
     for band, rows in enumerate(SPECTRUM.bands):
         squares = np.concatenate([coefficients[part] ** 2 for part in rows])
@@ -103,6 +103,6 @@ def test_the_cost_is_that_of_the_formula() -> None:
 @pytest.mark.parametrize("white", [False, True])
 @pytest.mark.parametrize("wrong", [np.nan, np.inf])
 def test_errors_that_are_not_finite_cost_without_end(white: bool, wrong: float) -> None:
-    coefficients = SPECTRUM.transform(draw_errors(4), centred=False)
+    coefficients = SPECTRUM.transform(draw_errors(4), differences=False)
     coefficients[7] = wrong
     assert likelihood(white=white).cost(coefficients) == np.inf

@@ -9,8 +9,8 @@ from made_spectra import spectrum_of
 from ehsid.harness.gap.model.linear import Linear
 from ehsid.harness.gap.model.spectrum import BANDS
 
-# 2 windows of 12 samples and 3 of 4: 36 rows, in the first five of the bands.
-SPECTRUM = spectrum_of((2, 12), (3, 4))
+# 2 windows of 13 samples and 3 of 5: 36 rows, in the first five of the bands.
+SPECTRUM = spectrum_of((2, 13), (3, 5))
 ROWS = 36
 
 
