@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Probabilities of the sets of effects, of none, and of a cause outside of the catalogue.
 
-The score of a set S of k effects, nats, is
+The score of a set S of k laws (`law_count`), nats, is
 
     u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
 
@@ -40,7 +40,7 @@ from ehsid.harness.gap.deciding import (
 )
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.evidence import left
-from ehsid.harness.gap.inference.families import effect_families
+from ehsid.harness.gap.inference.families import effect_families, law_count
 from ehsid.harness.gap.inference.seen_edges import edges_can_replace_force
 from ehsid.harness.gap.inference.sizes import margin, matters
 from ehsid.harness.gap.model.case import Case
@@ -100,9 +100,9 @@ class Posterior:
         return sum(each.probability for each in self.hypotheses if family <= each.families)
 
 
-def score(left: float, effects: int, small: float) -> float:
-    """Score u(S), nats, of a set of so many effects."""
-    return -EVIDENCE * left - EFFECT * effects - SMALL * small
+def score(left: float, laws: int, small: float) -> float:
+    """Score u(S), nats, of a set of so many laws."""
+    return -EVIDENCE * left - EFFECT * laws - SMALL * small
 
 
 def outside_score(
@@ -144,7 +144,7 @@ def posterior(
         for candidate in candidates
     ]
     scores = [
-        score(each_left, len(candidate.effects), small)
+        score(each_left, law_count(candidate.effects), small)
         for candidate, each_left, small in zip(candidates, lefts, smalls, strict=True)
     ]
     best = int(np.argmax(scores))
