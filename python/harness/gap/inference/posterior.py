@@ -97,7 +97,8 @@ class Posterior:
     def of_effect(self, effect: str) -> float:
         """Probability that the machine has an effect, with both laws of friction as one."""
         family = effect_families((effect,))
-        return sum(each.probability for each in self.hypotheses if family <= each.families)
+        total = sum(each.probability for each in self.hypotheses if family <= each.families)
+        return min(total, 1.0)  # rounding
 
 
 def score(left: float, laws: int, small: float) -> float:
