@@ -14,6 +14,9 @@ from __future__ import annotations
 INDEPENDENT = 1.0
 # Share of the measured motion, in each octave, to which no simulator is exact.
 TOLERANCE = 0.003
+# Share of the whole motion that is tolerated in each octave as well: the noise of an ordinary
+# sensor. Without it an octave in which nothing moves would judge by the seventh digit.
+LEAST_TOLERANCE = 0.001
 
 # --- Probabilities -------------------------------------------------------------------------------
 # Number of independent errors in a diagnosis: evidence, nats, for errors that are smaller by a
@@ -57,8 +60,6 @@ NEEDLESS_OUTSIDE = 3.0
 # A set costs an experiment for each further member; one without the truth costs it for nothing.
 FURTHER_MEMBER = 1.0
 SET_WITHOUT_TRUTH = 5.0
-# No more sets than an experiment can separate.
-MOST_MEMBERS = 4
 
 # --- Load force without pressures ----------------------------------------------------------------
 # A load force must be this many of its standard deviations, which include those of metering edges

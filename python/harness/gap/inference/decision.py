@@ -23,7 +23,6 @@ from ehsid.harness.gap.deciding import (
     FALSE_ALARM,
     FURTHER_MEMBER,
     MISSED,
-    MOST_MEMBERS,
     NEEDLESS_OUTSIDE,
     SET_WITHOUT_TRUTH,
     WRONG_NAME,
@@ -82,7 +81,7 @@ def _answers(posterior: Posterior) -> Iterator[Answer]:
             if families != named.families
         )
         yield Answer("effects", (named,), alarm + others + WRONG_NAME * outside)
-    for count in range(2, min(MOST_MEMBERS, len(sets)) + 1):
+    for count in range(2, len(sets) + 1):
         inside = sum(probability[each.families] for each in sets[:count])
         without_truth = SET_WITHOUT_TRUTH * (of_any - inside + outside)
         further = FURTHER_MEMBER * (count - 1) * inside

@@ -184,6 +184,8 @@ def _screen_extensions(
             effect_set = (*parent.effects, effect)
             if effect in parent.effects or frozenset(effect_set) in covered:
                 continue
+            if any(effects()[each].contains in effect_set for each in effect_set):
+                continue  # one law twice
             covered[frozenset(effect_set)] = effect_set
             tasks[effect_set] = partial(screen, case, effect_set, fit_starts)
             simpler = effects()[effect].contains

@@ -20,7 +20,7 @@ import numpy.typing as npt
 import ehsid
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.gap.deciding import INDEPENDENT, TOLERANCE
+from ehsid.harness.gap.deciding import INDEPENDENT, LEAST_TOLERANCE, TOLERANCE
 from ehsid.harness.gap.model.comparison import Compared
 from ehsid.harness.gap.model.likelihood import OutputLikelihood
 from ehsid.harness.gap.model.linear import Linear
@@ -112,9 +112,21 @@ class Problem:
                 differences=name == CENTRED,
             )
             noise = self.floors[name] ** 2 * self.spectrum.noise_gain(differences=name == CENTRED)
-            tolerated = noise + TOLERANCE**2 * self.spectrum.powers(measured)
+            motion = self.spectrum.powers(measured)
+            tolerated = noise + TOLERANCE**2 * motion + self._least(name, motion)
             likelihoods[name] = OutputLikelihood(self.spectrum, independent, tolerated, self.white)
         return likelihoods
+
+    def _least(self, name: str, motion: FloatArray) -> float:
+        """Power that is tolerated in every octave, also where the record has no motion.
+
+        motion: power of the measured output in each band, shape (BANDS,). The mean level of an
+        output is no motion, unless it is that of differences.
+        """
+        sizes = self.spectrum.sizes.copy()
+        if name != CENTRED:
+            sizes[0] = 0.0
+        return float(LEAST_TOLERANCE**2 * (motion @ sizes) / max(sizes.sum(), 1.0))
 
     def window_gradients(self, x: FloatArray) -> tuple[Step, FloatArray]:
         """Step at x, and the gradient of the first sum of J for each window, shape (W, n)."""

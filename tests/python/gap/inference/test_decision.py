@@ -77,7 +77,7 @@ def expected_losses(found: Posterior) -> dict[tuple[str, frozenset[Cause]], floa
         truths[truth] = truths.get(truth, 0.0) + each.probability
     causes = [truth for truth in truths if not isinstance(truth, str)]
     answers = [("healthy", ()), ("outside", ()), *(("effects", (one,)) for one in causes)]
-    for count in range(2, deciding.MOST_MEMBERS + 1):
+    for count in range(2, len(causes) + 1):
         answers += [("ambiguous", named) for named in itertools.combinations(causes, count)]
     return {
         (answer, frozenset(named)): sum(
