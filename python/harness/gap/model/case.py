@@ -123,6 +123,7 @@ class Case:
             floors={name: floor.value for name, floor in self.floors.items()},
             substeps=self.substeps,
             white=white,
+            swinging=self.all_states,
         )
 
     def _compared(

@@ -25,7 +25,7 @@ from ehsid.harness.gap.model.comparison import Compared
 from ehsid.harness.gap.model.likelihood import OutputLikelihood
 from ehsid.harness.gap.model.linear import Linear
 from ehsid.harness.gap.model.parameters import Parameter
-from ehsid.harness.gap.model.spectrum import Spectrum
+from ehsid.harness.gap.model.spectrum import BANDS, Spectrum
 from ehsid.harness.parallel import run_threads, worker_count
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation.outputs import OUTPUTS
@@ -64,6 +64,8 @@ class Problem:
         values by full name that replace those of the rig where no parameter does.
     white
         see `OutputLikelihood`.
+    swinging
+        whether the records show mainly a limit cycle.
     """
 
     def __init__(
@@ -77,6 +79,7 @@ class Problem:
         substeps: int = 2,
         fixed: Mapping[str, float] | None = None,
         white: bool = False,
+        swinging: bool = False,
     ) -> None:
         if not records or not outputs:
             raise ValueError("there is no record or no output to compare")
@@ -88,6 +91,7 @@ class Problem:
         self.floors = dict(floors)
         self.substeps = substeps
         self.white = white
+        self.swinging = swinging
         self._indices = [names.index(parameter.name) for parameter in parameters]
         self._columns = [OUTPUTS.index(name) for name in self.outputs]
         self._base = rig.plant_values(fixed)
@@ -113,9 +117,20 @@ class Problem:
             )
             noise = self.floors[name] ** 2 * self.spectrum.noise_gain(differences=name == CENTRED)
             motion = self.spectrum.powers(measured)
-            tolerated = noise + TOLERANCE**2 * motion + self._least(name, motion)
+            tolerated = noise + self._tolerance() ** 2 * motion + self._least(name, motion)
             likelihoods[name] = OutputLikelihood(self.spectrum, independent, tolerated, self.white)
         return likelihoods
+
+    def _tolerance(self) -> FloatArray:
+        """Share of the motion in each band to which no simulator is exact, shape (BANDS,).
+
+        The phase of a limit cycle is lost with time: after k / 2 periods, a relative error e of its
+        frequency is an error of pi k e of its amplitude. Nothing else swings through a window.
+        """
+        if not self.swinging:
+            return np.full(BANDS, TOLERANCE)
+        first = np.array([(1 << number) >> 1 for number in range(BANDS)], dtype=np.float64)
+        return np.asarray(TOLERANCE * (1.0 + np.pi * first))
 
     def _least(self, name: str, motion: FloatArray) -> float:
         """Power that is tolerated in every octave, also where the record has no motion.

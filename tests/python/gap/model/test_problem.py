@@ -192,6 +192,38 @@ def test_errors_of_the_sensor_and_a_share_of_the_motion_are_tolerated(
         assert np.all(likelihood.counts <= subject.spectrum.sizes)
 
 
+def test_of_a_limit_cycle_the_phase_is_tolerated(two_record_problem: Problem) -> None:
+    """A frequency that is wrong by TOLERANCE turns coefficient k by pi k TOLERANCE in a window."""
+    calm = two_record_problem
+    swinging = Problem(
+        RIG,
+        calm.records,
+        calm.parameters,
+        outputs=calm.outputs,
+        floors=calm.floors,
+        substeps=4,
+        swinging=True,
+    )
+    time = np.linspace(0.0, 1.0, 1001)
+    for name in calm.outputs:
+        more = swinging.likelihoods[name].tolerated - calm.likelihoods[name].tolerated
+        measured = calm.spectrum.transform(
+            [record.inside(record.outputs[name]) for record in calm.records],
+            differences=name == "position_m",
+        )
+        motion = calm.spectrum.powers(measured)
+        for band in range(1, BANDS):
+            coefficient = 1 << (band - 1)
+            right = np.cos(np.pi * coefficient * time)
+            wrong = np.cos(np.pi * coefficient * (1.0 + TOLERANCE) * time)
+            # At the end of the window the phase is off by this; the error is largest near there.
+            largest = np.max(np.abs(right - wrong))
+            share = np.sqrt((more[band] + TOLERANCE**2 * motion[band]) / motion[band])
+            assert share == pytest.approx(TOLERANCE * (1.0 + np.pi * coefficient), rel=1e-6)
+            assert largest <= share
+        assert more[0] == pytest.approx(0.0, abs=1e-9 * motion[0])
+
+
 def test_hessian_is_positive_and_symmetric() -> None:
     subject = problem(compared_record(TRUE))
     hessian = subject.step(subject.centre()).hessian
