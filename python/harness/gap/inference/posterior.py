@@ -20,24 +20,15 @@ Frontiers in Econometrics, 1974), whose constants were fitted on machines with a
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from ehsid.harness.gap.deciding import (
-    EFFECT,
-    EVIDENCE,
-    LEAST_LEFT,
-    OUTSIDE,
-    OUTSIDE_BESIDE,
-    OUTSIDE_EXPLAINED,
-    OUTSIDE_LEFT,
-    OUTSIDE_POSITION,
-    SMALL,
-)
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.constants import IN_USE, Constants
 from ehsid.harness.gap.inference.evidence import left
 from ehsid.harness.gap.inference.families import effect_families
 from ehsid.harness.gap.inference.seen_edges import edges_can_replace_force
@@ -99,23 +90,39 @@ class Posterior:
         return sum(each.probability for each in self.hypotheses if family <= each.families)
 
 
-def score(left: float, effects: int, small: float) -> float:
-    """Score u(S), nats, of a set of so many effects."""
-    return -EVIDENCE * math.log(left + LEAST_LEFT) - EFFECT * effects - SMALL * small
+def score(
+    left: npt.ArrayLike,
+    effects: npt.ArrayLike,
+    small: npt.ArrayLike,
+    constants: Constants = IN_USE,
+) -> FloatArray:
+    """Scores u(S), nats, of sets of so many effects; the three arrays have one shape."""
+    log_left = np.log(np.asarray(left) + constants.least_left)
+    prior = constants.effect * np.asarray(effects) + constants.small * np.asarray(small)
+    # u(S) = -EVIDENCE ln(left(S) + LEAST_LEFT) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
+    return np.asarray(-constants.evidence * log_left - prior)
 
 
 def outside_score(
-    best: float, left_by_best: float, left_by_none: float, *, pressures: bool
-) -> float:
-    """Score u(outside), nats, beside the best set.
+    best: npt.ArrayLike,
+    left_by_best: npt.ArrayLike,
+    left_by_none: npt.ArrayLike,
+    pressures: npt.ArrayLike,
+    constants: Constants = IN_USE,
+) -> FloatArray:
+    """Scores u(outside), nats, beside the best sets; the four arrays have one shape.
 
-    best: its score; it has effects where it leaves less than the calibrated rig does.
+    best: score of the best set; it has effects where it leaves less than the calibrated rig does.
+    pressures: whether a pressure is measured.
     """
-    explained = left_by_none - left_by_best
-    base = OUTSIDE_BESIDE if explained > 0.0 else OUTSIDE
-    position = 0.0 if pressures else OUTSIDE_POSITION
-    by_left = OUTSIDE_LEFT * math.log(left_by_best + LEAST_LEFT)
-    return best + base + position + by_left + OUTSIDE_EXPLAINED * explained
+    explained = np.asarray(left_by_none) - np.asarray(left_by_best)
+    base = np.where(explained > 0.0, constants.outside_beside, constants.outside)
+    position = np.where(pressures, 0.0, constants.outside_position)
+    by_left = constants.outside_left * np.log(np.asarray(left_by_best) + constants.least_left)
+    by_explained = constants.outside_explained * explained
+    # u(outside) = u* + OUTSIDE + OUTSIDE_LEFT ln(left(S*) + LEAST_LEFT)
+    #              + OUTSIDE_EXPLAINED (left(none) - left(S*))
+    return np.asarray(np.asarray(best) + base + position + by_left + by_explained)
 
 
 def posterior(
@@ -142,13 +149,10 @@ def posterior(
         )
         for candidate in candidates
     ]
-    scores = [
-        score(each_left, len(candidate.effects), small)
-        for candidate, each_left, small in zip(candidates, lefts, smalls, strict=True)
-    ]
+    scores = score(lefts, [len(candidate.effects) for candidate in candidates], smalls)
     best = int(np.argmax(scores))
-    outside = outside_score(scores[best], lefts[best], lefts[0], pressures=case.pressures)
-    weights = np.exp(np.array([*scores, outside]) - max(*scores, outside))
+    outside = float(outside_score(scores[best], lefts[best], lefts[0], case.pressures))
+    weights = np.exp(np.array([*scores, outside]) - max(scores[best], outside))
     probabilities = weights / weights.sum()
     hypotheses = [
         Hypothesis(*each)

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: MIT
+"""Scores and probabilities of all weighed sets of many machines at once, for any constants."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.gap.inference.constants import Constants
+from ehsid.harness.gap.inference.posterior import outside_score, score
+from ehsid.harness.validation.calibration.machines import Machine
+
+BoolArray = npt.NDArray[np.bool_]
+IntArray = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Choices:
+    """The sets of N machines as arrays; M is the largest number of sets of one machine.
+
+    Attributes
+    ----------
+    left, effects, small
+        (N, M): arguments of `posterior.score`; zero where a machine has fewer sets.
+    present
+        (N, M): whether the machine has this set.
+    left_by_none
+        (N,): errors that the calibrated rig leaves.
+    pressures
+        (N,): whether pressures are measured.
+    true
+        (N, M + 1): whether this set is the truth; the last column is "outside of the catalogue".
+    """
+
+    left: FloatArray
+    effects: FloatArray
+    small: FloatArray
+    present: BoolArray
+    left_by_none: FloatArray
+    pressures: BoolArray
+    true: BoolArray
+
+    def of(self, which: IntArray | BoolArray) -> Choices:
+        """Returns the choices of some of the machines, by index or mask."""
+        return Choices(
+            self.left[which],
+            self.effects[which],
+            self.small[which],
+            self.present[which],
+            self.left_by_none[which],
+            self.pressures[which],
+            self.true[which],
+        )
+
+
+def choices_of(machines: Sequence[Machine]) -> Choices:
+    """Returns the sets of one machine or more as arrays."""
+    shape = len(machines), max(len(machine.sets) for machine in machines)
+    left, effects, small = (np.zeros(shape) for _ in range(3))
+    present = np.zeros(shape, dtype=np.bool_)
+    true = np.zeros((shape[0], shape[1] + 1), dtype=np.bool_)
+    for i, machine in enumerate(machines):
+        count = len(machine.sets)
+        left[i, :count] = [each.left for each in machine.sets]
+        effects[i, :count] = [len(each.effects) for each in machine.sets]
+        small[i, :count] = [each.small for each in machine.sets]
+        present[i, :count] = True
+        true[i, :count] = machine.true_sets
+        true[i, -1] = machine.outside
+    return Choices(
+        left,
+        effects,
+        small,
+        present,
+        np.array([machine.left_by_none for machine in machines]),
+        np.array([machine.pressures for machine in machines]),
+        true,
+    )
+
+
+def scores(choices: Choices, constants: Constants) -> FloatArray:
+    """Scores u, nats, (N, M + 1); -inf where a machine has no such set. The last: outside."""
+    of_sets = score(choices.left, choices.effects, choices.small, constants)
+    of_sets = np.where(choices.present, of_sets, -np.inf)
+    best = np.argmax(of_sets, axis=1)[:, np.newaxis]
+    outside = outside_score(
+        np.take_along_axis(of_sets, best, axis=1)[:, 0],
+        np.take_along_axis(choices.left, best, axis=1)[:, 0],
+        choices.left_by_none,
+        choices.pressures,
+        constants,
+    )
+    return np.column_stack([of_sets, outside])
+
+
+def probabilities(choices: Choices, constants: Constants) -> FloatArray:
+    """Probabilities (N, M + 1) of the sets and of outside; each row has the sum 1."""
+    return shares(scores(choices, constants))
+
+
+def shares(of: FloatArray) -> FloatArray:
+    """Returns exp(u) divided by its sum over each row; -inf gives 0."""
+    weights = np.exp(of - of.max(axis=1, keepdims=True))
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+
+def log_loss(chances: FloatArray, true: BoolArray) -> FloatArray:
+    """Returns -ln of the probability of the truth, nats, (N,); infinite where it is 0."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(-np.log(np.where(true, chances, 0.0).sum(axis=1)))

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: MIT
+"""Maximum likelihood of the constants of the probabilities, with their standard errors.
+
+The probabilities are a conditional logit, p = exp(u) / sum exp(u), whose scores u depend on the
+constants x. With the derivatives d = du/dx of all scores of a machine, the gradient and the
+expected curvature of its -ln p(truth) are
+
+    g = E[d] - E[d | truth],    F = Cov(d)
+
+under p (D. McFadden, in Frontiers in Econometrics, 1974). A weak ridge keeps constants of which the
+machines say nothing where they are. The standard errors are those of the sandwich,
+(F + R)^-1 (sum g g' + R) (F + R)^-1 with the ridge R, which stays right where the logit is only
+nearly true (H. White, Econometrica 50(1), 1982).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+
+import numpy as np
+from scipy.optimize import minimize
+
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.gap.inference.constants import IN_USE, Constants
+from ehsid.harness.validation.calibration.choices import (
+    Choices,
+    IntArray,
+    log_loss,
+    scores,
+    shares,
+)
+
+NAMES = tuple(each.name for each in fields(Constants))
+# These are larger than zero; their logarithms are fitted.
+POSITIVE = np.array([name in ("evidence", "least_left") for name in NAMES])
+# Standard deviations of the ridge around the constants in use: a factor of e for the positive ones;
+# odds of 20 to 1, 3 nats, for the others. A hundred machines determine each of them much better.
+RIDGE = np.where(POSITIVE, 1.0, 3.0)
+# Step of the derivatives of the scores. Scores are smooth and of order 10, so the error of central
+# differences, about step^2, and that of rounding, 1e-15 / step, are both far below 1e-6.
+STEP = 1e-4
+# The fit ends where the gradient is below this, nats: then x is within 1e-2 of a standard error of
+# the ridge, which is the largest there is.
+GRADIENT = 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Fitted constants, and their standard errors in the same units, (9,) in the order of `NAMES`."""
+
+    constants: Constants
+    errors: FloatArray
+
+
+def coordinates(constants: Constants) -> FloatArray:
+    """Returns the coordinates x of the fit, (9,): logarithms of the positive constants."""
+    values = np.array([getattr(constants, name) for name in NAMES])
+    return np.where(POSITIVE, np.log(np.where(POSITIVE, values, 1.0)), values)
+
+
+def constants_at(x: FloatArray) -> Constants:
+    """Returns the constants with the coordinates x."""
+    values = np.where(POSITIVE, np.exp(np.where(POSITIVE, x, 0.0)), x)
+    return Constants(**dict(zip(NAMES, values.tolist(), strict=True)))
+
+
+def fit(choices: Choices, start: Constants = IN_USE) -> Fit:
+    """Fits the constants to the machines.
+
+    Parameters
+    ----------
+    choices
+        sets of at least one machine.
+    start
+        constants from which the search starts; the ridge is around `IN_USE` in any case.
+    """
+    centre = coordinates(IN_USE)
+
+    def cost(x: FloatArray) -> tuple[float, FloatArray]:
+        chances = shares(scores(choices, constants_at(x)))
+        gradients, _ = _derivatives(choices, x, chances, curvature=False)
+        away = (x - centre) / RIDGE
+        # -sum ln p(truth) + 1/2 sum ((x - x_in_use) / RIDGE)^2
+        value = float(log_loss(chances, choices.true).sum() + 0.5 * away @ away)
+        return value, gradients.sum(axis=0) + away / RIDGE
+
+    # The best set changes at some x, where the score of outside jumps: L-BFGS-B then ends early,
+    # with the lowest cost that it has seen.
+    found = minimize(
+        cost, coordinates(start), jac=True, method="L-BFGS-B", options={"gtol": GRADIENT}
+    )
+    x = np.asarray(found.x)
+    constants = constants_at(x)
+    chances = shares(scores(choices, constants))
+    gradients, curvature = _derivatives(choices, x, chances, curvature=True)
+    ridge = np.diag(RIDGE**-2.0)
+    bread = np.linalg.inv(curvature + ridge)
+    covariance = bread @ (gradients.T @ gradients + ridge) @ bread
+    errors = np.sqrt(np.diag(covariance))
+    # The error of c = exp(x) is c times that of x.
+    values = np.array([getattr(constants, name) for name in NAMES])
+    return Fit(constants, np.where(POSITIVE, values, 1.0) * errors)
+
+
+def _derivatives(
+    choices: Choices, x: FloatArray, chances: FloatArray, *, curvature: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Gradients of -ln p(truth), (N, 9), and, if wanted, their summed curvature F, (9, 9)."""
+    slopes = np.stack(list(_slopes(choices, x)), axis=-1)
+    of_truth = np.where(choices.true, chances, 0.0)
+    # A truth of probability 0 has no derivative; it can only be one of a machine without hope.
+    of_truth = of_truth / np.maximum(of_truth.sum(axis=1, keepdims=True), np.finfo(float).tiny)
+    mean = np.einsum("nm,nmk->nk", chances, slopes)
+    # g = E[d] - E[d | truth]
+    gradients = mean - np.einsum("nm,nmk->nk", of_truth, slopes)
+    if not curvature:
+        return gradients, np.zeros((x.size, x.size))
+    # F = E[d d'] - E[d] E[d]'
+    squares = np.einsum("nm,nmk,nml->kl", chances, slopes, slopes, optimize=True)
+    return gradients, squares - mean.T @ mean
+
+
+def _slopes(choices: Choices, x: FloatArray) -> Iterator[FloatArray]:
+    """Yields du/dx, (N, M + 1), for each coordinate; zero where a machine has no such set."""
+    absent = np.column_stack([~choices.present, np.zeros(len(choices.present), dtype=np.bool_)])
+    for i in range(x.size):
+        step = np.zeros(x.size)
+        step[i] = STEP
+        ahead, behind = (scores(choices, constants_at(x + side * step)) for side in (1.0, -1.0))
+        with np.errstate(invalid="ignore"):
+            yield np.where(absent, 0.0, (ahead - behind) / (2.0 * STEP))
+
+
+def folds(count: int, number: int, rng: np.random.Generator) -> list[IntArray]:
+    """Returns the indices of the machines of each fold; sizes differ by one at most."""
+    return np.array_split(rng.permutation(count), number)
