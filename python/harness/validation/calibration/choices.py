@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import logsumexp
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.constants import Constants
@@ -82,19 +83,31 @@ def choices_of(machines: Sequence[Machine]) -> Choices:
     )
 
 
-def scores(choices: Choices, constants: Constants) -> FloatArray:
-    """Scores u, nats, (N, M + 1); -inf where a machine has no such set. The last: outside."""
-    of_sets = score(choices.left, choices.effects, choices.small, constants)
-    of_sets = np.where(choices.present, of_sets, -np.inf)
-    best = np.argmax(of_sets, axis=1)[:, np.newaxis]
+def best_sets(choices: Choices, constants: Constants) -> IntArray:
+    """Index of the set with the best score of each machine, (N,)."""
+    return np.asarray(np.argmax(_of_sets(choices, constants), axis=1))
+
+
+def scores(choices: Choices, constants: Constants, best: IntArray | None = None) -> FloatArray:
+    """Scores u, nats, (N, M + 1); -inf where a machine has no such set. The last: outside.
+
+    best: the sets beside which outside stands, (N,); without it, those of `best_sets`.
+    """
+    of_sets = _of_sets(choices, constants)
+    beside = (np.argmax(of_sets, axis=1) if best is None else best)[:, np.newaxis]
     outside = outside_score(
-        np.take_along_axis(of_sets, best, axis=1)[:, 0],
-        np.take_along_axis(choices.left, best, axis=1)[:, 0],
+        np.take_along_axis(of_sets, beside, axis=1)[:, 0],
+        np.take_along_axis(choices.left, beside, axis=1)[:, 0],
         choices.left_by_none,
         choices.pressures,
         constants,
     )
     return np.column_stack([of_sets, outside])
+
+
+def _of_sets(choices: Choices, constants: Constants) -> FloatArray:
+    of_sets = score(choices.left, choices.effects, choices.small, constants)
+    return np.where(choices.present, of_sets, -np.inf)
 
 
 def probabilities(choices: Choices, constants: Constants) -> FloatArray:
@@ -108,7 +121,12 @@ def shares(of: FloatArray) -> FloatArray:
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 
-def log_loss(chances: FloatArray, true: BoolArray) -> FloatArray:
-    """Returns -ln of the probability of the truth, nats, (N,); infinite where it is 0."""
-    with np.errstate(divide="ignore"):
-        return np.asarray(-np.log(np.where(true, chances, 0.0).sum(axis=1)))
+def of_truth(of: FloatArray, true: BoolArray) -> FloatArray:
+    """Returns the scores with -inf for all that is not the truth."""
+    return np.where(true, of, -np.inf)
+
+
+def log_loss(of: FloatArray, true: BoolArray) -> FloatArray:
+    """Returns -ln of the probability of the truth, nats, (N,), from the scores of all."""
+    # -ln p(truth) = ln sum exp(u) - ln sum over the truth of exp(u)
+    return np.asarray(logsumexp(of, axis=1) - logsumexp(of_truth(of, true), axis=1))

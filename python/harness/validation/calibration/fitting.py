@@ -26,7 +26,9 @@ from ehsid.harness.gap.inference.constants import IN_USE, Constants
 from ehsid.harness.validation.calibration.choices import (
     Choices,
     IntArray,
+    best_sets,
     log_loss,
+    of_truth,
     scores,
     shares,
 )
@@ -47,7 +49,7 @@ GRADIENT = 1e-2
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Fitted constants, and their standard errors in the same units, (9,) in the order of `NAMES`."""
+    """Fitted constants, and their standard errors, (9,), in the order of `NAMES`."""
 
     constants: Constants
     errors: FloatArray
@@ -78,11 +80,11 @@ def fit(choices: Choices, start: Constants = IN_USE) -> Fit:
     centre = coordinates(IN_USE)
 
     def cost(x: FloatArray) -> tuple[float, FloatArray]:
-        chances = shares(scores(choices, constants_at(x)))
-        gradients, _ = _derivatives(choices, x, chances, curvature=False)
         away = (x - centre) / RIDGE
+        losses = log_loss(scores(choices, constants_at(x)), choices.true)
         # -sum ln p(truth) + 1/2 sum ((x - x_in_use) / RIDGE)^2
-        value = float(log_loss(chances, choices.true).sum() + 0.5 * away @ away)
+        value = float(losses.sum() + 0.5 * away @ away)
+        gradients, _ = _derivatives(choices, x, curvature=False)
         return value, gradients.sum(axis=0) + away / RIDGE
 
     # The best set changes at some x, where the score of outside jumps: L-BFGS-B then ends early,
@@ -92,8 +94,7 @@ def fit(choices: Choices, start: Constants = IN_USE) -> Fit:
     )
     x = np.asarray(found.x)
     constants = constants_at(x)
-    chances = shares(scores(choices, constants))
-    gradients, curvature = _derivatives(choices, x, chances, curvature=True)
+    gradients, curvature = _derivatives(choices, x, curvature=True)
     ridge = np.diag(RIDGE**-2.0)
     bread = np.linalg.inv(curvature + ridge)
     covariance = bread @ (gradients.T @ gradients + ridge) @ bread
@@ -104,16 +105,15 @@ def fit(choices: Choices, start: Constants = IN_USE) -> Fit:
 
 
 def _derivatives(
-    choices: Choices, x: FloatArray, chances: FloatArray, *, curvature: bool
+    choices: Choices, x: FloatArray, *, curvature: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Gradients of -ln p(truth), (N, 9), and, if wanted, their summed curvature F, (9, 9)."""
+    of = scores(choices, constants_at(x))
+    chances, chances_of_truth = shares(of), shares(of_truth(of, choices.true))
     slopes = np.stack(list(_slopes(choices, x)), axis=-1)
-    of_truth = np.where(choices.true, chances, 0.0)
-    # A truth of probability 0 has no derivative; it can only be one of a machine without hope.
-    of_truth = of_truth / np.maximum(of_truth.sum(axis=1, keepdims=True), np.finfo(float).tiny)
     mean = np.einsum("nm,nmk->nk", chances, slopes)
     # g = E[d] - E[d | truth]
-    gradients = mean - np.einsum("nm,nmk->nk", of_truth, slopes)
+    gradients = mean - np.einsum("nm,nmk->nk", chances_of_truth, slopes)
     if not curvature:
         return gradients, np.zeros((x.size, x.size))
     # F = E[d d'] - E[d] E[d]'
@@ -123,13 +123,15 @@ def _derivatives(
 
 def _slopes(choices: Choices, x: FloatArray) -> Iterator[FloatArray]:
     """Yields du/dx, (N, M + 1), for each coordinate; zero where a machine has no such set."""
+    # Both sides stand beside the same best set: where it changes, u has a jump and no derivative.
+    best = best_sets(choices, constants_at(x))
     absent = np.column_stack([~choices.present, np.zeros(len(choices.present), dtype=np.bool_)])
-    for i in range(x.size):
-        step = np.zeros(x.size)
-        step[i] = STEP
-        ahead, behind = (scores(choices, constants_at(x + side * step)) for side in (1.0, -1.0))
-        with np.errstate(invalid="ignore"):
-            yield np.where(absent, 0.0, (ahead - behind) / (2.0 * STEP))
+    for step in STEP * np.eye(x.size):
+        ahead, behind = (
+            np.where(absent, 0.0, scores(choices, constants_at(at), best))
+            for at in (x + step, x - step)
+        )
+        yield (ahead - behind) / (2.0 * STEP)
 
 
 def folds(count: int, number: int, rng: np.random.Generator) -> list[IntArray]:

@@ -6,11 +6,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.validation.blind.answers import Kind
 from ehsid.harness.validation.scoring.judging import HEALTHY, KNOWN, is_exactly
 from ehsid.harness.validation.scoring.reading import SENSORS
+
+# Measures of the shrinkage of the gap: of the explainable gap, and from the rig as configured.
+Measure = Literal["of_explainable", "from_nominal"]
+MEASURES: tuple[Measure, ...] = get_args(Measure)
 
 
 @dataclass(frozen=True)
@@ -24,7 +29,7 @@ class WeighedSet:
 
 @dataclass(frozen=True)
 class Size:
-    """A parameter of an effect that was rightly named: whether its 90 % interval holds the truth."""
+    """A parameter of a rightly named effect: whether its 90 % interval holds the truth."""
 
     effect: str
     parameter: str
@@ -33,9 +38,9 @@ class Size:
 
 @dataclass(frozen=True)
 class Promised:
-    """Shrinkage of one kind that was promised, with its 90 % interval, and the realised one."""
+    """Shrinkage by one measure: as promised, with its 90 % interval, and as realised."""
 
-    of: str
+    measure: Measure
     predicted: Estimate
     realised: float
 
@@ -91,6 +96,11 @@ class Machine:
     def pressures(self) -> bool:
         """Whether chamber pressures are measured."""
         return self.measured == SENSORS[0]
+
+    @property
+    def traits(self) -> dict[str, str]:
+        """The families, and the grade as one more."""
+        return {"grade": self.grade, **self.families}
 
     @property
     def left_by_none(self) -> float:

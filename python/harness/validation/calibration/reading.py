@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -15,7 +16,13 @@ from ehsid.harness.manifest import sha256_of
 from ehsid.harness.parallel import Progress, run_tasks
 from ehsid.harness.validation.blind.answers import Answer, read_answers
 from ehsid.harness.validation.blind.seal import ANSWERS, RESULTS, SEAL, read_seal
-from ehsid.harness.validation.calibration.machines import Machine, Promised, Size, WeighedSet
+from ehsid.harness.validation.calibration.machines import (
+    MEASURES,
+    Machine,
+    Promised,
+    Size,
+    WeighedSet,
+)
 from ehsid.harness.validation.scoring.calibration import effect_errors
 from ehsid.harness.validation.scoring.judging import ScoredCase, judge
 from ehsid.harness.validation.scoring.reading import FAILED, read_findings
@@ -72,10 +79,10 @@ def distinct(machines: Iterable[Machine]) -> list[Machine]:
     Raises
     ------
     ValueError
-        a machine occurs twice. It would count as two, and both halves of a validation would have it.
+        a machine occurs twice: it would be among those that are fitted and those that are tested.
     """
     ordered = sorted(machines, key=lambda machine: machine.name)
-    for one, other in zip(ordered[:-1], ordered[1:], strict=True):
+    for one, other in itertools.pairwise(ordered):
         if one.name == other.name:
             raise ValueError(
                 f"machine {one.name}: given twice; expected each machine once: name each check and "
@@ -121,7 +128,6 @@ def read_case(out: Path, name: str, answer: Answer) -> Machine | str:
         # Errors of records and rigs cannot return from another process; a plain ValueError can.
         raise ValueError(f"case {name}: {error}") from None
     case = ScoredCase(name, answer, findings, judge(answer, findings), transfer)
-    families = {"excitation": "+".join(sorted(answer.excitation)), **answer.families}
     return Machine(
         name=name,
         kind=answer.kind,
@@ -130,13 +136,15 @@ def read_case(out: Path, name: str, answer: Answer) -> Machine | str:
         # The record itself decides on quantisation; sets of effects have no part in it.
         truth=tuple(effect for effect in answer.effects if effect != QUANTISATION),
         sets=sets,
-        families={"grade": answer.grade, **families},
+        families={"excitation": "+".join(sorted(answer.excitation)), **answer.families},
         sizes=tuple(
-            Size(error.of, error.parameter, error.inside) for error in effect_errors([case])
+            Size(error.of, error.parameter, error.inside)
+            for error in effect_errors([case])
+            if error.of != QUANTISATION
         ),
         promises=tuple(
-            Promised(of.words, _of(promise.predicted), _rounded(promise.realised.value))
-            for of in promises([case])
+            Promised(measure, _of(promise.predicted), _rounded(promise.realised.value))
+            for measure, of in zip(MEASURES, promises([case]), strict=True)
             for promise in of.each
             if all(map(math.isfinite, (promise.predicted.low, promise.predicted.high)))
             and math.isfinite(promise.realised.value)
