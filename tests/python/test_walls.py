@@ -118,16 +118,19 @@ ROOMS: dict[str, set[str]] = {
         *("gap/data", "gap/inference", "gap/model", "gap/tables"),
         *("records", "rigs", "validation/blind"),
     },
+    "validation/calibration": {
+        *("gap/inference", "gap/tables", "validation/blind", "validation/scoring"),
+    },
     "report": {
         *("deploy", "estimation", "gap", "gap/tables", "identification", "records"),
-        *("rig_check", "rigs", "validation/fleet", "validation/scoring"),
+        *("rig_check", "rigs", "validation/calibration", "validation/fleet", "validation/scoring"),
     },
     "studies": {
         *("deploy", "excitation", "identification", "records", "report", "rigs", "simulation"),
     },
 }
 # Of gap: what comes out, as data and as a file, and the numbers that decide.
-TABLES = {"diagnosis_file.py", "schema.py", "thresholds.py"}
+TABLES = {"deciding.py", "diagnosis_file.py", "schema.py", "thresholds.py"}
 # Modules of no room, which every room may use.
 SHARED = {"arrays", "encoding", "exchange", "files", "manifest", "parallel", "text"}
 # The room of the tables, which every room but the independent generator may read.

@@ -5,7 +5,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ehsid.harness.gap import deciding
+from ehsid.harness.gap.deciding import (
+    EFFECT,
+    EVIDENCE,
+    LEAST_LEFT,
+    OUTSIDE,
+    OUTSIDE_BESIDE,
+    OUTSIDE_EXPLAINED,
+    OUTSIDE_LEFT,
+    OUTSIDE_POSITION,
+    SMALL,
+)
 
 
 @dataclass(frozen=True)
@@ -41,13 +51,13 @@ class Constants:
 
 
 IN_USE = Constants(
-    evidence=deciding.EVIDENCE,
-    least_left=deciding.LEAST_LEFT,
-    effect=deciding.EFFECT,
-    small=deciding.SMALL,
-    outside=deciding.OUTSIDE,
-    outside_beside=deciding.OUTSIDE_BESIDE,
-    outside_left=deciding.OUTSIDE_LEFT,
-    outside_explained=deciding.OUTSIDE_EXPLAINED,
-    outside_position=deciding.OUTSIDE_POSITION,
+    evidence=EVIDENCE,
+    least_left=LEAST_LEFT,
+    effect=EFFECT,
+    small=SMALL,
+    outside=OUTSIDE,
+    outside_beside=OUTSIDE_BESIDE,
+    outside_left=OUTSIDE_LEFT,
+    outside_explained=OUTSIDE_EXPLAINED,
+    outside_position=OUTSIDE_POSITION,
 )

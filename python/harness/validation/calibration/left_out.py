@@ -39,8 +39,10 @@ class LeftOut:
     ----------
     trait, family
         trait and name of the family.
+    promised
+        share of its machines whose set should hold the truth, as far as they are like the others.
     coverage
-        share of its machines whose set holds the truth; the target is the promised share.
+        share of its machines whose set holds the truth.
     size
         mean number of answers in a set.
     right
@@ -51,6 +53,7 @@ class LeftOut:
 
     trait: str
     family: str
+    promised: float
     coverage: Figure
     size: Figure
     right: Figure
@@ -111,6 +114,7 @@ def _left_out(
     return LeftOut(
         trait,
         family,
+        promised,
         share("truth in the set", [holds(one, limits) for one in own], Range(least=promised)),
         mean("answers in the set, mean", [float(size(one, limits)) for one in own]),
         share("first answer true", [bool(one.true[0]) for one in own]),

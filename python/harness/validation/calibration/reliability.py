@@ -112,8 +112,11 @@ def reliability(words: str, claims: Claims) -> Reliability:
         drawn = np.repeat(np.arange(count), times[number])
         errors[i] = expected_error(chances[drawn], true[drawn])
     meant = [expected_error(chances, rng.random(count) < chances) for _ in range(RESAMPLES)]
-    low, high = np.quantile(errors, [0.5 - LEVEL / 2.0, 0.5 + LEVEL / 2.0])
     value = expected_error(chances, true)
+    # Drawing again makes shares scatter once more, so the drawn errors are larger by their mean
+    # excess over the value. Their spread around their mean is that of the value.
+    ends = np.quantile(errors - errors.mean(), [0.5 - LEVEL / 2.0, 0.5 + LEVEL / 2.0])
+    low, high = np.maximum(value + ends, 0.0)
     return Reliability(
         words,
         tuple(
