@@ -8,9 +8,10 @@ expected curvature of its -ln p(truth) are
     g = E[d] - E[d | truth],    F = Cov(d)
 
 under p (D. McFadden, in Frontiers in Econometrics, 1974). A weak ridge keeps constants of which the
-machines say nothing where they are. The standard errors are those of the sandwich,
-(F + R)^-1 (sum g g' + R) (F + R)^-1 with the ridge R, which stays right where the logit is only
-nearly true (H. White, Econometrica 50(1), 1982).
+machines say nothing where they are. Where the best set of a machine changes with x, the score of
+outside jumps. So the fit is done in rounds, each beside the best sets of the one before. The
+standard errors are those of the sandwich, (F + R)^-1 (sum g g' + R) (F + R)^-1 with the ridge R,
+which stays right where the logit is only nearly true (H. White, Econometrica 50(1), 1982).
 """
 
 from __future__ import annotations
@@ -37,7 +38,8 @@ NAMES = tuple(each.name for each in fields(Constants))
 # These are larger than zero; their logarithms are fitted.
 POSITIVE = np.array([name in ("evidence", "least_left") for name in NAMES])
 # Standard deviations of the ridge around the constants in use: a factor of e for the positive ones;
-# odds of 20 to 1, 3 nats, for the others. A hundred machines determine each of them much better.
+# odds of 20 to 1, 3 nats, for the others. So a constant that is off by that much costs half a nat,
+# which a few machines outweigh.
 RIDGE = np.where(POSITIVE, 1.0, 3.0)
 # Step of the derivatives of the scores. Scores are smooth and of order 10, so the error of central
 # differences, about step^2, and that of rounding, 1e-15 / step, are both far below 1e-6.
@@ -45,6 +47,9 @@ STEP = 1e-4
 # The fit ends where the gradient is below this, nats: then x is within 1e-2 of a standard error of
 # the ridge, which is the largest there is.
 GRADIENT = 1e-2
+# The best sets no longer change after two to five rounds. Where those of a machine or two go to and
+# fro without end, either round is right to a small part of a standard error.
+ROUNDS = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,24 +82,15 @@ def fit(choices: Choices, start: Constants = IN_USE) -> Fit:
     start
         constants from which the search starts; the ridge is around `IN_USE` in any case.
     """
-    centre = coordinates(IN_USE)
-
-    def cost(x: FloatArray) -> tuple[float, FloatArray]:
-        away = (x - centre) / RIDGE
-        losses = log_loss(scores(choices, constants_at(x)), choices.true)
-        # -sum ln p(truth) + 1/2 sum ((x - x_in_use) / RIDGE)^2
-        value = float(losses.sum() + 0.5 * away @ away)
-        gradients, _ = _derivatives(choices, x, curvature=False)
-        return value, gradients.sum(axis=0) + away / RIDGE
-
-    # The best set changes at some x, where the score of outside jumps: L-BFGS-B then ends early,
-    # with the lowest cost that it has seen.
-    found = minimize(
-        cost, coordinates(start), jac=True, method="L-BFGS-B", options={"gtol": GRADIENT}
-    )
-    x = np.asarray(found.x)
+    x = coordinates(start)
+    best = best_sets(choices, start)
+    for _ in range(ROUNDS):
+        x = _fitted_beside(choices, x, best)
+        before, best = best, best_sets(choices, constants_at(x))
+        if np.array_equal(best, before):
+            break
     constants = constants_at(x)
-    gradients, curvature = _derivatives(choices, x, curvature=True)
+    gradients, curvature = _derivatives(choices, x, best, curvature=True)
     ridge = np.diag(RIDGE**-2.0)
     bread = np.linalg.inv(curvature + ridge)
     covariance = bread @ (gradients.T @ gradients + ridge) @ bread
@@ -104,13 +100,29 @@ def fit(choices: Choices, start: Constants = IN_USE) -> Fit:
     return Fit(constants, np.where(POSITIVE, values, 1.0) * errors)
 
 
+def _fitted_beside(choices: Choices, start: FloatArray, best: IntArray) -> FloatArray:
+    """Returns the x of least cost, (9,), where outside stands beside these sets whatever x is."""
+    centre = coordinates(IN_USE)
+
+    def cost(x: FloatArray) -> tuple[float, FloatArray]:
+        away = (x - centre) / RIDGE
+        losses = log_loss(scores(choices, constants_at(x), best), choices.true)
+        # -sum ln p(truth) + 1/2 sum ((x - x_in_use) / RIDGE)^2
+        value = float(losses.sum() + 0.5 * away @ away)
+        gradients, _ = _derivatives(choices, x, best, curvature=False)
+        return value, gradients.sum(axis=0) + away / RIDGE
+
+    found = minimize(cost, start, jac=True, method="L-BFGS-B", options={"gtol": GRADIENT})
+    return np.asarray(found.x)
+
+
 def _derivatives(
-    choices: Choices, x: FloatArray, *, curvature: bool
+    choices: Choices, x: FloatArray, best: IntArray, *, curvature: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Gradients of -ln p(truth), (N, 9), and, if wanted, their summed curvature F, (9, 9)."""
-    of = scores(choices, constants_at(x))
+    of = scores(choices, constants_at(x), best)
     chances, chances_of_truth = shares(of), shares(of_truth(of, choices.true))
-    slopes = np.stack(list(_slopes(choices, x)), axis=-1)
+    slopes = np.stack(list(_slopes(choices, x, best)), axis=-1)
     mean = np.einsum("nm,nmk->nk", chances, slopes)
     # g = E[d] - E[d | truth]
     gradients = mean - np.einsum("nm,nmk->nk", chances_of_truth, slopes)
@@ -121,10 +133,8 @@ def _derivatives(
     return gradients, squares - mean.T @ mean
 
 
-def _slopes(choices: Choices, x: FloatArray) -> Iterator[FloatArray]:
+def _slopes(choices: Choices, x: FloatArray, best: IntArray) -> Iterator[FloatArray]:
     """Yields du/dx, (N, M + 1), for each coordinate; zero where a machine has no such set."""
-    # Both sides stand beside the same best set: where it changes, u has a jump and no derivative.
-    best = best_sets(choices, constants_at(x))
     absent = np.column_stack([~choices.present, np.zeros(len(choices.present), dtype=np.bool_)])
     for step in STEP * np.eye(x.size):
         ahead, behind = (
