@@ -47,7 +47,7 @@ STEP = 1e-4
 # The fit ends where the gradient is below this, nats: then x is within 1e-2 of a standard error of
 # the ridge, which is the largest there is.
 GRADIENT = 1e-2
-# The best sets no longer change after two to five rounds. Where those of a machine or two go to and
+# The best sets mostly stay as they are after one to four rounds. Where those of a machine go to and
 # fro without end, either round is right to a small part of a standard error.
 ROUNDS = 10
 
