@@ -42,8 +42,8 @@ def machines_of(checks: list[Path], features: list[Path]) -> Found:
         where = ", ".join(map(str, [*checks, *features]))
         reasons = ", ".join(f"{count} {reason}" for reason, count in found.left_out.items())
         raise ValueError(
-            f"{where}: no finished case with probabilities ({reasons or 'no case at all'}); let "
-            "ehsid gap-check of this version finish some cases first"
+            f"{where}: no finished case with probabilities ({reasons or 'no case at all'}): "
+            "expected at least one; let ehsid gap-check of this version finish some first"
         )
     return Found(tuple(machines), found.left_out)
 
