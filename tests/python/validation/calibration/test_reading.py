@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -158,9 +160,6 @@ def test_features_are_read_as_they_were_written(check: Path, tmp_path: Path) -> 
 
 @given(st.text(min_size=1), st.floats(0.0, 1e300))
 def test_features_keep_any_name_and_number(name: str, left: float) -> None:
-    import tempfile
-    from dataclasses import replace
-
     one = machine(("gain",), (name,), name=name)
     one = replace(one, sets=(one.sets[0], replace(one.sets[1], left=left)))
     with tempfile.TemporaryDirectory() as folder:
