@@ -3,21 +3,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
 from gap_rig import RIG
+from made_spectra import spectrum_of
 
 from ehsid.harness.gap.data.floor import NoiseFloor
+from ehsid.harness.gap.deciding import INDEPENDENT
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.gap_reduction import WindowSums
 from ehsid.harness.gap.inference.search import SearchResult
 from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.model.likelihood import OutputLikelihood
 from ehsid.harness.gap.model.parameters import Parameter
+from ehsid.harness.gap.model.spectrum import BANDS
 
 WINDOWS, SAMPLES, FLOOR, VARIATION = 40, 500, 1e-6, 1e-2
+SPECTRUM = spectrum_of((WINDOWS, SAMPLES))
+
+
+def _likelihood() -> OutputLikelihood:
+    """That of a position: the mean of each window does not count. Only the floor is tolerated."""
+    counts = np.minimum(INDEPENDENT * WINDOWS, SPECTRUM.sizes)
+    counts[0] = 0.0
+    return OutputLikelihood(SPECTRUM, counts, np.full(BANDS, FLOOR**2))
+
+
+LIKELIHOOD = _likelihood()
+
+
+@dataclass(frozen=True)
+class _Problem:
+    likelihoods: Mapping[str, OutputLikelihood]
 
 
 class _Record:
@@ -45,8 +66,9 @@ class MadeCase:
             )
         )
 
-    def variation(self) -> np.ndarray:
-        return np.array([VARIATION])
+    def problem(self, *, held_out: bool = False) -> _Problem:
+        """Both parts of the data have the same windows."""
+        return _Problem({"position_m": LIKELIHOOD})
 
 
 CASE = cast(Case, cast(Any, MadeCase()))
@@ -64,16 +86,23 @@ SIZES = {
 def candidate(
     *effects: str, rms: float, parameters: int | None = None, **sizes: float
 ) -> FittedCandidate:
-    """A candidate whose held-out errors have this rms (m), scattered by a tenth over windows."""
+    """A candidate whose errors have this rms (m), scattered by a tenth over windows.
+
+    The errors are white. Those of the records to fit are as large as the held-out ones.
+    """
     seed = sum(map(ord, "".join(effects)))
-    squares = SAMPLES * rms**2 * np.random.default_rng(seed).uniform(0.9, 1.1, (WINDOWS, 1))
+    scatter = np.random.default_rng(seed).uniform(0.9, 1.1, WINDOWS)
+    scatter /= scatter.mean()
+    squares = SAMPLES * rms**2 * scatter[:, np.newaxis]
     counts = np.full(WINDOWS, float(SAMPLES))
-    mse = squares.sum() / counts.sum()
-    cost = 200.0 * np.log(mse + FLOOR**2)
+    powers = rms**2 * scatter[:, np.newaxis, np.newaxis] * SPECTRUM.sizes / WINDOWS
+    cost = LIKELIHOOD.cost_of(np.full(BANDS, rms**2))
     values = SIZES | {f"effects.{name}": size for name, size in sizes.items()}
     x = np.zeros(20 + (parameters or len(effects)))
     sums = WindowSums({"position_m": squares[:, 0]}, {"position_m": counts * VARIATION**2}, counts)
-    return FittedCandidate(effects, x, values, cost, cost, True, squares, counts, sums)
+    return FittedCandidate(
+        effects, x, values, cost, cost, True, squares, counts, powers, powers, sums
+    )
 
 
 def search_result(

@@ -187,6 +187,9 @@ def _candidates(in_set: int) -> tuple[Candidate, ...]:
                 400.0 + score,
                 23,
                 Standing("named" if i == 0 and in_set else "worse", "made by hand"),
+                0.1 + 0.01 * score,
+                0.2 * len(effects),
+                0.9 / 2.0 ** (i + 1),
             )
         )
     return tuple(found)
@@ -209,6 +212,8 @@ def _next(rig: Rig) -> NextExperiment:
     )
 
 
+# Probability of a cause outside of the catalogue, where it is not small.
+OUTSIDE: dict[Verdict, float] = {"outside_catalogue": 0.96}
 SENTENCES: dict[Verdict, str] = {
     "effects": "The gap comes from Coulomb friction of 412 N, which the rig does not have: with it "
     "the error on held-out data falls to the noise of the sensors.",
@@ -261,6 +266,7 @@ def made_diagnosis(
             CannotJudge("load_spring", "the rod visits 8 % of its stroke only"),
             CannotJudge("supply_droop", "supply pressure is not measured"),
         ),
+        outside_probability=OUTSIDE.get(verdict, 0.02) if judged else None,
         next_experiment=_next(augmented) if verdict == "ambiguous" else None,
         how_far=far if judged else None,
         calibration=calibration() if judged else {},

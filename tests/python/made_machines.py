@@ -15,15 +15,16 @@ from ehsid.harness.validation.scoring.reading import SENSORS
 
 # Away from those in use by one to three standard errors of a fit to some hundred machines.
 TRUE = Constants(
-    evidence=15.0,
+    evidence=20.0,
     least_left=0.2,
     effect=1.5,
-    small=1.0,
-    outside=-1.5,
-    outside_beside=-2.5,
-    outside_left=4.0,
+    small=1.5,
+    outside=0.5,
+    outside_beside=-0.5,
+    outside_left=2.5,
     outside_explained=-0.5,
     outside_position=0.8,
+    lapse=0.06,
 )
 SEALS = ("LuGre", "Dahl", "Bouc-Wen")
 
@@ -44,7 +45,7 @@ def unanswered(count: int, rng: np.random.Generator) -> list[Machine]:
     """Machines with 4 to 11 sets of one or two effects, without a truth yet."""
     made = []
     for i in range(count):
-        none = float(rng.uniform(0.1, 4.0))
+        none = float(rng.uniform(0.02, 1.0))
         sets = [WeighedSet((), none, 0.0)]
         for j in range(int(rng.integers(3, 11))):
             effects = (f"e{j}", f"e{j + 1}") if rng.random() < 0.3 else (f"e{j}",)

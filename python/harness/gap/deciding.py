@@ -8,33 +8,38 @@ fitted on generated machines (`ehsid gap-calibrate`), none of which judges. The 
 from __future__ import annotations
 
 # --- Likelihood ----------------------------------------------------------------------------------
-# Most independent errors of one octave in one window of half a second. An octave of white noise at
-# 128 Hz has 128; an error of the model is one wave form that rings there, of a few amplitudes.
-INDEPENDENT = 4.0
+# Independent errors of one octave in one window of half a second. An octave of white noise at
+# 128 Hz has 128; an error of the model is one wave form there, of one amplitude. Slow and fast
+# octaves then have equal weight.
+INDEPENDENT = 1.0
 # Share of the measured motion, in each octave, to which no simulator is exact.
 TOLERANCE = 0.003
 
 # --- Probabilities -------------------------------------------------------------------------------
-# Number of independent errors in a diagnosis. Errors of a model repeat from window to window: a
-# longer record or a faster sampling shows the same ones again, and its evidence does not grow.
-EVIDENCE = 21.0
-# Errors, ln over what is tolerated, of the mean simulator that lacks nothing. Less is chance.
-LEAST_LEFT = 0.3
-# Prior cost of an effect, nats: odds of one in seven that a machine has just this effect, with the
+# Number of independent errors in a diagnosis: evidence, nats, for errors that are smaller by a
+# factor of e on the average. Errors of a model repeat from window to window: a longer record or a
+# faster sampling shows the same ones again, and its evidence does not grow.
+EVIDENCE = 37.0
+# Prior cost of an effect, nats: odds of one in fifteen that a machine has just this effect, with the
 # factor of Occam for its size.
-EFFECT = 2.0
+EFFECT = 2.7
 # Cost of an effect that is no larger than what every servo has, nats. It falls to zero at a size e
 # times as large: a small effect is more often the shape of another law than a cause.
-SMALL = 1.9
+SMALL = 3.4
+# Errors, ln over what is tolerated, below which a simulator is as good as perfect.
+LEAST_LEFT = 0.1
 # Odds of a cause outside of the catalogue against the best set, ln: at errors that are tolerated,
 # without and with an effect in the best set, and their increase with the ln of the errors left and
 # with what the set explains.
-OUTSIDE, OUTSIDE_BESIDE = -2.0, -3.0
-OUTSIDE_LEFT = 6.0
-OUTSIDE_EXPLAINED = -0.8
+OUTSIDE, OUTSIDE_BESIDE = 1.0, -0.4
+OUTSIDE_LEFT = 5.2
+OUTSIDE_EXPLAINED = -1.2
 # The same where only the position is measured, which shows less of any cause.
-OUTSIDE_POSITION = 1.2
+OUTSIDE_POSITION = 1.5
 
+# Share of the probability that is spread over all answers alike: in three cases of a hundred the
+# search has missed the cause, or the machine does what nobody thought of.
+LAPSE = 0.03
 # From this probability on a cause outside of the catalogue is reason to fit all records together:
 # the held-out ones may excite what the others do not.
 FIT_TOGETHER = 0.2
@@ -45,21 +50,25 @@ WORSE_HELD_OUT = 0.3
 # A wrong name sends someone to exchange a healthy part. So does an alarm on a sound machine.
 WRONG_NAME = 10.0
 FALSE_ALARM = 10.0
-# A cause that is not found is looked for further. So is one that is called unknown.
+# A cause that is not found is looked for further, be it one of two. So is one that is called
+# unknown.
 MISSED = 3.0
 NEEDLESS_OUTSIDE = 3.0
-# One of two effects found, or one too many beside the true one.
-INCOMPLETE = 3.0
 # A set costs an experiment for each further member; one without the truth costs it for nothing.
 FURTHER_MEMBER = 1.0
 SET_WITHOUT_TRUTH = 5.0
 # No more sets than an experiment can separate.
 MOST_MEMBERS = 4
 
+# --- Load force without pressures ----------------------------------------------------------------
+# A load force must be this many of its standard deviations, which include those of metering edges
+# that cannot be seen.
+FORCE_DEVIATIONS = 2.0
+
 # --- Values of the rig ---------------------------------------------------------------------------
 # Values of the rig differ from the rig file only where holding them there makes the errors larger
 # by this, ln on the average.
-VALUES = 0.05
+VALUES = 0.15
 # A value has moved if it did so by this many standard deviations of the rig file, and of the fit.
 MOVED_PRIOR = 1.0
 MOVED_FIT = 2.0

@@ -412,9 +412,6 @@ SUBSYSTEM_TAKES_PART = 0.25
 SUBSYSTEM_SMALL = 0.05
 
 # --- Verdict -------------------------------------------------------------------------------------
-# A load force must be this many of its standard deviations, which include those of metering edges
-# that cannot be seen.
-FORCE_DEVIATIONS = 2.0
 # Probability of an effect that the record itself shows. In three of a hundred cases the cause is
 # one that nobody thought of.
 LARGEST_PROBABILITY = 0.97

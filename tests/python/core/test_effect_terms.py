@@ -163,8 +163,33 @@ def test_a_law_that_contains_another_becomes_it(effect: ehsid.EffectInfo) -> Non
         assert again[name] == pytest.approx(size, rel=0.5)
 
 
+SPEEDS = np.linspace(-0.5, 0.5, 101)
+
+
+@given(force_n=st.floats(1.0, 1e4))
+def test_a_law_that_contains_another_can_act_as_it_does(force_n: float) -> None:
+    """At the sizes of `same`, friction and load are those of the simpler law; see `grown`."""
+    for effect in (one for one in ehsid.effects() if one.contains):
+        assert effect.contains is not None
+        simple = {"force_n": force_n}
+        same = effect.same(simple)
+        assert same.keys() == {one.name for one in effect.parameters}
+        for one in effect.parameters:
+            assert one.minimum <= same[one.name] <= one.maximum
+        assert effect.simplified(same) == pytest.approx(simple)
+        rich = terms(**{f"{effect.id}__{name}": size for name, size in same.items()})
+        plain = terms(**{f"{effect.contains}__force_n": force_n})
+        for law in ("friction", "load"):
+            np.testing.assert_allclose(
+                getattr(rich, law)(SPEEDS), getattr(plain, law)(SPEEDS), rtol=1e-14
+            )
+
+
 def test_an_effect_that_contains_none_cannot_be_simplified() -> None:
-    with pytest.raises(ValueError, match="contains no simpler effect"):
-        effects()["load_force"].simplified({"force_n": 1.0})
+    for become in ("simplified", "same"):
+        with pytest.raises(ValueError, match="contains no simpler effect"):
+            getattr(effects()["load_force"], become)({"force_n": 1.0})
+    with pytest.raises(ValueError, match="force_n"):
+        effects()["stribeck_friction"].same({})
     with pytest.raises(ValueError, match="force_n"):
         effects()["load_force"].matters({}, MACHINE)

@@ -3,16 +3,21 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from contradictions import contradictions
+from made_candidates import CASE, FLOOR, candidate
 from made_diagnoses import FRICTION, bench, measured_record
 
 from ehsid.harness.gap import Diagnosis, diagnose
 from ehsid.harness.gap import diagnosis as diagnosis_module
+from ehsid.harness.gap.deciding import FIT_TOGETHER, WORSE_HELD_OUT
 from ehsid.harness.gap.schema import SUBSYSTEMS
 from ehsid.harness.parallel import workers
 from ehsid.harness.records import make_record
@@ -74,6 +79,16 @@ def test_results_of_a_diagnosis_agree() -> None:
     assert diagnosis.settings["window_s"] == 0.5
     scores = [candidate.score for candidate in diagnosis.candidates]
     assert scores == sorted(scores)
+    # Every set that was weighed has a probability, and together with what is outside they are one.
+    weighed = [each for each in diagnosis.candidates if each.probability is not None]
+    assert {(), ("coulomb_friction",)} <= {each.effects for each in weighed}
+    assert diagnosis.outside_probability is not None
+    probabilities = [each.probability or 0.0 for each in weighed]
+    total = math.fsum([*probabilities, diagnosis.outside_probability])
+    assert total == pytest.approx(1.0, abs=1e-9)
+    named = max(weighed, key=lambda each: each.probability or 0.0)
+    assert named.effects == ("coulomb_friction",)
+    assert all(each.left is not None and each.left >= 0.0 for each in weighed)
 
 
 @pytest.mark.slow
@@ -104,6 +119,7 @@ def test_a_record_at_rest_gives_insufficient_data() -> None:
     diagnosis = diagnose([still], bench())
     assert diagnosis.verdict == "insufficient_data"
     assert diagnosis.how_far is None
+    assert diagnosis.outside_probability is None
     assert diagnosis.effects == ()
     assert "still" in {remark.record for remark in diagnosis.remarks if remark.serious}
 
@@ -113,27 +129,25 @@ def test_no_record_is_an_error() -> None:
         diagnose([], Rig("bench", "ehs", bench().values))
 
 
-class _NoVerdict:
-    """What is left of a gap, without a verdict, which may need a fit of its own."""
+@pytest.mark.parametrize(
+    ("outside", "worse", "together"),
+    [
+        (0.9 * FIT_TOGETHER, 3.0 * WORSE_HELD_OUT, False),
+        (1.1 * FIT_TOGETHER, 0.9 * WORSE_HELD_OUT, False),
+        (1.1 * FIT_TOGETHER, 1.1 * WORSE_HELD_OUT, True),
+    ],
+)
+def test_records_are_fitted_together_where_the_held_out_ones_show_another_cause(
+    outside: float, worse: float, together: bool
+) -> None:
+    """Nothing is left of the fitted records, and of the held-out ones more by `worse`, ln.
 
-    def __init__(self, augmented: float) -> None:
-        self.reduction = SimpleNamespace(
-            calibrated=0.4, augmented=augmented, noise_floor=(0.0, 0.01)
-        )
-
-    @property
-    def decision(self) -> SimpleNamespace:
-        raise AssertionError("the verdict was asked for")
-
-
-def test_a_gap_that_is_plainly_left_needs_no_verdict() -> None:
-    assert diagnosis_module._leaves_large_gap(_NoVerdict(0.39))
-    with pytest.raises(AssertionError, match="asked for"):
-        diagnosis_module._leaves_large_gap(_NoVerdict(0.02))
-
-
-@pytest.mark.parametrize("verdict", ["outside_catalogue", "effects"])
-def test_a_small_gap_is_left_where_the_catalogue_does_not_suffice(verdict: str) -> None:
-    reduction = SimpleNamespace(calibrated=0.4, augmented=0.02, noise_floor=(0.0, 0.01))
-    evaluation = SimpleNamespace(reduction=reduction, decision=SimpleNamespace(verdict=verdict))
-    assert diagnosis_module._leaves_large_gap(evaluation) == (verdict == "outside_catalogue")
+    Errors of the size r leave ln(1 + (r / floor)^2) / 2.
+    """
+    held_out = candidate(rms=FLOOR * math.sqrt(math.expm1(2.0 * worse)))
+    best = replace(held_out, fit_powers=candidate(rms=0.0).powers)
+    posterior = SimpleNamespace(outside=outside)
+    evaluation = SimpleNamespace(
+        case=CASE, selection=SimpleNamespace(best=best, posterior=posterior)
+    )
+    assert diagnosis_module._leaves_large_gap(cast(Any, evaluation)) == together

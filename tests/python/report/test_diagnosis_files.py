@@ -154,6 +154,10 @@ def test_keys_of_others_are_left_alone_and_ours_may_lack(tmp_path: Path) -> None
     plain = written(made_diagnosis("effects"), tmp_path)
     for key in ("sentence", "reasons", "remarks"):
         del plain[key]
+    del plain["which"]["outside_probability"]
+    for candidate in plain["which"]["candidates"]:
+        for key in ("left", "small", "probability"):
+            del candidate[key]
     plain["which"]["missing_law"] = []
     path = tmp_path / "other.json"
     path.write_text(json.dumps(plain))
@@ -168,6 +172,10 @@ def test_values_are_those_of_the_findings(tmp_path: Path) -> None:
         "ci90": [396.0, 431.0],
     }
     assert plain["which"]["ambiguity_set"] == [["coulomb_friction"], ["stribeck_friction"]]
+    assert plain["which"]["outside_probability"] == diagnosis.outside_probability
+    for written_one, one in zip(plain["which"]["candidates"], diagnosis.candidates, strict=True):
+        for name in ("left", "small", "probability"):
+            assert written_one[name] == getattr(one, name)
     assert plain["calibration"]["load.mass_kg"] == {
         "rig": 120.0,
         "found": 131.0,
@@ -249,6 +257,17 @@ def test_next_experiment_drives_the_augmented_rig(tmp_path: Path) -> None:
         app, ["simulate", str(tmp_path / "rig.augmented.toml"), *arguments]
     )
     assert outcome.exit_code == 0, outcome.output
+
+
+def test_what_was_not_weighed_has_no_probability(tmp_path: Path) -> None:
+    diagnosis = made_diagnosis("effects")
+    first, *others = diagnosis.candidates
+    screened = replace(first, left=None, small=None, probability=None)
+    unweighed = replace(diagnosis, candidates=(screened, *others), outside_probability=None)
+    which = written(unweighed, tmp_path)["which"]
+    assert which["outside_probability"] is None
+    assert [which["candidates"][0][key] for key in ("left", "small", "probability")] == [None] * 3
+    check_file(tmp_path / "diagnosis.json")
 
 
 def test_source_files_are_told_with_their_hash() -> None:

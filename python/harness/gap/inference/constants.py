@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ehsid.harness.gap.deciding import (
     EFFECT,
     EVIDENCE,
+    LAPSE,
     LEAST_LEFT,
     OUTSIDE,
     OUTSIDE_BESIDE,
@@ -20,14 +21,14 @@ from ehsid.harness.gap.deciding import (
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants of `posterior.score` and `posterior.outside_score`; `gap.deciding` has the reasons.
+    """Constants of the equations of `posterior`; `gap.deciding` has the reasons.
 
     Attributes
     ----------
     evidence
         number of independent errors, > 0.
     least_left
-        errors of a simulator that lacks nothing, ln over what is tolerated, > 0.
+        errors below which a simulator is as good as perfect, ln over what is tolerated, > 0.
     effect, small
         prior cost of an effect, and further cost of one that is no larger than in every servo,
         nats.
@@ -37,6 +38,8 @@ class Constants:
         increase of these odds with the ln of the errors left, and with what the best set explains.
     outside_position
         increase of these odds where no pressure is measured, nats.
+    lapse
+        share of the probability that all answers have alike, between 0 and 1.
     """
 
     evidence: float
@@ -48,6 +51,7 @@ class Constants:
     outside_left: float
     outside_explained: float
     outside_position: float
+    lapse: float
 
 
 IN_USE = Constants(
@@ -60,4 +64,5 @@ IN_USE = Constants(
     outside_left=OUTSIDE_LEFT,
     outside_explained=OUTSIDE_EXPLAINED,
     outside_position=OUTSIDE_POSITION,
+    lapse=LAPSE,
 )

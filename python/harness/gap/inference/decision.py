@@ -4,11 +4,11 @@
 | answer | truth: nothing is missing | this set | another set | outside |
 |---|---|---|---|---|
 | nothing is missing | 0 | - | MISSED | MISSED |
-| a set of effects | FALSE_ALARM | 0 | WRONG_NAME, or INCOMPLETE | WRONG_NAME |
+| a set of effects | FALSE_ALARM | 0 | WRONG_NAME, or MISSED | WRONG_NAME |
 | m sets | FALSE_ALARM | (m - 1) FURTHER_MEMBER | SET_WITHOUT_TRUTH | SET_WITHOUT_TRUTH |
 | outside of the catalogue | FALSE_ALARM | - | NEEDLESS_OUTSIDE | 0 |
 
-Another set is incomplete where it has an effect of the true one, else it is a wrong name. Both laws
+A set that has an effect of the true one misses the others; else it is a wrong name. Both laws
 of friction count as one effect.
 """
 
@@ -22,7 +22,6 @@ from typing import Literal
 from ehsid.harness.gap.deciding import (
     FALSE_ALARM,
     FURTHER_MEMBER,
-    INCOMPLETE,
     MISSED,
     MOST_MEMBERS,
     NEEDLESS_OUTSIDE,
@@ -45,7 +44,7 @@ class Answer:
         sets of `named`; "outside": a cause outside of the catalogue, beside the set of `named`,
         which may be empty.
     named
-        sets of effects, most probable first, one for each family.
+        sets of effects, of each family its most probable one; most probable family first.
     loss
         expected loss.
     """
@@ -62,13 +61,13 @@ def least_loss(posterior: Posterior) -> Answer:
 
 def _answers(posterior: Posterior) -> Iterator[Answer]:
     healthy = posterior.healthy
+    probability: dict[frozenset[str], float] = {}
+    for each in posterior.hypotheses:
+        if each.candidate.effects:
+            share = probability.get(each.families, 0.0)
+            probability[each.families] = share + each.probability
     sets = _one_of_each_family(posterior.hypotheses)
-    probability = {
-        families: sum(
-            each.probability for each in posterior.hypotheses if each.families == families
-        )
-        for families in (each.families for each in sets)
-    }
+    sets = tuple(sorted(sets, key=lambda each: -probability[each.families]))
     of_any = sum(probability.values())
     sound, outside = healthy.probability, posterior.outside
     yield Answer("healthy", (), MISSED * (of_any + outside))
@@ -78,7 +77,7 @@ def _answers(posterior: Posterior) -> Iterator[Answer]:
     yield Answer("outside", beside, alarm + NEEDLESS_OUTSIDE * of_any)
     for named in sets:
         others = sum(
-            share * (INCOMPLETE if families & named.families else WRONG_NAME)
+            share * (MISSED if families & named.families else WRONG_NAME)
             for families, share in probability.items()
             if families != named.families
         )
@@ -91,7 +90,7 @@ def _answers(posterior: Posterior) -> Iterator[Answer]:
 
 
 def _one_of_each_family(hypotheses: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
-    """The sets of effects, most probable first: of sets with equal families the first one."""
+    """The sets of effects: of those with equal families the first one."""
     first: dict[frozenset[str], Hypothesis] = {}
     for each in itertools.filterfalse(lambda each: not each.candidate.effects, hypotheses):
         first.setdefault(each.families, each)

@@ -3,19 +3,19 @@
 
 The score of a set S of k effects, nats, is
 
-    u(S) = -EVIDENCE ln(left(S) + LEAST_LEFT) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
+    u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
 
 with left(S) from `evidence`, and the margin of an effect: ln of the factor by which it is larger
-than what every servo has. Its first term is the log-likelihood of EVIDENCE independent errors whose
-scale is unknown: nobody knows how exact the simulator is for this machine. With the best score u*
-of all sets, of which S* has it, the score of a cause outside of the catalogue is
+than what every servo has. With the best score u* of all sets, of which S* has it, the score of a
+cause outside of the catalogue is
 
     u(outside) = u* + OUTSIDE + OUTSIDE_LEFT ln(left(S*) + LEAST_LEFT)
                  + OUTSIDE_EXPLAINED (left(none) - left(S*))
 
 with OUTSIDE_BESIDE for OUTSIDE where S* has effects, and OUTSIDE_POSITION more where no pressure is
-measured. The probabilities are exp(u), divided by their sum: a conditional logit (D. McFadden, in
-Frontiers in Econometrics, 1974), whose constants were fitted on machines with a known cause.
+measured. The probabilities are exp(u), divided by their sum, of which the share LAPSE is spread
+over all hypotheses alike: a conditional logit (D. McFadden, in Frontiers in Econometrics, 1974),
+whose constants were fitted on machines with a known cause.
 """
 
 from __future__ import annotations
@@ -97,10 +97,10 @@ def score(
     constants: Constants = IN_USE,
 ) -> FloatArray:
     """Scores u(S), nats, of sets of so many effects; the three arrays have one shape."""
-    log_left = np.log(np.asarray(left) + constants.least_left)
+    evidence = constants.evidence * np.asarray(left)
     prior = constants.effect * np.asarray(effects) + constants.small * np.asarray(small)
-    # u(S) = -EVIDENCE ln(left(S) + LEAST_LEFT) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
-    return np.asarray(-constants.evidence * log_left - prior)
+    # u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
+    return np.asarray(-evidence - prior)
 
 
 def outside_score(
@@ -123,6 +123,16 @@ def outside_score(
     # u(outside) = u* + OUTSIDE + OUTSIDE_LEFT ln(left(S*) + LEAST_LEFT)
     #              + OUTSIDE_EXPLAINED (left(none) - left(S*))
     return np.asarray(np.asarray(best) + base + position + by_left + by_explained)
+
+
+def probabilities_of(scores: FloatArray, constants: Constants = IN_USE) -> FloatArray:
+    """Probabilities (..., K) from the scores u, nats, of K hypotheses; 0 where a score is -inf."""
+    weights = np.exp(scores - scores.max(axis=-1, keepdims=True))
+    shares = weights / weights.sum(axis=-1, keepdims=True)
+    exists = np.isfinite(scores)
+    lapse = constants.lapse / exists.sum(axis=-1, keepdims=True)
+    # p = (1 - LAPSE) exp(u) / sum exp(u) + LAPSE / K
+    return np.where(exists, (1.0 - constants.lapse) * shares + lapse, 0.0)
 
 
 def posterior(
@@ -152,8 +162,7 @@ def posterior(
     scores = score(lefts, [len(candidate.effects) for candidate in candidates], smalls)
     best = int(np.argmax(scores))
     outside = float(outside_score(scores[best], lefts[best], lefts[0], case.pressures))
-    weights = np.exp(np.array([*scores, outside]) - max(scores[best], outside))
-    probabilities = weights / weights.sum()
+    probabilities = probabilities_of(np.array([*scores, outside]))
     hypotheses = [
         Hypothesis(*each)
         for each in zip(candidates, lefts, smalls, probabilities[:-1].tolist(), strict=True)

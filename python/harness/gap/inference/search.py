@@ -281,12 +281,13 @@ def never_behind(case: Case, candidates: Sequence[FittedCandidate]) -> list[Fitt
 
     A set that contains another can always fit as well: its further effects can be off, or its law
     can be the simpler one. Where it does not, its fit ended in another minimum, and it starts again
-    from the contained set. Small sets come first, so that larger ones profit from them.
+    from the contained set. Small sets and simple laws come first, so that those that contain them
+    profit.
     """
     by_set = {frozenset(candidate.effects): candidate for candidate in candidates}
-    for count in range(1, MOST_EFFECTS + 1):
+    for level in sorted({_level(candidate) for candidate in candidates}):
         tasks = []
-        for candidate in [each for each in by_set.values() if len(each.effects) == count]:
+        for candidate in [each for each in by_set.values() if _level(each) == level]:
             ahead = min(
                 (each for each in by_set.values() if _is_contained(each, candidate)),
                 key=lambda each: each.cost,
@@ -298,6 +299,12 @@ def never_behind(case: Case, candidates: Sequence[FittedCandidate]) -> list[Fitt
             effect_set = frozenset(fitted.effects)
             by_set[effect_set] = min(by_set[effect_set], fitted, key=lambda each: each.cost)
     return list(by_set.values())
+
+
+def _level(candidate: FittedCandidate) -> tuple[int, int]:
+    """Number of effects, and how many of their laws contain another; lower in contained sets."""
+    containing = sum(effects()[effect].contains is not None for effect in candidate.effects)
+    return len(candidate.effects), containing
 
 
 def _is_contained(smaller: FittedCandidate, larger: FittedCandidate) -> bool:

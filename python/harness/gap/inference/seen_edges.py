@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.gap.deciding import FORCE_DEVIATIONS
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.intervals import candidate_deviations
 from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.thresholds import FORCE_DEVIATIONS
 
 FORCE = "load_force"
 

@@ -10,7 +10,7 @@ from ehsid.harness.gap.inference.effect_selection import Selection
 from ehsid.harness.gap.inference.likelihood_gain import likelihood_gain
 from ehsid.harness.gap.inference.search import SearchResult
 from ehsid.harness.gap.inference.sizes import matters
-from ehsid.harness.gap.inference.words import in_words, percent
+from ehsid.harness.gap.inference.words import chance, in_words
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.schema import Standing
 
@@ -37,7 +37,7 @@ def standing(
         return Standing("screened", "others gained more by a short fit")
     if hypothesis is None:
         return Standing("too_small", _why_too_small(case, candidate))
-    why = f"its probability is {percent(hypothesis.probability)}"
+    why = f"its probability is {chance(hypothesis.probability)}"
     if any(candidate is other for other in selection.equivalent):
         return Standing("equivalent", why)
     relative = likelihood_gain(case, best, candidate).relative

@@ -12,7 +12,7 @@ from ehsid.harness.gap.inference.caveats import caveats
 from ehsid.harness.gap.inference.effect_selection import Selection
 from ehsid.harness.gap.inference.evidence import left
 from ehsid.harness.gap.inference.search import SearchResult
-from ehsid.harness.gap.inference.words import in_words, percent
+from ehsid.harness.gap.inference.words import chance, in_words, percent
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.schema import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
 
@@ -124,7 +124,7 @@ def _what_is_left(selection: Selection) -> str:
     return (
         "Whatever effect of the catalogue is added, larger errors stay than those of machines "
         "whose cause is in the catalogue: a cause outside of it has a probability of "
-        f"{percent(selection.posterior.outside)}."
+        f"{chance(selection.posterior.outside)}."
     )
 
 

@@ -14,5 +14,13 @@ def in_words(effects: Sequence[str]) -> str:
 
 
 def percent(gap: float) -> str:
-    """Returns a gap in per cent, with two digits."""
-    return f"{100.0 * gap:.2g} %"
+    """Returns a gap in per cent, with two digits; from 100 % on, with all before the point."""
+    in_percent = 100.0 * gap
+    return f"{in_percent:.2g} %" if in_percent < 99.5 else f"{in_percent:.0f} %"
+
+
+def chance(probability: float) -> str:
+    """Returns a probability in per cent; none is told that is below 0.1 % or above 99 %."""
+    if probability < 0.001:
+        return "less than 0.1 %"
+    return percent(probability) if probability <= 0.99 else "more than 99 %"

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.signal import welch
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.data.floor import NoiseFloor
@@ -82,22 +81,6 @@ class Case:
     def pressures(self) -> bool:
         """Whether the pressure of at least one chamber is compared."""
         return any(name in CHAMBER_PRESSURES for name in self.outputs)
-
-    def variation(self) -> FloatArray:
-        """Rms of each measured output about its window means, held-out data, shape (outputs,)."""
-        records = self.problem(held_out=True).records
-        return np.array(
-            [
-                np.sqrt(
-                    np.mean(
-                        np.concatenate([record.centred(record.outputs[name]) for record in records])
-                        ** 2
-                    )
-                )
-                for name in self.outputs
-            ],
-            dtype=np.float64,
-        )
 
     def parameters(
         self, effects: Sequence[str] = (), *, unseen: bool = False

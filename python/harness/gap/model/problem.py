@@ -107,15 +107,13 @@ class Problem:
         independent = np.minimum(INDEPENDENT * self.spectrum.windows, self.spectrum.sizes)
         likelihoods = {}
         for name in self.outputs:
-            centred = name == CENTRED
-            counts = independent.copy()
-            if centred:
-                counts[0] = 0.0
             measured = self.spectrum.transform(
-                [record.inside(record.outputs[name]) for record in self.records], centred=centred
+                [record.inside(record.outputs[name]) for record in self.records],
+                differences=name == CENTRED,
             )
-            tolerated = self.floors[name] ** 2 + TOLERANCE**2 * self.spectrum.powers(measured)
-            likelihoods[name] = OutputLikelihood(self.spectrum, counts, tolerated, self.white)
+            noise = self.floors[name] ** 2 * self.spectrum.noise_gain(differences=name == CENTRED)
+            tolerated = noise + TOLERANCE**2 * self.spectrum.powers(measured)
+            likelihoods[name] = OutputLikelihood(self.spectrum, independent, tolerated, self.white)
         return likelihoods
 
     def window_gradients(self, x: FloatArray) -> tuple[Step, FloatArray]:
@@ -201,7 +199,7 @@ class Problem:
                     record.inside(outputs[name]) - record.inside(record.outputs[name])
                     for record, outputs in zip(self.records, simulated, strict=True)
                 ],
-                centred=name == CENTRED,
+                differences=name == CENTRED,
             )
             for name in self.outputs
         }
@@ -266,7 +264,7 @@ class Problem:
                         record.inside(partials[name])
                         for record, (_, partials) in zip(self.records, runs, strict=True)
                     ],
-                    centred=name == CENTRED,
+                    differences=name == CENTRED,
                 )
                 for name in self.outputs
             }

@@ -10,6 +10,10 @@ coloured disturbance are nearly independent of each other (N. Ahmed, T. Nataraja
 Trans. Computers C-23(1), 1974), unlike its samples. A window may start and end at any value; the
 Fourier transform would see a jump there.
 
+The position of a rod integrates its flow, so that its error drifts. In the transform of a ramp each
+coefficient falls with 1 / k^2 only, and a drift would hide the faster errors. Of a position the
+differences of neighbouring samples are therefore transformed: a steady drift is c_0 alone.
+
 Coefficient k belongs to the frequency k / (2 T) with T the length of the window. Coefficients of
 one octave form a band: 0 | 1 | 2, 3 | 4 ... 7 | 8 ... 15 | and so on.
 """
@@ -18,11 +22,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.fft import dct
+from scipy.fft import dct, idct
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.comparison import Compared
@@ -45,9 +49,14 @@ class _Part:
     def rows(self) -> int:
         return self.windows * self.kept
 
+    def band_ends(self, number: int) -> tuple[int, int]:
+        """First coefficient of a band, and the one after its last."""
+        begin, end = (min(k, self.kept) for k in ((1 << number) >> 1, 1 << number))
+        return begin, end
+
     def band(self, number: int) -> slice:
         """Rows of a band; the first rows hold coefficient 0 of each window, the next ones 1."""
-        begin, end = (min(k, self.kept) for k in ((1 << number) >> 1, 1 << number))
+        begin, end = self.band_ends(number)
         return slice(self.first + self.windows * begin, self.first + self.windows * end)
 
 
@@ -66,7 +75,8 @@ class Spectrum:
         parts, first = [], 0
         for record in records:
             windows, length = record.full_windows
-            parts.append(_Part(windows, length, min(length, 1 << (BANDS - 1)), first))
+            # There is one difference less than samples.
+            parts.append(_Part(windows, length, min(length - 1, 1 << (BANDS - 1)), first))
             first += parts[-1].rows
         self._parts = tuple(parts)
 
@@ -80,24 +90,40 @@ class Spectrum:
         """Number of coefficients in each band, shape (BANDS,)."""
         return np.array([sum(s.stop - s.start for s in rows) for rows in self.bands], dtype=float)
 
+    def noise_gain(self, *, differences: bool) -> FloatArray:
+        """Variance of the coefficients of each band for white noise of variance 1, (BANDS,).
+
+        It is 1 in an empty band.
+        """
+        if not differences:
+            return np.ones(BANDS)
+        sums = np.zeros(BANDS)
+        for part in self._parts:
+            by_coefficient = _noise_of_differences(part.length, part.kept)
+            for number in range(BANDS):
+                begin, end = part.band_ends(number)
+                sums[number] += part.windows * float(by_coefficient[begin:end].sum())
+        return np.where(self.sizes > 0.0, sums / np.maximum(self.sizes, 1.0), 1.0)
+
     @property
     def windows(self) -> int:
         """Number of windows of all records together."""
         return sum(part.windows for part in self._parts)
 
-    def transform(self, errors: Sequence[FloatArray], *, centred: bool) -> FloatArray:
+    def transform(self, errors: Sequence[FloatArray], *, differences: bool) -> FloatArray:
         """Returns the coefficients of errors, shape (R,) or (R, n).
 
         errors: for each record the rows inside its windows, as `Compared.inside` gives them, shape
-        (any, ) or (any, n). centred: the mean of each window does not count, coefficient 0 is zero.
+        (any, ) or (any, n). differences: those of neighbouring samples are transformed, so that the
+        mean of a window does not count.
         """
         shape = errors[0].shape[1:]
         result = np.empty((sum(part.rows for part in self._parts), *shape))
         for part, rows in zip(self._parts, errors, strict=True):
             block = rows[: part.windows * part.length].reshape(part.windows, part.length, *shape)
+            if differences:
+                block = np.diff(block, axis=1)
             kept = dct(block, type=2, norm="ortho", axis=1)[:, : part.kept]
-            if centred:
-                kept[:, 0] = 0.0
             target = result[part.first : part.first + part.rows]
             target.reshape(part.kept, part.windows, *shape)[...] = np.swapaxes(kept, 0, 1)
         return result
@@ -133,3 +159,11 @@ class Spectrum:
             for s in slices:
                 rows[s] = by_band[number]
         return rows
+
+
+@cache
+def _noise_of_differences(length: int, kept: int) -> FloatArray:
+    """Variance of each coefficient of the differences of white noise of variance 1, (kept,)."""
+    # c = B D e, var c_k = |D' b_k|^2, with D the differences and b_k the rows of the transform B
+    basis = idct(np.eye(length - 1)[:kept], type=2, norm="ortho", axis=1)
+    return np.asarray(np.sum(np.diff(basis, prepend=0.0, append=0.0) ** 2, axis=1))

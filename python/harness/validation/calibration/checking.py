@@ -18,8 +18,7 @@ from ehsid.harness.validation.calibration.choices import (
     IntArray,
     choices_of,
     log_loss,
-    scores,
-    shares,
+    probabilities,
 )
 from ehsid.harness.validation.calibration.conformal import (
     ClassOfSensors,
@@ -157,7 +156,7 @@ def calibrate(found: Found, progress: Progress | None = None) -> Calibration:
     parts = folds(len(machines), FOLDS, np.random.default_rng(SEED))
     whole = fit(choices)
     out_of_fold = _out_of_fold(choices, parts)
-    answers = ranked(machines, shares(out_of_fold))
+    answers = ranked(machines, out_of_fold)
     return Calibration(
         ehsid_version=ehsid.__version__,
         machines=len(machines),
@@ -167,7 +166,7 @@ def calibrate(found: Found, progress: Progress | None = None) -> Calibration:
         never_weighed=sum(machine.kind in KNOWN and machine.outside for machine in machines),
         constants=_constants(whole),
         probabilities=(
-            _probabilities("constants in use", machines, choices, scores(choices, IN_USE)),
+            _probabilities("constants in use", machines, choices, probabilities(choices, IN_USE)),
             _probabilities("fitted, machine left out", machines, choices, out_of_fold),
         ),
         sets=classes_of_sensors(split_sets(machines, choices, parts), answers),
@@ -185,21 +184,21 @@ def _constants(whole: Fit) -> tuple[Constant, ...]:
 
 
 def _out_of_fold(choices: Choices, parts: Sequence[IntArray]) -> FloatArray:
-    """Scores (N, M + 1) of each machine with constants that were fitted without its fold."""
+    """Probabilities (N, M + 1) of each machine with constants that were fitted without its fold."""
     found = np.empty(choices.true.shape)
     for part in parts:
         others = np.setdiff1d(np.arange(len(found)), part)
-        found[part] = scores(choices.of(part), fit(choices.of(others)).constants)
+        found[part] = probabilities(choices.of(part), fit(choices.of(others)).constants)
     return found
 
 
 def _probabilities(
-    words: str, machines: Sequence[Machine], choices: Choices, of: FloatArray
+    words: str, machines: Sequence[Machine], choices: Choices, chances: FloatArray
 ) -> Probabilities:
-    answers: list[Ranked] = ranked(machines, shares(of))
+    answers: list[Ranked] = ranked(machines, chances)
     return Probabilities(
         words,
-        mean("log loss", log_loss(of, choices.true).tolist(), unit="nats"),
+        mean("log loss", log_loss(chances, choices.true).tolist(), unit="nats"),
         share("first answer true", [bool(one.true[0]) for one in answers]),
         (
             reliability("first answer", first_answers(answers)),

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import logsumexp
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.constants import Constants
-from ehsid.harness.gap.inference.posterior import outside_score, score
+from ehsid.harness.gap.inference.posterior import outside_score, probabilities_of, score
 from ehsid.harness.validation.calibration.machines import Machine
 
 BoolArray = npt.NDArray[np.bool_]
@@ -110,23 +109,13 @@ def _of_sets(choices: Choices, constants: Constants) -> FloatArray:
     return np.where(choices.present, of_sets, -np.inf)
 
 
-def probabilities(choices: Choices, constants: Constants) -> FloatArray:
-    """Probabilities (N, M + 1) of the sets and of outside; each row has the sum 1."""
-    return shares(scores(choices, constants))
+def probabilities(
+    choices: Choices, constants: Constants, best: IntArray | None = None
+) -> FloatArray:
+    """Probabilities (N, M + 1) of the sets and of outside; each row has the sum 1. As `scores`."""
+    return probabilities_of(scores(choices, constants, best), constants)
 
 
-def shares(of: FloatArray) -> FloatArray:
-    """Returns exp(u) divided by its sum over each row; -inf gives 0."""
-    weights = np.exp(of - of.max(axis=1, keepdims=True))
-    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
-
-
-def of_truth(of: FloatArray, true: BoolArray) -> FloatArray:
-    """Returns the scores with -inf for all that is not the truth."""
-    return np.where(true, of, -np.inf)
-
-
-def log_loss(of: FloatArray, true: BoolArray) -> FloatArray:
-    """Returns -ln of the probability of the truth, nats, (N,), from the scores of all."""
-    # -ln p(truth) = ln sum exp(u) - ln sum over the truth of exp(u)
-    return np.asarray(logsumexp(of, axis=1) - logsumexp(of_truth(of, true), axis=1))
+def log_loss(chances: FloatArray, true: BoolArray) -> FloatArray:
+    """Returns -ln of the probability of the truth, nats, (N,)."""
+    return np.asarray(-np.log(np.where(true, chances, 0.0).sum(axis=1)))

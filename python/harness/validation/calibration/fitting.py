@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: MIT
 """Maximum likelihood of the constants of the probabilities, with their standard errors.
 
-The probabilities are a conditional logit, p = exp(u) / sum exp(u), whose scores u depend on the
-constants x. With the derivatives d = du/dx of all scores of a machine, the gradient and the
-expected curvature of its -ln p(truth) are
+With the derivatives dp/dx of the probabilities by the coordinates x of the constants, the gradient
+of -ln p(truth) of a machine and its expected curvature, Fisher's information, are
 
-    g = E[d] - E[d | truth],    F = Cov(d)
+    g = -(dp(truth)/dx) / p(truth),    F = sum over all answers (dp/dx) (dp/dx)' / p
 
-under p (D. McFadden, in Frontiers in Econometrics, 1974). A weak ridge keeps constants of which the
-machines say nothing where they are. Where the best set of a machine changes with x, the score of
-outside jumps. So the fit is done in rounds, each beside the best sets of the one before. The
-standard errors are those of the sandwich, (F + R)^-1 (sum g g' + R) (F + R)^-1 with the ridge R,
-which stays right where the logit is only nearly true (H. White, Econometrica 50(1), 1982).
+A weak ridge keeps constants of which the machines say nothing where they are. Where the best set of
+a machine changes with x, the probability of outside jumps. So the fit is done in rounds, each
+beside the best sets of the one before. The standard errors are those of the sandwich,
+(F + R)^-1 (sum g g' + R) (F + R)^-1 with the ridge R, which stays right where the probabilities are
+only nearly those of the equation (H. White, Econometrica 50(1), 1982).
 """
 
 from __future__ import annotations
@@ -21,6 +20,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.special import expit, logit
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.constants import IN_USE, Constants
@@ -29,20 +29,20 @@ from ehsid.harness.validation.calibration.choices import (
     IntArray,
     best_sets,
     log_loss,
-    of_truth,
-    scores,
-    shares,
+    probabilities,
 )
 
 NAMES = tuple(each.name for each in fields(Constants))
-# These are larger than zero; their logarithms are fitted.
+# The logarithms of those that are larger than zero are fitted, and the logit of the lapse, which is
+# between 0 and 1.
 POSITIVE = np.array([name in ("evidence", "least_left") for name in NAMES])
-# Standard deviations of the ridge around the constants in use: a factor of e for the positive ones;
-# odds of 20 to 1, 3 nats, for the others. So a constant that is off by that much costs half a nat,
-# which a few machines outweigh.
-RIDGE = np.where(POSITIVE, 1.0, 3.0)
-# Step of the derivatives of the scores. Scores are smooth and of order 10, so the error of central
-# differences, about step^2, and that of rounding, 1e-15 / step, are both far below 1e-6.
+SHARE = np.array([name == "lapse" for name in NAMES])
+# Standard deviations of the ridge around the constants in use: a factor of e for those that are
+# positive and for the odds of a lapse; odds of 20 to 1, 3 nats, for the others. So a constant that
+# is off by that much costs half a nat, which a few machines outweigh.
+RIDGE = np.where(POSITIVE | SHARE, 1.0, 3.0)
+# Step of the derivatives of the probabilities. They are smooth and of order 1, so the error of
+# central differences, about step^2, and that of rounding, 1e-16 / step, are both far below 1e-6.
 STEP = 1e-4
 # The fit ends where the gradient is below this, nats: then x is within 1e-2 of a standard error of
 # the ridge, which is the largest there is.
@@ -54,22 +54,38 @@ ROUNDS = 10
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Fitted constants, and their standard errors, (9,), in the order of `NAMES`."""
+    """Fitted constants, and their standard errors, (10,), in the order of `NAMES`."""
 
     constants: Constants
     errors: FloatArray
 
 
 def coordinates(constants: Constants) -> FloatArray:
-    """Returns the coordinates x of the fit, (9,): logarithms of the positive constants."""
-    values = np.array([getattr(constants, name) for name in NAMES])
-    return np.where(POSITIVE, np.log(np.where(POSITIVE, values, 1.0)), values)
+    """Returns the coordinates x of the fit, (10,): logarithm, logit, or the constant itself."""
+    values = _values(constants)
+    x = values.copy()
+    x[POSITIVE] = np.log(values[POSITIVE])
+    x[SHARE] = logit(values[SHARE])
+    return x
 
 
 def constants_at(x: FloatArray) -> Constants:
     """Returns the constants with the coordinates x."""
-    values = np.where(POSITIVE, np.exp(np.where(POSITIVE, x, 0.0)), x)
+    values = x.copy()
+    values[POSITIVE] = np.exp(x[POSITIVE])
+    values[SHARE] = expit(x[SHARE])
     return Constants(**dict(zip(NAMES, values.tolist(), strict=True)))
+
+
+def scales(constants: Constants) -> FloatArray:
+    """Derivatives of the constants by their coordinates, (10,)."""
+    values = _values(constants)
+    # d exp(x)/dx = exp(x), and the derivative of the logistic function is p (1 - p).
+    return np.where(POSITIVE, values, np.where(SHARE, values * (1.0 - values), 1.0))
+
+
+def _values(constants: Constants) -> FloatArray:
+    return np.array([getattr(constants, name) for name in NAMES])
 
 
 def fit(choices: Choices, start: Constants = IN_USE) -> Fit:
@@ -94,19 +110,16 @@ def fit(choices: Choices, start: Constants = IN_USE) -> Fit:
     ridge = np.diag(RIDGE**-2.0)
     bread = np.linalg.inv(curvature + ridge)
     covariance = bread @ (gradients.T @ gradients + ridge) @ bread
-    errors = np.sqrt(np.diag(covariance))
-    # The error of c = exp(x) is c times that of x.
-    values = np.array([getattr(constants, name) for name in NAMES])
-    return Fit(constants, np.where(POSITIVE, values, 1.0) * errors)
+    return Fit(constants, scales(constants) * np.sqrt(np.diag(covariance)))
 
 
 def _fitted_beside(choices: Choices, start: FloatArray, best: IntArray) -> FloatArray:
-    """Returns the x of least cost, (9,), where outside stands beside these sets whatever x is."""
+    """Returns the x of least cost, (10,), where outside stands beside these sets whatever x is."""
     centre = coordinates(IN_USE)
 
     def cost(x: FloatArray) -> tuple[float, FloatArray]:
         away = (x - centre) / RIDGE
-        losses = log_loss(scores(choices, constants_at(x), best), choices.true)
+        losses = log_loss(probabilities(choices, constants_at(x), best), choices.true)
         # -sum ln p(truth) + 1/2 sum ((x - x_in_use) / RIDGE)^2
         value = float(losses.sum() + 0.5 * away @ away)
         gradients, _ = _derivatives(choices, x, best, curvature=False)
@@ -119,27 +132,24 @@ def _fitted_beside(choices: Choices, start: FloatArray, best: IntArray) -> Float
 def _derivatives(
     choices: Choices, x: FloatArray, best: IntArray, *, curvature: bool
 ) -> tuple[FloatArray, FloatArray]:
-    """Gradients of -ln p(truth), (N, 9), and, if wanted, their summed curvature F, (9, 9)."""
-    of = scores(choices, constants_at(x), best)
-    chances, chances_of_truth = shares(of), shares(of_truth(of, choices.true))
+    """Gradients of -ln p(truth), (N, 10), and, if wanted, their expected curvature F, (10, 10)."""
+    chances = probabilities(choices, constants_at(x), best)
     slopes = np.stack(list(_slopes(choices, x, best)), axis=-1)
-    mean = np.einsum("nm,nmk->nk", chances, slopes)
-    # g = E[d] - E[d | truth]
-    gradients = mean - np.einsum("nm,nmk->nk", chances_of_truth, slopes)
+    of_truth = np.where(choices.true, chances, 0.0).sum(axis=1, keepdims=True)
+    # g = -sum over the truth of dp/dx / p(truth)
+    gradients = -np.einsum("nm,nmk->nk", choices.true / of_truth, slopes)
     if not curvature:
         return gradients, np.zeros((x.size, x.size))
-    # F = E[d d'] - E[d] E[d]'
-    squares = np.einsum("nm,nmk,nml->kl", chances, slopes, slopes, optimize=True)
-    return gradients, squares - mean.T @ mean
+    # F = sum (dp/dx) (dp/dx)' / p over all answers that there are
+    inverse = np.divide(1.0, chances, out=np.zeros_like(chances), where=chances > 0.0)
+    return gradients, np.einsum("nm,nmk,nml->kl", inverse, slopes, slopes, optimize=True)
 
 
 def _slopes(choices: Choices, x: FloatArray, best: IntArray) -> Iterator[FloatArray]:
-    """Yields du/dx, (N, M + 1), for each coordinate; zero where a machine has no such set."""
-    absent = np.column_stack([~choices.present, np.zeros(len(choices.present), dtype=np.bool_)])
+    """Yields dp/dx, (N, M + 1), for each coordinate."""
     for step in STEP * np.eye(x.size):
         ahead, behind = (
-            np.where(absent, 0.0, scores(choices, constants_at(at), best))
-            for at in (x + step, x - step)
+            probabilities(choices, constants_at(at), best) for at in (x + step, x - step)
         )
         yield (ahead - behind) / (2.0 * STEP)
 

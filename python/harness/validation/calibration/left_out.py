@@ -104,7 +104,7 @@ def _left_out(
     family: str,
     inside: BoolArray,
 ) -> LeftOut:
-    # Nine constants have next to no part in the scores of the machines they were fitted on, so the
+    # Ten constants have next to no part in the scores of the machines they were fitted on, so the
     # same machines give the thresholds.
     constants = fit(choices.of(~inside), start).constants
     answers = ranked(machines, probabilities(choices, constants))

@@ -64,6 +64,24 @@ def test_a_value_at_its_bound_has_no_scatter() -> None:
     assert scatter[0] > 0.0
 
 
+def test_a_value_on_which_nothing_depends_is_not_known() -> None:
+    rng = np.random.default_rng(7)
+    x = rng.normal(size=(WINDOWS * SAMPLES, 3))
+    x[:, 1] = 0.0
+    y = x @ [1.0, 0.0, 0.5] + rng.normal(size=x.shape[0])
+    scatter = deviations(cast(Problem, cast(Any, Linear(x, y))), np.array([1.0, 0.0, 0.5]))
+    assert scatter[1] == math.inf
+    # The others are known as well as without it.
+    alone = Linear(x[:, [0, 2]], y)
+    expected = deviations(cast(Problem, cast(Any, alone)), np.array([1.0, 0.5]))
+    np.testing.assert_allclose(scatter[[0, 2]], expected, rtol=1e-12)
+    # The interval is then the whole range.
+    parameter = Parameter("effects.a.b", False, 0.0, math.inf, -1.0, 2.0)
+    estimate = interval(parameter, 0.3, scatter[1], WINDOWS)
+    assert (estimate.low, estimate.value, estimate.high) == (-1.0, 0.3, 2.0)
+    assert in_deviations(parameter, 0.3, scatter[1])[1] == 0.0
+
+
 @pytest.mark.parametrize("logarithmic", [False, True])
 def test_an_interval_holds_its_value_and_stays_inside_the_bounds(logarithmic: bool) -> None:
     parameter = Parameter("effects.a.b", logarithmic, 0.0, math.inf, -1.0, 2.0)

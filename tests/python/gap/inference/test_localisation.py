@@ -15,6 +15,7 @@ from ehsid.harness.gap.inference.gap_reduction import WindowSums
 from ehsid.harness.gap.inference.localisation import Evidence, gather, localise
 from ehsid.harness.gap.model.case import Case, make_case
 from ehsid.harness.gap.model.fit import fit
+from ehsid.harness.gap.model.spectrum import BANDS
 from ehsid.harness.gap.schema import SUBSYSTEMS
 from ehsid.harness.records import make_record
 
@@ -37,9 +38,9 @@ def calibrated(case: Case) -> FittedCandidate:
 
 def candidate(x: np.ndarray, values: Mapping[str, float]) -> FittedCandidate:
     """A candidate without the costs and errors that only the selection reads."""
-    return FittedCandidate(
-        (), x, values, 0.0, 0.0, True, np.zeros((1, 1)), np.ones(1), WindowSums({}, {}, np.ones(1))
-    )
+    nothing, powers, count = np.zeros((1, 1)), np.zeros((1, 1, BANDS)), np.ones(1)
+    sums = WindowSums({}, {}, count)
+    return FittedCandidate((), x, values, 0.0, 0.0, True, nothing, count, powers, powers, sums)
 
 
 def with_effects(calibrated_fit: FittedCandidate, effect_ids: Sequence[str]) -> FittedCandidate:

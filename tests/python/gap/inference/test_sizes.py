@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 import pytest
 from gap_rig import RIG
 
 import ehsid
-from ehsid.harness.gap.inference.sizes import matters
+from ehsid.harness.gap.inference.sizes import MARGIN_STEP, margin, matters
 from ehsid.harness.gap.model.machine import machine_scale
 
 FITTED = [info for info in ehsid.effects() if info.id != "sensor_quantisation"]
@@ -47,3 +50,29 @@ def test_stribeck_friction_without_a_rise_is_not_one() -> None:
     assert matters(
         "stribeck_friction", values | {"effects.stribeck_friction.static_n": 1200.0}, RIG
     )
+
+
+def _larger(effect: ehsid.EffectInfo, factor_ln: float) -> dict[str, float]:
+    """The typical sizes, changed so that the outputs change by a factor, given by its ln."""
+    return {
+        f"effects.{effect.id}.{p.name}": p.typical * math.exp(factor_ln * p.power)
+        for p in effect.parameters
+    }
+
+
+@pytest.mark.parametrize("effect", FITTED, ids=lambda info: info.id)
+def test_the_margin_is_the_ln_of_the_factor_over_the_least_size(effect: ehsid.EffectInfo) -> None:
+    # The least size lies between a thousandth of the typical one, ln -7, and the typical one.
+    low, high = -7.0, 0.0
+    assert not matters(effect.id, _larger(effect, low), RIG)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        is_large = matters(effect.id, _larger(effect, middle), RIG)
+        low, high = (low, middle) if is_large else (middle, high)
+    assert margin(effect.id, _larger(effect, high), RIG) <= MARGIN_STEP
+    for beyond in np.linspace(0.0, 0.99, 34):
+        found = margin(effect.id, _larger(effect, high + beyond), RIG)
+        # Bisection ends at a margin with which the effect still matters.
+        assert found == pytest.approx(beyond, abs=MARGIN_STEP)
+    for beyond in (1.0 + 1e-9, 1.1, 2.0, 3.0):
+        assert margin(effect.id, _larger(effect, high + beyond), RIG) == 1.0

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from made_candidates import CASE, candidate, search_result
 
 from ehsid.harness.gap.inference.caveats import caveats
-from ehsid.harness.gap.inference.effect_selection import is_significant, select_effects
+from ehsid.harness.gap.inference.effect_selection import select_effects
 from ehsid.harness.gap.inference.likelihood_gain import likelihood_gain
 from ehsid.harness.gap.inference.standing import standing
+from ehsid.harness.gap.inference.words import chance
 from ehsid.harness.gap.schema import Estimate, HowFar
 
 SETS = (
@@ -58,8 +59,12 @@ def test_every_candidate_has_the_standing_that_the_selection_gave_it(sizes: list
         gain = likelihood_gain(CASE, selection.best, each)
         if said.kind == "worse":
             assert gain.relative > 0.0
-        if said.kind == "equivalent":
-            assert not is_significant(gain)
+        if said.kind == "not_needed":
+            assert gain.relative <= 0.0
+        hypothesis = selection.hypothesis(each)
+        assert (said.kind == "too_small") == (hypothesis is None)
+        if hypothesis is not None:
+            assert chance(hypothesis.probability) in said.why
 
 
 @given(SIZES)
@@ -82,11 +87,11 @@ def test_a_better_candidate_that_is_not_named_is_explained(sizes: list[float]) -
 @pytest.mark.parametrize(
     ("rms", "effects", "sizes", "kind", "why"),
     [
-        (1.95e-5, ("coulomb_friction", "sensor_lag"), {}, "not_needed", "errors differ by 3"),
-        (2.02e-5, ("sensor_lag",), {}, "equivalent", "nats"),
-        (5.0e-5, ("sensor_lag",), {}, "worse", "times as large"),
+        (0.9e-7, ("coulomb_friction", "sensor_lag"), {}, "not_needed", "do not outweigh"),
+        (1.01e-7, ("sensor_lag",), {}, "equivalent", "its probability is "),
+        (5.0e-5, ("sensor_lag",), {}, "worse", "times as large; its probability is less than"),
         (
-            1.5e-5,
+            0.5e-7,
             ("transport_delay",),
             {"transport_delay.delay_s": 3e-4},
             "too_small",
@@ -97,9 +102,10 @@ def test_a_better_candidate_that_is_not_named_is_explained(sizes: list[float]) -
 def test_reasons(
     rms: float, effects: tuple[str, ...], sizes: dict[str, float], kind: str, why: str
 ) -> None:
+    """Beside Coulomb friction, whose errors are a tenth of the noise floor."""
     other = candidate(*effects, rms=rms, **sizes)
     calibrated = candidate(rms=1e-4)
-    result = search_result(calibrated, candidate("coulomb_friction", rms=2e-5), other)
+    result = search_result(calibrated, candidate("coulomb_friction", rms=1e-7), other)
     selection = select_effects(CASE, result)
     said = standing(CASE, result, selection, other)
     assert said.kind == kind

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from made_spectra import spectrum_of
 from scipy.optimize import least_squares, lsq_linear
 
 from ehsid.harness.gap import Problem, fit
@@ -23,8 +24,9 @@ class Quadratic:
         self.a, self.b, self.cubic = a, b, cubic
         self.low, self.high = np.full(a.shape[1], -half), np.full(a.shape[1], half)
         self.exact = 0  # number of evaluations of sensitivities
+        self.spectrum = spectrum_of((1, a.shape[0]))
 
-    def errors(self, x: np.ndarray) -> dict[str, np.ndarray]:
+    def coefficients(self, x: np.ndarray) -> dict[str, np.ndarray]:
         return {"y": self.a @ (x + self.cubic * x**3) - self.b}
 
     def linear(self, x: np.ndarray, first: Linear | None = None) -> Linear:
@@ -32,7 +34,7 @@ class Quadratic:
         slopes = self.a * (1.0 + 3.0 * self.cubic * x**2)
         if first is not None:
             slopes[:, : first.slopes["y"].shape[1]] = first.slopes["y"]
-        return Linear(self.errors(x), {"y": slopes})
+        return Linear(self.spectrum, self.coefficients(x), {"y": slopes})
 
     def form(self, x: np.ndarray, linear: Linear) -> Step:
         error, slopes = linear.errors["y"], linear.slopes["y"]
@@ -42,7 +44,7 @@ class Quadratic:
         return float(0.5 * np.sum(errors["y"] ** 2))
 
     def cost(self, x: np.ndarray) -> float:
-        return self.cost_of(x, self.errors(x))
+        return self.cost_of(x, self.coefficients(x))
 
 
 @given(seed=st.integers(0, 500), half=st.floats(0.05, 5.0))
@@ -85,7 +87,7 @@ def test_the_minimum_of_a_nonlinear_cost_is_that_of_scipy(seed: int) -> None:
     start = rng.uniform(-2.0, 2.0, 4)
     result = fit(cast(Problem, subject), start, iterations=100)
     expected = least_squares(
-        lambda x: subject.errors(x)["y"],
+        lambda x: subject.coefficients(x)["y"],
         start,
         lambda x: subject.linear(x).slopes["y"],
         bounds=(-2.0, 2.0),
@@ -108,7 +110,7 @@ def test_a_fit_can_start_with_sensitivities_of_a_nearby_point() -> None:
     rng = np.random.default_rng(1)
     subject = Quadratic(rng.standard_normal((12, 4)), rng.standard_normal(12), 9.0, cubic=0.01)
     near = subject.linear(np.zeros(4))
-    first = Linear(near.errors, {"y": near.slopes["y"][:, :3]})
+    first = Linear(subject.spectrum, near.errors, {"y": near.slopes["y"][:, :3]})
     start = np.full(4, 1.0)
     approximate = fit(cast(Problem, subject), start, iterations=30, first=first)
     exact = fit(cast(Problem, subject), start, iterations=30)
@@ -117,7 +119,7 @@ def test_a_fit_can_start_with_sensitivities_of_a_nearby_point() -> None:
 
 def test_a_step_without_influence_leaves_the_slopes_unchanged() -> None:
     slopes = np.array([[1.0, 0.0], [2.0, 0.0]])
-    before = Linear({"y": np.zeros(2)}, {"y": slopes.copy()})
+    before = Linear(spectrum_of((1, 2)), {"y": np.zeros(2)}, {"y": slopes.copy()})
     after = before.updated(np.array([0.0, 3.0]), {"y": np.ones(2)}, np.array([5.0, 0.0]))
     np.testing.assert_array_equal(after.slopes["y"], slopes)
     np.testing.assert_array_equal(after.errors["y"], np.ones(2))
@@ -129,10 +131,12 @@ def test_the_secant_condition_holds_in_any_units(seed: int) -> None:
     before, slopes = rng.standard_normal(9), rng.standard_normal((9, 3))
     step, after = rng.standard_normal(3), rng.standard_normal(9)
     scale, units = rng.uniform(0.1, 10.0, 3), np.array([1.0, 1e-6, 1e4])
-    plain = Linear({"y": before}, {"y": slopes.copy()}).updated(step, {"y": after}, scale)
+    spectrum = spectrum_of((1, 9))
+    plain = Linear(spectrum, {"y": before}, {"y": slopes.copy()})
+    plain = plain.updated(step, {"y": after}, scale)
     np.testing.assert_allclose(plain.slopes["y"] @ step, after - before, atol=1e-9)
     # With x in other units, slopes change by 1 / unit and weights by 1 / unit^2.
-    rescaled = Linear({"y": before}, {"y": slopes / units})
+    rescaled = Linear(spectrum, {"y": before}, {"y": slopes / units})
     rescaled = rescaled.updated(step * units, {"y": after}, scale / units**2)
     np.testing.assert_allclose(
         rescaled.slopes["y"] * units, plain.slopes["y"], rtol=1e-6, atol=1e-9
