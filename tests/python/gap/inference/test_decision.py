@@ -54,7 +54,7 @@ def loss(answer: str, named: tuple[Cause, ...], truth: Cause) -> float:
     if truth == named[0]:
         return 0.0
     if truth != "outside" and set(truth) & set(named[0]):
-        return deciding.INCOMPLETE
+        return deciding.MISSED
     return deciding.WRONG_NAME
 
 

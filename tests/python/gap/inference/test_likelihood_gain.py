@@ -13,6 +13,7 @@ from ehsid.harness.gap.model.case import Case, make_case
 from ehsid.harness.gap.thresholds import SKIP_S, WINDOW_S
 
 WINDOWS, LENGTH = 40, 250
+OUTPUTS = ("position_m", "pressure_a_pa", "pressure_b_pa")
 SCALES = np.array([5e-6, 1e4, 1e4])
 
 
@@ -31,8 +32,10 @@ def candidate(errors: np.ndarray) -> FittedCandidate:
     counts = np.full(windows, float(length))
     spectrum = spectrum_of((windows, length))
     powers = [
-        spectrum.by_window(spectrum.transform([(error * scale).ravel()], centred=False) ** 2)
-        for error, scale in zip(np.moveaxis(errors, 2, 0), SCALES, strict=True)
+        spectrum.by_window(
+            spectrum.transform([(error * scale).ravel()], differences=name == "position_m") ** 2
+        )
+        for name, error, scale in zip(OUTPUTS, np.moveaxis(errors, 2, 0), SCALES, strict=True)
     ]
     return made_of(squares, counts, np.stack(powers, axis=1))
 

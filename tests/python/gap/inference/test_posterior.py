@@ -13,13 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_candidates import CASE, MadeCase, candidate
 
+from ehsid.harness.gap.deciding import FORCE_DEVIATIONS
 from ehsid.harness.gap.inference import seen_edges
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.families import effect_families
 from ehsid.harness.gap.inference.posterior import Posterior, outside_score, posterior, score
 from ehsid.harness.gap.inference.seen_edges import edges_can_replace_force
 from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.thresholds import FORCE_DEVIATIONS
 
 POSITION_ONLY = type("PositionOnly", (MadeCase,), {"pressures": False})
 SETS = (
