@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.inference.constants import Constants
+from ehsid.harness.gap.inference.families import FRICTION
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.validation.calibration.choices import choices_of, probabilities
 from ehsid.harness.validation.calibration.machines import Machine, Promised, Size, WeighedSet
@@ -25,6 +27,12 @@ TRUE = Constants(
     outside_explained=-0.5,
     outside_position=0.8,
     lapse=0.06,
+)
+# Effects that are no friction, and no law that contains another or is contained.
+EFFECTS = tuple(
+    name
+    for name in catalogue()
+    if name not in (*FRICTION, "load_force", "load_spring", "sensor_quantisation")
 )
 SEALS = ("LuGre", "Dahl", "Bouc-Wen")
 
@@ -48,7 +56,7 @@ def unanswered(count: int, rng: np.random.Generator) -> list[Machine]:
         none = float(rng.uniform(0.02, 1.0))
         sets = [WeighedSet((), none, 0.0)]
         for j in range(int(rng.integers(3, 11))):
-            effects = (f"e{j}", f"e{j + 1}") if rng.random() < 0.3 else (f"e{j}",)
+            effects = EFFECTS[j : j + 2] if rng.random() < 0.3 else EFFECTS[j : j + 1]
             left = none * float(rng.uniform(0.1, 1.0) ** rng.uniform())
             sets.append(WeighedSet(effects, left, max(0.0, float(rng.uniform(-1.0, 1.0)))))
         seals = {"seals": str(rng.choice(SEALS))}

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from typing import Literal
 
 import numpy as np
@@ -11,6 +13,9 @@ from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.model.case import Case
 
 Data = Literal["all", "fitted", "held out"]
+
+# What a simulation that diverges leaves: more than any errors that are finite.
+DIVERGED = math.log(sys.float_info.max)
 
 
 def left(case: Case, candidate: FittedCandidate, data: Data = "all") -> float:
@@ -21,7 +26,8 @@ def left(case: Case, candidate: FittedCandidate, data: Data = "all") -> float:
     with the power P_b of the errors in band b, the tolerated power t_b and the number n_b of
     independent coefficients, over all outputs: the negative log-likelihood of `model.likelihood`,
     less that of a perfect simulator, for each independent error. A mean and not a sum, because
-    errors of a model repeat. data: which records or blocks count.
+    errors of a model repeat. It is DIVERGED where a simulation diverges. data: which records or
+    blocks count.
     """
     cost, count = 0.0, 0.0
     for part, powers in (("fitted", candidate.fit_powers), ("held out", candidate.powers)):
@@ -33,4 +39,4 @@ def left(case: Case, candidate: FittedCandidate, data: Data = "all") -> float:
             mean = by_band / np.maximum(likelihood.spectrum.sizes, 1.0)
             cost += likelihood.cost_of(mean) - likelihood.cost_of(np.zeros_like(mean))
             count += float(likelihood.counts.sum())
-    return cost / count
+    return cost / count if math.isfinite(cost) else DIVERGED

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Probabilities of the sets of effects, of none, and of a cause outside of the catalogue.
 
-The score of a set S of k effects, nats, is
+The score of a set S of k laws (`law_count`), nats, is
 
     u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
 
@@ -30,7 +30,7 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.constants import IN_USE, Constants
 from ehsid.harness.gap.inference.evidence import left
-from ehsid.harness.gap.inference.families import effect_families
+from ehsid.harness.gap.inference.families import effect_families, law_count
 from ehsid.harness.gap.inference.seen_edges import edges_can_replace_force
 from ehsid.harness.gap.inference.sizes import margin, matters
 from ehsid.harness.gap.model.case import Case
@@ -87,18 +87,19 @@ class Posterior:
     def of_effect(self, effect: str) -> float:
         """Probability that the machine has an effect, with both laws of friction as one."""
         family = effect_families((effect,))
-        return sum(each.probability for each in self.hypotheses if family <= each.families)
+        total = sum(each.probability for each in self.hypotheses if family <= each.families)
+        return min(total, 1.0)  # rounding
 
 
 def score(
     left: npt.ArrayLike,
-    effects: npt.ArrayLike,
+    laws: npt.ArrayLike,
     small: npt.ArrayLike,
     constants: Constants = IN_USE,
 ) -> FloatArray:
-    """Scores u(S), nats, of sets of so many effects; the three arrays have one shape."""
+    """Scores u(S), nats, of sets of so many laws; the three arrays have one shape."""
     evidence = constants.evidence * np.asarray(left)
-    prior = constants.effect * np.asarray(effects) + constants.small * np.asarray(small)
+    prior = constants.effect * np.asarray(laws) + constants.small * np.asarray(small)
     # u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
     return np.asarray(-evidence - prior)
 
@@ -159,7 +160,7 @@ def posterior(
         )
         for candidate in candidates
     ]
-    scores = score(lefts, [len(candidate.effects) for candidate in candidates], smalls)
+    scores = score(lefts, [law_count(candidate.effects) for candidate in candidates], smalls)
     best = int(np.argmax(scores))
     outside = float(outside_score(scores[best], lefts[best], lefts[0], case.pressures))
     probabilities = probabilities_of(np.array([*scores, outside]))

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.constants import Constants
+from ehsid.harness.gap.inference.families import law_count
 from ehsid.harness.gap.inference.posterior import outside_score, probabilities_of, score
 from ehsid.harness.validation.calibration.machines import Machine
 
@@ -24,7 +25,7 @@ class Choices:
 
     Attributes
     ----------
-    left, effects, small
+    left, laws, small
         (N, M): arguments of `posterior.score`; zero where a machine has fewer sets.
     present
         (N, M): whether the machine has this set.
@@ -37,7 +38,7 @@ class Choices:
     """
 
     left: FloatArray
-    effects: FloatArray
+    laws: FloatArray
     small: FloatArray
     present: BoolArray
     left_by_none: FloatArray
@@ -48,7 +49,7 @@ class Choices:
         """Returns the choices of some of the machines, by index or mask."""
         return Choices(
             self.left[which],
-            self.effects[which],
+            self.laws[which],
             self.small[which],
             self.present[which],
             self.left_by_none[which],
@@ -60,20 +61,20 @@ class Choices:
 def choices_of(machines: Sequence[Machine]) -> Choices:
     """Returns the sets of one machine or more as arrays."""
     shape = len(machines), max(len(machine.sets) for machine in machines)
-    left, effects, small = (np.zeros(shape) for _ in range(3))
+    left, laws, small = (np.zeros(shape) for _ in range(3))
     present = np.zeros(shape, dtype=np.bool_)
     true = np.zeros((shape[0], shape[1] + 1), dtype=np.bool_)
     for i, machine in enumerate(machines):
         count = len(machine.sets)
         left[i, :count] = [each.left for each in machine.sets]
-        effects[i, :count] = [len(each.effects) for each in machine.sets]
+        laws[i, :count] = [law_count(each.effects) for each in machine.sets]
         small[i, :count] = [each.small for each in machine.sets]
         present[i, :count] = True
         true[i, :count] = machine.true_sets
         true[i, -1] = machine.outside
     return Choices(
         left,
-        effects,
+        laws,
         small,
         present,
         np.array([machine.left_by_none for machine in machines]),
@@ -105,7 +106,7 @@ def scores(choices: Choices, constants: Constants, best: IntArray | None = None)
 
 
 def _of_sets(choices: Choices, constants: Constants) -> FloatArray:
-    of_sets = score(choices.left, choices.effects, choices.small, constants)
+    of_sets = score(choices.left, choices.laws, choices.small, constants)
     return np.where(choices.present, of_sets, -np.inf)
 
 

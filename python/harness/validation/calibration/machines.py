@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
+from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.validation.blind.answers import Kind
 from ehsid.harness.validation.scoring.judging import HEALTHY, KNOWN, is_exactly
@@ -88,6 +89,9 @@ class Machine:
         if not any(not each.effects for each in self.sets):
             return "sets: the set without effects is missing; expected the one of the fitted rig"
         for each in self.sets:
+            unknown = [effect for effect in each.effects if effect not in catalogue()]
+            if unknown:
+                return f"sets: '{unknown[0]}' is no effect of the catalogue of this version"
             if not (0.0 <= each.left < math.inf and 0.0 <= each.small < math.inf):
                 return f"sets: left {each.left:g}, small {each.small:g}: expected finite, >= 0"
         return None

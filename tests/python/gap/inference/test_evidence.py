@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from made_candidates import CASE, FLOOR, LIKELIHOOD, candidate
 
 from ehsid.harness.gap.inference.candidates import nominal_candidate
-from ehsid.harness.gap.inference.evidence import left
+from ehsid.harness.gap.inference.evidence import DIVERGED, left
+from ehsid.harness.gap.inference.posterior import posterior
 from ehsid.harness.gap.model.case import make_case
 from ehsid.harness.gap.model.spectrum import BANDS
 
@@ -56,6 +57,20 @@ def test_all_data_are_the_mean_of_both_parts(fitted: float, held_out: float) -> 
     both = replace(candidate(rms=held_out), fit_powers=candidate(rms=fitted).powers)
     parts = [left(CASE, both, data) for data in ("fitted", "held out")]
     assert left(CASE, both) == pytest.approx(np.mean(parts), rel=1e-9)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_a_simulation_that_diverges_leaves_more_than_any_other(wrong: float) -> None:
+    powers = candidate("sensor_lag", rms=1e-6).powers.copy()
+    powers[3, 0, 5] = wrong
+    diverged = replace(candidate("sensor_lag", rms=1e-6), powers=powers)
+    assert left(CASE, diverged) == DIVERGED > left(CASE, candidate(rms=1e100))
+    # Its probability is a number, and so are those of the others.
+    for calibrated in (candidate(rms=1e-6), replace(candidate(rms=1e-6), powers=powers)):
+        found = posterior(CASE, calibrated, [diverged, candidate("transport_delay", rms=1e-7)])
+        probabilities = {each.candidate.effects: each.probability for each in found.hypotheses}
+        assert sum(probabilities.values()) + found.outside == pytest.approx(1.0, abs=1e-12)
+        assert probabilities[("sensor_lag",)] < 1e-3
 
 
 def test_a_longer_record_of_the_same_errors_leaves_the_same() -> None:

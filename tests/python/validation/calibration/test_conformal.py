@@ -77,7 +77,10 @@ def test_sets_of_machines_hold_their_truth_in_each_class_of_sensors() -> None:
 
 
 def test_a_class_without_enough_machines_gets_all_answers() -> None:
-    few = [machine(("gain",), ("gain",), ("lag",), name=str(i)) for i in range(10)]
+    few = [
+        machine(("transport_delay",), ("transport_delay",), ("sensor_lag",), name=str(i))
+        for i in range(10)
+    ]
     chances = np.tile([0.1, 0.2, 0.3, 0.4], (10, 1))
     answers = ranked(few, chances)
     limits = {measured: threshold_of([0.0] * 10, LEVELS[measured]) for measured in SENSORS}
@@ -92,7 +95,7 @@ def test_a_set_has_the_answers_before_which_not_too_much_is_likely(
     threshold: float, count: int, inside: bool
 ) -> None:
     # Outside 0.4, lag 0.3 and so on: the truth, lag, is second.
-    one = machine(("lag",), ("gain",), ("lag",))
+    one = machine(("sensor_lag",), ("transport_delay",), ("sensor_lag",))
     (answers,) = ranked([one], np.array([[0.1, 0.2, 0.3, 0.4]]))
     limits = dict.fromkeys(SENSORS, threshold)
     assert size(answers, limits) == count

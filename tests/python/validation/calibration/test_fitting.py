@@ -99,10 +99,10 @@ def test_scores_are_those_of_the_documented_equation(
     (one,) = unanswered(1, rng)
     sets = (replace(one.sets[0], left=none), replace(one.sets[1], left=left, small=small))
     one = replace(one, sets=sets, measured=SENSORS[0 if told else 1])
-    effects = len(sets[1].effects)
+    laws = len(sets[1].effects)
     c = TRUE
     u_none = -c.evidence * none
-    u_set = -c.evidence * left - c.effect * effects - c.small * small
+    u_set = -c.evidence * left - c.effect * laws - c.small * small
     best, left_by_best = (u_none, none) if u_none >= u_set else (u_set, left)
     outside = best + (c.outside_beside if none > left_by_best else c.outside)
     outside += c.outside_left * math.log(left_by_best + c.least_left)
@@ -131,7 +131,12 @@ def test_truths_that_the_errors_contradict_are_lapses() -> None:
     machines = drawn_machines(200, 4)
     hopeless = [
         # A set that leaves ten thousand times the errors of the others is the truth.
-        replace(one, kind="one", truth=("x",), sets=(*one.sets, WeighedSet(("x",), 1e4, 0.0)))
+        replace(
+            one,
+            kind="one",
+            truth=("load_force",),
+            sets=(*one.sets, WeighedSet(("load_force",), 1e4, 0.0)),
+        )
         for one in machines[:40]
     ]
     found = fit(choices_of([*hopeless, *machines[40:]]))

@@ -23,7 +23,7 @@ from ehsid.harness.validation.calibration.machines import Machine
 from ehsid.harness.validation.calibration.reading import distinct, read_case, read_checks
 
 pytestmark = pytest.mark.usefixtures("one_process")
-GAIN = {"factor": 1.1}
+DELAY = {"delay_s": 5e-3}
 
 
 def candidate(effects: list[str], left: float | None, small: float = 0.0) -> dict[str, Any]:
@@ -39,16 +39,16 @@ def candidate(effects: list[str], left: float | None, small: float = 0.0) -> dic
 
 
 def weighed(answer: dict[str, Any], _: np.random.Generator) -> dict[str, Any]:
-    """A diagnosis that weighs nothing, the gain and friction, and names the truth if it is gain."""
-    named = {name: sizes for name, sizes in answer["effects"].items() if name == "gain"}
+    """A diagnosis that weighs nothing, a delay and friction, and names a true delay."""
+    named = {name: sizes for name, sizes in answer["effects"].items() if name == "transport_delay"}
     return diagnosis(
         "effects" if named else "no_gap",
         named,
         candidates=[
             candidate([], 1.0),
-            candidate(["gain"], 0.123456789, 0.25),
+            candidate(["transport_delay"], 0.123456789, 0.25),
             candidate(["coulomb_friction"], 0.5),
-            candidate(["gain", "sensor_lag"], None),
+            candidate(["transport_delay", "sensor_lag"], None),
         ],
     )
 
@@ -67,12 +67,12 @@ def answer(kind: str, **effects: dict[str, float]) -> dict[str, Any]:
 
 
 ANSWERS = {
-    "a": answer("one", gain=GAIN),
+    "a": answer("one", transport_delay=DELAY),
     "b": answer("one", stribeck_friction={}),
-    "c": answer("two", gain=GAIN, sensor_quantisation={}),
+    "c": answer("two", transport_delay=DELAY, sensor_quantisation={}),
     "d": answer("one", sensor_quantisation={}),
     "e": answer("one", sensor_lag={}),
-    "f": answer("open", gain=GAIN),
+    "f": answer("open", transport_delay=DELAY),
     "g": answer("none"),
 }
 TRUE_SETS = {
@@ -103,11 +103,11 @@ def test_the_truth_is_that_of_the_rules_of_scoring(check: Path) -> None:
 def test_a_machine_has_what_the_diagnosis_weighed(check: Path) -> None:
     one = read_case(check, "a", Answer(**ANSWERS["a"]))
     assert isinstance(one, Machine)
-    assert [each.effects for each in one.sets] == [(), ("gain",), ("coulomb_friction",)]
+    assert [each.effects for each in one.sets] == [(), ("transport_delay",), ("coulomb_friction",)]
     assert (one.sets[1].left, one.sets[1].small) == (0.12346, 0.25)
     assert (one.left_by_none, one.pressures) == (1.0, True)
     assert one.traits == {"grade": "wide", "excitation": "prbs+steps", "seals": "Dahl"}
-    assert [(size.effect, size.inside) for size in one.sizes] == [("gain", True)]
+    assert [(size.effect, size.inside) for size in one.sizes] == [("transport_delay", True)]
 
 
 def test_a_spring_is_right_where_the_truth_is_a_force_but_not_the_reverse() -> None:
@@ -134,7 +134,7 @@ def test_cases_that_say_nothing_are_counted_by_reason(tmp_path: Path) -> None:
 
 def test_answers_that_were_changed_are_refused(check: Path) -> None:
     path = check / "answers.json"
-    path.write_text(path.read_text().replace("gain", "lag"))
+    path.write_text(path.read_text().replace("transport_delay", "lag"))
     with pytest.raises(ValueError, match=r"answers.json: differs from the digest in seal.json"):
         read_checks([check])
 
@@ -146,7 +146,7 @@ def test_a_folder_that_is_no_check_is_refused(tmp_path: Path) -> None:
 
 def test_a_machine_that_is_given_twice_is_refused() -> None:
     with pytest.raises(ValueError, match="machine m: given twice; expected each machine once"):
-        distinct([machine(()), machine(("gain",))])
+        distinct([machine(()), machine(("transport_delay",))])
 
 
 def test_features_are_read_as_they_were_written(check: Path, tmp_path: Path) -> None:
@@ -160,7 +160,9 @@ def test_features_are_read_as_they_were_written(check: Path, tmp_path: Path) -> 
 
 @given(st.text(min_size=1), st.floats(0.0, 1e300))
 def test_features_keep_any_name_and_number(name: str, left: float) -> None:
-    one = machine(("gain",), (name,), name=name)
+    one = replace(
+        machine(("transport_delay",), ("transport_delay",), name=name), families={name: name}
+    )
     one = replace(one, sets=(one.sets[0], replace(one.sets[1], left=left)))
     with tempfile.TemporaryDirectory() as folder:
         write_features(Path(folder) / "features.jsonl", [one])
@@ -174,6 +176,7 @@ def test_features_keep_any_name_and_number(name: str, left: float) -> None:
         ('{"name": 3}', r"Expected `str`, got `int` - at `\$.name`"),
         ('{"name": "a"}', "missing required field"),
         (None, "left -1, small 0: expected finite, >= 0"),
+        ("no effect", "'lag' is no effect of the catalogue"),
         ("no set", "the set without effects is missing"),
         ("no sensors", "measured: 'smell', expected one of pressures, position only"),
         ('"\xff"', "Expected `object`"),
@@ -186,7 +189,8 @@ def test_a_line_that_is_no_machine_is_named(line: str | None, told: str, tmp_pat
     left = good.split('"left":')[1].split(",")[0]
     wrong = {
         None: good.replace(left, "-1", 1),
-        "no set": good.replace('"effects":[]', '"effects":["lag"]'),
+        "no effect": good.replace('"effects":[]', '"effects":["lag"]'),
+        "no set": good.replace('"effects":[]', '"effects":["transport_delay"]'),
         "no sensors": good.replace(machine_sensors(good), "smell"),
     }
     path.write_text(f"{good}\n\n{wrong.get(line, line)}\n")

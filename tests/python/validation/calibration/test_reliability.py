@@ -80,7 +80,7 @@ def test_without_claims_there_is_no_figure() -> None:
 
 def test_both_laws_of_friction_are_one_answer_and_one_effect() -> None:
     laws = ("coulomb_friction",), ("stribeck_friction",)
-    one = machine(("stribeck_friction",), *laws, ("gain",))
+    one = machine(("stribeck_friction",), *laws, ("transport_delay",))
     (answers,) = ranked([one], np.array([[0.1, 0.3, 0.3, 0.2, 0.1]]))
     assert answers.effects[0] == ("coulomb_friction",)
     assert answers.chances == pytest.approx([0.6, 0.2, 0.1, 0.1])
@@ -89,7 +89,12 @@ def test_both_laws_of_friction_are_one_answer_and_one_effect() -> None:
 
 
 def test_effects_have_the_probability_of_all_sets_with_them() -> None:
-    one = machine(("gain", "play"), ("gain", "lag"), ("gain", "play"), kind="two")
+    one = machine(
+        ("transport_delay", "sensor_backlash"),
+        ("transport_delay", "sensor_lag"),
+        ("transport_delay", "sensor_backlash"),
+        kind="two",
+    )
     (answers,) = ranked([one], np.array([[0.1, 0.5, 0.3, 0.1]]))
     assert answers.effect_chances() == [(pytest.approx(0.8), True), (pytest.approx(0.5), False)]
     assert answers.above_truth == pytest.approx(0.5)
