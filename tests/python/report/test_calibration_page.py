@@ -24,7 +24,7 @@ from ehsid.harness.validation.calibration.reading import Found
 def found() -> Calibration:
     machines = drawn_machines(200, 3)
     # A truth that was never weighed, although it is one of the catalogue.
-    machines[0] = replace(machines[0], kind="one", truth=("transport_delay",))
+    machines[0] = replace(machines[0], kind="one", truth=("load_force",))
     return calibrate(Found(tuple(machines), {"insufficient_data": 4}))
 
 

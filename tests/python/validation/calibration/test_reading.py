@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_checks import diagnosis, made_answers, write_check
-from made_machines import drawn_machines, machine
+from made_machines import EFFECTS, drawn_machines, machine
 
 from ehsid.harness.validation.blind.answers import Answer
 from ehsid.harness.validation.blind.seal import write_seal
@@ -189,7 +189,7 @@ def test_a_line_that_is_no_machine_is_named(line: str | None, told: str, tmp_pat
     left = good.split('"left":')[1].split(",")[0]
     wrong = {
         None: good.replace(left, "-1", 1),
-        "no effect": good.replace('"effects":[]', '"effects":["lag"]'),
+        "no effect": good.replace(f'"{EFFECTS[0]}"', '"lag"'),
         "no set": good.replace('"effects":[]', '"effects":["transport_delay"]'),
         "no sensors": good.replace(machine_sensors(good), "smell"),
     }
