@@ -11,10 +11,12 @@ from ehsid.harness.files import write_text
 from ehsid.harness.gap import diagnosis_file
 from ehsid.harness.rig_check import RigCheckFile
 from ehsid.harness.validation.blind.seal import Seal
+from ehsid.harness.validation.calibration.checking import Calibration
 from ehsid.harness.validation.fleet.ranking import Fleet
 from ehsid.harness.validation.scoring.score import ScoreFile
 
 SCHEMAS = {
+    "calibration.json": json_schema(Calibration, "calibration.json of ehsid gap-calibrate"),
     "diagnosis.json": diagnosis_file.json_schema(),
     "estimates.json": json_schema(Estimates, "estimates.json of ehsid estimate on a folder"),
     "fleet.json": json_schema(Fleet, "fleet.json of ehsid gap-fleet, schema version 1"),

@@ -118,9 +118,12 @@ ROOMS: dict[str, set[str]] = {
         *("gap/data", "gap/inference", "gap/model", "gap/tables"),
         *("records", "rigs", "validation/blind"),
     },
+    "validation/calibration": {
+        *("gap/inference", "gap/tables", "validation/blind", "validation/scoring"),
+    },
     "report": {
         *("deploy", "estimation", "gap", "gap/tables", "identification", "records"),
-        *("rig_check", "rigs", "validation/fleet", "validation/scoring"),
+        *("rig_check", "rigs", "validation/calibration", "validation/fleet", "validation/scoring"),
     },
     "studies": {
         *("deploy", "excitation", "identification", "records", "report", "rigs", "simulation"),

@@ -37,6 +37,11 @@ VERBS = (
         "Check the diagnosis on machines whose effect is withheld: make, seal, run, score.",
     ),
     Verb(
+        "gap-calibrate",
+        "Fit and check the probabilities of the diagnosis on checks: are they meant, do sets hold.",
+        ManyValues,
+    ),
+    Verb(
         "gap-fleet",
         "Diagnose a folder of machines: whose gap is largest, and which of them share one.",
         ManyValues,

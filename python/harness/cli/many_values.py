@@ -8,7 +8,7 @@ from typing import Any
 
 from typer.core import TyperCommand
 
-MANY = ("--validate", "--exclude-effect")
+MANY = ("--validate", "--exclude-effect", "--features")
 
 
 class ManyValues(TyperCommand):

@@ -209,6 +209,33 @@ CASES = (
         files={"out/report.html": "mine"},
     ),
     place(
+        "no machines for a calibration",
+        "ehsid gap-calibrate --out out",
+        "--features",
+    ),
+    place(
+        "a folder that is no check for a calibration",
+        "ehsid gap-calibrate checks --out out",
+        "checks/seal.json",
+        "a folder that ehsid gap-check",
+        files={"checks": a_folder},
+    ),
+    place(
+        "features that are none",
+        "ehsid gap-calibrate --features features.jsonl --out out",
+        "features.jsonl",
+        "line 2",
+        files={"features.jsonl": '\n{"name": 3}\n'},
+        library=READER.replace("Input data", "Expected"),
+    ),
+    place(
+        "features without a machine",
+        "ehsid gap-calibrate --features features.jsonl --out out",
+        "features.jsonl",
+        "no finished case",
+        files={"features.jsonl": ""},
+    ),
+    place(
         "a page of somebody else in the place of the experiment",
         "ehsid experiment --out out",
         "out/experiment.html",

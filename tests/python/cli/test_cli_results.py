@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from check_runs import StandIn
 from made_diagnoses import bench, measured_record
+from made_machines import drawn_machines
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
@@ -19,6 +20,7 @@ from ehsid.harness.exchange import FOLDER
 from ehsid.harness.parallel import workers
 from ehsid.harness.records import make_record, write_record
 from ehsid.harness.rigs import write_rig
+from ehsid.harness.validation.calibration.features import write_features
 
 pytestmark = pytest.mark.usefixtures("blank_pictures", "no_plots")
 
@@ -58,6 +60,10 @@ COMMANDS = {
         "gap-check --count 1 --seconds 2 --workers 1 --out out",
         ("report.html", "score.json", "check.md", "answers.json"),
     ),
+    "gap-calibrate": Command(
+        "gap-calibrate --features features.jsonl --out out",
+        ("calibration.html", "calibration.json", "features.jsonl"),
+    ),
     "experiment": Command(
         f"experiment --record run.csv {MODEL} --out out",
         (
@@ -68,7 +74,7 @@ COMMANDS = {
         ),
     ),
 }
-WITH_INPUTS = [name for name in COMMANDS if name not in ("gap-fleet", "gap-check")]
+WITH_INPUTS = [name for name in COMMANDS if name not in ("gap-fleet", "gap-check", "gap-calibrate")]
 
 
 @pytest.fixture(autouse=True)
@@ -82,6 +88,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     columns = {"time_s": 0.01 * np.arange(u.size), "command_v": u, "position_m": 0.15 + y}
     write_record(make_record(columns), tmp_path / "run.csv")
     write_rig(bench(), tmp_path / "rig.toml")
+    write_features(tmp_path / "features.jsonl", drawn_machines(10, 1))
     machine = tmp_path / "machines" / "press"
     machine.mkdir(parents=True)
     write_rig(bench(), machine / "rig.toml")

@@ -25,6 +25,7 @@ from hil_target import FakeDevice, Target
 from identification_truth import model16
 from made_checks import fair, made_answers, write_check
 from made_diagnoses import made_diagnosis
+from made_machines import drawn_machines
 from page_names import EVIL, PLAIN, Reader, file_name, read_page, words
 from typer.testing import CliRunner
 
@@ -38,6 +39,7 @@ from ehsid.harness.deploy.hil.run import run_plan
 from ehsid.harness.gap.diagnosis_file import diagnosis_text
 from ehsid.harness.gap.schema import Diagnosis, Remark
 from ehsid.harness.identification import ArxOrders, IoData
+from ehsid.harness.report.calibration_page import calibration_page
 from ehsid.harness.report.check_page import check_page
 from ehsid.harness.report.fleet_page import fleet_page
 from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
@@ -50,6 +52,9 @@ from ehsid.harness.simulation.outputs import OUTPUTS_OF
 from ehsid.harness.studies.pages.offline_sections import offline_sections
 from ehsid.harness.studies.procedure import run_procedure
 from ehsid.harness.text import printable
+from ehsid.harness.validation.calibration.checking import calibrate
+from ehsid.harness.validation.calibration.left_out import LEAST_MACHINES
+from ehsid.harness.validation.calibration.reading import Found
 from ehsid.harness.validation.fleet.ranking import read_fleet
 from ehsid.harness.validation.scoring.score import score_folder
 
@@ -95,6 +100,15 @@ def check(name: str, folder: Path) -> str:
     """The name is that of a case."""
     answers = {f"{file_name(name)}{i}": one for i, one in enumerate(made_answers(12).values())}
     return render_page(check_page(score_folder(write_check(folder, answers, fair))))
+
+
+def calibration(name: str, _: Path) -> str:
+    """The name is that of a family of machines."""
+    named = tuple(
+        replace(one, families={"seals": name if i % 2 else "Dahl"})
+        for i, one in enumerate(drawn_machines(2 * LEAST_MACHINES, 1))
+    )
+    return render_page(calibration_page(calibrate(Found(named))))
 
 
 @cache
@@ -157,6 +171,7 @@ KINDS: dict[str, Make] = {
     "gap": gap,
     "fleet": fleet,
     "check": check,
+    "calibration": calibration,
     "experiment": experiment,
     "hil": hil,
 }

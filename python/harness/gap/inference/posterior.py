@@ -14,31 +14,21 @@ cause outside of the catalogue is
 
 with OUTSIDE_BESIDE for OUTSIDE where S* has effects, and OUTSIDE_POSITION more where no pressure is
 measured. The probabilities are exp(u), divided by their sum, of which the share LAPSE is spread
-over all hypotheses alike: a conditional logit (D. McFadden, in
-Frontiers in Econometrics, 1974), whose constants were fitted on machines with a known cause.
+over all hypotheses alike: a conditional logit (D. McFadden, in Frontiers in Econometrics, 1974),
+whose constants were fitted on machines with a known cause.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from ehsid.harness.gap.deciding import (
-    EFFECT,
-    EVIDENCE,
-    LAPSE,
-    LEAST_LEFT,
-    OUTSIDE,
-    OUTSIDE_BESIDE,
-    OUTSIDE_EXPLAINED,
-    OUTSIDE_LEFT,
-    OUTSIDE_POSITION,
-    SMALL,
-)
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.constants import IN_USE, Constants
 from ehsid.harness.gap.inference.evidence import left
 from ehsid.harness.gap.inference.families import effect_families, law_count
 from ehsid.harness.gap.inference.seen_edges import edges_can_replace_force
@@ -101,23 +91,49 @@ class Posterior:
         return min(total, 1.0)  # rounding
 
 
-def score(left: float, laws: int, small: float) -> float:
-    """Score u(S), nats, of a set of so many laws."""
-    return -EVIDENCE * left - EFFECT * laws - SMALL * small
+def score(
+    left: npt.ArrayLike,
+    laws: npt.ArrayLike,
+    small: npt.ArrayLike,
+    constants: Constants = IN_USE,
+) -> FloatArray:
+    """Scores u(S), nats, of sets of so many laws; the three arrays have one shape."""
+    evidence = constants.evidence * np.asarray(left)
+    prior = constants.effect * np.asarray(laws) + constants.small * np.asarray(small)
+    # u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
+    return np.asarray(-evidence - prior)
 
 
 def outside_score(
-    best: float, left_by_best: float, left_by_none: float, *, pressures: bool
-) -> float:
-    """Score u(outside), nats, beside the best set.
+    best: npt.ArrayLike,
+    left_by_best: npt.ArrayLike,
+    left_by_none: npt.ArrayLike,
+    pressures: npt.ArrayLike,
+    constants: Constants = IN_USE,
+) -> FloatArray:
+    """Scores u(outside), nats, beside the best sets; the four arrays have one shape.
 
-    best: its score; it has effects where it leaves less than the calibrated rig does.
+    best: score of the best set; it has effects where it leaves less than the calibrated rig does.
+    pressures: whether a pressure is measured.
     """
-    explained = left_by_none - left_by_best
-    base = OUTSIDE_BESIDE if explained > 0.0 else OUTSIDE
-    position = 0.0 if pressures else OUTSIDE_POSITION
-    by_left = OUTSIDE_LEFT * math.log(left_by_best + LEAST_LEFT)
-    return best + base + position + by_left + OUTSIDE_EXPLAINED * explained
+    explained = np.asarray(left_by_none) - np.asarray(left_by_best)
+    base = np.where(explained > 0.0, constants.outside_beside, constants.outside)
+    position = np.where(pressures, 0.0, constants.outside_position)
+    by_left = constants.outside_left * np.log(np.asarray(left_by_best) + constants.least_left)
+    by_explained = constants.outside_explained * explained
+    # u(outside) = u* + OUTSIDE + OUTSIDE_LEFT ln(left(S*) + LEAST_LEFT)
+    #              + OUTSIDE_EXPLAINED (left(none) - left(S*))
+    return np.asarray(np.asarray(best) + base + position + by_left + by_explained)
+
+
+def probabilities_of(scores: FloatArray, constants: Constants = IN_USE) -> FloatArray:
+    """Probabilities (..., K) from the scores u, nats, of K hypotheses; 0 where a score is -inf."""
+    weights = np.exp(scores - scores.max(axis=-1, keepdims=True))
+    shares = weights / weights.sum(axis=-1, keepdims=True)
+    exists = np.isfinite(scores)
+    lapse = constants.lapse / exists.sum(axis=-1, keepdims=True)
+    # p = (1 - LAPSE) exp(u) / sum exp(u) + LAPSE / K
+    return np.where(exists, (1.0 - constants.lapse) * shares + lapse, 0.0)
 
 
 def posterior(
@@ -144,14 +160,10 @@ def posterior(
         )
         for candidate in candidates
     ]
-    scores = [
-        score(each_left, law_count(candidate.effects), small)
-        for candidate, each_left, small in zip(candidates, lefts, smalls, strict=True)
-    ]
+    scores = score(lefts, [law_count(candidate.effects) for candidate in candidates], smalls)
     best = int(np.argmax(scores))
-    outside = outside_score(scores[best], lefts[best], lefts[0], pressures=case.pressures)
-    weights = np.exp(np.array([*scores, outside]) - max(*scores, outside))
-    probabilities = (1.0 - LAPSE) * weights / weights.sum() + LAPSE / weights.size
+    outside = float(outside_score(scores[best], lefts[best], lefts[0], case.pressures))
+    probabilities = probabilities_of(np.array([*scores, outside]))
     hypotheses = [
         Hypothesis(*each)
         for each in zip(candidates, lefts, smalls, probabilities[:-1].tolist(), strict=True)

@@ -71,7 +71,10 @@ def read_seal(out: Path) -> Seal:
     try:
         return msgspec.json.decode(path.read_bytes(), type=Seal)
     except FileNotFoundError:
-        raise ValueError(f"{path}: there is no such file; this folder holds no check") from None
+        raise ValueError(
+            f"{path}: there is no such file: expected a check; name a folder that ehsid gap-check "
+            "has made"
+        ) from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: not a seal: {error}; make the check anew elsewhere") from None
 

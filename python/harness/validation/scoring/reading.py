@@ -34,13 +34,20 @@ class NamedEffect:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A set in `which.candidates`; score and costs in nats, None where the file lacks a cost."""
+    """A set in `which.candidates`; score and costs in nats, None where the file lacks a cost.
+
+    `left` and `small` are those of `inference.posterior.Hypothesis`, `probability` is that of the
+    set; None where the decision did not weigh the set.
+    """
 
     effects: tuple[str, ...]
     score: float
     fitted_cost: float | None = None
     held_out_cost: float | None = None
     free: int | None = None
+    left: float | None = None
+    small: float | None = None
+    probability: float | None = None
 
 
 @dataclass(frozen=True)
@@ -114,6 +121,9 @@ def _findings(file: DiagnosisFile) -> Findings:
                 candidate.fitted_cost,
                 candidate.held_out_cost,
                 candidate.free,
+                candidate.left,
+                candidate.small,
+                candidate.probability,
             )
             for candidate in which.candidates
         ),

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: MIT
+"""Makes the tables of the page of a calibration (`ehsid gap-calibrate`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ehsid.harness.report.check_words import KINDS, MARKS, figure_text, number, target_text
+from ehsid.harness.report.page import Table
+from ehsid.harness.validation.calibration.checking import Calibration, Constant, Probabilities
+from ehsid.harness.validation.calibration.conformal import ClassOfSensors
+from ehsid.harness.validation.calibration.intervals import Intervals
+from ehsid.harness.validation.calibration.left_out import LeftOut
+from ehsid.harness.validation.calibration.reliability import Reliability
+from ehsid.harness.validation.scoring.figures import Figure
+
+# A fitted constant that is farther from the one in use is marked: chance does so in one of twenty.
+FAR = 2.0
+
+
+def constants_table(constants: Sequence[Constant]) -> Table:
+    """Returns the table of the constants; those far from the fitted ones are marked."""
+    return Table(
+        "Constants of the probabilities. Marked: the fitted one is more than two standard errors "
+        "from the one in use.",
+        ("constant", "in use", "fitted", "standard error", "fitted less in use, standard errors"),
+        [
+            (
+                constant.name.upper(),
+                f"{constant.in_use:.3g}",
+                f"{constant.fitted:.3g}",
+                f"{constant.error:.2g}",
+                f"{constant.deviation:+.1f}",
+            )
+            for constant in constants
+        ],
+        [place for place, constant in enumerate(constants) if abs(constant.deviation) > FAR],
+    )
+
+
+def probabilities_table(each: Sequence[Probabilities]) -> Table:
+    """Returns the table of the quality of the probabilities with both sets of constants."""
+    rows = []
+    for probabilities in each:
+        words = probabilities.words
+        rows += [
+            (words, "log loss, nats", figure_text(probabilities.log_loss), "", ""),
+            (words, "first answer true", figure_text(probabilities.right), "", ""),
+        ]
+        rows += [
+            (words, f"calibration error: {one.words}", *error_cells(one))
+            for one in probabilities.reliability
+        ]
+    return Table(
+        "Quality of the probabilities. The last column: what probabilities that are meant would "
+        "show with as many machines, mean and 95th percentile.",
+        ("constants", "figure", "value", "target", "if meant"),
+        rows,
+    )
+
+
+def error_cells(reliability: Reliability) -> tuple[str, str, str]:
+    """Returns the expected calibration error, its target, and the error of meant probabilities."""
+    if not reliability.error.n:
+        return "-", "", ""
+    meant = number(reliability.meant, "share"), number(reliability.meant_most, "share")
+    return figure_text(reliability.error), _target(reliability.error), f"{meant[0]}; {meant[1]}"
+
+
+def sets_table(each: Sequence[ClassOfSensors]) -> Table:
+    """Returns the table of the coverage of sets by class of sensors."""
+    return Table(
+        "Sets by class of sensors, with fitted constants. Threshold: an answer is in the set if "
+        "all that are more probable have at most this probability together.",
+        ("sensors", "promised", "truth in the set", "", "answers in a set", "", "threshold"),
+        [
+            (
+                one.measured,
+                number(one.level, "share"),
+                figure_text(one.coverage),
+                MARKS[one.coverage.met],
+                figure_text(one.size),
+                _target(one.size),
+                f"{one.threshold:.3g}" if math.isfinite(one.threshold) else "too few machines",
+            )
+            for one in each
+        ],
+        [place for place, one in enumerate(each) if one.coverage.met == "missed"],
+    )
+
+
+def intervals_table(each: Sequence[Intervals]) -> Table:
+    """Returns the table of the shares of intervals that hold what they promise."""
+    rows = [
+        (one.measured, figure.words, figure_text(figure), _target(figure))
+        for one in each
+        for figure in one.figures
+    ]
+    missed = [figure.met == "missed" for one in each for figure in one.figures]
+    return Table(
+        "Intervals of 90 % that hold the true size, or the shrinkage on a third record.",
+        ("sensors", "interval of", "hold", "target"),
+        rows,
+        [place for place, is_missed in enumerate(missed) if is_missed],
+    )
+
+
+def families_table(each: Sequence[LeftOut]) -> Table:
+    """Returns the table of the families that were left out, in their order."""
+    return Table(
+        "Families that neither the constants nor the thresholds have seen, the worst first.",
+        (
+            "family",
+            "truth in the set",
+            "promised",
+            "answers in a set",
+            "first answer true",
+            "calibration error",
+            "if meant",
+        ),
+        [
+            (
+                f"{one.trait}: {one.family}",
+                figure_text(one.coverage),
+                _target(one.coverage),
+                figure_text(one.size),
+                figure_text(one.right, short=True),
+                *error_cells(one.reliability)[::2],
+            )
+            for one in each
+        ],
+        [place for place, one in enumerate(each) if one.coverage.met == "missed"],
+    )
+
+
+def machines_table(calibration: Calibration) -> Table:
+    """Returns the table of the machines that count, and of those that were left out."""
+    rows = [
+        *(("kind", KINDS[kind], str(count)) for kind, count in calibration.kinds.items()),
+        *(("sensors", sensors, str(count)) for sensors, count in calibration.sensors.items()),
+        *(
+            ("left out", reason.replace("_", " "), str(count))
+            for reason, count in calibration.left_out.items()
+        ),
+    ]
+    return Table("Machines.", ("by", "", "number"), rows)
+
+
+def _target(figure: Figure) -> str:
+    return ": ".join(filter(None, (target_text(figure.target, figure.unit), MARKS[figure.met])))
