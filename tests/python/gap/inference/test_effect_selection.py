@@ -95,17 +95,20 @@ def test_a_pair_is_selected_where_neither_effect_alone_gains() -> None:
 
 
 def test_two_laws_of_friction_that_fit_alike_are_one_answer() -> None:
-    """Which of them it is says the one with the smaller errors."""
-    for first, second in ((0.9, 1.0), (1.0, 0.9)):
+    """Stribeck friction contains the other law, and has to be worth its name."""
+    for first, second, law in (
+        (HIDDEN, 10.0 * FLOOR, "stribeck_friction"),
+        (HIDDEN, HIDDEN, "coulomb_friction"),
+        (0.9 * HIDDEN, HIDDEN, "coulomb_friction"),
+    ):
         selection = select_effects(
             CASE,
             search_result(
                 candidate(rms=GAP),
-                candidate("stribeck_friction", rms=first * HIDDEN, parameters=3),
-                candidate("coulomb_friction", rms=second * HIDDEN),
+                candidate("stribeck_friction", rms=first, parameters=3),
+                candidate("coulomb_friction", rms=second),
             ),
         )
-        law = "stribeck_friction" if first < second else "coulomb_friction"
         assert selection.best.effects == (law,)
         assert selection.equivalent == ()
 

@@ -16,7 +16,7 @@ from made_candidates import CASE, MadeCase, candidate
 from ehsid.harness.gap.deciding import FORCE_DEVIATIONS
 from ehsid.harness.gap.inference import seen_edges
 from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.inference.families import effect_families
+from ehsid.harness.gap.inference.families import effect_families, law_count
 from ehsid.harness.gap.inference.posterior import Posterior, outside_score, posterior, score
 from ehsid.harness.gap.inference.seen_edges import edges_can_replace_force
 from ehsid.harness.gap.model.case import Case
@@ -85,7 +85,7 @@ def test_of_two_sets_alike_the_one_that_leaves_more_is_never_more_probable(
     for one in found:
         for other in found:
             is_alike = (
-                len(one.candidate.effects) == len(other.candidate.effects)
+                law_count(one.candidate.effects) == law_count(other.candidate.effects)
                 and one.small == other.small
             )
             if is_alike and one.left < other.left:
