@@ -283,6 +283,13 @@ def _which(diagnosis: Diagnosis) -> Section:
                 "best."
             )
         )
+    if diagnosis.outside_probability is not None:
+        blocks.append(
+            Note(
+                "Probability of a cause outside of the catalogue: "
+                f"{percent(diagnosis.outside_probability)}."
+            )
+        )
     return Section("Which effect", blocks)
 
 
@@ -321,6 +328,7 @@ def _candidates(candidates: Sequence[Candidate], first: int, end: int | None) ->
             ),
             f"{candidate.score:.1f}",
             share_bar("", candidate.held_out_shrinkage),
+            "" if candidate.probability is None else percent(candidate.probability),
             ", ".join(
                 f"{value_name(f'effects.{name}')} "
                 f"{quantity(value, unit_of(f'effects.{name}'), 3)}".partition(": ")[2]
@@ -331,7 +339,7 @@ def _candidates(candidates: Sequence[Candidate], first: int, end: int | None) ->
         for rank, candidate in enumerate(candidates[first:end], start=first + 1)
     ]
     marked = [i for i, candidate in enumerate(candidates[first:end]) if candidate.in_confidence_set]
-    columns = ("effects", "behind", "gap removed", "sizes", "decision")
+    columns = ("effects", "behind", "gap removed", "probability", "sizes", "decision")
     return Table("", columns, rows, marked)
 
 

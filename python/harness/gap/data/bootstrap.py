@@ -19,11 +19,6 @@ def drawn_windows(windows: int, rng: np.random.Generator) -> npt.NDArray[np.int6
     return rng.integers(windows, size=(BOOTSTRAP_DRAWS, windows))
 
 
-def drawn_counts(windows: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:
-    """Returns how often each draw takes each window, shape (BOOTSTRAP_DRAWS, windows)."""
-    return rng.multinomial(windows, np.full(windows, 1.0 / windows), size=BOOTSTRAP_DRAWS)
-
-
 def interval(draws: FloatArray) -> tuple[float, float]:
     """Returns the interval of level SHRINKAGE_LEVEL of the values of all draws; NaN is left out."""
     tail = 0.5 * (1.0 - SHRINKAGE_LEVEL)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ehsid.harness.gap.data.bootstrap import drawn_counts, drawn_windows, interval
+from ehsid.harness.gap.data.bootstrap import drawn_windows, interval
 from ehsid.harness.gap.thresholds import BOOTSTRAP_DRAWS, SHRINKAGE_LEVEL
 
 
@@ -21,18 +21,6 @@ def test_intervals_are_those_of_scipy() -> None:
     ).confidence_interval
     draws = values[drawn_windows(30, np.random.default_rng(7))].mean(axis=1)
     assert interval(draws) == pytest.approx((expected.low, expected.high), rel=1e-12)
-
-
-def test_counts_are_those_of_draws_with_replacement() -> None:
-    counts = drawn_counts(20, np.random.default_rng(2))
-    draws = drawn_windows(20, np.random.default_rng(3))
-    assert (counts.sum(axis=1) == 20).all()
-    # The count of a window is binomial with 20 draws and p = 1/20: its variance is 0.95. The
-    # standard error of the variance of 500 x 20 counts is sqrt((kurtosis - 1) / 10^4), about 2 %;
-    # the tolerance is three of them.
-    expected_counts = np.array([np.bincount(draw, minlength=20) for draw in draws])
-    for each in (counts, expected_counts):
-        assert each.var() == pytest.approx(0.95, rel=0.06)
 
 
 def test_draws_without_a_value_are_left_out() -> None:
