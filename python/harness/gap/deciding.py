@@ -53,10 +53,10 @@ WORSE_HELD_OUT = 0.3
 # A wrong name sends someone to exchange a healthy part. So does an alarm on a sound machine.
 WRONG_NAME = 10.0
 FALSE_ALARM = 10.0
-# A cause that is not found is looked for further, be it one of two. So is one that is called
-# unknown.
+# A cause that is not found is looked for further, be it one of two.
 MISSED = 3.0
-NEEDLESS_OUTSIDE = 3.0
+# A known cause that is called unknown is looked for where it is not, as in a set without the truth.
+NEEDLESS_OUTSIDE = 5.0
 # A set costs an experiment for each further member; one without the truth costs it for nothing.
 FURTHER_MEMBER = 1.0
 SET_WITHOUT_TRUTH = 5.0
