@@ -61,15 +61,16 @@ def gap_calibrate_command(
     workers: Workers = None,
     as_json: AsJson = False,
 ) -> None:
-    """Fit and check the probabilities of the diagnosis on checks: are they meant, do sets hold.
+    """Check on machines with known causes whether the probabilities are meant.
 
-    Reads the finished cases of checks; nothing is diagnosed again. Fits the constants of the
-    probabilities and compares them with those in use; checks probabilities, sets and intervals by
-    cross-validation, and with each family of structure left out. Writes features.jsonl, from which
-    --features does the same again without the checks.
+    Reads the finished cases of checks; nothing is diagnosed again. It fits the
+    constants of the probabilities and compares them with those in use. It checks
+    probabilities, sets and intervals by cross-validation, and with each family of
+    structure left out.
 
-    Writes calibration.html, calibration.json and features.jsonl. Exit code 0 whatever is found, 2
-    for input that cannot be used.
+    Writes calibration.html, calibration.json and features.jsonl. From the last one
+    --features does the same again without the checks. The exit code is 0 whatever
+    is found, and 2 for input that cannot be used.
 
     Example: ehsid gap-calibrate check1 check2 --out calibration
     """

@@ -2,7 +2,7 @@
 """The constants that decide the verdict, each with its reason; see `docs/gap/decision.md`.
 
 Those of the likelihood are properties of servos and simulators. Those of the probabilities were
-fitted on generated machines (`ehsid gap-calibrate`), none of which judges. The losses are a choice.
+fitted on generated machines: `docs/gap/calibration.md` says on which. The losses are a choice.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ EFFECT = 2.7
 SMALL = 3.4
 # Errors, ln over what is tolerated, below which a simulator is as good as perfect.
 LEAST_LEFT = 0.1
-# Odds of a cause outside of the catalogue against the best set, ln: at errors that are tolerated,
-# without and with an effect in the best set, and their increase with the ln of the errors left and
-# with what the set explains.
+# Odds of a cause outside of the catalogue against the best set, ln, where left + LEAST_LEFT is 1:
+# without and with an effect in the best set; and their increase with the ln of left + LEAST_LEFT
+# and with what the set explains.
 OUTSIDE, OUTSIDE_BESIDE = 1.0, -0.4
 OUTSIDE_LEFT = 5.2
 OUTSIDE_EXPLAINED = -1.2

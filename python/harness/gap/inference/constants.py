@@ -30,7 +30,7 @@ class Constants:
     least_left
         errors below which a simulator is as good as perfect, ln over what is tolerated, > 0.
     effect, small
-        prior cost of an effect, and further cost of one that is no larger than in every servo,
+        prior cost of a law, and further cost of an effect that is no larger than in every servo,
         nats.
     outside, outside_beside
         odds of a cause outside of the catalogue without and with an effect in the best set, nats.

@@ -4,11 +4,12 @@
 The error in a window is noise of the sensor, with the power N_b in octave b, plus a stationary
 disturbance, whose spectrum is constant in each octave and otherwise unknown. The variance s_b^2 of
 the disturbance in band b has a prior about (tolerance^2 M_b), with M_b the power of the measured
-signal in the band: no simulator is exact to less than this share of the motion. With P_b the mean
-square of the n_b independent coefficients of the band, the variance of each candidate's own errors
-follows from the maximum of the likelihood, and
+signal in the band: no simulator is exact to less than this share of the motion. A small share L of
+all motion is tolerated in each band as well. With P_b the mean square of the n_b independent
+coefficients of the band, the variance of each candidate's own errors follows from the maximum of
+the likelihood, and
 
-    J = sum_b (n_b / 2) ln(P_b + N_b + tolerance^2 M_b)
+    J = sum_b (n_b / 2) ln(P_b + N_b + tolerance^2 M_b + L)
 
 is its negative logarithm, up to a constant. An error in one octave, such as a slow drift, therefore
 hides nothing in the others, and no output or band needs a weight by hand.
