@@ -68,9 +68,9 @@ def gap_calibrate_command(
     probabilities, sets and intervals by cross-validation, and with each family of
     structure left out.
 
-    Writes calibration.html, calibration.json and features.jsonl. From the last one
-    --features does the same again without the checks. The exit code is 0 whatever
-    is found, and 2 for input that cannot be used.
+    Writes calibration.html, calibration.json and features.jsonl. The last one,
+    given to --features, does the same again without the checks. The exit code
+    is 0 whatever is found, and 2 for input that cannot be used.
 
     Example: ehsid gap-calibrate check1 check2 --out calibration
     """

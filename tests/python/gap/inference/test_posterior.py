@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_candidates import CASE, MadeCase, candidate
 
-from ehsid.harness.gap.deciding import FORCE_DEVIATIONS
+from ehsid.harness.gap.deciding import EFFECT, EVIDENCE, FORCE_DEVIATIONS, SMALL
 from ehsid.harness.gap.inference import seen_edges
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.families import effect_families, law_count
@@ -181,3 +181,10 @@ def test_a_load_force_that_edges_of_the_valve_can_replace_is_no_hypothesis(
     forced.x[-1] = 0.0
     assert not edges_can_replace_force(CASE, forced)
     assert not edges_can_replace_force(case, candidate("sensor_lag", rms=1e-6))
+
+
+def test_errors_laws_and_small_effects_cost_what_the_formula_says() -> None:
+    base = float(score(0.5, 1, 0.25))
+    assert base - float(score(0.7, 1, 0.25)) == pytest.approx(0.2 * EVIDENCE, rel=1e-9)
+    assert base - float(score(0.5, 2, 0.25)) == pytest.approx(EFFECT, rel=1e-9)
+    assert base - float(score(0.5, 1, 1.0)) == pytest.approx(0.75 * SMALL, rel=1e-9)
