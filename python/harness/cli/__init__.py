@@ -38,7 +38,7 @@ VERBS = (
     ),
     Verb(
         "gap-calibrate",
-        "Fit and check the probabilities of the diagnosis on checks: are they meant, do sets hold.",
+        "Check on machines with known causes whether the probabilities are meant.",
         ManyValues,
     ),
     Verb(
