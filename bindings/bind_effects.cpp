@@ -387,11 +387,15 @@ has_valve : bool
           [](const EffectDescription& effect, const SizesByName& simple,
              const MachineScale& machine) {
             const EffectDescription simpler = simpler_of(effect);
-            return by_name(effect, effect.grown(in_order(simpler, simple), machine));
+            py::typing::List<SizesByName> all;
+            for (const SizeVector& sizes : effect.grown(in_order(simpler, simple), machine)) {
+              all.append(by_name(effect, sizes));
+            }
+            return all;
           },
           py::arg("simple"), py::arg("machine"),
-          "Sizes at which a fit starts, from those of the simpler effect; ValueError where it "
-          "contains none.")
+          "Sizes at which a fit starts, from those of the simpler effect: list of dict; ValueError "
+          "where it contains none.")
       .def("__repr__", [](const py::object& self) { return show_properties(self, {"id"}); });
   m.def(
       "effects", [] { return py::tuple(py::cast(plant::effect_descriptions())); },

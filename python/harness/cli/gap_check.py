@@ -20,7 +20,7 @@ from ehsid.harness.parallel import on_cluster
 from ehsid.harness.parallel import workers as using
 from ehsid.harness.validation.blind.making import RESULT, make_check
 from ehsid.harness.validation.blind.seal import SEAL, Seal, verify
-from ehsid.harness.validation.blind.settings import GRADES, SENSORS, Settings
+from ehsid.harness.validation.blind.settings import EXCITATIONS, GRADES, SENSORS, Settings
 
 if TYPE_CHECKING:
     from ehsid.harness.validation.scoring.score import Score
@@ -112,6 +112,10 @@ def gap_check_command(
             help="only cases with one effect, diagnosed without it: no other one must be named",
         ),
     ] = None,
+    excitations: Annotated[
+        str | None,
+        typer.Option(help=f"of grade wide: {', '.join(EXCITATIONS)}; default: all"),
+    ] = None,
     workers: Workers = None,
     dask: Dask = None,
     as_json: AsJson = False,
@@ -135,6 +139,7 @@ def gap_check_command(
         "sensors": sensors,
         "seconds": seconds,
         "exclude_truth": exclude_truth,
+        "excitations": excitations,
     }
     with result_folder(out, "gap-check", FILES) as folder:
         try:

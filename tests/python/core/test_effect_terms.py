@@ -153,14 +153,18 @@ def test_an_effect_tells_all_that_is_asked_of_it(effect: ehsid.EffectInfo) -> No
     "effect", [one for one in ehsid.effects() if one.contains], ids=lambda effect: effect.id
 )
 def test_a_law_that_contains_another_becomes_it(effect: ehsid.EffectInfo) -> None:
-    """Grown from the simpler law, it has the force of that law within a half."""
+    """Grown from the simpler law, it has the force of that law within a half, and its start fits."""
     assert effect.contains is not None
     simple = effects()[effect.contains].starts(MACHINE)[0]
-    grown = effect.grown(simple, MACHINE)
-    again = effect.simplified(grown)
-    assert again.keys() == simple.keys()
-    for name, size in simple.items():
-        assert again[name] == pytest.approx(size, rel=0.5)
+    starts = effect.grown(simple, MACHINE)
+    assert starts
+    for grown in starts:
+        again = effect.simplified(grown)
+        assert again.keys() == simple.keys()
+        for name, size in simple.items():
+            assert again[name] == pytest.approx(size, rel=0.5)
+        for larger, smaller in effect.not_below:
+            assert grown[larger] >= grown[smaller]
 
 
 SPEEDS = np.linspace(-0.5, 0.5, 101)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Steady states, sensitivities, alignment, many runs at once, and wrong arguments."""
 
+from typing import Any
+
 import numpy as np
 import plant_runs as runs
 import pytest
@@ -168,6 +170,33 @@ def test_sensitivities_are_the_slopes_of_the_simulation(name: str) -> None:
         assert scale > 0.0
         difference = np.abs(partials[0, :, 0, j] - slope[:, j])
         # Where a clamp or a reversal falls between the shifted runs single samples differ.
+        assert np.quantile(difference, 0.9) < 1e-3 * scale, OUTPUTS[j]
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.003, 0.0045])
+def test_a_delay_of_whole_steps_has_the_slope_towards_longer_ones(delay_s: float) -> None:
+    """A fit that starts at such a delay, or steps onto one, must not take it for the best one.
+
+    Steps of integration take a quarter of the sampling time.
+    """
+    name = "effects.transport_delay.delay_s"
+    command = runs.steps(4, 60, 10, 6.0)
+    index = runs.NAMES.index(name)
+
+    def run(delay: float, **options: Any) -> Any:
+        values = runs.vector(typical() | {name: delay})
+        return ehsid.simulate_plant("ehs", values, command, dt_s=runs.DT_S, substeps=4, **options)
+
+    outputs, partials = run(delay_s, varied=[index])
+    # One-sided differences of second order; the outputs are smooth up to the next whole step.
+    step = 1e-6
+    here, near, far = (run(delay_s + k * step)[0][0] for k in (0, 1, 2))
+    slope = (-3.0 * here + 4.0 * near - far) / (2.0 * step)
+    np.testing.assert_allclose(outputs[0], here, rtol=1e-12, atol=1e-12)
+    for j in range(4):
+        scale = np.max(np.abs(slope[:, j]))
+        assert scale > 0.0
+        difference = np.abs(partials[0, :, 0, j] - slope[:, j])
         assert np.quantile(difference, 0.9) < 1e-3 * scale, OUTPUTS[j]
 
 

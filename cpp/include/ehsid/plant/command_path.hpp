@@ -21,14 +21,20 @@ class CommandPath {
 
   void push(const Scalar& command) { commands_.push_back(command); }
 
-  /// Mean of the delayed command over [from, from + length), in samples; length <= 1.
+  /// Mean of the delayed command over [from, from + length), in samples; length <= 1. Where an interval begins with a
+  /// sample, the derivative by the delay is that for a longer one: a multiple of the integration step must not hide the
+  /// delay from a fit.
   Scalar mean(double from, double length) const {
     const Scalar begin = from - delay_;
     // Rounding must not put the edge of an interval into the sample before.
-    const double index = std::floor(value_of(begin) + 1e-9);
+    const double index = std::floor(value_of(begin) + kRounding);
     const Scalar until_next = index + 1.0 - begin;
     const auto k = static_cast<std::ptrdiff_t>(index);
-    if (value_of(until_next) >= length - 1e-9) {
+    if (value_of(begin) - index < kRounding) {
+      const Scalar before = (value_of(begin) - begin) * (1.0 / length);  // zero, but for its derivative
+      return at(k) + (at(k - 1) - at(k)) * before;
+    }
+    if (value_of(until_next) >= length - kRounding) {
       return at(k);
     }
     const Scalar share = until_next / length;
@@ -36,6 +42,8 @@ class CommandPath {
   }
 
  private:
+  static constexpr double kRounding = 1e-9;
+
   Scalar at(std::ptrdiff_t k) const {
     return k < 0 ? Scalar(0.0) : commands_[static_cast<std::size_t>(k)];
   }

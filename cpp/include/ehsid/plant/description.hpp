@@ -36,7 +36,7 @@ struct EffectDescription {
   /// Empty where the effect contains no other.
   std::function<SizeVector(const SizeVector&)> simplified;
   std::function<SizeVector(const SizeVector&)> same;
-  std::function<SizeVector(const SizeVector&, const MachineScale&)> grown;
+  std::function<std::vector<SizeVector>(const SizeVector&, const MachineScale&)> grown;
 };
 
 namespace detail {
@@ -124,7 +124,12 @@ EffectDescription describe() {
       return vector_of(Effect::same(sizes_of<kSimplerSize<Effect, kSize>>(simple)));
     };
     all.grown = [](const SizeVector& simple, const MachineScale& machine) {
-      return vector_of(Effect::grown(sizes_of<kSimplerSize<Effect, kSize>>(simple), machine));
+      std::vector<SizeVector> all_sizes;
+      for (const auto& sizes :
+           Effect::grown(sizes_of<kSimplerSize<Effect, kSize>>(simple), machine)) {
+        all_sizes.push_back(vector_of(sizes));
+      }
+      return all_sizes;
     };
   }
   return all;

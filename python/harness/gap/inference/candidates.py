@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.keys import ParameterKey, sizes_of
+from ehsid.harness.catalogue.keys import ParameterKey, effect_values, sizes_of
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.inference.gap_reduction import WindowSums, window_sums
 from ehsid.harness.gap.model.case import Case
@@ -253,21 +253,30 @@ def screen(case: Case, effects: tuple[str, ...], fit_starts: Sequence[FitStart])
     )
 
 
-def grown_from(case: Case, simpler: FittedCandidate, effect: str) -> FittedCandidate:
-    """Makes a short fit of an effect that starts from a simpler law, the last effect of `simpler`.
+def grown_from(case: Case, simpler: FittedCandidate, effects: tuple[str, ...]) -> FittedCandidate:
+    """Makes a short fit of a set of which a simpler law was fitted.
 
     The minimum of the cost is much narrower than that of the simpler law, and near it.
+
+    effects: those of `simpler`, with one law in place of the simpler one that it contains.
     """
-    *others, simpler_effect = simpler.effects
-    effects = (*others, effect)
-    start = catalogue()[effect].grown(
-        sizes_of(simpler_effect, simpler.values), machine_scale(case.rig)
-    )
-    parameters = effect_parameters(effect, start, case.rig.plant)
-    count = len(catalogue()[simpler_effect].parameters)
-    start_x = np.concatenate([simpler.x[:-count], [x for _, x in parameters]])
+    problem = case.problem(effects)
+    (effect,) = set(effects) - set(simpler.effects)
+    contained = catalogue()[effect].contains
+    assert contained is not None
+    names = [parameter.name for parameter in problem.parameters]
+    starts = []
+    for sizes in catalogue()[effect].grown(
+        sizes_of(contained, simpler.values), machine_scale(case.rig)
+    ):
+        values = {**simpler.values, **effect_values(effect, sizes)}
+        starts.append(np.array([p.place(values[p.name]) for p in problem.parameters]))
+    # All starts share the sensitivities of the rig and of the effects before the law.
+    own = next(i for i, name in enumerate(names) if ParameterKey(name).effect == effect)
+    shared = problem.linear(starts[0]).leading(own)
+    descents = [descent(problem, x, shared) for x in starts]
     return _evaluate(
-        case, effects, fit(case.problem(effects), start_x, iterations=ITERATIONS_SCREEN)
+        case, effects, best_of(descents, iterations=ITERATIONS_SCREEN, kept=STARTS_KEPT)
     )
 
 

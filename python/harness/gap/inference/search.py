@@ -105,10 +105,9 @@ def search(
     restarts = [candidate.x[:rig_size] for candidate in single_effects[:2]]
     restarted = run_together([partial(refine, case, (), x) for x in restarts])
     calibrated = min([calibrated, *restarted], key=lambda candidate: candidate.cost)
-    refined = [
-        *single_effects,
-        *run_together(_simpler_law_tasks(case, effect_ids, single_effects, single_effects)),
-    ]
+    simpler = run_together(_simpler_law_tasks(case, effect_ids, single_effects, single_effects))
+    single_effects = _grown_again(case, single_effects, [*single_effects, *simpler])
+    refined = [*single_effects, *simpler]
     front = single_effects
     for count in range(2, MOST_EFFECTS + 1):
         if above_floor(case, min([calibrated, *refined], key=_held_out_cost)) < AT_FLOOR:
@@ -129,6 +128,7 @@ def search(
                 *_simpler_law_tasks(case, effect_ids, grown, [*grown, *refined]),
             ]
         )
+        grown = _grown_again(case, grown, [*grown, *refined, *reduced])
         refined += [*grown, *reduced]
         best_smaller = min(
             (candidate for candidate in refined if len(candidate.effects) < count),
@@ -196,7 +196,7 @@ def _screen_extensions(
     found = dict(zip(tasks, run_together(list(tasks.values()), progress), strict=True))
     grown = run_together(
         [
-            partial(grown_from, case, found[simpler_set], effect_set[-1])
+            partial(grown_from, case, found[simpler_set], effect_set)
             for effect_set, simpler_set in simpler_laws.items()
         ]
     )
@@ -276,6 +276,36 @@ def _simpler_law_tasks(
             x = np.concatenate([restrict(case, candidate, others), sizes])
             tasks.append(partial(refine, case, (*others, simpler), x))
     return tasks
+
+
+def _grown_again(
+    case: Case, candidates: Sequence[FittedCandidate], fitted: Sequence[FittedCandidate]
+) -> list[FittedCandidate]:
+    """Fits sets again from their simpler laws where a short fit from there ends ahead.
+
+    The cost has several minima in the values of a law that contains another, and the long fit of
+    the simpler law is nearer to the lowest one than the short fit from which the set came. The
+    order of the candidates stays.
+    """
+    by_set = {frozenset(candidate.effects): candidate for candidate in fitted}
+    tasks = []
+    for candidate in candidates:
+        for effect in candidate.effects:
+            contained = effects()[effect].contains
+            simpler_set = frozenset(candidate.effects) - {effect} | {contained}
+            if contained is not None and simpler_set in by_set:
+                simpler = by_set[simpler_set]
+                tasks.append(partial(grown_from, case, simpler, candidate.effects))
+    best = {frozenset(candidate.effects): candidate for candidate in candidates}
+    ahead = [
+        short
+        for short in run_together(tasks)
+        if short.cost < best[frozenset(short.effects)].cost - BEHIND_NATS
+    ]
+    for longer in run_together([partial(refine, case, each.effects, each.x) for each in ahead]):
+        effect_set = frozenset(longer.effects)
+        best[effect_set] = min(best[effect_set], longer, key=lambda each: each.cost)
+    return list(best.values())
 
 
 def never_behind(case: Case, candidates: Sequence[FittedCandidate]) -> list[FittedCandidate]:

@@ -14,6 +14,7 @@ from scipy.signal import savgol_filter
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import CHANNELS
+from ehsid.harness.gap.data.rounding import rounding_errors
 from ehsid.harness.gap.thresholds import BLOCK_S, BLOCKS_TURN, SKIP_S, WINDOW_S
 from ehsid.harness.records import Record
 from ehsid.harness.simulation.windows import (
@@ -78,6 +79,11 @@ class Compared:
     def seconds(self) -> float:
         """Total duration of the samples inside windows, s."""
         return float(self.size) * self.dt_s
+
+    @cached_property
+    def rounding(self) -> Mapping[str, FloatArray]:
+        """Rounding errors of the compared outputs, by name, shape (N,) each."""
+        return {name: rounding_errors(samples) for name, samples in self.outputs.items()}
 
     @cached_property
     def size(self) -> int:

@@ -84,6 +84,14 @@ class Linear:
             self._grams[name] = np.block([[self._product(a, b) for b in parts] for a in parts])
         return self._grams[name]
 
+    def leading(self, count: int) -> Linear:
+        """Returns the exact sensitivities of the first `count` parameters, with the same errors."""
+        leading = Linear(self._spectrum, self.errors, {})
+        for name, parts in self._exact.items():
+            leading._exact[name] = (np.hstack(parts)[:, :count],)
+            leading._grams[name] = self.gram(name)[:, :count, :count]
+        return leading
+
     def joined(self, errors: Mapping[str, FloatArray], slopes: Mapping[str, FloatArray]) -> Linear:
         """Returns the exact sensitivities of this point with those of m further parameters.
 

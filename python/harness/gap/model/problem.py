@@ -111,12 +111,21 @@ class Problem:
         independent = np.minimum(INDEPENDENT * self.spectrum.windows, self.spectrum.sizes)
         likelihoods = {}
         for name in self.outputs:
-            measured = self.spectrum.transform(
-                [record.inside(record.outputs[name]) for record in self.records],
-                differences=name == CENTRED,
+            differences = name == CENTRED
+            motion, rounding = (
+                self.spectrum.powers(
+                    self.spectrum.transform(
+                        [record.inside(signals[name]) for record, signals in of_records],
+                        differences=differences,
+                    )
+                )
+                for of_records in (
+                    [(record, record.outputs) for record in self.records],
+                    [(record, record.rounding) for record in self.records],
+                )
             )
-            noise = self.floors[name] ** 2 * self.spectrum.noise_gain(differences=name == CENTRED)
-            motion = self.spectrum.powers(measured)
+            white = self.floors[name] ** 2 * self.spectrum.noise_gain(differences=differences)
+            noise = np.maximum(white, rounding)
             tolerated = noise + self._tolerance() ** 2 * motion + self._least(name, motion)
             likelihoods[name] = OutputLikelihood(self.spectrum, independent, tolerated, self.white)
         return likelihoods

@@ -51,6 +51,7 @@ def making_tasks(folder: Path, settings: Settings) -> Sequence[Making]:
     from ehsid.harness.validation.reality.batch import write_drawn_case
     from ehsid.harness.validation.reality.case import Sensors
     from ehsid.harness.validation.reality.effects import CATALOGUE
+    from ehsid.harness.validation.reality.excitation import ExcitationSet
     from ehsid.harness.validation.reality.structure import Grade
 
     ids = [
@@ -68,6 +69,7 @@ def making_tasks(folder: Path, settings: Settings) -> Sequence[Making]:
             sensors=cast(Sensors | None, settings.sensors),
             seconds=settings.seconds,
             transfer=folder / TRANSFER,
+            among=cast(ExcitationSet, settings.excitations),
         )
         for i in range(settings.count)
     ]

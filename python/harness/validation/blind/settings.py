@@ -9,6 +9,9 @@ from typing import Any
 
 SENSORS = ("position", "pressures", "pressures+supply", "pressures+supply+spool")
 GRADES = ("plain", "hard", "confusable", "slow", "wide")
+# Sets of excitations of the grade `wide`. Constants that are fitted on one set can be judged on the
+# other.
+EXCITATIONS = ("all", "training", "validation")
 
 # Number of case seeds that belong to one check; no case seed belongs to two checks.
 SEEDS = 100_000
@@ -34,6 +37,8 @@ class Settings:
         length of each record, s; None: drawn for each case, 8 to 20 s (slow ones: 30 to 60 s).
     exclude_truth
         whether each case has one effect of the catalogue that the diagnosis must leave out.
+    excitations
+        set of which the excitations are drawn; other sets than "all" need grade `wide` alone.
     """
 
     seed: int = 1
@@ -42,6 +47,7 @@ class Settings:
     sensors: str | None = None
     seconds: float | None = None
     exclude_truth: bool = False
+    excitations: str = "all"
 
     def __post_init__(self) -> None:
         problem = self._problem()
@@ -65,6 +71,10 @@ class Settings:
                 f"--seconds {self.seconds:g}: expected {LEAST_SECONDS:g} to {MOST_SECONDS:g}; "
                 "without it lengths of 8 to 20 s are drawn"
             )
+        if self.excitations not in EXCITATIONS:
+            return f"--excitations '{self.excitations}': expected one of {', '.join(EXCITATIONS)}"
+        if self.excitations != "all" and self.grades != ("wide",):
+            return f"--excitations {self.excitations}: only grade 'wide' has sets; add --grade wide"
         return None
 
     def with_given(self, given: Mapping[str, Any]) -> Settings:

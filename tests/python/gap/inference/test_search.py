@@ -13,6 +13,7 @@ from ehsid.harness.gap.inference.candidates import (
     FittedCandidate,
     calibrate,
     decision_case,
+    grown_from,
     linearised_start,
     refine,
     screen,
@@ -20,6 +21,7 @@ from ehsid.harness.gap.inference.candidates import (
 from ehsid.harness.gap.inference.gap_reduction import WindowSums
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.inference.search import (
+    _grown_again,
     _screen_extensions,
     candidate_effects,
     never_behind,
@@ -394,6 +396,30 @@ def test_a_law_that_improves_on_the_way_is_passed_on_to_the_one_that_contains_it
         found = never_behind(calm, fitted)
     assert started == [((), coulomb), (coulomb, stribeck)]
     assert [each.cost for each in found] == [50.0, 10.0, 9.0]
+
+
+STRIBECK = {
+    "effects.stribeck_friction.coulomb_n": 250.0,
+    "effects.stribeck_friction.static_n": 400.0,
+    "effects.stribeck_friction.stribeck_velocity_m_s": 0.015,
+}
+
+
+def test_a_law_in_a_wrong_minimum_starts_again_from_its_simpler_law() -> None:
+    case = made.case_of({**made.OFF, **STRIBECK})
+    with workers(1):
+        simple = refine(case, ("coulomb_friction",), _far_off(case, ("coulomb_friction",)).x)
+        far = _far_off(case, ("stribeck_friction",))
+        other = replace(_fitted(case), effects=("valve_dead_band",))
+        short = grown_from(case, simple, ("stribeck_friction",))
+        found, same = _grown_again(case, [far, other], [far, other, simple])
+        assert _grown_again(case, [far], [far]) == [far]  # without the simpler law
+        assert _grown_again(case, [found], [found, simple]) == [found]
+    assert same is other
+    assert short.cost < simple.cost < far.cost
+    assert found.cost <= short.cost
+    for name, size in STRIBECK.items():
+        assert found.values[name] == pytest.approx(size, rel=0.1), name
 
 
 def test_screening_costs_what_its_candidates_cost(

@@ -43,8 +43,8 @@ struct LoadSpring : Effect<Scalar> {
   static constexpr const char* kContains = "load_force";
   static constexpr Sizes<1> simplified(const Sizes<2>& size) { return {size[1]}; }
   static constexpr Sizes<2> same(const Sizes<1>& simple) { return {0.0, simple[0]}; }
-  static Sizes<2> grown(const Sizes<1>& simple, const MachineScale& machine) {
-    return {0.3 * std::abs(simple[0]) / reach(machine, kUnknownStroke), simple[0]};
+  static std::array<Sizes<2>, 1> grown(const Sizes<1>& simple, const MachineScale& machine) {
+    return {{{0.3 * std::abs(simple[0]) / reach(machine, kUnknownStroke), simple[0]}}};
   }
   static double reach(const MachineScale& machine, double unknown) {
     return std::isnan(machine.stroke_m) ? unknown : machine.stroke_m;

@@ -59,8 +59,15 @@ struct StribeckFriction : Effect<Scalar> {
   static constexpr Sizes<3> same(const Sizes<1>& simple) {
     return {simple[0], simple[0], kTypicalVelocity};
   }
-  static constexpr Sizes<3> grown(const Sizes<1>& simple, const MachineScale& /*machine*/) {
-    return {simple[0], 1.5 * simple[0], kTypicalVelocity};
+  /// The fit of a constant friction lies between friction at rest and at speed, and nearer to the one that the motion
+  /// shows more of.
+  static constexpr std::array<Sizes<3>, 4> grown(const Sizes<1>& simple,
+                                                 const MachineScale& /*machine*/) {
+    const double force = simple[0];
+    return {{{force, 1.2 * force, kTypicalVelocity},
+             {0.7 * force, 1.2 * force, kTypicalVelocity},
+             {0.7 * force, 1.2 * force, 4.0 * kTypicalVelocity},
+             {force, 1.5 * force, 0.25 * kTypicalVelocity}}};
   }
 
   Scalar friction(const Scalar& speed) const {
