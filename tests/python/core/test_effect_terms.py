@@ -153,7 +153,7 @@ def test_an_effect_tells_all_that_is_asked_of_it(effect: ehsid.EffectInfo) -> No
     "effect", [one for one in ehsid.effects() if one.contains], ids=lambda effect: effect.id
 )
 def test_a_law_that_contains_another_becomes_it(effect: ehsid.EffectInfo) -> None:
-    """Grown from the simpler law, it has the force of that law within a half, and its start fits."""
+    """Grown from the simpler law, it has the force of that law within a half."""
     assert effect.contains is not None
     simple = effects()[effect.contains].starts(MACHINE)[0]
     starts = effect.grown(simple, MACHINE)

@@ -292,9 +292,10 @@ def _grown_again(
     for candidate in candidates:
         for effect in candidate.effects:
             contained = effects()[effect].contains
-            simpler_set = frozenset(candidate.effects) - {effect} | {contained}
-            if contained is not None and simpler_set in by_set:
-                simpler = by_set[simpler_set]
+            if contained is None:
+                continue
+            simpler = by_set.get(frozenset(candidate.effects) - {effect} | {contained})
+            if simpler is not None:
                 tasks.append(partial(grown_from, case, simpler, candidate.effects))
     best = {frozenset(candidate.effects): candidate for candidate in candidates}
     ahead = [
