@@ -334,9 +334,9 @@ DESIGN_PRESSURE_NOISE = 1e-3
 # diagnosis.
 DESIGN_ITERATIONS = 4
 DESIGN_FINALISTS = 6
-# A difference of ten in log-likelihood gives odds of 20,000 to 1 if the windows are as independent
-# as assumed, and still 150 to 1 if only half of them are.
-SEPARATED_NATS = 10.0
+# Evidence for a name: odds of 150 to 1. A set is named in full where the odds are below ten to one,
+# so that half of this evidence would do.
+SEPARATED_NATS = 5.0
 # The best candidate must explain its own record: its errors of integration must stay below a
 # hundredth of the motion, or below the noise.
 DESIGN_ERROR = 0.01

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Log-likelihood by which a record separates candidates after each of them is fitted to it."""
+"""Evidence by which a record separates candidates after each of them is fitted to it."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from scipy.stats import norm
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.keys import sizes_of
 from ehsid.harness.catalogue.parameters import effects as catalogue
+from ehsid.harness.gap.deciding import EVIDENCE
 from ehsid.harness.gap.model.comparison import Compared, compare
 from ehsid.harness.gap.model.fit import fit
+from ehsid.harness.gap.model.likelihood import OutputLikelihood
 from ehsid.harness.gap.model.parameters import Parameter, calibration_parameters, effect_parameters
 from ehsid.harness.gap.model.problem import Problem
 from ehsid.harness.gap.thresholds import (
     DESIGN_ERROR,
-    INDEPENDENT_HZ,
     ITERATIONS,
     SEPARATED_NATS,
     SUBSTEPS,
@@ -38,10 +39,9 @@ class Separation:
     Attributes
     ----------
     nats
-        log-likelihood over all windows by which the candidate, fitted to the record, is below the
-        best candidate.
+        evidence by which the candidate, fitted to the record, is below the best candidate.
     deviation
-        standard deviation of this sum, nats, by the scatter over the windows and by the noise.
+        its standard deviation, nats, by the scatter over the windows and by the noise.
     """
 
     nats: float
@@ -49,9 +49,9 @@ class Separation:
 
     @property
     def power(self) -> float:
-        """Probability that the log-likelihood difference exceeds SEPARATED_NATS.
+        """Probability that the evidence exceeds SEPARATED_NATS.
 
-        P = Phi((nats - SEPARATED_NATS) / deviation), because a sum over windows is nearly normal.
+        P = Phi((nats - SEPARATED_NATS) / deviation), because a mean over windows is nearly normal.
         """
         if self.deviation <= 0.0:
             return float(self.nats > SEPARATED_NATS)
@@ -78,18 +78,17 @@ def separations(
     *,
     iterations: int = ITERATIONS,
 ) -> list[Separation]:
-    """Computes the log-likelihood by which a record separates each candidate from the best one.
+    """Computes the evidence by which a record separates each candidate from the best one.
 
-    All candidates are fitted to the record. With the mean square ms_w of the errors in window w,
-    the mean square ms over all windows, and the noise floor f:
+    All candidates are fitted to the record. With the powers P_b of the errors in band b, the
+    tolerated powers t_b and the numbers n_b of independent coefficients, see `likelihood`, the
+    evidence is that of the decision:
 
-        nats = sum_w sum_outputs (n_w / 2) (ms_w(other) - ms_w(best)) / v,
-        v = (ms(other) + ms(best)) / 2 + 2 f^2,
+        nats = EVIDENCE sum_b (n_b / 2) ln((P_b(other) + t_b) / (P_b(best) + t_b)) / sum_b n_b
 
-    The record is a simulation of the best candidate. The sum is the difference of the cost
-    (n / 2) ln(ms + f^2), on records with noise of standard deviation f, to first order about the
-    mean of both ms. Its variance is the sum of the variance over windows and the variance by noise,
-    n_w |ms_w(other) - ms_w(best)| f^2 / v^2.
+    over all outputs. The record is a simulation without noise; t_b includes the power of noise.
+    The variance of `nats` is that of its mean over the windows, with the logarithm linearised, and
+    that of the products of errors and noise: such a product has the mean square P_b t_b at most.
 
     A candidate that contains the best one can always reproduce its outputs. The question is then
     whether the best one can reproduce those of the larger candidate. The record is therefore
@@ -109,19 +108,18 @@ def separations(
         largest number of steps of each fit.
     """
     best, compared = candidates[0], compare(record)
-    errors = _fitted_errors(rig, best, compared, floors, iterations)
+    of_best = _fitted(rig, best, compared, floors, iterations)
     results = []
     for other in candidates[1:]:
         if contains(other[0], best[0]):
             replayed = compare(_replayed(rig, other, record))
             pair = [
-                _fitted_errors(rig, candidate, replayed, floors, iterations)
-                for candidate in (other, best)
+                _fitted(rig, candidate, replayed, floors, iterations) for candidate in (other, best)
             ]
             results.append(_separation(replayed, floors, *pair))
         else:
-            fitted = _fitted_errors(rig, other, compared, floors, iterations)
-            results.append(_separation(compared, floors, errors, fitted))
+            fitted = _fitted(rig, other, compared, floors, iterations)
+            results.append(_separation(compared, floors, of_best, fitted))
     return results
 
 
@@ -141,14 +139,33 @@ def _replayed(rig: Rig, candidate: CandidateModel, record: Record) -> Record:
     ).record
 
 
-def _fitted_errors(
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    """A candidate after its fit to a record.
+
+    Attributes
+    ----------
+    likelihoods
+        likelihood by output.
+    rms
+        root mean square error by output, in the unit of the output.
+    powers
+        mean squared coefficients by window, output and band, shape (W, outputs, BANDS).
+    """
+
+    likelihoods: Mapping[str, OutputLikelihood]
+    rms: Mapping[str, float]
+    powers: FloatArray
+
+
+def _fitted(
     rig: Rig,
     candidate: CandidateModel,
     compared: Compared,
     floors: Mapping[str, float],
     iterations: int,
-) -> dict[str, FloatArray]:
-    """Errors inside the windows after a fit that starts at the values of a candidate, by output."""
+) -> _Fitted:
+    """Fits a candidate from its values."""
     parameters, x = parameters_of(rig, candidate)
     problem = Problem(
         rig,
@@ -159,33 +176,42 @@ def _fitted_errors(
         substeps=SUBSTEPS,
         fixed=dict(candidate[1]),
     )
-    return problem.errors(fit(problem, x, iterations=iterations).x)
+    simulated = problem.simulate(fit(problem, x, iterations=iterations).x)
+    sums = problem.window_powers(problem.coefficients_of(simulated))
+    in_window = np.maximum(problem.spectrum.sizes / problem.spectrum.windows, 1.0)
+    errors = problem.errors_of(simulated)
+    return _Fitted(
+        problem.likelihoods, {name: _rms(errors[name]) for name in errors}, sums / in_window
+    )
 
 
 def _separation(
-    compared: Compared,
-    floors: Mapping[str, float],
-    best: Mapping[str, FloatArray],
-    other: Mapping[str, FloatArray],
+    compared: Compared, floors: Mapping[str, float], best: _Fitted, other: _Fitted
 ) -> Separation:
     if any(
-        _rms(best[name]) > _largest_acceptable_error(compared, name, floor)
+        best.rms[name] > _largest_acceptable_error(compared, name, floor)
         for name, floor in floors.items()
     ):
         # The integration steps of the fits are too long for this record. It has no information.
         return Separation(0.0, 0.0)
-    number = compared.window[compared.used]
-    counts = np.bincount(number)
-    n_w = INDEPENDENT_HZ * compared.dt_s * counts
-    gains, noise = np.zeros(counts.size), 0.0
-    for name, floor in floors.items():
-        squares = [np.bincount(number, errors[name] ** 2) for errors in (best, other)]
-        v = 0.5 * float(squares[0].sum() + squares[1].sum()) / number.size + 2.0 * floor**2
-        increase = (squares[1] - squares[0]) / counts
-        gains += 0.5 * n_w * increase / v
-        noise += float(np.sum(n_w * np.abs(increase))) * floor**2 / v**2
-    scatter = gains.size * float(np.var(gains, ddof=1)) if gains.size > 1 else 0.0
-    return Separation(float(gains.sum()), float(np.sqrt(scatter + noise)))
+    windows = best.powers.shape[0]
+    likelihoods = best.likelihoods.values()
+    scale = EVIDENCE / sum(float(likelihood.counts.sum()) for likelihood in likelihoods)
+    nats, by_window, noise = 0.0, np.zeros(windows), 0.0
+    for place, likelihood in enumerate(likelihoods):
+        half, tolerated = 0.5 * scale * likelihood.counts, likelihood.tolerated
+        for fitted, sign in ((other, 1.0), (best, -1.0)):
+            powers = fitted.powers[:, place]
+            mean = powers.mean(axis=0)
+            total = mean + tolerated
+            nats += sign * float(half @ np.log(total))
+            # d (n / 2) ln(P + t) = (n / 2) dP / (P + t)
+            by_window += sign * powers @ (half / total)
+            # P changes by 2 mean(c e), of variance 4 P t / R, with noise e and R coefficients c.
+            variance = 4.0 * mean * tolerated / np.maximum(likelihood.spectrum.sizes, 1.0)
+            noise += float((half / total) ** 2 @ variance)
+    scatter = float(np.var(by_window, ddof=1)) / windows if windows > 1 else 0.0
+    return Separation(nats, float(np.sqrt(scatter + noise)))
 
 
 def _rms(errors: FloatArray) -> float:

@@ -10,6 +10,7 @@ from scipy.stats import norm
 from ehsid.harness.excitation import multisine
 from ehsid.harness.gap import fit
 from ehsid.harness.gap.data.floor import NoiseFloor
+from ehsid.harness.gap.deciding import EVIDENCE
 from ehsid.harness.gap.design.menu import MENU, simulate_experiment
 from ehsid.harness.gap.design.next_experiment import next_experiment, runnable
 from ehsid.harness.gap.model.comparison import compare
@@ -49,7 +50,7 @@ DELAY = explanation("transport_delay", delay_s=0.004)
 LAG = explanation("valve_lag", bandwidth_hz=0.8 / np.pi / 0.004, damping=0.8)
 LEAKAGE = explanation("internal_leakage", coefficient_m3_s_pa=2e-12)
 BIAS = explanation("valve_null_bias", offset=0.002)
-COULOMB = explanation("coulomb_friction", force_n=100.0)
+COULOMB = explanation("coulomb_friction", force_n=200.0)
 DEAD_BAND = explanation("valve_dead_band", overlap=0.004)
 DROOP = explanation(
     "supply_droop", source_resistance_pa_s_m3=1e9, accumulator_capacitance_m3_pa=1e-11
@@ -129,11 +130,12 @@ def test_the_next_experiment_separates_what_a_smooth_small_record_cannot(
     np.testing.assert_allclose(
         run.column("position_m"), experiment.record.column("position_m"), atol=6.0 * NOISE_M
     )
-    costs = []
+    costs, independent = [], 0.0
     for explained in (best, other):
         problem, x = problem_of(explained, run)
-        costs.append(problem.fit_cost(problem.errors(fit(problem, x, iterations=20).x)))
-    assert costs[1] - costs[0] > SEPARATED_NATS
+        costs.append(problem.fit_cost(problem.coefficients(fit(problem, x, iterations=20).x)))
+        independent = float(problem.likelihoods["position_m"].counts.sum())
+    assert EVIDENCE * (costs[1] - costs[0]) / independent > SEPARATED_NATS
 
 
 @pytest.mark.slow
