@@ -34,6 +34,7 @@ EFFECTS = tuple(
     for name in catalogue()
     if name not in (*FRICTION, "load_force", "load_spring", "sensor_quantisation")
 )
+SIZE = Estimate(2.0, 1.0, 3.0)
 SEALS = ("LuGre", "Dahl", "Bouc-Wen")
 
 
@@ -81,7 +82,12 @@ def answered(
                 one,
                 kind=kind,
                 truth=truth,
-                sizes=tuple(Size(effect, "size", bool(rng.random() < 0.9)) for effect in truth),
+                sizes=tuple(
+                    Size(
+                        effect, "size", Estimate(2.0, 1.0, 3.0), 1.5 if rng.random() < 0.9 else 4.0
+                    )
+                    for effect in truth
+                ),
                 promises=(Promised("of_explainable", Estimate(0.9, 0.8, 1.0), realised),),
             )
         )

@@ -63,10 +63,13 @@ def test_what_is_missed_is_marked(found: Calibration) -> None:
     assert 1 in sets_table(sets).marked
     families = (replace(found.families[0], coverage=missed), *found.families[1:])
     assert 0 in families_table(families).marked
-    of_sizes = found.intervals[0].figures[0]
-    held = replace(of_sizes, value=0.9, low=0.86, high=0.94)
-    not_held = replace(of_sizes, value=0.5, low=0.4, high=0.6)
-    both = replace(found.intervals[0], figures=(held, not_held))
+    of_sizes = found.intervals[0].each[0]
+    held = replace(of_sizes.in_use, value=0.9, low=0.86, high=0.94)
+    not_held = replace(of_sizes.in_use, value=0.5, low=0.4, high=0.6)
+    both = replace(
+        found.intervals[0],
+        each=(replace(of_sizes, in_use=held), replace(of_sizes, in_use=not_held)),
+    )
     assert list(intervals_table([both]).marked) == [1]
 
 

@@ -30,11 +30,12 @@ class WeighedSet:
 
 @dataclass(frozen=True)
 class Size:
-    """A parameter of a rightly named effect: whether its 90 % interval holds the truth."""
+    """A parameter of a rightly named effect: its estimate with a 90 % interval, and its truth."""
 
     effect: str
     parameter: str
-    inside: bool
+    estimate: Estimate
+    true: float
 
 
 @dataclass(frozen=True)

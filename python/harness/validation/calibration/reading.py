@@ -138,18 +138,21 @@ def read_case(out: Path, name: str, answer: Answer) -> Machine | str:
         sets=sets,
         families={"excitation": "+".join(sorted(answer.excitation)), **answer.families},
         sizes=tuple(
-            Size(error.of, error.parameter, error.inside)
+            Size(error.of, error.parameter, _of(error.estimate), _rounded(error.true))
             for error in effect_errors([case])
-            if error.of != QUANTISATION
+            if error.of != QUANTISATION and _is_finite(error.estimate)
         ),
         promises=tuple(
             Promised(measure, _of(promise.predicted), _rounded(promise.realised.value))
             for measure, of in zip(MEASURES, promises([case]), strict=True)
             for promise in of.each
-            if all(map(math.isfinite, (promise.predicted.low, promise.predicted.high)))
-            and math.isfinite(promise.realised.value)
+            if _is_finite(promise.predicted) and math.isfinite(promise.realised.value)
         ),
     )
+
+
+def _is_finite(estimate: Estimate) -> bool:
+    return all(map(math.isfinite, (estimate.value, estimate.low, estimate.high)))
 
 
 def _of(estimate: Estimate) -> Estimate:

@@ -96,6 +96,8 @@ class SizeError:
         |estimate - true| / |true|; infinite where only the true value is 0.
     inside
         whether the 90 % interval contains the true value.
+    estimate, true
+        estimate with its 90 % interval, and the true value.
     """
 
     case: str
@@ -104,6 +106,8 @@ class SizeError:
     primary: bool
     relative: float
     inside: bool
+    estimate: Estimate
+    true: float
 
 
 def claims_of(case: ScoredCase) -> tuple[Claim, ...]:
@@ -184,4 +188,5 @@ def _error(
 ) -> SizeError:
     off = abs(estimate.value - true)
     relative = off / abs(true) if true else (math.inf if off else 0.0)
-    return SizeError(case, of, name, primary, relative, estimate.low <= true <= estimate.high)
+    inside = estimate.low <= true <= estimate.high
+    return SizeError(case, of, name, primary, relative, inside, estimate, true)

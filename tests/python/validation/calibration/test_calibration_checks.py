@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,12 +13,22 @@ from made_machines import TRUE, drawn_machines
 from published_schemas import check_file
 
 from ehsid.harness.encoding import json_text
+from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.validation.calibration.checking import Calibration, calibrate
 from ehsid.harness.validation.calibration.choices import choices_of
 from ehsid.harness.validation.calibration.fitting import NAMES
+from ehsid.harness.validation.calibration.intervals import intervals
 from ehsid.harness.validation.calibration.left_out import LEAST_MACHINES, left_out_families
-from ehsid.harness.validation.calibration.machines import Machine
+from ehsid.harness.validation.calibration.machines import (
+    Machine,
+    Promised,
+    Size,
+    WeighedSet,
+)
 from ehsid.harness.validation.calibration.reading import Found
+from ehsid.harness.validation.scoring.reading import SENSORS
+
+NOTHING = (WeighedSet((), 1.0, 0.0),)
 
 
 @pytest.fixture(scope="module")
@@ -64,14 +75,47 @@ def test_fitted_probabilities_are_meant_and_those_in_use_are_not() -> None:
 
 def test_intervals_are_counted_by_class_of_sensors(strange: Calibration) -> None:
     assert [one.measured for one in strange.intervals] == ["pressures", "position only"]
-    figures = [figure for one in strange.intervals for figure in one.figures]
-    assert [figure.words for figure in figures[:3]] == [
+    kinds = [kind for one in strange.intervals for kind in one.each]
+    assert [kind.words for kind in kinds[:3]] == [
         "sizes of effects",
         "shrinkage of the explainable gap",
         "shrinkage from the simulator as configured",
     ]
-    assert sum(figure.n for figure in figures[1::3]) == strange.machines
-    assert sum(figure.n for figure in figures[2::3]) == 0
+    assert sum(kind.in_use.n for kind in kinds[1::3]) == strange.machines
+    assert sum(kind.in_use.n for kind in kinds[2::3]) == 0
+    assert all(kind.low == kind.high == math.inf for kind in kinds[2::3])
+
+
+def test_ends_that_other_machines_have_moved_hold_what_they_promise() -> None:
+    """Truths scatter more than the intervals say; the share that holds is then nine in ten."""
+    rng = np.random.default_rng(3)
+
+    def one(i: int) -> Machine:
+        measured = SENSORS[i % 2]
+        wrong = rng.normal(0.0, 1.0 + i % 2)
+        size = Size("valve_lag", "bandwidth_hz", Estimate(-4.0, -5.0, -3.0), -4.0 * (1.0 + wrong))
+        # Realised shrinkage is skewed: promises are rarely exceeded.
+        promise = Promised("from_nominal", Estimate(0.9, 0.8, 0.95), 0.95 - rng.exponential(0.2))
+        return Machine(f"{i:04d}", "one", "wide", measured, ("valve_lag",), NOTHING,
+                       sizes=(size,), promises=(promise,))  # fmt: skip
+
+    found = intervals([one(i) for i in range(1200)])
+    for number, of_class in enumerate(found):
+        sizes, _, shrinkage = of_class.each
+        for kind in (sizes, shrinkage):
+            assert kind.in_use.value < 0.6
+            # Four standard errors of a share of 0.9 in 600.
+            assert kind.corrected.value == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 600.0))
+        # Distances in shares of the size: the 95 % quantile of a normal error less the quarter.
+        # The quantile of 600 has a standard error of sqrt(0.05 0.95 / 600) / density there.
+        error, deviation = math.sqrt(0.05 * 0.95 / 600.0), 1.0 + number
+        expected = pytest.approx(1.645 * deviation - 0.25, abs=4.0 * error * deviation / 0.103)
+        assert sizes.low == expected
+        assert sizes.high == expected
+        # -ln 0.05 means of 0.2 below 0.95, less what the interval reaches already; none above.
+        expected = pytest.approx(-0.2 * math.log(0.05) - 0.15, abs=4.0 * error / (0.05 / 0.2))
+        assert shrinkage.low == expected
+        assert shrinkage.high < 0.0
 
 
 def test_the_order_of_the_machines_is_nothing(
