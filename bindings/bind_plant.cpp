@@ -7,6 +7,7 @@
 #include <pybind11/typing.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <optional>
 #include <string>
@@ -37,6 +38,49 @@ PlantKind kind_of(const std::string& name) {
     return PlantKind::linear;
   }
   throw py::value_error("plant must be 'ehs', 'axis' or 'linear', got '" + name + "'");
+}
+
+/// Position of a name among others.
+template <std::size_t kCount>
+std::size_t place_of(const char* what, const std::array<const char*, kCount>& names,
+                     const std::string& name) {
+  std::string all;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    if (name == names[i]) {
+      return i;
+    }
+    all += (i == 0 ? "" : ", ") + std::string(names[i]);
+  }
+  throw py::value_error(std::string("tables: ") + what + " must be one of " + all + ", got '" +
+                        name + "'");
+}
+
+using PassedTable = py::typing::Tuple<py::str, py::str, py::object>;
+
+std::vector<plant::TableShape> tables_from(const std::vector<PassedTable>& passed) {
+  std::vector<plant::TableShape> tables;
+  for (const PassedTable& each : passed) {
+    if (each.size() != 3) {
+      throw py::value_error("tables: expected (adds_to, of, knots)");
+    }
+    plant::TableShape table;
+    table.adds_to = static_cast<plant::Equation>(
+        place_of("adds_to", plant::kEquationNames, each[0].cast<std::string>()));
+    table.of = static_cast<plant::Variable>(
+        place_of("of", plant::kVariableNames, each[1].cast<std::string>()));
+    const auto knots = real_array<double>("knots", each[2]);
+    require_shape("knots", knots, 1, -1);
+    table.knots.assign(knots.data(), knots.data() + knots.size());
+    const bool rise =
+        std::adjacent_find(table.knots.begin(), table.knots.end(),
+                           [](double a, double b) { return !(a < b); }) == table.knots.end();
+    if (table.knots.size() < 2 || !rise || !is_finite(table.knots.front()) ||
+        !is_finite(table.knots.back())) {
+      throw py::value_error("tables: knots must be at least two finite numbers that rise");
+    }
+    tables.push_back(std::move(table));
+  }
+  return tables;
 }
 
 void require_finite(const char* name, const InputArray<double>& array) {
@@ -99,8 +143,11 @@ void require_places(const char* name, const std::vector<std::size_t>& places, st
 py::tuple simulate(const std::string& kind, const InputArray<double>& values, const py::object& u,
                    double dt_s, int substeps, const std::vector<std::size_t>& varied,
                    const std::optional<std::vector<std::size_t>>& watched,
-                   const py::object& aligned, std::size_t threads) {
-  const std::size_t count = plant::plant_parameters().size();
+                   const py::object& aligned, std::size_t threads,
+                   const std::vector<PassedTable>& tables) {
+  plant::Simulation shared;
+  shared.tables = tables_from(tables);
+  const std::size_t count = plant::plant_parameters().size() + plant::table_values(shared.tables);
   require_shape("values", values, 2, static_cast<py::ssize_t>(count));
   const auto command = real_array<double>("command", u);
   require_shape("command", command, 1, -1);
@@ -114,7 +161,6 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
   require_sampling_time(dt_s);
   require_range("substeps", substeps, 1, 1000);
   require_places("varied", varied, count, "parameters");
-  plant::Simulation shared;
   shared.kind = kind_of(kind);
   shared.dt = dt_s;
   shared.substeps = substeps;
@@ -228,6 +274,20 @@ void bind_plant(py::module_& m) {
         return names;
       },
       "Names of the outputs in the order in which simulate_plant() and Plant return them.");
+  m.def(
+      "plant_tables",
+      [] {
+        const auto tuple_of = [](const auto& names) {
+          py::typing::Tuple<py::str, py::ellipsis> all(names.size());
+          for (std::size_t i = 0; i < names.size(); ++i) {
+            all[i] = names[i];
+          }
+          return all;
+        };
+        return py::make_tuple(tuple_of(plant::kEquationNames), tuple_of(plant::kVariableNames));
+      },
+      "Names of the equations to which a table can add, and of the variables over which it can be "
+      "given: two tuples.");
   m.def("plant_parameters", &parameters,
         "Everything the plant can be told: a tuple of PlantParameter in the order of `values`.");
   py::class_<SteppedPlant>(m, "Plant",
@@ -282,6 +342,7 @@ ValueError
         py::kw_only(), py::arg("dt_s"), py::arg("substeps") = 2,
         py::arg("varied") = std::vector<std::size_t>{}, py::arg("watched") = py::none(),
         py::arg("aligned") = py::none(), py::arg("threads") = 0,
+        py::arg("tables") = std::vector<PassedTable>{},
         R"(Runs the plant on a logged command, each sample held until the next.
 
 Releases the GIL and runs parameter sets side by side.
@@ -290,7 +351,8 @@ Parameters
 ----------
 plant : "ehs", "axis" or "linear"
 values : array_like, shape (M, P)
-    M sets of parameters in the order of plant_parameters(). Zero switches an effect off.
+    M sets of parameters in the order of plant_parameters(), then the values of the tables. Zero switches an effect
+    off.
 command : array_like, shape (N,)
     V, finite.
 dt_s : float > 0
@@ -306,6 +368,9 @@ aligned : array_like, shape (N, 4), optional
     sample; all else goes on.
 threads : int >= 0
     0 takes as many as there are cores.
+tables : sequence of (adds_to, of, knots)
+    Terms that are added to an equation, linear between rising knots of a variable and constant beyond them; see
+    plant_tables() for the names. Their values follow in `values`, one for each knot.
 
 Returns
 -------

@@ -45,7 +45,7 @@ Kernels avx512_kernels();
 template <class Scalar, class Use>
 void run_with(const Simulation& run, const std::vector<Scalar>& values, const Logged& logged,
               Use use) {
-  ServoPlant<Scalar> plant(run.kind, values, run.dt, run.substeps, logged.samples);
+  ServoPlant<Scalar> plant(run.kind, values, run.dt, run.substeps, logged.samples, run.tables);
   for (std::size_t k = 0; k < logged.samples; ++k) {
     if (logged.aligned != nullptr) {
       std::array<double, kStates> state;

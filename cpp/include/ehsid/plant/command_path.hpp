@@ -24,14 +24,25 @@ class CommandPath {
   /// Mean of the delayed command over [from, from + length), in samples; length <= 1. Where an interval begins with a
   /// sample, the derivative by the delay is that for a longer one: a multiple of the integration step must not hide the
   /// delay from a fit.
-  Scalar mean(double from, double length) const {
-    const Scalar begin = from - delay_;
+  Scalar mean(double from, double length) const { return mean_from(from - delay_, length); }
+
+  /// The same with a further delay, s; the delay of both together is no less than zero.
+  Scalar mean(double from, double length, const Scalar& further, double dt) const {
+    const Scalar delay = delay_ + further * (1.0 / dt);
+    return mean_from(from - (value_of(delay) < 0.0 ? Scalar(0.0) : delay), length);
+  }
+
+ private:
+  static constexpr double kRounding = 1e-9;
+
+  Scalar mean_from(const Scalar& begin, double length) const {
     // Rounding must not put the edge of an interval into the sample before.
     const double index = std::floor(value_of(begin) + kRounding);
     const Scalar until_next = index + 1.0 - begin;
     const auto k = static_cast<std::ptrdiff_t>(index);
     if (value_of(begin) - index < kRounding) {
-      const Scalar before = (value_of(begin) - begin) * (1.0 / length);  // zero, but for its derivative
+      const Scalar before =
+          (value_of(begin) - begin) * (1.0 / length);  // zero, but for its derivative
       return at(k) + (at(k - 1) - at(k)) * before;
     }
     if (value_of(until_next) >= length - kRounding) {
@@ -40,9 +51,6 @@ class CommandPath {
     const Scalar share = until_next / length;
     return at(k) * share + at(k + 1) * (1.0 - share);
   }
-
- private:
-  static constexpr double kRounding = 1e-9;
 
   Scalar at(std::ptrdiff_t k) const {
     return k < 0 ? Scalar(0.0) : commands_[static_cast<std::size_t>(k)];

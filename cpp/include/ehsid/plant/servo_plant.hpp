@@ -4,6 +4,9 @@
 //
 //   m y'' = force(drive) - b y' - friction - load - end stops
 //
+// Tables add terms to its equations (tables.hpp). A force over the velocity counts as damping where it rises, so that a
+// steep one is stable.
+//
 // Integration: positions and pressures at whole steps, velocity at half steps (leapfrog, second order, no
 // damping of its own).
 #pragma once
@@ -16,6 +19,7 @@
 #include <ehsid/plant/rig.hpp>
 #include <ehsid/plant/seals.hpp>
 #include <ehsid/plant/spool.hpp>
+#include <ehsid/plant/tables.hpp>
 
 #include <algorithm>
 #include <array>
@@ -60,9 +64,10 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
  public:
   /// Values in the order of plant_parameters() (parameters.hpp). dt: sampling time of the command, s;
   /// substeps: steps of integration a sample; samples: how many will come, for the memory. It starts at the initial
-  /// position and velocity, the valve closed, pressures as given, or else in balance with the load.
+  /// position and velocity, the valve closed, pressures as given, or else in balance with the load. tables: their values
+  /// follow those of the parameters.
   ServoPlant(PlantKind kind, const std::vector<Scalar>& values, double dt, int substeps,
-             std::size_t samples);
+             std::size_t samples, const std::vector<TableShape>& tables = {});
 
   /// The rod is at a measured or estimated state from here on; what is NaN, and all else, goes on. The sensor moves
   /// along.
@@ -93,7 +98,40 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
     const Scalar up = speed / sqrt(speed * speed + onset_ * onset_);
     return effects_.friction(speed) * (kAtRest + (1.0 - kAtRest) * up);
   }
-  Scalar opening(const Scalar& spool) const { return effects_.opening(spool + null_bias_); }
+  Scalar opening(const Scalar& spool) const {
+    const Scalar x = effects_.opening(spool + null_bias_);
+    return tables_.act_on(Equation::spool) ? x + tables_.at(Equation::spool, state()).value : x;
+  }
+
+  /// What tables are given over, at the whole step before; the velocity is that of the half step before.
+  Variables<Scalar> state() const {
+    const Pressures<Scalar>& pressure = hydraulics_.pressure();
+    return {velocity_,  position_,       spool_.position(), pressure.a,
+            pressure.b, pressure.supply, Scalar(time_)};
+  }
+
+  /// Flows by tables into the chambers.
+  Flows<Scalar> further_flows() const {
+    if (!tables_.act_on(Equation::flow_a) && !tables_.act_on(Equation::flow_b)) {
+      return {};
+    }
+    const Variables<Scalar> here = state();
+    return {tables_.at(Equation::flow_a, here).value, tables_.at(Equation::flow_b, here).value};
+  }
+
+  /// What the sensor and the tables make of the position.
+  Scalar with_error(const Scalar& reading) const {
+    return tables_.act_on(Equation::sensor) ? reading + tables_.at(Equation::sensor, state()).value
+                                            : reading;
+  }
+
+  /// Mean of the command that arrives over [from, from + length), in samples.
+  Scalar arriving(double from, double length) const {
+    return tables_.act_on(Equation::delay)
+               ? commands_.mean(from, length, tables_.at(Equation::delay, state()).value,
+                                h_ * substeps_)
+               : commands_.mean(from, length);
+  }
 
   /// On the rod at this whole step, N; a motor's is that of the command before.
   Scalar drive_force() const {
@@ -133,6 +171,7 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   double h_;
   int substeps_;
   Effects<Scalar> effects_;
+  Tables<Scalar> tables_;
   Scalar onset_;
   Scalar rated_command_, mass_, viscous_, stroke_, middle_, force_gain_;
   CommandPath<Scalar> commands_;
@@ -144,16 +183,19 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   Scalar null_bias_;
 
   std::size_t sample_ = 0;
+  double time_ = 0.0;  // s
   Scalar position_, velocity_, reading_;
 };
 
 template <class Scalar>
 ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values, double dt,
-                               int substeps, std::size_t samples)
+                               int substeps, std::size_t samples,
+                               const std::vector<TableShape>& tables)
     : kind_(kind),
       h_(dt / substeps),
       substeps_(substeps),
       effects_(values, kFirstOfEffects),
+      tables_(tables, values, values.size() - table_values(tables)),
       onset_(value_at(values, Nuisance::sliding_onset)),
       rated_command_(rated_command_of(kind, values)),
       mass_(mass_of(kind, values)),
@@ -170,7 +212,7 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       null_bias_(kind == PlantKind::ehs ? value_at(values, Nuisance::null_bias) : Scalar(0.0)),
       position_(value_at(values, Initial::position)),
       velocity_(value_at(values, Initial::velocity)),
-      reading_(position_) {
+      reading_(with_error(position_)) {
   effects_.start_sensor(position_);
   start_at(velocity_);
 }
@@ -257,6 +299,14 @@ typename ServoPlant<Scalar>::Balance ServoPlant<Scalar>::balance(const Scalar& d
     now.force -= seals_.force();
     now.damping += seals_.damping(velocity_);
   }
+  if (tables_.act_on(Equation::force)) {
+    const Term<Scalar> term = tables_.at(Equation::force, state(), Variable::velocity);
+    now.force -= term.value;
+    if (value_of(term.slope) > 0.0) {
+      now.force += term.slope * velocity_;
+      now.damping += term.slope;
+    }
+  }
   if (kind_ == PlantKind::ehs) {
     const bool beyond = value_of(position_) > value_of(stroke_);
     if (beyond || value_of(position_) < 0.0) {
@@ -314,8 +364,9 @@ void ServoPlant<Scalar>::advance(double command_v) {
   for (int i = 0; i < substeps_; ++i) {
     const double now = static_cast<double>(sample_) + i * share;
     // Half steps: the spool is wanted in the middle, where the flows are taken.
-    const Scalar first = commands_.mean(now, 0.5 * share);
-    const Scalar later = commands_.mean(now + 0.5 * share, 0.5 * share);
+    time_ = now * h_ * substeps_;
+    const Scalar first = arriving(now, 0.5 * share);
+    const Scalar later = arriving(now + 0.5 * share, 0.5 * share);
     Scalar drive = drive_force();
     if (kind_ == PlantKind::axis) {
       // A force that jumps at the whole step counts by its mean over the half steps around it.
@@ -327,7 +378,7 @@ void ServoPlant<Scalar>::advance(double command_v) {
     if (kind_ != PlantKind::axis) {
       const Scalar x_v = opening(spool_.advance(first));
       if (kind_ == PlantKind::ehs) {
-        hydraulics_.advance(effects_, x_v, position_ + moved * 0.5, velocity_, h_);
+        hydraulics_.advance(effects_, x_v, position_ + moved * 0.5, velocity_, h_, further_flows());
       } else {
         linear_.advance(x_v, velocity_, h_);
       }
@@ -337,7 +388,7 @@ void ServoPlant<Scalar>::advance(double command_v) {
       seals_.advance(velocity_, friction(absolute<Scalar>(velocity_)), h_);
     }
     position_ += moved;
-    reading_ = effects_.sense(position_, h_);
+    reading_ = with_error(effects_.sense(position_, h_));
   }
   ++sample_;
 }

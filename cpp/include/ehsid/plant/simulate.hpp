@@ -15,9 +15,10 @@ inline constexpr std::size_t kOutputs = kOutputNames.size();
 /// One run.
 struct Simulation {
   PlantKind kind = PlantKind::ehs;
-  double dt = 1e-3;                 // sampling time of the command, s
-  int substeps = 2;                 // steps of integration a sample
-  std::vector<double> values;       // as plant_parameters()
+  double dt = 1e-3;  // sampling time of the command, s
+  int substeps = 2;  // steps of integration a sample
+  std::vector<TableShape> tables;
+  std::vector<double> values;       // as plant_parameters(), then the values of the tables
   std::vector<std::size_t> varied;  // positions in `values` of those whose sensitivities are wanted
   std::vector<std::size_t> watched{0, 1, 2, 3, 4, 5};  // outputs whose sensitivities are wanted
 };

@@ -12,6 +12,10 @@ import numpy as np
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.keys import ParameterKey, sizes_of
 from ehsid.harness.gap.deciding import MOVED_FIT, MOVED_PRIOR
+from ehsid.harness.gap.inference.between_machines import (
+    reduction_between_machines,
+    size_between_machines,
+)
 from ehsid.harness.gap.inference.candidates import FittedCandidate, decision_case
 from ehsid.harness.gap.inference.effect_selection import Selection
 from ehsid.harness.gap.inference.gap_reduction import (
@@ -57,6 +61,8 @@ def held_out_results(
     reduction = gap_reduction(
         sums[0], sums[1], sums[2], case.floors, np.random.default_rng(BOOTSTRAP_SEED)
     )
+    if best.effects:
+        reduction = reduction_between_machines(reduction, case.pressures)
     runs = []
     for index, compared in enumerate(records):
         record = compared.record
@@ -128,8 +134,10 @@ def estimates(
     estimated, moved = {}, {}
     parameters = case.parameters(candidate.effects)
     for parameter, x, deviation in zip(parameters, candidate.x, deviations, strict=True):
-        estimated[parameter.name] = interval(
-            parameter, float(x), float(deviation), windows, model_error
+        estimated[parameter.name] = size_between_machines(
+            interval(parameter, float(x), float(deviation), windows, model_error),
+            parameter,
+            case.pressures,
         )
         prior_deviations, fit_deviations = in_deviations(parameter, float(x), float(deviation))
         moved[parameter.name] = prior_deviations >= MOVED_PRIOR and fit_deviations >= MOVED_FIT

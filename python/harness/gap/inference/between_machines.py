@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT
+"""Intervals that hold between machines, and not only between the windows of one machine.
+
+Gradients and bootstraps over windows tell how much a figure scatters on one machine. They do not
+tell by how much machines differ from the simulator, nor how a gap on another motion differs from
+the one on the record. The ends of an interval move outwards by distances at which 90 % of the
+intervals held the truth on generated machines (Y. Romano, E. Patterson, E. Candès, Conformalized
+quantile regression, NeurIPS 2019); `ehsid gap-calibrate` computes them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.gap.model.parameters import Parameter
+from ehsid.harness.gap.schema import Estimate, HowFar
+from ehsid.harness.gap.thresholds import (
+    SHRINKAGE_FURTHER,
+    SHRINKAGE_FURTHER_FROM_NOMINAL,
+    SIZE_FURTHER,
+)
+
+
+def size_between_machines(estimate: Estimate, parameter: Parameter, pressures: bool) -> Estimate:
+    """Returns the estimate of a parameter of an effect with an interval that holds elsewhere.
+
+    The ends stay within the bounds of the parameter. Other parameters stay as they are.
+    """
+    if ParameterKey(parameter.name).effect is None:
+        return estimate
+    size = abs(estimate.value)
+    low, high = (size * distance for distance in SIZE_FURTHER[pressures])
+    ends = parameter.value(parameter.low), parameter.value(parameter.high)
+    return Estimate(
+        estimate.value,
+        min(max(estimate.low - low, min(ends)), estimate.value),
+        max(min(estimate.high + high, max(ends)), estimate.value),
+    )
+
+
+def reduction_between_machines(reduction: HowFar, pressures: bool) -> HowFar:
+    """Returns the reduction of the gap by effects, with intervals for other motions.
+
+    No more than the whole gap can vanish. Of the explainable gap it can be more, because the floor
+    is an estimate.
+    """
+    of_explainable, from_nominal = reduction.of_explainable, reduction.from_nominal
+    if of_explainable is not None:
+        of_explainable = _further(of_explainable, SHRINKAGE_FURTHER[pressures])
+    from_nominal = _further(from_nominal, SHRINKAGE_FURTHER_FROM_NOMINAL[pressures])
+    high = max(min(from_nominal.high, 1.0), from_nominal.value)
+    return replace(
+        reduction,
+        of_explainable=of_explainable,
+        from_nominal=replace(from_nominal, high=high),
+    )
+
+
+def _further(share: Estimate, distances: tuple[float, float]) -> Estimate:
+    low, high = distances
+    return Estimate(
+        share.value, min(share.low - low, share.value), max(share.high + high, share.value)
+    )
