@@ -198,9 +198,9 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
 /// A plant that somebody else clocks: a controller, a target.
 class SteppedPlant {
  public:
-  SteppedPlant(const std::string& kind, const InputArray<double>& values, double dt_s, int substeps)
-      : plant_(kind_of(kind), checked_values(values), checked_time(dt_s),
-               checked_substeps(substeps), 0) {}
+  SteppedPlant(const std::string& kind, const InputArray<double>& values, double dt_s, int substeps,
+               const std::vector<PassedTable>& tables)
+      : SteppedPlant(kind, values, dt_s, substeps, tables_from(tables)) {}
 
   py::array_t<double> read() const {
     py::array_t<double> row(static_cast<py::ssize_t>(plant::kOutputs));
@@ -238,8 +238,14 @@ class SteppedPlant {
     const auto numbers = plant::in_order(now);
     std::copy(numbers.begin(), numbers.end(), out);
   }
-  static std::vector<double> checked_values(const InputArray<double>& values) {
-    require_shape("values", values, 1, static_cast<py::ssize_t>(plant::plant_parameters().size()));
+  SteppedPlant(const std::string& kind, const InputArray<double>& values, double dt_s, int substeps,
+               const std::vector<plant::TableShape>& tables)
+      : plant_(kind_of(kind), checked_values(values, plant::table_values(tables)),
+               checked_time(dt_s), checked_substeps(substeps), 0, tables) {}
+
+  static std::vector<double> checked_values(const InputArray<double>& values, std::size_t more) {
+    require_shape("values", values, 1,
+                  static_cast<py::ssize_t>(plant::plant_parameters().size() + more));
     return {values.data(), values.data() + values.size()};
   }
   static double checked_time(double dt_s) {
@@ -296,19 +302,23 @@ void bind_plant(py::module_& m) {
 Parameters
 ----------
 plant : "ehs", "axis" or "linear"
-values : array_like, shape (P,)
-    In the order of plant_parameters(). Zero switches an effect off.
+values : array_like, shape (P + T,)
+    In the order of plant_parameters(), then the T values of the tables. Zero switches an effect off.
 dt_s : float > 0
     Sampling time, s.
 substeps : int in 1..1000
     Steps of integration a sample, see plant_substeps().
+tables : sequence of (adds_to, of, knots)
+    As simulate_plant() takes them.
 
 Raises
 ------
 ValueError
     A wrong shape, or a number outside its range.)")
-      .def(py::init<const std::string&, const InputArray<double>&, double, int>(), py::arg("plant"),
-           py::arg("values"), py::kw_only(), py::arg("dt_s"), py::arg("substeps") = 2)
+      .def(py::init<const std::string&, const InputArray<double>&, double, int,
+                    const std::vector<PassedTable>&>(),
+           py::arg("plant"), py::arg("values"), py::kw_only(), py::arg("dt_s"),
+           py::arg("substeps") = 2, py::arg("tables") = std::vector<PassedTable>{})
       .def("read", &SteppedPlant::read,
            "Outputs now, shape (6,), as simulate_plant(); the next command is not in them.")
       .def("advance", &SteppedPlant::advance, py::arg("command_v"),

@@ -577,7 +577,13 @@ def plant_parameters() -> tuple[PlantParameter, ...]: ...
 
 class Plant:
     def __init__(
-        self, plant: str, values: npt.ArrayLike, *, dt_s: float, substeps: int = 2
+        self,
+        plant: str,
+        values: npt.ArrayLike,
+        *,
+        dt_s: float,
+        substeps: int = 2,
+        tables: Sequence[tuple[str, str, npt.ArrayLike]] = [],
     ) -> None: ...
     def read(self) -> _Array: ...
     def advance(self, command_v: float) -> None: ...

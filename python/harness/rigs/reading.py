@@ -30,6 +30,7 @@ from ehsid.harness.rigs.checks import (
 )
 from ehsid.harness.rigs.errors import RigError
 from ehsid.harness.rigs.rig import PlantName, Rig
+from ehsid.harness.rigs.table_law import parse_tables
 from ehsid.harness.rigs.toml_text import parse_toml, read_text
 
 TABLES = ("uncertainty", "sensors", "effects", "columns")
@@ -68,6 +69,7 @@ def parse_rig(text: str, *, source: object = "rig") -> Rig:
     problems += check_values(values) + check_relations(values)
     uncertainty = _flat(_table(document, "uncertainty", problems))
     problems += check_uncertainty(uncertainty, values, plant)
+    tables = parse_tables(_effects(document).get("table", {}), plant, problems)
     sensors = _table(document, "sensors", problems)
     problems += check_sensors(sensors)
     columns = _columns(_table(document, "columns", problems), problems)
@@ -80,7 +82,14 @@ def parse_rig(text: str, *, source: object = "rig") -> Rig:
         uncertainty={key: float(value) for key, value in uncertainty.items()},
         sensors={key: float(value) for key, value in sensors.items()},
         columns=columns,
+        tables=tables,
     )
+
+
+def _effects(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the section of the effects; `_values` tells where it is none."""
+    effects = document.get("effects", {})
+    return effects if isinstance(effects, dict) else {}
 
 
 def _unknown_plant(plant: object) -> str:
@@ -106,6 +115,8 @@ def _values(document: Mapping[str, Any], problems: list[str]) -> dict[str, Any]:
         else:
             values |= {f"{key}.{name}": value for name, value in section.items()}
     for effect, section in _table(document, "effects", problems).items():
+        if effect == "table":
+            continue
         if not isinstance(section, dict):
             problems.append(
                 f"'effects.{effect}' = {value_text(section)}: expected [effects.{effect}]"

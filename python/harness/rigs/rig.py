@@ -20,6 +20,7 @@ from ehsid.harness.catalogue.parameters import (
 )
 from ehsid.harness.records import ColumnMap
 from ehsid.harness.rigs.errors import RigError
+from ehsid.harness.rigs.table_law import TableLaw
 
 PlantName = Literal["ehs", "axis", "linear"]
 
@@ -43,6 +44,8 @@ class Rig:
         standard deviations of the sensor noise by name, e.g. "position_noise_m".
     columns
         layout of the records by column name of the schema, for the `layout` of `read_record`.
+    tables
+        terms of the equations that have no name in the catalogue, by their own names.
     """
 
     name: str
@@ -51,14 +54,15 @@ class Rig:
     uncertainty: Mapping[str, float] = field(default_factory=dict)
     sensors: Mapping[str, float] = field(default_factory=dict)
     columns: Mapping[str, ColumnMap] = field(default_factory=dict)
+    tables: Mapping[str, TableLaw] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in ("values", "uncertainty", "sensors", "columns"):
+        for name in ("values", "uncertainty", "sensors", "columns", "tables"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     def __reduce__(self) -> tuple[type[Rig], tuple[Any, ...]]:
         # A mapping proxy cannot be pickled. Another process receives plain dictionaries.
-        mappings = (self.values, self.uncertainty, self.sensors, self.columns)
+        mappings = (self.values, self.uncertainty, self.sensors, self.columns, self.tables)
         return Rig, (self.name, self.plant, *(dict(mapping) for mapping in mappings))
 
     def with_values(self, values: Mapping[str, float]) -> Rig:
@@ -108,6 +112,14 @@ class Rig:
                 for key in parameter_keys()
             ]
         )
+
+    def table_shapes(self) -> list[tuple[str, str, tuple[float, ...]]]:
+        """Returns the tables but for their values, as `ehsid.simulate_plant` takes them."""
+        return [law.shape for law in self.tables.values()]
+
+    def table_values(self) -> npt.NDArray[np.float64]:
+        """Returns the values of all tables, one after the other, shape (T,)."""
+        return np.array([value for law in self.tables.values() for value in law.values])
 
     def nuisances(self) -> tuple[str, ...]:
         """Returns the full names of the nuisance parameters, which no data sheet gives."""

@@ -23,6 +23,14 @@ def rig_text(rig: Rig) -> str:
         for section in sections:
             table = table.setdefault(section, {})
         table[key] = value
+    for name, law in rig.tables.items():
+        tables = document.setdefault("effects", {}).setdefault("table", {})
+        tables[name] = {
+            "adds_to": law.adds_to,
+            "of": law.of,
+            "knots": list(law.knots),
+            "values": list(law.values),
+        }
     if rig.uncertainty:
         document["uncertainty"] = dict(rig.uncertainty)
     if rig.sensors:

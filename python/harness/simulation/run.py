@@ -83,7 +83,13 @@ class PreparedRig:
             plant_values = plant_values.copy()
             plant_values[[p.name for p in ehsid.plant_parameters()].index(QUANTISATION)] = 0.0
         substeps = min(refinement * self.substeps, MOST_SUBSTEPS)
-        return ehsid.Plant(self.rig.plant, plant_values, dt_s=self.dt_s, substeps=substeps)
+        return ehsid.Plant(
+            self.rig.plant,
+            np.hstack([plant_values, self.rig.table_values()]),
+            dt_s=self.dt_s,
+            substeps=substeps,
+            tables=self.rig.table_shapes(),
+        )
 
 
 def prepare(

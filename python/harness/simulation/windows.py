@@ -149,13 +149,14 @@ def simulate_windows(
         substeps = max(ehsid.plant_substeps(rig.plant, values, dt_s) for values in plant_value_sets)
     outputs, sensitivities = ehsid.simulate_plant(
         rig.plant,
-        np.array(plant_value_sets),
+        np.hstack([np.array(plant_value_sets), np.tile(rig.table_values(), (len(value_sets), 1))]),
         record.column("command_v"),
         dt_s=dt_s,
         substeps=substeps,
         varied=[names.index(name) for name in varied],
         aligned=aligned,
         threads=threads,
+        tables=rig.table_shapes(),
     )
     output_names = OUTPUTS_OF[rig.plant]
     columns = [OUTPUTS_OF["ehs"].index(name) for name in output_names]

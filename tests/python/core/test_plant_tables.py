@@ -116,7 +116,12 @@ def test_an_axis_has_forces_by_tables_too() -> None:
 
 
 TABLES: list[tuple[str, str, list[float], list[float]]] = [
-    ("force", "velocity_m_s", [-0.1, -0.013, 0.004, 0.02, 0.2], [-200.0, -300.0, 0.0, 250.0, 150.0]),
+    (
+        "force",
+        "velocity_m_s",
+        [-0.1, -0.013, 0.004, 0.02, 0.2],
+        [-200.0, -300.0, 0.0, 250.0, 150.0],
+    ),
     ("force", "position_m", [0.0, 0.1, 0.2], [100.0, -50.0, 80.0]),
     ("flow_a", "spool", [-0.5, 0.0, 0.5], [-1e-6, 0.0, 3e-6]),
     ("flow_b", "pressure_b_pa", [1e6, 4e6, 8e6], [0.0, -2e-6, -5e-6]),

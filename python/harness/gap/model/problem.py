@@ -95,6 +95,7 @@ class Problem:
         self._indices = [names.index(parameter.name) for parameter in parameters]
         self._columns = [OUTPUTS.index(name) for name in self.outputs]
         self._base = rig.plant_values(fixed)
+        self._tables = rig.table_values()
         self.spectrum = Spectrum(self.records)
         self._centre = np.array([parameter.centre for parameter in parameters])
         self._weight = np.array([parameter.sigma**-2 for parameter in parameters])
@@ -310,7 +311,7 @@ class Problem:
         self, x: FloatArray, varied: Sequence[int]
     ) -> list[tuple[dict[str, FloatArray], dict[str, FloatArray]]]:
         """Outputs by name, shape (N,), and their derivatives by the plant's values, (N, V)."""
-        values = self.plant_values(x)[np.newaxis]
+        values = np.hstack([self.plant_values(x), self._tables])[np.newaxis]
         indices = [self._indices[index] for index in varied]
         return run_threads([partial(self._run, record, values, indices) for record in self.records])
 
@@ -328,6 +329,7 @@ class Problem:
             aligned=record.aligned,
             # The parts of a run with many sensitivities can run side by side.
             threads=max(worker_count(), 0),
+            tables=self.rig.table_shapes(),
         )
         places = list(enumerate(zip(self.outputs, self._columns, strict=True)))
         return (
