@@ -17,8 +17,15 @@ EQUATIONS, VARIABLES = ehsid.plant_tables()
 # Section of the rig file below which each table has a section with its name.
 SECTION = "effects.table"
 
-# What a plant has: on an axis there is no oil, and a motor has no spool.
-OF_AXIS = (("force", "sensor", "delay"), ("velocity_m_s", "position_m", "time_s"))
+# What a plant has that is no hydraulic servo: on an axis there is no oil, and a motor has no spool;
+# in the linear model the spool moves, but pressures are not told apart.
+PLANTS = {
+    "axis": (("force", "sensor", "delay"), ("velocity_m_s", "position_m", "time_s")),
+    "linear": (
+        ("spool", "force", "sensor", "delay"),
+        ("velocity_m_s", "position_m", "spool", "time_s"),
+    ),
+}
 KEYS = ("adds_to", "of", "knots", "values")
 # More knots than a law over one variable can need. A longer table is a record.
 MOST_KNOTS = 100
@@ -87,7 +94,7 @@ def _problems(name: str, section: Any, plant: object) -> list[str]:
     missing = [key for key in KEYS if key not in section]
     if missing:
         return [*problems, f"'{path}' has no {', '.join(missing)}: expected {', '.join(KEYS)}"]
-    equations, variables = OF_AXIS if plant == "axis" else (EQUATIONS, VARIABLES)
+    equations, variables = PLANTS.get(str(plant), (EQUATIONS, VARIABLES))
     for key, names in (("adds_to", equations), ("of", variables)):
         if section[key] not in names:
             problems.append(

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -68,8 +70,6 @@ def laws(draw: st.DrawFn) -> TableLaw:
 
 @given(tables=st.dictionaries(st.from_regex(r"[A-Za-z0-9_-]+", fullmatch=True), laws(), max_size=3))
 def test_a_written_table_is_read_as_it_was(tables: dict[str, TableLaw]) -> None:
-    from dataclasses import replace
-
     rig = replace(parse_rig(EHS), tables=tables)
     assert parse_rig(rig_text(rig)).tables == rig.tables
 
@@ -124,6 +124,11 @@ def test_a_wrong_table_says_what_is_wrong_and_where(changed: str, into: str, mes
     assert changed in TABLE
     with pytest.raises(RigError, match=message):
         parse_rig(EHS + TABLE.replace(changed, into))
+
+
+def test_a_wrong_plant_is_named_beside_its_tables() -> None:
+    with pytest.raises(RigError, match=r"'plant' = \['ehs'\]: expected"):
+        parse_rig(EHS.replace('"ehs"', '["ehs"]') + TABLE)
 
 
 def test_sections_that_are_no_tables_are_refused() -> None:

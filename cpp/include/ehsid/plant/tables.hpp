@@ -50,7 +50,7 @@ struct TableShape {
   std::vector<double> knots;
 };
 
-/// Numbers of values of all tables together.
+/// Number of values of all tables together.
 inline std::size_t table_values(const std::vector<TableShape>& shapes) {
   std::size_t count = 0;
   for (const TableShape& shape : shapes) {

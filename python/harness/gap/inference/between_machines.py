@@ -23,7 +23,7 @@ from ehsid.harness.gap.thresholds import (
 
 
 def size_between_machines(estimate: Estimate, parameter: Parameter, pressures: bool) -> Estimate:
-    """Returns the estimate of a parameter of an effect with an interval that holds elsewhere.
+    """Returns the estimate of a parameter of an effect with an interval that holds on any machine.
 
     The ends stay within the bounds of the parameter. Other parameters stay as they are.
     """

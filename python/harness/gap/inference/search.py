@@ -285,7 +285,7 @@ def _grown_again(
 
     The cost has several minima in the values of a law that contains another, and the long fit of
     the simpler law is nearer to the lowest one than the short fit from which the set came. The
-    order of the candidates stays.
+    result has all candidates, in their order.
     """
     by_set = {frozenset(candidate.effects): candidate for candidate in fitted}
     tasks = []

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Likelihood of the errors of one output: sensor noise plus a coloured disturbance.
 
-The error in a window is noise of the sensor, with the power N_b in octave b, plus a stationary
+The error in a window is noise of the sensor, with the power N_b in octave b, white or that of
+rounding to a coarse grid, whichever is larger there, plus a stationary
 disturbance, whose spectrum is constant in each octave and otherwise unknown. The variance s_b^2 of
 the disturbance in band b has a prior about (tolerance^2 M_b), with M_b the power of the measured
 signal in the band: no simulator is exact to less than this share of the motion. A small share L of

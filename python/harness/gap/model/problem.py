@@ -112,24 +112,22 @@ class Problem:
         independent = np.minimum(INDEPENDENT * self.spectrum.windows, self.spectrum.sizes)
         likelihoods = {}
         for name in self.outputs:
-            differences = name == CENTRED
-            motion, rounding = (
-                self.spectrum.powers(
-                    self.spectrum.transform(
-                        [record.inside(signals[name]) for record, signals in of_records],
-                        differences=differences,
-                    )
-                )
-                for of_records in (
-                    [(record, record.outputs) for record in self.records],
-                    [(record, record.rounding) for record in self.records],
-                )
-            )
-            white = self.floors[name] ** 2 * self.spectrum.noise_gain(differences=differences)
+            motion = self._powers(name, [record.outputs for record in self.records])
+            rounding = self._powers(name, [record.rounding for record in self.records])
+            gain = self.spectrum.noise_gain(differences=name == CENTRED)
+            white = self.floors[name] ** 2 * gain
             noise = np.maximum(white, rounding)
             tolerated = noise + self._tolerance() ** 2 * motion + self._least(name, motion)
             likelihoods[name] = OutputLikelihood(self.spectrum, independent, tolerated, self.white)
         return likelihoods
+
+    def _powers(self, name: str, signals: Sequence[Mapping[str, FloatArray]]) -> FloatArray:
+        """Power in each band of a signal of that output, given for each record, shape (BANDS,)."""
+        inside = [
+            record.inside(of_record[name])
+            for record, of_record in zip(self.records, signals, strict=True)
+        ]
+        return self.spectrum.powers(self.spectrum.transform(inside, differences=name == CENTRED))
 
     def _tolerance(self) -> FloatArray:
         """Share of the motion in each band to which no simulator is exact, shape (BANDS,).
