@@ -192,6 +192,32 @@ def test_errors_of_the_sensor_and_a_share_of_the_motion_are_tolerated(
         assert np.all(likelihood.counts <= subject.spectrum.sizes)
 
 
+def test_rounding_to_a_coarse_grid_is_tolerated_in_the_octaves_of_its_steps() -> None:
+    """A rod that creeps stays on a level for long: that error is far from white."""
+    step_m, length = 2e-4, 500
+    time_s = np.arange(8 * length) * DT_S
+    true = 0.15 + 4e-3 * np.sin(2.0 * np.pi * 0.25 * time_s)
+    rounded = step_m * np.round(true / step_m)
+    columns = {"time_s": time_s, "command_v": np.zeros(time_s.size), "position_m": rounded}
+    record = compare(make_record(columns, name="creep"), skip_s=0.0)
+    floor = step_m / np.sqrt(12.0)
+    subject = Problem(
+        RIG,
+        [record],
+        calibration_parameters(RIG),
+        outputs=("position_m",),
+        floors={"position_m": floor},
+    )
+    tolerated = subject.likelihoods["position_m"].tolerated
+    errors = subject.spectrum.transform([record.inside(rounded - true)], differences=True)
+    white = floor**2 * subject.spectrum.noise_gain(differences=True)
+    powers = subject.spectrum.powers(errors)
+    coloured = powers > 2.0 * white
+    assert coloured.any()
+    # The true rounding errors are no gap, where white noise of this floor would make them one.
+    assert np.all(tolerated[coloured] > 0.5 * powers[coloured])
+
+
 def test_of_a_limit_cycle_the_phase_is_tolerated(two_record_problem: Problem) -> None:
     """A frequency that is wrong by TOLERANCE turns coefficient k by pi k TOLERANCE in a window."""
     calm = two_record_problem

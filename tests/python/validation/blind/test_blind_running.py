@@ -71,6 +71,8 @@ def test_settings_have_the_grades_and_sensors_of_the_generator() -> None:
         ({"grades": ()}, "--grade"),
         ({"sensors": "force"}, "--sensors 'force'"),
         ({"seconds": 1.0}, "--seconds 1: expected 2 to 120"),
+        ({"excitations": "loud", "grades": ("wide",)}, "--excitations 'loud': expected one of all"),
+        ({"excitations": "training"}, "only grade 'wide' has sets; add --grade wide"),
     ],
 )
 def test_settings_out_of_range_are_refused(wrong: dict[str, object], words: str) -> None:

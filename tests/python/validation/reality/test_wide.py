@@ -309,6 +309,15 @@ def test_any_case_stays_inside_the_machine(seed: int) -> None:
         assert np.abs(record["command_v"]).max() <= rig.values["valve.rated_command_v"]
 
 
+@pytest.mark.parametrize("among", ["training", "validation"])
+def test_a_check_takes_its_commands_from_one_set(tmp_path: Path, among: str) -> None:
+    settings = Settings(count=4, grades=("wide",), seconds=2.0, excitations=among)
+    make_check(tmp_path / "check", settings)
+    answers = read_answers(tmp_path / "check" / ANSWERS)
+    drawn = {kind for answer in answers.values() for kind in answer.excitation}
+    assert drawn <= {*EXCITATION_SETS[among]}  # type: ignore[index]
+
+
 def test_a_check_has_wide_cases(tmp_path: Path) -> None:
     make_check(tmp_path / "check", Settings(count=2, grades=("wide",), seconds=2.0))
     answers = read_answers(tmp_path / "check" / ANSWERS)
