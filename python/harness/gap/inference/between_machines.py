@@ -34,31 +34,21 @@ def size_between_machines(estimate: Estimate, parameter: Parameter, pressures: b
     ends = parameter.value(parameter.low), parameter.value(parameter.high)
     return Estimate(
         estimate.value,
-        min(max(estimate.low - low, min(ends)), estimate.value),
-        max(min(estimate.high + high, max(ends)), estimate.value),
+        max(estimate.low - low, min(ends)),
+        min(estimate.high + high, max(ends)),
     )
 
 
 def reduction_between_machines(reduction: HowFar, pressures: bool) -> HowFar:
-    """Returns the reduction of the gap by effects, with intervals for other motions.
-
-    No more than the whole gap can vanish. Of the explainable gap it can be more, because the floor
-    is an estimate.
-    """
-    of_explainable, from_nominal = reduction.of_explainable, reduction.from_nominal
+    """Returns the reduction of the gap by effects, with intervals for other motions."""
+    of_explainable = reduction.of_explainable
     if of_explainable is not None:
         of_explainable = _further(of_explainable, SHRINKAGE_FURTHER[pressures])
-    from_nominal = _further(from_nominal, SHRINKAGE_FURTHER_FROM_NOMINAL[pressures])
-    high = max(min(from_nominal.high, 1.0), from_nominal.value)
-    return replace(
-        reduction,
-        of_explainable=of_explainable,
-        from_nominal=replace(from_nominal, high=high),
-    )
+    from_nominal = _further(reduction.from_nominal, SHRINKAGE_FURTHER_FROM_NOMINAL[pressures])
+    return replace(reduction, of_explainable=of_explainable, from_nominal=from_nominal)
 
 
 def _further(share: Estimate, distances: tuple[float, float]) -> Estimate:
+    """Moves the ends of a share outwards; no more than the whole gap can vanish."""
     low, high = distances
-    return Estimate(
-        share.value, min(share.low - low, share.value), max(share.high + high, share.value)
-    )
+    return Estimate(share.value, share.low - low, max(share.high, min(share.high + high, 1.0)))
