@@ -64,7 +64,7 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> Non
 
 def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
     if diagnosis.how_far is not None:
-        yield _gap(diagnosis.how_far)
+        yield _gap(diagnosis.how_far, named=bool(diagnosis.effects))
     if diagnosis.where.subsystem:
         shares = sorted(diagnosis.where.subsystem.items(), key=lambda item: -item[1])
         rows = [(name, percent(share)) for name, share in shares]
@@ -103,7 +103,8 @@ def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
         yield make_table(("value that moved", "rig file", "estimate", "90 % interval"), moved)
 
 
-def _gap(gap: HowFar) -> Table:
+def _gap(gap: HowFar, *, named: bool) -> Table:
+    """named: whether effects were added to the last simulation."""
     floor = " to ".join(map(percent, gap.noise_floor))
     means = (gap.nominal, gap.calibrated, gap.augmented)
     rows = [("all outputs", *map(percent, means), floor)]
@@ -112,10 +113,10 @@ def _gap(gap: HowFar) -> Table:
         for name, gaps in gap.per_output.items()
     ]
     caption = None
-    if gap.of_explainable is not None:
+    if named and gap.of_explainable is not None:
         caption = (
             f"The effects remove {percent_interval(gap.of_explainable)} of the gap above the noise "
-            "floor that remained after the fit."
+            "floor that remained after the fit. The range is for other motions of this machine."
         )
     headings = ("gap on held-out data", *SIMULATIONS.values(), "floor")
     return make_table(headings, rows, caption=caption, caption_justify="left")

@@ -262,7 +262,8 @@ class HowFar:
     of_explainable
         (calibrated - augmented) / (calibrated - floor); None where nothing is above the floor.
     from_nominal
-        (nominal - augmented) / nominal.
+        (nominal - augmented) / nominal. Both shares are of these data; where effects are named,
+        their intervals are for other motions of the machine.
     per_output
         the three gaps of each output.
     carries_over

@@ -133,7 +133,7 @@ def _gap(diagnosis: Diagnosis, gap: HowFar, kinds: Sequence[str]) -> list[Block]
     window_s = diagnosis.settings.get("window_s", 0.5)
     outputs = ", ".join(shown_channel(name)[0] for name in diagnosis.outputs)
     if gap.of_explainable is not None and diagnosis.effects:
-        ends = f"90 % interval: {percent_ends(gap.of_explainable)}"
+        ends = f"90 % interval for other motions: {percent_ends(gap.of_explainable)}"
         if gap.of_explainable.high > 1.0:
             ends += "; beyond 100 % the noise is smaller than was estimated"
         key = KeyFigure(
