@@ -54,7 +54,7 @@ def test_withheld_effect_is_named_before_the_answer(html: str) -> None:
     assert any("names valve dead band" in word for word in words[:answer])
     told = [word.strip() for word in words[answer:]]
     at = told.index("valve dead band: overlap")
-    found = next(word for word in told[at + 1 :] if word.startswith("0.0346"))
+    found = next(word for word in told[at + 1 :] if " to " in word)
     low, high = (float(end) for end in found.split(" to "))
     assert low <= 0.03548 <= high
     assert "0.03548" in told[at + 1 : at + 8]
