@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.linear import Linear
@@ -129,14 +130,11 @@ def _try(problem: Problem, x: FloatArray, model: Step, damping: float, tries: in
     at_bound = ((x <= problem.low) & (model.gradient > 0.0)) | (
         (x >= problem.high) & (model.gradient < 0.0)
     )
-    free = np.flatnonzero(~at_bound)
-    hessian = model.hessian[np.ix_(free, free)]
-    diagonal = np.diag(hessian)
-    floor = 1e-12 * float(diagonal.max(initial=1e-300))
+    diagonal = np.diag(model.hessian)
+    floor = 1e-12 * float(diagonal[~at_bound].max(initial=1e-300))
     for _ in range(tries):
-        step = np.zeros_like(x)
-        damped = hessian + damping * np.diag(diagonal + floor)
-        step[free] = -np.linalg.solve(damped, model.gradient[free])
+        damped = model.hessian + damping * np.diag(diagonal + floor)
+        step = _inside(model.gradient, damped, problem.low - x, problem.high - x, ~at_bound)
         candidate = np.clip(x + step, problem.low, problem.high)
         errors = problem.coefficients(candidate)
         cost = problem.cost_of(candidate, errors)
@@ -146,3 +144,28 @@ def _try(problem: Problem, x: FloatArray, model: Step, damping: float, tries: in
             return _Point(candidate, cost, errors, damping, predicted)
         damping = max(damping * DAMPING_INCREASE, 1e-4)
     return None
+
+
+def _inside(
+    gradient: FloatArray,
+    hessian: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    free: npt.NDArray[np.bool_],
+) -> FloatArray:
+    """Step, shape (n,), that nearly minimises a quadratic model inside bounds of the step.
+
+    Parameters that are not free stay. Those that would cross a bound go to it, and the others are
+    determined anew, until none crosses: a step that is cut off at the bounds afterwards can lead
+    uphill where parameters stand in for one another.
+    """
+    step, free = np.zeros_like(gradient), free.copy()
+    while free.any():
+        rest = gradient[free] + hessian[np.ix_(free, ~free)] @ step[~free]
+        step[free] = -np.linalg.solve(hessian[np.ix_(free, free)], rest)
+        crossing = free & ((step < low) | (step > high))
+        if not crossing.any():
+            break
+        step = np.clip(step, low, high)
+        free &= ~crossing
+    return step

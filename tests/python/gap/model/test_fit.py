@@ -61,6 +61,21 @@ def test_minimum_in_a_box_is_that_of_scipy(seed: int, half: float) -> None:
     assert result.cost < expected.cost + 0.05 * (1.0 + expected.cost)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_bound_of_one_parameter_determines_the_others_anew(seed: int) -> None:
+    # Columns that stand in for one another: a step that is cut off at the bounds afterwards leads
+    # uphill, and then only short steps are taken, more than a hundred of them.
+    rng = np.random.default_rng(seed)
+    a = rng.standard_normal((60, 12)) @ np.linalg.matrix_power(np.tril(np.ones((12, 12))), 2)
+    unbounded = np.where(rng.random(12) < 0.4, 2.5, 0.6) * rng.choice([-1.0, 1.0], 12)
+    subject = Quadratic(a, a @ unbounded, 1.0)
+    result = fit(cast(Problem, subject), np.zeros(12), iterations=5)
+    expected = lsq_linear(a, subject.b, (-1.0, 1.0), tol=1e-14)
+    assert np.all(np.abs(result.x) <= 1.0)
+    # Of the start, 4,000 to 500,000; a step that reduces it by less than 1e-2 ends the fit.
+    assert result.cost < expected.cost + 0.02
+
+
 def test_a_start_outside_the_bounds_is_clipped_and_the_cost_never_rises() -> None:
     subject = Quadratic(np.eye(2), np.array([10.0, 0.0]), 1.0)
     result = fit(cast(Problem, subject), np.array([-50.0, 50.0]))
