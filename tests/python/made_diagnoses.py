@@ -25,6 +25,7 @@ from ehsid.harness.gap.schema import (
     FoundEffect,
     HeldOutRun,
     HowFar,
+    MissingLaw,
     NextExperiment,
     RegimeShare,
     Remark,
@@ -35,6 +36,7 @@ from ehsid.harness.gap.schema import (
 )
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
+from ehsid.harness.rigs.table_law import TableLaw
 from ehsid.harness.simulation import draw_noise, simulate
 from ehsid.harness.simulation.windows import simulate_windows
 
@@ -212,6 +214,21 @@ def _next(rig: Rig) -> NextExperiment:
     )
 
 
+def missing_law() -> MissingLaw:
+    """Friction as a table, with its band and the nearest simple form."""
+    knots = tuple(np.linspace(-0.2, 0.2, 8).tolist())
+    values = tuple((412.0 * np.tanh(np.array(knots) / 0.01)).tolist())
+    return MissingLaw(
+        TableLaw("force", "velocity_m_s", knots, values),
+        tuple((value - 20.0, value + 20.0) for value in values),
+        (0.05, 0.1, 0.15, 0.2, 0.2, 0.15, 0.1, 0.05),
+        1.0,
+        "jumps by 824 N at zero and is level on both sides, as Coulomb friction of 412 N",
+        (("force", "position_m"),),
+        tuple((412.0 * np.sign(np.array(knots))).tolist()),
+    )
+
+
 # Probability of a cause outside of the catalogue, where it is not small.
 OUTSIDE: dict[Verdict, float] = {"outside_catalogue": 0.96}
 SENTENCES: dict[Verdict, str] = {
@@ -246,6 +263,9 @@ def made_diagnosis(
     judged = verdict != "insufficient_data"
     values = FOUND if verdict != "no_gap" else {}
     augmented = rig.with_values({**values, **(FRICTION if found else {})})
+    laws = (missing_law(),) if verdict == "outside_catalogue" else ()
+    tables = {f"{each.law.adds_to}_of_{each.law.of}": each.law for each in laws}
+    augmented = replace(augmented, tables=tables)
     where = _where() if structural else Where()
     return Diagnosis(
         verdict=verdict,
@@ -267,6 +287,7 @@ def made_diagnosis(
             CannotJudge("supply_droop", "supply pressure is not measured"),
         ),
         outside_probability=OUTSIDE.get(verdict, 0.02) if judged else None,
+        missing_laws=laws,
         next_experiment=_next(augmented) if verdict == "ambiguous" else None,
         how_far=far if judged else None,
         calibration=calibration() if judged else {},

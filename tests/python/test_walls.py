@@ -84,6 +84,15 @@ ROOMS: dict[str, set[str]] = {
     "rig_check": {"gap/data", "gap/tables", "records", "rigs", "simulation"},
     "gap/model": {"gap/data", "gap/tables", "records", "rigs", "simulation"},
     "gap/inference": {"gap/data", "gap/model", "gap/tables", "records", "rigs", "simulation"},
+    "gap/laws": {
+        "gap/data",
+        "gap/inference",
+        "gap/model",
+        "gap/tables",
+        "records",
+        "rigs",
+        "simulation",
+    },
     "gap/design": {
         "excitation",
         "gap/data",
@@ -97,6 +106,7 @@ ROOMS: dict[str, set[str]] = {
         "gap/data",
         "gap/design",
         "gap/inference",
+        "gap/laws",
         "gap/model",
         "gap/tables",
         "records",

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +24,8 @@ from ehsid.harness.gap.inference.localisation import localise
 from ehsid.harness.gap.inference.quantised import QUANTISATION, position_step
 from ehsid.harness.gap.inference.search import SearchResult, candidate_effects, search
 from ehsid.harness.gap.inference.verdict import Decision, decide
+from ehsid.harness.gap.laws.choosing import LawsFound, missing_laws
+from ehsid.harness.gap.laws.words import sentence
 from ehsid.harness.gap.model.case import Case, make_case
 from ehsid.harness.gap.schema import (
     CalibratedValue,
@@ -46,6 +48,7 @@ from ehsid.harness.gap.thresholds import (
 from ehsid.harness.parallel import Progress, single_threaded_algebra
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
+from ehsid.harness.rigs.table_words import table_subsystem
 
 FITTED_TOGETHER = (
     "The records that are held out excite what the others do not: fitted apart from them nothing "
@@ -127,10 +130,13 @@ def _diagnose(
         if joint.selection.posterior.outside < FIT_TOGETHER:
             evaluation = joint
             remarks = (*remarks, Remark("", FITTED_TOGETHER))
-    case, search_result = evaluation.case, evaluation.search_result
+    evaluation = _with_missing_laws(evaluation, regimes)
+    case, search_result, laws = evaluation.case, evaluation.search_result, evaluation.laws
     selection, decision = evaluation.selection, evaluation.decision
     best, values = selection.best, evaluation.values
-    fitted_effects = results.selected_effects(case, search_result, selection, values)
+    fitted_effects = results.selected_effects(
+        case, search_result, selection, values, 1.0 if laws is None else laws.of_effects
+    )
     quantisation = _quantisation_effect(evaluation.step, fitted_effects)
     effects = (*fitted_effects, *quantisation)
     augmented = {name: estimate.value for name, estimate in values.items()}
@@ -142,7 +148,17 @@ def _diagnose(
         where = Where(subsystem={"sensor": 1.0})
     elif structural:
         shares = {effect.id: effect.share_of_shrinkage for effect in fitted_effects}
-        where = localise(decision_case(case), search_result.calibrated, best, shares=shares or None)
+        of_laws = [
+            (table_subsystem(found.law.adds_to, found.law.of), found.share_of_shrinkage)
+            for found in (() if laws is None else laws.laws)
+        ]
+        where = localise(
+            decision_case(case),
+            search_result.calibrated,
+            best,
+            shares=shares or None,
+            laws=of_laws,
+        )
     experiment = _design_experiment(case, selection, progress)
     if progress is not None:
         progress(1.0)
@@ -159,19 +175,28 @@ def _diagnose(
             *evaluation.extrapolated,
         ),
         outside_probability=selection.posterior.outside,
+        missing_laws=() if laws is None else laws.laws,
         next_experiment=experiment,
         how_far=evaluation.reduction,
         calibration=evaluation.calibration,
         remarks=tuple(remarks),
         runs=evaluation.runs,
         rig=rig,
-        augmented_rig=rig.with_values(augmented),
+        augmented_rig=_augmented(rig, augmented, laws),
         outputs=case.outputs,
         outputs_left_out=case.left_out,
         records=_roles(records, validate),
         settings=_settings(case, exclude),
         seconds=time.monotonic() - began,
     )
+
+
+def _augmented(rig: Rig, values: Mapping[str, float], laws: LawsFound | None) -> Rig:
+    """Returns the rig with these values and laws."""
+    augmented = rig.with_values(values)
+    if laws is None:
+        return augmented
+    return replace(augmented, tables={**rig.tables, **laws.candidate.tables()})
 
 
 def _quantisation_effect(
@@ -209,6 +234,7 @@ class _Evaluation:
     calibration: Mapping[str, CalibratedValue]
     extrapolated: Sequence[CannotJudge]
     step: Estimate | None
+    laws: LawsFound | None = None
 
     @cached_property
     def decision(self) -> Decision:
@@ -225,6 +251,7 @@ class _Evaluation:
             self.extrapolated,
             nuisance_fit,
             self.step,
+            "" if self.laws is None else sentence(self.laws.laws),
         )
 
 
@@ -253,6 +280,34 @@ def _evaluate(
     step = position_step(case, exclude)
     return _Evaluation(
         case, search_result, selection, runs, reduction, values, calibration, extrapolated, step
+    )
+
+
+def _with_missing_laws(evaluation: _Evaluation, regimes: Sequence[Regimes]) -> _Evaluation:
+    """Adds the laws of a cause outside of the catalogue, as far as they can be told.
+
+    The set that is then named is that of the effects that the laws do not make needless.
+    """
+    case, search_result = evaluation.case, evaluation.search_result
+    if evaluation.selection.answer.kind != "outside":
+        return evaluation
+    laws = missing_laws(case, search_result.calibrated, evaluation.selection.best)
+    if laws is None:
+        return evaluation
+    best = laws.candidate
+    runs, reduction = results.held_out_results(
+        case, search_result.nominal, search_result.calibrated, best
+    )
+    values, moved = results.estimates(case, best)
+    return replace(
+        evaluation,
+        selection=replace(evaluation.selection, best=best, equivalent=()),
+        runs=runs,
+        reduction=reduction,
+        values=values,
+        calibration=results.calibration_of(case, values, moved),
+        extrapolated=extrapolated_effects(best.values, regimes, best.effects),
+        laws=laws,
     )
 
 
@@ -323,6 +378,7 @@ def _insufficient(
         candidates=(),
         cannot_judge=(),
         outside_probability=None,
+        missing_laws=(),
         next_experiment=None,
         how_far=None,
         calibration={},

@@ -149,10 +149,29 @@ class NextExperiment(msgspec.Struct, frozen=True):
     sensors: list[str] = []
 
 
+class MissingLaw(msgspec.Struct, frozen=True):
+    """A term that an equation lacks: linear between the knots of a variable, in SI units.
+
+    `visited` is the share of the samples around each knot, and `rivals` are equations and variables
+    of laws that explain the gap nearly as well.
+    """
+
+    adds_to: str
+    of: str
+    knots: list[Number]
+    values: list[Number]
+    band90: list[Interval]
+    share_of_shrinkage: Number
+    looks_like: str
+    visited: list[Number] = []
+    rivals: list[tuple[str, str]] = []
+
+
 class Which(msgspec.Struct, frozen=True):
     """Which effects cause the gap; `ambiguity_set` and `candidates` have the best first.
 
-    `outside_probability` is that of a cause outside of the catalogue.
+    `outside_probability` is that of a cause outside of the catalogue, and `missing_law` the laws of
+    such a cause, as far as they can be told.
     """
 
     effects: list[Effect]
@@ -161,6 +180,7 @@ class Which(msgspec.Struct, frozen=True):
     cannot_judge: list[CannotJudge]
     next_experiment: NextExperiment | None
     outside_probability: Number = None
+    missing_law: list[MissingLaw] = []
 
 
 class Gaps(msgspec.Struct, frozen=True):
@@ -379,6 +399,22 @@ def _which(diagnosis: findings.Diagnosis) -> Which:
             list(experiment.sensors),
         ),
         outside_probability=_number(diagnosis.outside_probability),
+        missing_law=[_missing_law(law) for law in diagnosis.missing_laws],
+    )
+
+
+def _missing_law(found: findings.MissingLaw) -> MissingLaw:
+    law = found.law
+    return MissingLaw(
+        law.adds_to,
+        law.of,
+        [_number(knot) for knot in law.knots],
+        [_number(value) for value in law.values],
+        [(_number(low), _number(high)) for low, high in found.band],
+        _number(found.share_of_shrinkage),
+        found.looks_like,
+        [_number(share) for share in found.visited],
+        list(found.rivals),
     )
 
 

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
+from ehsid.harness.rigs.table_law import TableLaw
 
 Verdict = Literal[
     "no_gap", "parameters", "effects", "ambiguous", "outside_catalogue", "insufficient_data"
@@ -150,6 +151,38 @@ class FoundEffect:
 StandingKind = Literal[
     "named", "equivalent", "sufficient", "not_needed", "too_small", "worse", "screened"
 ]
+
+
+@dataclass(frozen=True)
+class MissingLaw:
+    """A term that an equation lacks, as a table over the variable that explains the gap best.
+
+    Attributes
+    ----------
+    law
+        equation, variable, knots and values, in SI units; it acts besides the named effects.
+    band
+        90 % interval of the value at each knot.
+    visited
+        share of the samples that are nearer to this knot than to any other.
+    share_of_shrinkage
+        share in the shrinkage of the held-out gap, from the calibrated rig to that with all effects
+        and laws.
+    looks_like
+        its form in words, such as "falls 160 N per metre".
+    rivals
+        equations and variables of other laws that explain the gap nearly as well.
+    form
+        values at the knots of the simple form that `looks_like` names; None where none fits.
+    """
+
+    law: TableLaw
+    band: tuple[tuple[float, float], ...]
+    visited: tuple[float, ...]
+    share_of_shrinkage: float
+    looks_like: str
+    rivals: tuple[tuple[str, str], ...] = ()
+    form: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -349,6 +382,9 @@ class Diagnosis:
         as the contract defines them; how_far is None where the data are insufficient.
     outside_probability
         that the cause is outside of the catalogue; None where the data are insufficient.
+    missing_laws
+        laws of a cause outside of the catalogue; empty where the catalogue suffices, or where no
+        law can be told.
     remarks
         remarks of the gate on the data.
     runs
@@ -376,6 +412,7 @@ class Diagnosis:
     candidates: tuple[Candidate, ...]
     cannot_judge: tuple[CannotJudge, ...]
     outside_probability: float | None
+    missing_laws: tuple[MissingLaw, ...]
     next_experiment: NextExperiment | None
     how_far: HowFar | None
     calibration: Mapping[str, CalibratedValue]

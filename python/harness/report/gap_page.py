@@ -42,6 +42,7 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
+from ehsid.harness.report.law_section import missing_law_section
 from ehsid.harness.report.page import (
     Bars,
     Beside,
@@ -97,11 +98,13 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
     serious = [_remark(remark) for remark in diagnosis.remarks if remark.serious]
     number = f"{len(records)} record{'s' if len(records) > 1 else ''}"
     # Without added effects there is no third simulation to show.
-    kinds = tuple(SIMULATIONS)[: 3 if diagnosis.effects else 2]
+    added = bool(diagnosis.effects or diagnosis.missing_laws)
+    kinds = tuple(SIMULATIONS)[: 3 if added else 2]
     sections = [
         _signals(diagnosis, kinds),
         _where(diagnosis),
         _which(diagnosis),
+        missing_law_section(diagnosis.missing_laws),
         _next(diagnosis.next_experiment, records, rig_file),
         _values(diagnosis),
         _limits(diagnosis),
@@ -132,14 +135,14 @@ def _gap(diagnosis: Diagnosis, gap: HowFar, kinds: Sequence[str]) -> list[Block]
     """Returns the gap of each simulation, how much smaller it became, and the gap by output."""
     window_s = diagnosis.settings.get("window_s", 0.5)
     outputs = ", ".join(shown_channel(name)[0] for name in diagnosis.outputs)
-    if gap.of_explainable is not None and diagnosis.effects:
+    if gap.of_explainable is not None and (diagnosis.effects or diagnosis.missing_laws):
         ends = f"90 % interval for other motions: {percent_ends(gap.of_explainable)}"
         if gap.of_explainable.high > 1.0:
             ends += "; beyond 100 % the noise is smaller than was estimated"
         key = KeyFigure(
             percent(min(gap.of_explainable.value, 1.0)),
             "of the gap that remained after the rig's values were fitted is removed by the added "
-            "effects; the noise floor is not counted",
+            f"{_added(diagnosis)}; the noise floor is not counted",
             ends,
         )
     else:
@@ -182,6 +185,17 @@ def _gap(diagnosis: Diagnosis, gap: HowFar, kinds: Sequence[str]) -> list[Block]
         Beside([[bars, meaning], [key]]),
         Folded("By output, and whether it carries over", details),
     ]
+
+
+def _added(diagnosis: Diagnosis) -> str:
+    """Names what the last simulation has besides fitted values."""
+    laws = "law" if len(diagnosis.missing_laws) == 1 else "laws"
+    names = [
+        name
+        for name, any_ in (("effects", diagnosis.effects), (laws, diagnosis.missing_laws))
+        if any_
+    ]
+    return " and ".join(names)
 
 
 def _signals(diagnosis: Diagnosis, kinds: Sequence[str]) -> Section:

@@ -36,7 +36,7 @@ VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
         "outside_catalogue": (
             "Outside the catalogue",
             "A structural gap remains that no effect of the catalogue explains. The page below "
-            "shows where it lies; this program does not know its cause.",
+            "shows where it lies, and the missing term as a curve where the records can tell it.",
         ),
         "insufficient_data": (
             "Not enough data",
@@ -94,7 +94,7 @@ SIMULATIONS = MappingProxyType(
     {
         "nominal": "simulator as configured",
         "calibrated": "rig values fitted",
-        "augmented": "with effects",
+        "augmented": "with what was found",
     }
 )
 

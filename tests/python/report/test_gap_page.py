@@ -117,7 +117,9 @@ def test_page_shows_what_was_found() -> None:
 
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_a_third_simulation_is_shown_only_where_something_was_added(verdict: Any) -> None:
-    assert ("with effects" in page_of(verdict)) == bool(made_diagnosis(verdict).effects)
+    made = made_diagnosis(verdict)
+    added = bool(made.effects or made.missing_laws)
+    assert ("with what was found" in page_of(verdict)) == added
 
 
 def test_next_experiment_comes_with_the_command_to_run() -> None:

@@ -15,6 +15,7 @@ from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.inference.gap_reduction import WindowSums, window_sums
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import Fit, best_of, descent, fit
+from ehsid.harness.gap.model.law import Law
 from ehsid.harness.gap.model.linear import Linear
 from ehsid.harness.gap.model.machine import effect_starts, machine_scale
 from ehsid.harness.gap.model.parameters import effect_parameters
@@ -33,6 +34,7 @@ from ehsid.harness.gap.thresholds import (
     STIFFNESS_STEPS,
 )
 from ehsid.harness.parallel import run_threads, run_together
+from ehsid.harness.rigs.table_law import TableLaw
 
 SLEW = "nuisance.spool_slew_1_s"
 STIFFNESS = "fluid.bulk_modulus_pa"
@@ -52,9 +54,10 @@ class FittedCandidate:
     effects
         ids of the effects; none for the calibration alone.
     x
-        fitted parameters, shape (n,), in the order of `Case.parameters(effects)`.
+        fitted parameters, shape (n,), in the order of `Case.parameters(effects)`, then those of the
+        laws.
     values
-        the same as values of the plant, by full name.
+        the same as values of the plant, by full name, without those of the laws.
     cost
         cost on the training records, prior included, nats.
     held_out_cost
@@ -69,6 +72,8 @@ class FittedCandidate:
         held-out and of the training records; see `model.spectrum`.
     sums
         sums over the held-out windows from which the gap follows as the contract defines it.
+    laws
+        laws without a name that were fitted with the effects.
     """
 
     effects: tuple[str, ...]
@@ -82,16 +87,30 @@ class FittedCandidate:
     powers: FloatArray
     fit_powers: FloatArray
     sums: WindowSums
+    laws: tuple[Law, ...] = ()
+
+    def tables(self) -> dict[str, TableLaw]:
+        """The fitted laws as tables of a rig file, by name."""
+        tables, first = {}, self.x.size - sum(law.knots.size for law in self.laws)
+        for law in self.laws:
+            end = first + law.knots.size
+            tables[law.name] = law.table(self.x[first:end])
+            first = end
+        return tables
 
 
-def _evaluate(case: Case, effects: tuple[str, ...], fitted: Fit) -> FittedCandidate:
-    held_out = case.problem(effects, held_out=True)
-    values = {p.name: p.value(float(x)) for p, x in zip(held_out.parameters, fitted.x, strict=True)}
+def evaluate(
+    case: Case, effects: tuple[str, ...], fitted: Fit, laws: Sequence[Law] = ()
+) -> FittedCandidate:
+    """Returns a fit of effects and laws with its costs and errors on all data."""
+    held_out = case.problem(effects, held_out=True, laws=laws)
+    named = case.parameters(effects)
+    values = {p.name: p.value(float(x)) for p, x in zip(named, fitted.x, strict=False)}
     simulated = held_out.simulate(fitted.x)
     errors = held_out.errors_of(simulated)
     squares, counts = held_out.window_squares(errors)
     coefficients = held_out.coefficients_of(simulated)
-    training = case.problem(effects)
+    training = case.problem(effects, laws=laws)
     return FittedCandidate(
         effects,
         fitted.x,
@@ -104,6 +123,7 @@ def _evaluate(case: Case, effects: tuple[str, ...], fitted: Fit) -> FittedCandid
         held_out.window_powers(coefficients),
         training.window_powers(training.coefficients(fitted.x)),
         window_sums(held_out.records, simulated, case.outputs),
+        tuple(laws),
     )
 
 
@@ -120,7 +140,7 @@ def nominal_candidate(case: Case) -> FittedCandidate:
     """Returns the rig as configured, without any fit, with nuisances at their typical values."""
     problem = decision_case(case).problem()
     x = problem.centre()
-    return _evaluate(decision_case(case), (), Fit(x, problem.cost(x), 0, True))
+    return evaluate(decision_case(case), (), Fit(x, problem.cost(x), 0, True))
 
 
 def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
@@ -228,7 +248,7 @@ def calibrate_nuisances(case: Case, calibrated: FittedCandidate) -> FittedCandid
     fitted = _with_slower_spool(coarse, _best(run_together(fits)))
     # Held values make the minimum narrow, so that the fit needs twice the steps.
     fitted = fit(coarse, fitted.x, iterations=ITERATIONS)
-    return _evaluate(fine, (), fit(exact, fitted.x, iterations=ITERATIONS_FINE))
+    return evaluate(fine, (), fit(exact, fitted.x, iterations=ITERATIONS_FINE))
 
 
 def screen(case: Case, effects: tuple[str, ...], fit_starts: Sequence[FitStart]) -> FittedCandidate:
@@ -248,7 +268,7 @@ def screen(case: Case, effects: tuple[str, ...], fit_starts: Sequence[FitStart])
         for size in sizes
         for fit_start in fit_starts
     ]
-    return _evaluate(
+    return evaluate(
         case, effects, best_of(descents, iterations=ITERATIONS_SCREEN, kept=STARTS_KEPT)
     )
 
@@ -275,7 +295,7 @@ def grown_from(case: Case, simpler: FittedCandidate, effects: tuple[str, ...]) -
     own = next(i for i, name in enumerate(names) if ParameterKey(name).effect == effect)
     shared = problem.linear(starts[0]).leading(own)
     descents = [descent(problem, x, shared) for x in starts]
-    return _evaluate(
+    return evaluate(
         case, effects, best_of(descents, iterations=ITERATIONS_SCREEN, kept=STARTS_KEPT)
     )
 
@@ -285,13 +305,11 @@ def refine(case: Case, effects: tuple[str, ...], start: FloatArray) -> FittedCan
     coarse = fit(case.problem(effects), start, iterations=ITERATIONS)
     fine = decision_case(case)
     if fine.substeps == case.substeps:
-        return _evaluate(case, effects, coarse)
-    return _evaluate(
-        fine, effects, fit(fine.problem(effects), coarse.x, iterations=ITERATIONS_FINE)
-    )
+        return evaluate(case, effects, coarse)
+    return evaluate(fine, effects, fit(fine.problem(effects), coarse.x, iterations=ITERATIONS_FINE))
 
 
 def refine_finely(case: Case, effects: tuple[str, ...], start: FloatArray) -> FittedCandidate:
     """Makes a fit with the integration steps of the decision only; its cost only falls."""
     fine = decision_case(case)
-    return _evaluate(fine, effects, fit(fine.problem(effects), start, iterations=ITERATIONS))
+    return evaluate(fine, effects, fit(fine.problem(effects), start, iterations=ITERATIONS))

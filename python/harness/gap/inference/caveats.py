@@ -74,7 +74,7 @@ def _unnamed_candidates(case: Case, search_result: SearchResult, selection: Sele
 def _values_at_bounds(case: Case, best: FittedCandidate) -> list[str]:
     """Says which fitted values of the rig or of an effect ended at an end of their range."""
     sentences = []
-    for parameter, x in zip(case.parameters(best.effects), best.x, strict=True):
+    for parameter, x in zip(case.parameters(best.effects), best.x, strict=False):
         key = ParameterKey(parameter.name)
         span = parameter.high - parameter.low
         if key.is_nuisance or not 0.0 < span < math.inf:

@@ -78,6 +78,11 @@ def _gaps(sums: WindowSums, windows: npt.NDArray[np.int64]) -> FloatArray:
     )
 
 
+def mean_gap(sums: WindowSums) -> float:
+    """Normalised rms error (nrmse) over all windows, mean of the outputs."""
+    return float(_gaps(sums, np.arange(sums.count.size)).mean())
+
+
 def _floors(
     reached: WindowSums, floors: Mapping[str, NoiseFloor], end: str, windows: npt.NDArray[np.int64]
 ) -> FloatArray:

@@ -24,10 +24,10 @@ from ehsid.harness.gap.schema import Estimate
 LEVEL = 0.9
 
 
-def deviations(problem: Problem, x: FloatArray) -> FloatArray:
-    """Standard deviation of each parameter x, shape (n,).
+def covariance(problem: Problem, x: FloatArray) -> FloatArray:
+    """Covariance of the parameters x, shape (n, n).
 
-    It is zero where a bound holds the parameter, and infinite where nothing depends on it.
+    The variance is zero where a bound holds a parameter, and infinite where nothing depends on it.
     """
     step, gradients = problem.window_gradients(x)
     # A parameter that the data push against its bound does not move with them.
@@ -42,25 +42,38 @@ def deviations(problem: Problem, x: FloatArray) -> FloatArray:
     inverse = inverse * np.outer(scale, scale)
     free_gradients = gradients[:, free]
     meat = free_gradients.T @ free_gradients + np.diag(problem.information()[free])
-    result = np.where(unseen, np.inf, 0.0)
-    result[free] = np.sqrt(np.maximum(np.diag(inverse @ meat @ inverse), 0.0))
+    result = np.diag(np.where(unseen, np.inf, 0.0))
+    result[np.ix_(free, free)] = inverse @ meat @ inverse
     return result
 
 
-def candidate_deviations(case: Case, candidate: FittedCandidate) -> tuple[FloatArray, int]:
-    """Returns the standard deviation of each x of a candidate, and the number of windows used.
+def deviations(problem: Problem, x: FloatArray) -> FloatArray:
+    """Standard deviation of each parameter x, shape (n,); see `covariance`."""
+    return np.asarray(np.sqrt(np.maximum(np.diag(covariance(problem, x)), 0.0)))
+
+
+def candidate_covariance(case: Case, candidate: FittedCandidate) -> tuple[FloatArray, int]:
+    """Returns the covariance of the x of a candidate, shape (n, n), and the number of windows used.
 
     The fit leaves out nuisances that the record cannot separate from an effect. Here they are
     included with the uncertainty of their priors, which adds to that of the effect that stands for
     them.
     """
-    problem = decision_case(case).problem(candidate.effects, unseen=True)
-    names = {parameter.name for parameter in case.parameters(candidate.effects)}
+    fine = decision_case(case)
+    problem = fine.problem(candidate.effects, unseen=True, laws=candidate.laws)
+    fitted = fine.problem(candidate.effects, laws=candidate.laws).parameters
+    names = {parameter.name for parameter in fitted}
     indices = [i for i, parameter in enumerate(problem.parameters) if parameter.name in names]
     x = problem.centre()
     x[indices] = candidate.x
     windows = sum(int(np.unique(record.window[record.used]).size) for record in problem.records)
-    return deviations(problem, x)[indices], windows
+    return covariance(problem, x)[np.ix_(indices, indices)], windows
+
+
+def candidate_deviations(case: Case, candidate: FittedCandidate) -> tuple[FloatArray, int]:
+    """Standard deviation of each x of a candidate; see `candidate_covariance`."""
+    of_all, windows = candidate_covariance(case, candidate)
+    return np.asarray(np.sqrt(np.maximum(np.diag(of_all), 0.0))), windows
 
 
 def interval(

@@ -75,6 +75,7 @@ def localise(
     best: FittedCandidate | None,
     *,
     shares: Mapping[str, float] | None = None,
+    laws: Sequence[tuple[str, float]] = (),
     evidence: Evidence | None = None,
 ) -> Where:
     """Combines the evidence, the selected effects and the maps of the gap.
@@ -89,6 +90,8 @@ def localise(
         the fit with the selected effects; None, or a fit without effects, where there are none.
     shares
         share of the held-out gain by id of the effect; by default all are equal.
+    laws
+        subsystem and share of the held-out gain of each law without a name.
     evidence
         result of `gather`, if it is already there.
     """
@@ -100,8 +103,8 @@ def localise(
     evidence_shares = evidence.subsystem
     notes = [*evidence.attribution.notes, *_noise_notes(evidence)]
     selected = best.effects if best is not None else ()
-    if selected:
-        subsystem = _effect_shares(selected, shares)
+    if selected or laws:
+        subsystem = _effect_shares(selected, shares, laws)
         notes = [
             *_contradictions(subsystem, evidence_shares, bool(evidence.attribution.equations)),
             *notes,
@@ -119,15 +122,19 @@ def localise(
     )
 
 
-def _effect_shares(selected: Sequence[str], shares: Mapping[str, float] | None) -> dict[str, float]:
+def _effect_shares(
+    selected: Sequence[str],
+    shares: Mapping[str, float] | None,
+    laws: Sequence[tuple[str, float]] = (),
+) -> dict[str, float]:
     """Returns the shares of the subsystems of these effects; a negative share counts as zero."""
     weights = {effect: max(shares.get(effect, 0.0), 0.0) if shares else 1.0 for effect in selected}
-    total = sum(weights.values())
+    total = sum(weights.values()) + sum(share for _, share in laws)
     if total <= 0.0:
         weights, total = dict.fromkeys(selected, 1.0), float(len(selected))
+    parts = [(effects()[effect].subsystem, weight) for effect, weight in weights.items()]
     subsystem: dict[str, float] = {}
-    for effect, weight in weights.items():
-        name = effects()[effect].subsystem
+    for name, weight in (*parts, *laws):
         subsystem[name] = subsystem.get(name, 0.0) + weight / total
     return subsystem
 

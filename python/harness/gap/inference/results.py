@@ -51,7 +51,10 @@ def held_out_results(
     """Returns the held-out records with their three simulations, and the reduction of the gap."""
     fine = decision_case(case)
     candidates = (nominal, calibrated, best)
-    problems = [fine.problem(candidate.effects, held_out=True) for candidate in candidates]
+    problems = [
+        fine.problem(candidate.effects, held_out=True, laws=candidate.laws)
+        for candidate in candidates
+    ]
     simulations = [
         problem.simulate(candidate.x)
         for problem, candidate in zip(problems, candidates, strict=True)
@@ -61,7 +64,7 @@ def held_out_results(
     reduction = gap_reduction(
         sums[0], sums[1], sums[2], case.floors, np.random.default_rng(BOOTSTRAP_SEED)
     )
-    if best.effects:
+    if best.effects or best.laws:
         reduction = reduction_between_machines(reduction, case.pressures)
     runs = []
     for index, compared in enumerate(records):
@@ -133,7 +136,8 @@ def estimates(
     model_error = MODEL_ERROR if case.pressures else MODEL_ERROR_POSITION
     estimated, moved = {}, {}
     parameters = case.parameters(candidate.effects)
-    for parameter, x, deviation in zip(parameters, candidate.x, deviations, strict=True):
+    # The parameters of laws come last; they are no values of the rig.
+    for parameter, x, deviation in zip(parameters, candidate.x, deviations, strict=False):
         estimated[parameter.name] = size_between_machines(
             interval(parameter, float(x), float(deviation), windows, model_error),
             parameter,
@@ -181,8 +185,12 @@ def selected_effects(
     search_result: SearchResult,
     selection: Selection,
     values: Mapping[str, Estimate],
+    of_all: float = 1.0,
 ) -> tuple[FoundEffect, ...]:
-    """Returns the effects of the best set, each with its share of the held-out gain."""
+    """Returns the effects of the best set, each with its share of the held-out gain.
+
+    of_all: share of all these effects together; laws without a name may have the rest.
+    """
     best = selection.best
     gains = {}
     for effect in best.effects:
@@ -205,7 +213,7 @@ def selected_effects(
                 effect,
                 selection.posterior.of_effect(effect),
                 parameters,
-                gains[effect] / total,
+                of_all * gains[effect] / total,
             )
         )
     return tuple(effects)

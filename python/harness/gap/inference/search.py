@@ -411,14 +411,15 @@ def without_small_effects(
 
 def restrict(case: Case, candidate: FittedCandidate, remaining: Sequence[str]) -> FloatArray:
     """Returns the x of a candidate with the parameters of the remaining effects only."""
-    begin = candidate.x.size - _effects_size(case, candidate.effects)
+    of_laws = sum(law.knots.size for law in candidate.laws)
+    begin = candidate.x.size - of_laws - _effects_size(case, candidate.effects)
     parts = [candidate.x[:begin]]
     for effect in candidate.effects:
         count = _parameter_count(case, effect)
         if effect in remaining:
             parts.append(candidate.x[begin : begin + count])
         begin += count
-    return np.concatenate(parts)
+    return np.concatenate([*parts, candidate.x[begin:]])
 
 
 def _parameter_count(case: Case, effect: str) -> int:

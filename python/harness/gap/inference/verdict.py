@@ -35,6 +35,7 @@ def decide(
     extrapolated: Sequence[CannotJudge],
     nuisance_fit: FittedCandidate | None = None,
     step: Estimate | None = None,
+    missing: str = "",
 ) -> Decision:
     """Puts the answer of the selection into a verdict on data that can carry a diagnosis.
 
@@ -53,6 +54,8 @@ def decide(
         effect was selected.
     step
         step of the position sensor, m, where it is coarse; else None.
+    missing
+        laws of a cause outside of the catalogue, in words; empty where none is known.
     """
     best, answer = selection.best, selection.answer
     reasons = [_gaps(best, reduction), *caveats(case, search_result, selection, reduction)]
@@ -70,7 +73,7 @@ def decide(
     match answer.kind:
         case "outside":
             reasons.append(_what_is_left(selection))
-            return decision("outside_catalogue", _outside_sentence(best))
+            return decision("outside_catalogue", _outside_sentence(best, missing))
         case "ambiguous":
             others = "; or ".join(in_words(each.effects) for each in selection.equivalent)
             reasons.append(
@@ -108,14 +111,13 @@ def decide(
 
 def _gaps(best: FittedCandidate, reduction: HowFar) -> str:
     low, high = reduction.noise_floor
-    added = (
-        f", {percent(reduction.augmented)} with {in_words(best.effects)} added"
-        if best.effects
-        else ""
-    )
+    added = [in_words(best.effects)] if best.effects else []
+    if best.laws:
+        added.append("the missing law" if len(best.laws) == 1 else "the missing laws")
+    last = f", {percent(reduction.augmented)} with {' and '.join(added)} added" if added else ""
     return (
         f"On held-out data the gap is {percent(reduction.nominal)} with the simulator as "
-        f"configured, {percent(reduction.calibrated)} with the values of the rig fitted{added}; "
+        f"configured, {percent(reduction.calibrated)} with the values of the rig fitted{last}; "
         f"the noise floor is {percent(low)} to {percent(high)}."
     )
 
@@ -128,10 +130,11 @@ def _what_is_left(selection: Selection) -> str:
     )
 
 
-def _outside_sentence(best: FittedCandidate) -> str:
+def _outside_sentence(best: FittedCandidate, missing: str) -> str:
+    sentence = "Neither other values of the rig nor any effect of the catalogue explain the gap."
     if best.effects:
-        return (
+        sentence = (
             f"Part of the gap is due to {in_words(best.effects)}; no effect of the catalogue "
             "explains the rest."
         )
-    return "Neither other values of the rig nor any effect of the catalogue explain the gap."
+    return f"{sentence} {missing}".strip()

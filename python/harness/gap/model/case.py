@@ -15,6 +15,7 @@ from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.data.floor import NoiseFloor
 from ehsid.harness.gap.data.sensor_floor import sensor_floor
 from ehsid.harness.gap.model.comparison import Blocks, Compared, compare, varying_outputs
+from ehsid.harness.gap.model.law import Law
 from ehsid.harness.gap.model.machine import effect_starts
 from ehsid.harness.gap.model.parameters import (
     Parameter,
@@ -109,6 +110,7 @@ class Case:
         all_states: bool | None = None,
         unseen: bool = False,
         white: bool = False,
+        laws: Sequence[Law] = (),
     ) -> Problem:
         """Returns the cost of calibration and effects; by default in the windows of the case."""
         window_s = self.window_s if window_s is None else window_s
@@ -124,6 +126,7 @@ class Case:
             substeps=self.substeps,
             white=white,
             swinging=self.all_states,
+            laws=laws,
         )
 
     def _compared(

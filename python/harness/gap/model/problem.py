@@ -11,7 +11,7 @@ transform of the errors, so that exact sensitivities pass through it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -22,6 +22,7 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.gap.deciding import INDEPENDENT, LEAST_TOLERANCE, TOLERANCE
 from ehsid.harness.gap.model.comparison import Compared
+from ehsid.harness.gap.model.law import Law, block_basis
 from ehsid.harness.gap.model.likelihood import OutputLikelihood
 from ehsid.harness.gap.model.linear import Linear
 from ehsid.harness.gap.model.parameters import Parameter
@@ -66,6 +67,8 @@ class Problem:
         see `OutputLikelihood`.
     swinging
         whether the records show mainly a limit cycle.
+    laws
+        tables whose values the fit determines, too; their parameters follow the others in x.
     """
 
     def __init__(
@@ -80,27 +83,32 @@ class Problem:
         fixed: Mapping[str, float] | None = None,
         white: bool = False,
         swinging: bool = False,
+        laws: Sequence[Law] = (),
     ) -> None:
         if not records or not outputs:
             raise ValueError("there is no record or no output to compare")
         names = list(plant_parameters())
-        self.rig = rig
+        named = tuple(parameters)
+        of_laws = [parameter for law in laws for parameter in law.parameters()]
+        unfitted = {law.name: law.table(np.zeros(law.knots.size)) for law in laws}
+        self.rig = replace(rig, tables={**rig.tables, **unfitted}) if laws else rig
+        self.laws = tuple(laws)
         self.records = tuple(records)
-        self.parameters = tuple(parameters)
+        self.parameters = (*named, *of_laws)
         self.outputs = tuple(outputs)
         self.floors = dict(floors)
         self.substeps = substeps
         self.white = white
         self.swinging = swinging
-        self._indices = [names.index(parameter.name) for parameter in parameters]
+        self._indices = [names.index(parameter.name) for parameter in named]
+        self._basis = block_basis(self.laws)
         self._columns = [OUTPUTS.index(name) for name in self.outputs]
-        self._base = rig.plant_values(fixed)
-        self._tables = rig.table_values()
+        self._base = np.hstack([self.rig.plant_values(fixed), self.rig.table_values()])
         self.spectrum = Spectrum(self.records)
-        self._centre = np.array([parameter.centre for parameter in parameters])
-        self._weight = np.array([parameter.sigma**-2 for parameter in parameters])
-        self.low = np.array([parameter.low for parameter in parameters])
-        self.high = np.array([parameter.high for parameter in parameters])
+        self._centre = np.array([parameter.centre for parameter in self.parameters])
+        self._weight = np.array([parameter.sigma**-2 for parameter in self.parameters])
+        self.low = np.array([parameter.low for parameter in self.parameters])
+        self.high = np.array([parameter.high for parameter in self.parameters])
 
     def information(self) -> FloatArray:
         """Information of the priors: sigma^-2 of each parameter, shape (n,)."""
@@ -190,10 +198,18 @@ class Problem:
         return np.asarray(np.clip(self._centre, self.low, self.high), dtype=np.float64)
 
     def plant_values(self, x: FloatArray) -> FloatArray:
-        """All P values of the plant at x, in the order of `plant_parameters`, shape (P,)."""
+        """All values of the plant at x, shape (P + T,).
+
+        First those of `plant_parameters`, then those of the tables of the rig.
+        """
         values = self._base.copy()
-        for index, parameter, x_value in zip(self._indices, self.parameters, x, strict=True):
+        named = len(self._indices)
+        for index, parameter, x_value in zip(
+            self._indices, self.parameters[:named], x[:named], strict=True
+        ):
             values[index] = parameter.value(float(x_value))
+        if self.laws:
+            values[values.size - self._basis.shape[0] :] = self._basis @ x[named:]
         return values
 
     def simulate(self, x: FloatArray) -> list[dict[str, FloatArray]]:
@@ -288,13 +304,16 @@ class Problem:
         self, x: FloatArray, varied: Sequence[int]
     ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
         """Coefficients by output, (R,), and their derivatives by the varied x, shape (R, V)."""
-        runs = self._runs(x, varied)
-        scale = np.array([self.parameters[index].slope(float(x[index])) for index in varied])
+        named = len(self._indices)
+        own = [index for index in varied if index < named]
+        of_laws = [index - named for index in varied if index >= named]
+        tables = range(self._base.size - self._basis.shape[0], self._base.size)
+        runs = self._runs(x, [*(self._indices[i] for i in own), *(tables if of_laws else ())])
+        scale = np.array([self.parameters[index].slope(float(x[index])) for index in own])
         # The sensitivities of a simulation that diverges overflow. No step is taken then.
         with np.errstate(over="ignore", invalid="ignore"):
             slopes = {
-                name: scale
-                * self.spectrum.transform(
+                name: self.spectrum.transform(
                     [
                         record.inside(partials[name])
                         for record, (_, partials) in zip(self.records, runs, strict=True)
@@ -303,15 +322,23 @@ class Problem:
                 )
                 for name in self.outputs
             }
+            for name, by_values in slopes.items():
+                by_parameters = scale * by_values[:, : len(own)]
+                if of_laws:
+                    by_laws = by_values[:, len(own) :] @ self._basis[:, of_laws]
+                    by_parameters = np.hstack([by_parameters, by_laws])
+                slopes[name] = by_parameters
         return self.coefficients_of([outputs for outputs, _ in runs]), slopes
 
     def _runs(
-        self, x: FloatArray, varied: Sequence[int]
+        self, x: FloatArray, places: Sequence[int]
     ) -> list[tuple[dict[str, FloatArray], dict[str, FloatArray]]]:
-        """Outputs by name, shape (N,), and their derivatives by the plant's values, (N, V)."""
-        values = np.hstack([self.plant_values(x), self._tables])[np.newaxis]
-        indices = [self._indices[index] for index in varied]
-        return run_threads([partial(self._run, record, values, indices) for record in self.records])
+        """Outputs by name, shape (N,), and their derivatives by values of the plant, (N, V).
+
+        places: of these values in `plant_values`.
+        """
+        values = self.plant_values(x)[np.newaxis]
+        return run_threads([partial(self._run, record, values, places) for record in self.records])
 
     def _run(
         self, record: Compared, values: FloatArray, indices: Sequence[int]

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: MIT
+"""Choice of the laws that are shown: those without which the best set leaves clearly more."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.gap.deciding import EFFECT, EVIDENCE
+from ehsid.harness.gap.inference.candidates import FittedCandidate, decision_case, evaluate
+from ehsid.harness.gap.inference.evidence import left
+from ehsid.harness.gap.inference.families import law_count
+from ehsid.harness.gap.inference.gap_reduction import WindowSums, mean_gap
+from ehsid.harness.gap.inference.intervals import LEVEL, candidate_covariance
+from ehsid.harness.gap.inference.search import restrict
+from ehsid.harness.gap.laws.fitting import LONG, with_one_law
+from ehsid.harness.gap.laws.menu import visited
+from ehsid.harness.gap.laws.words import describe
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.model.fit import fit
+from ehsid.harness.gap.model.law import Law
+from ehsid.harness.gap.schema import MissingLaw
+
+MOST_LAWS = 2
+# A law has the prior cost of two effects: there is a choice of equation and variable besides. It is
+# shown where it lowers what is left by more than this, see `evidence.left`.
+LEAST_GAIN = 2.0 * EFFECT / EVIDENCE
+# A second law must matter beside the first: tables follow whatever the first one leaves.
+LEAST_OF_FIRST = 0.3
+# Other laws count as rivals where what they leave is no more than this above the best.
+RIVAL = EFFECT / EVIDENCE
+
+
+@dataclass(frozen=True, eq=False)
+class LawsFound:
+    """The calibrated rig, perhaps with effects, with the laws that it lacks.
+
+    Attributes
+    ----------
+    candidate
+        the fit with these effects and laws.
+    laws
+        the laws for the reader.
+    of_effects
+        share of the effects in the shrinkage of the held-out gap, 0 to 1; the laws have the rest.
+    """
+
+    candidate: FittedCandidate
+    laws: tuple[MissingLaw, ...]
+    of_effects: float
+
+
+def missing_laws(
+    case: Case, calibrated: FittedCandidate, best: FittedCandidate
+) -> LawsFound | None:
+    """Looks for laws that explain what the best set leaves; None where there is none.
+
+    Laws are added to the best set and to the rig without effects: the effects of the best set may
+    be there only because the law was missing.
+
+    Parameters
+    ----------
+    case
+        the records.
+    calibrated, best
+        the rig without effects, and with the best set of effects.
+    """
+    fine = decision_case(case)
+    starts = [calibrated, best] if best.effects else [calibrated]
+    chains = [_Chain(fine, (start,), ()).longer() for start in starts]
+    chain = min(chains, key=lambda each: each.penalised)
+    chain = chain.longer() if chain.rivals else chain
+    if not chain.rivals:
+        return None
+    candidate = _without_needless(fine, chain.last)
+    steps = [calibrated, *chain.steps[:-1], candidate]
+    shares = _shares([each.sums for each in steps])
+    if shares is None:
+        return None
+    bands = _bands(fine, candidate)
+    here = visited(fine, candidate)
+    tables = candidate.tables()
+    laws = []
+    for law, band, share, others in zip(
+        candidate.laws, bands, shares[1:], chain.rivals, strict=True
+    ):
+        weights = _nearest(law, here[law.of])
+        table = tables[law.name]
+        told = describe(table, weights)
+        laws.append(MissingLaw(table, band, weights, share, told.words, others, told.form))
+    return LawsFound(candidate, tuple(laws), shares[0])
+
+
+@dataclass(frozen=True, eq=False)
+class _Chain:
+    """A start and its fits with one law more each; `rivals`: other laws that explain as much."""
+
+    case: Case
+    steps: tuple[FittedCandidate, ...]
+    rivals: tuple[tuple[tuple[str, str], ...], ...]
+
+    @property
+    def last(self) -> FittedCandidate:
+        return self.steps[-1]
+
+    @property
+    def penalised(self) -> float:
+        """What the last fit leaves, and the prior cost of its effects and laws on that scale."""
+        return _penalised(self.case, self.last)
+
+    def longer(self) -> _Chain:
+        """With a law more, or the same where none is worth its cost."""
+        found = with_one_law(self.case, self.last)
+        if not found:
+            return self
+        gains = [left(self.case, each) for each in self.steps]
+        gain = gains[-1] - found[0].left
+        first = gains[0] - gains[-1]
+        if gain < max(LEAST_GAIN, LEAST_OF_FIRST * first):
+            return self
+        if mean_gap(found[0].candidate.sums) >= mean_gap(self.last.sums):
+            return self
+        rivals = tuple(
+            (other.law.adds_to, other.law.of)
+            for other in found[1:]
+            if other.left - found[0].left < RIVAL
+        )
+        return _Chain(self.case, (*self.steps, found[0].candidate), (*self.rivals, rivals))
+
+
+def _penalised(case: Case, candidate: FittedCandidate) -> float:
+    laws = law_count(candidate.effects)
+    return left(case, candidate) + laws * EFFECT / EVIDENCE + len(candidate.laws) * LEAST_GAIN
+
+
+def _without_needless(case: Case, candidate: FittedCandidate) -> FittedCandidate:
+    """Leaves out effects that are not worth their prior cost beside the laws."""
+    for effect in candidate.effects:
+        remaining = tuple(each for each in candidate.effects if each != effect)
+        start = restrict(case, candidate, remaining)
+        problem = case.problem(remaining, laws=candidate.laws)
+        smaller = evaluate(case, remaining, fit(problem, start, iterations=LONG), candidate.laws)
+        if _penalised(case, smaller) <= _penalised(case, candidate):
+            return _without_needless(case, smaller)
+    return candidate
+
+
+def _shares(steps: Sequence[WindowSums]) -> list[float] | None:
+    """Share of each step in the shrinkage of the held-out gap; None where it does not shrink."""
+    gaps = [mean_gap(sums) for sums in steps]
+    removed = [max(before - after, 0.0) for before, after in itertools.pairwise(gaps)]
+    if gaps[-1] >= gaps[0]:
+        return None
+    return [each / sum(removed) for each in removed]
+
+
+def _bands(case: Case, candidate: FittedCandidate) -> list[tuple[tuple[float, float], ...]]:
+    """Interval of the values of each law at its knots, by the covariance of the fit."""
+    of_all, _ = candidate_covariance(case, candidate)
+    reach = float(norm.ppf(0.5 + 0.5 * LEVEL))
+    bands, first = [], candidate.x.size - sum(law.knots.size for law in candidate.laws)
+    for law in candidate.laws:
+        own = slice(first, first + law.knots.size)
+        first = own.stop
+        # values = L z, so that their covariance is L C L'
+        variance = np.diag(law.basis @ of_all[own, own] @ law.basis.T)
+        half = reach * np.sqrt(np.maximum(variance, 0.0))
+        values = law.basis @ candidate.x[own]
+        bands.append(tuple(zip((values - half).tolist(), (values + half).tolist(), strict=True)))
+    return bands
+
+
+def _nearest(law: Law, samples: FloatArray) -> tuple[float, ...]:
+    """Share of the samples that are nearer to each knot than to any other."""
+    middles = 0.5 * (law.knots[1:] + law.knots[:-1])
+    counts = np.bincount(np.searchsorted(middles, samples), minlength=law.knots.size)
+    return tuple((counts / max(samples.size, 1)).tolist())

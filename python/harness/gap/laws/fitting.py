@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: MIT
+"""Fits of laws without a name through the simulator, as any effect is fitted."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ehsid.harness.gap.inference.candidates import FittedCandidate, decision_case, evaluate
+from ehsid.harness.gap.inference.evidence import left
+from ehsid.harness.gap.laws.menu import laws
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.model.fit import descent, fit
+from ehsid.harness.gap.model.law import Law
+from ehsid.harness.gap.model.linear import Linear
+from ehsid.harness.parallel import run_together
+
+# Steps of a short fit of each law of the menu, number of laws that get a long one, and its steps.
+SHORT, KEPT, LONG = 3, 4, 12
+
+
+@dataclass(frozen=True, eq=False)
+class FittedLaw:
+    """A candidate with one law more; `left`: the errors that it leaves, see `evidence.left`."""
+
+    candidate: FittedCandidate
+    left: float
+
+    @property
+    def law(self) -> Law:
+        """The law that was added last."""
+        return self.candidate.laws[-1]
+
+
+def with_one_law(case: Case, candidate: FittedCandidate) -> list[FittedLaw]:
+    """Adds each law of the menu to a candidate; returns the best few, fitted, best first."""
+    fine = decision_case(case)
+    shared = fine.problem(candidate.effects, laws=candidate.laws).linear(candidate.x)
+    present = {law.name for law in candidate.laws}
+    menu = [law for law in laws(fine, candidate) if law.name not in present]
+    short = run_together([partial(_short, fine, candidate, law, shared) for law in menu])
+    short.sort(key=lambda each: each.cost)
+    fitted = run_together([partial(_long, fine, each) for each in short[:KEPT]])
+    return sorted((FittedLaw(each, left(fine, each)) for each in fitted), key=lambda e: e.left)
+
+
+def _short(case: Case, candidate: FittedCandidate, law: Law, shared: Linear) -> FittedCandidate:
+    """A few steps from the candidate with the law at zero."""
+    laws = (*candidate.laws, law)
+    problem = case.problem(candidate.effects, laws=laws)
+    start = np.concatenate([candidate.x, np.zeros(law.knots.size)])
+    *_, last = itertools.islice(descent(problem, start, shared), SHORT)
+    return evaluate(case, candidate.effects, last, laws)
+
+
+def _long(case: Case, short: FittedCandidate) -> FittedCandidate:
+    problem = case.problem(short.effects, laws=short.laws)
+    return evaluate(case, short.effects, fit(problem, short.x, iterations=LONG), short.laws)

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""The laws that are tried: equations, variables, and the sizes that a term may have."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+import ehsid
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.model.law import Law
+from ehsid.harness.gap.model.machine import machine_scale
+
+# Variables of each equation, as far as physics knows such laws: friction, springs and bearings;
+# flow laws of the edges, leakage and air; errors of sensors; clocks that drift.
+MENU: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "force": ("velocity_m_s", "position_m", "time_s"),
+        "flow_a": ("spool", "pressure_a_pa", "position_m", "time_s"),
+        "flow_b": ("spool", "pressure_b_pa", "position_m", "time_s"),
+        "spool": ("spool", "time_s"),
+        "sensor": ("position_m", "time_s"),
+        "delay": ("time_s",),
+    }
+)
+# Standard deviation of a term by the prior: share of the largest force, of the rated flow, of full
+# opening, of the stroke; and seconds.
+SHARE = MappingProxyType(
+    {"force": 0.1, "flow_a": 0.1, "flow_b": 0.1, "spool": 0.1, "sensor": 0.01, "delay": 0.01}
+)
+KNOTS = 12
+# Share of the samples beyond the outer knots at either end.
+TAIL = 0.002
+# Friction and metering edges bend near zero: there knots are closer, on the scale asinh(x / x_0)
+# with x_0 this share of the range.
+BENDS_AT_ZERO = ("velocity_m_s", "spool")
+NEAR_ZERO = 0.03
+
+
+def laws(case: Case, candidate: FittedCandidate) -> list[Law]:
+    """Returns the laws of the menu that the plant can have, over the range that the rod visited."""
+    here = visited(case, candidate)
+    sizes = _sizes(case)
+    found = []
+    for equation, variables in MENU.items():
+        for variable in variables:
+            if equation not in sizes or variable not in here:
+                continue
+            knots = _knots(here[variable], bends=variable in BENDS_AT_ZERO)
+            if knots is not None:
+                found.append(Law(equation, variable, knots, sizes[equation]))
+    return found
+
+
+def _sizes(case: Case) -> dict[str, float]:
+    """Sizes of terms by equation; without those that the plant does not have."""
+    values = case.rig.values
+    travel = values.get("cylinder.stroke_m") or float(
+        max(np.ptp(record.column("position_m")) for record in case.records)
+    )
+    of = {"force": machine_scale(case.rig).force_n, "sensor": travel, "delay": 1.0}
+    if case.rig.plant == "ehs":
+        of |= {"flow_a": values["valve.rated_flow_m3_s"], "spool": 1.0}
+        of["flow_b"] = of["flow_a"]
+    return {name: SHARE[name] * unit for name, unit in of.items() if math.isfinite(unit)}
+
+
+def visited(case: Case, candidate: FittedCandidate) -> dict[str, FloatArray]:
+    """What the simulation of a candidate visits, by variable, all fitted records together."""
+    problem = case.problem(candidate.effects, laws=candidate.laws)
+    values = problem.plant_values(candidate.x)[np.newaxis]
+    parts: dict[str, list[FloatArray]] = {"time_s": []}
+    for record in problem.records:
+        outputs, _ = ehsid.simulate_plant(
+            problem.rig.plant,
+            values,
+            record.record.column("command_v"),
+            dt_s=record.dt_s,
+            substeps=problem.substeps,
+            aligned=record.aligned,
+            tables=problem.rig.table_shapes(),
+        )
+        for name, column in zip(ehsid.plant_outputs(), outputs[0].T, strict=True):
+            if np.isfinite(column).all():
+                parts.setdefault(name, []).append(np.asarray(column, dtype=np.float64))
+        parts["time_s"].append(record.dt_s * np.arange(len(record.record), dtype=np.float64))
+    return {name: np.concatenate(columns) for name, columns in parts.items()}
+
+
+def _knots(samples: FloatArray, *, bends: bool) -> FloatArray | None:
+    """Knots over what was visited, shape (KNOTS,); None where the variable does not vary."""
+    low, high = np.quantile(samples, [TAIL, 1.0 - TAIL])
+    if not high - low > 1e-9 * max(abs(low), abs(high)):
+        return None
+    if not bends:
+        return np.asarray(np.linspace(low, high, KNOTS))
+    near = NEAR_ZERO * (high - low)
+    ends = np.arcsinh(np.array([low, high]) / near)
+    return np.asarray(near * np.sinh(np.linspace(ends[0], ends[1], KNOTS)))

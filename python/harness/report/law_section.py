@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""Shows the laws that the catalogue does not have: each as a curve with its band."""
+
+from __future__ import annotations
+
+from bokeh.models import Legend
+from bokeh.plotting import figure
+
+from ehsid.harness.gap.schema import MissingLaw
+from ehsid.harness.report.gap_words import first_upper, percent
+from ehsid.harness.report.page import Block, Card, Note, Plot, Section
+from ehsid.harness.report.plotting import BLUE, VERMILION
+from ehsid.harness.rigs.table_words import (
+    OF_TERM,
+    OF_VARIABLE,
+    TERM_WORDS,
+    VARIABLE_WORDS,
+    table_words,
+)
+
+
+def missing_law_section(laws: tuple[MissingLaw, ...]) -> Section:
+    """Returns the section; it is empty where there is no law."""
+    if not laws:
+        return Section("The missing law", [])
+    text = (
+        "Each curve is a term that was added to an equation of the simulator and fitted like an "
+        "effect, together with all values of the rig; the band holds 90 %. Beyond its ends the "
+        "records never went, and nothing is known. The file rig.augmented.toml has the curve as a "
+        "table, and ehsid simulate runs it."
+    )
+    title = "The missing law" if len(laws) == 1 else "The missing laws"
+    return Section(title, [text, *map(_card, laws)])
+
+
+def _card(found: MissingLaw) -> Card:
+    law = found.law
+    words = first_upper(table_words(law.adds_to, law.of))
+    blocks: list[Block] = [
+        Note(
+            f"It {found.looks_like}. It has {percent(found.share_of_shrinkage)} of the shrinkage "
+            "of the gap on held-out data."
+        ),
+        Plot(_figure(found)),
+    ]
+    if found.rivals:
+        others = ", or ".join(table_words(adds_to, of) for adds_to, of in found.rivals)
+        blocks.append(
+            Note(
+                f"These records hardly tell it from {others}. Record the same motion again where "
+                "these differ: elsewhere in the stroke, at another speed, or later."
+            )
+        )
+    return Card(words, blocks)
+
+
+def _figure(found: MissingLaw) -> figure:
+    law = found.law
+    (unit, scale), (x_unit, x_scale) = OF_TERM[law.adds_to], OF_VARIABLE[law.of]
+    x = [x_scale * knot for knot in law.knots]
+    made = figure(
+        height=260,
+        sizing_mode="stretch_width",
+        x_axis_label=f"{VARIABLE_WORDS[law.of]} in {x_unit}",
+        y_axis_label=f"{TERM_WORDS[law.adds_to]} in {unit}",
+        toolbar_location=None,
+        outline_line_color="#d5dae0",
+        min_border_left=64,
+    )
+    low, high = ([scale * ends[side] for ends in found.band] for side in (0, 1))
+    band = made.varea(x, low, high, color=BLUE, alpha=0.2)
+    line = made.line(x, [scale * value for value in law.values], color=BLUE, line_width=2.0)
+    made.scatter(x, [scale * value for value in law.values], color=BLUE, size=5)
+    shown = [("curve that explains the gap", [line]), ("90 %", [band])]
+    if found.form is not None:
+        simple = made.line(
+            x, [scale * value for value in found.form], color=VERMILION, line_dash="dashed"
+        )
+        shown.append(("simple form", [simple]))
+    made.add_layout(
+        Legend(
+            items=shown,
+            orientation="horizontal",
+            border_line_color=None,
+            label_text_font_size="11px",
+            padding=2,
+            margin=0,
+        ),
+        "above",
+    )
+    made.grid.grid_line_color = "#e9ecef"
+    for axis in made.axis:
+        axis.axis_label_text_font_size = "12px"
+        axis.axis_label_text_font_style = "normal"
+        axis.major_label_text_font_size = "11px"
+        axis.minor_tick_line_color = None
+    return made

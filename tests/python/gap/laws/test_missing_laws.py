@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: MIT
+"""Laws that the catalogue lacks, found in records of machines that have them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gap_cases import DT_S, OFF, PRESSURES, RIG, SUBSTEPS, command_of, record
+
+from ehsid.harness.gap.inference.candidates import (
+    calibrate,
+    decision_case,
+    linearised_start,
+    refine,
+    screen,
+)
+from ehsid.harness.gap.inference.evidence import left
+from ehsid.harness.gap.laws.choosing import LawsFound, missing_laws
+from ehsid.harness.gap.model.case import Case, make_case
+from ehsid.harness.records import Record, make_record
+from ehsid.harness.rigs.table_law import TableLaw
+from ehsid.harness.simulation import draw_noise, simulate
+
+pytestmark = [pytest.mark.usefixtures("one_process"), pytest.mark.slow]
+
+# A friction that comes up with the velocity over 0.1 m/s: no effect of the catalogue does.
+SPEEDS = np.linspace(-0.6, 0.6, 61)
+DRAG = TableLaw(
+    "force", "velocity_m_s", tuple(SPEEDS.tolist()), tuple((2500.0 * np.tanh(SPEEDS / 0.1)).tolist())
+)
+
+
+def with_drag(seed: int) -> Record:
+    rng = np.random.default_rng(seed)
+    command = command_of(6.0, DT_S, rng)
+    rig = replace(RIG, tables={"drag": DRAG})
+    noise = draw_noise(rig, command.size, rng)
+    run = simulate(rig, command, dt_s=DT_S, values=OFF, substeps=SUBSTEPS, noise=noise).record
+    columns = {name: run.column(name) for name in ("command_v", *PRESSURES)}
+    return make_record({"time_s": run.time_s, **columns})
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    return make_case(RIG, [with_drag(1)], [with_drag(2)])
+
+
+@pytest.fixture(scope="module")
+def found(case: Case) -> LawsFound | None:
+    # A friction of the catalogue stands in for the drag, as in a search that does not know better.
+    calibrated = calibrate(case)
+    screened = screen(case, ("coulomb_friction",), [linearised_start(case, (), calibrated.x)])
+    friction = refine(case, ("coulomb_friction",), screened.x)
+    assert left(decision_case(case), friction) < left(decision_case(case), calibrated)
+    return missing_laws(case, calibrated, friction)
+
+
+def test_the_equation_the_variable_and_the_curve_are_those_of_the_machine(
+    found: LawsFound | None,
+) -> None:
+    assert found is not None
+    (law,) = found.laws
+    assert (law.law.adds_to, law.law.of) == ("force", "velocity_m_s")
+    assert law.rivals == ()
+    assert law.share_of_shrinkage == pytest.approx(1.0)
+    true = np.interp(law.law.knots, DRAG.knots, DRAG.values)
+    low, high = np.array(law.band).T
+    inside = (low <= true) & (true <= high)
+    # The band holds 90 % at each knot; of the visited range 80 % is asked for.
+    assert np.array(law.visited)[inside].sum() >= 0.8
+    assert sum(law.visited) == pytest.approx(1.0)
+
+
+def test_an_effect_that_stood_in_for_the_law_is_left_out(found: LawsFound | None) -> None:
+    assert found is not None
+    assert found.candidate.effects == ()
+    assert found.of_effects == 0.0
+
+
+def test_the_law_removes_most_of_what_can_be_explained(case: Case, found: LawsFound | None) -> None:
+    assert found is not None
+    fine = decision_case(case)
+    # What is asked for on machines whose cause was withheld: 0.8 of the explainable gap.
+    assert left(fine, found.candidate) < 0.2 * left(fine, calibrate(case))
+
+
+def test_a_sound_machine_lacks_no_law() -> None:
+    case = make_case(RIG, [record(OFF, 1)], [record(OFF, 2)])
+    calibrated = calibrate(case)
+    assert missing_laws(case, calibrated, calibrated) is None
