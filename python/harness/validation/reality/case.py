@@ -38,6 +38,7 @@ from ehsid.harness.validation.reality.nominal_rig import (
 from ehsid.harness.validation.reality.outside import OUTSIDE, Faults, faults
 from ehsid.harness.validation.reality.structure import Grade, build, draw_structure
 from ehsid.harness.validation.reality.truth import Truth
+from ehsid.harness.validation.reality.unnamed import UNNAMED
 from ehsid.harness.validation.reality.variants import Variants, draw_variants, with_variants
 from ehsid.harness.validation.reality.wide_rig import draw_wide_rig
 
@@ -236,12 +237,10 @@ class Draws(NamedTuple):
 
 
 def _definition(effect: str) -> Effect:
-    definition = CATALOGUE.get(effect) or OUTSIDE.get(effect)
-    if definition is None:
-        raise ValueError(
-            f"effect '{effect}' is not known; there are {', '.join([*CATALOGUE, *OUTSIDE])}"
-        )
-    return definition
+    known = {**CATALOGUE, **OUTSIDE, **{name: law.effect for name, law in UNNAMED.items()}}
+    if effect not in known:
+        raise ValueError(f"effect '{effect}' is not known; there are {', '.join(known)}")
+    return known[effect]
 
 
 def _sizes(

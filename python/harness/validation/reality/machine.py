@@ -107,6 +107,11 @@ def orifice(drop: float, exponent: float, transition: float) -> float:
 def opening(x: float, t: Truth) -> float:
     """Opening of the valve at the spool position x, after null bias and flow saturation."""
     o = x + t.null_bias
+    if t.knee > 0.0:
+        size = abs(o)
+        steep = (1.0 - t.knee_gain * t.knee) / (1.0 - t.knee)
+        bent = t.knee_gain * size if size < t.knee else 1.0 - steep * (1.0 - size)
+        o = math.copysign(bent, o)
     if t.opening_limit > 0.0:
         r = o / t.opening_limit
         if t.limit_power > 0.0:
@@ -239,7 +244,7 @@ def slope_of(
         )
         p_a, p_b = chamber_pressures(time, s, t)
         p_v = valve_pressure(time, s, t)
-        o = opening(s[X], t)
+        o = opening(s[X] + t.bias_rate_1_s * time, t)
         e, tr, k, w = t.flow_exponent, t.transition_pa, t.flow_gain, t.round_width
         q_pa = k * t.gain_pa * edge(o - t.overlap_pa, w) * orifice(p_v - p_a, e, tr)
         q_at = k * t.gain_at * edge(-o - t.overlap_at, w) * orifice(p_a - t.tank_pa, e, tr)
@@ -248,6 +253,8 @@ def slope_of(
         q_ab = (t.leak_ab_m3_s_pa + t.warming_leak_m3_s_pa * warming) * (p_a - p_b)
         q_a = q_pa - q_at - q_ab - t.leak_a_m3_s_pa * (p_a - t.tank_pa)
         q_b = q_pb - q_bt + q_ab - t.leak_b_m3_s_pa * (p_b - t.tank_pa)
+        if t.orifice_leak_m3_s_pa05 > 0.0:
+            q_a -= t.orifice_leak_m3_s_pa05 * orifice(p_a - t.tank_pa, 0.5, tr)
         # c' = (q -+ A v) / V
         d[C_A] = (q_a - t.area_a_m2 * v) / (t.dead_volume_a_m3 + t.area_a_m2 * y)
         d[C_B] = (q_b + t.area_b_m2 * v) / (t.dead_volume_b_m3 + t.area_b_m2 * (t.stroke_m - y))
@@ -260,6 +267,11 @@ def slope_of(
 
     force = drive - t.load_n - t.spring_n_m * (y - 0.5 * t.stroke_m)
     force -= t.viscous_n_s_m * (1.0 + t.warming_viscous * warming) * v
+    from_middle = y - 0.5 * t.stroke_m
+    force -= t.cubic_n_m3 * from_middle * from_middle * from_middle
+    force -= t.drag_n_s2_m2 * v * abs(v)
+    if t.later_load_n != 0.0:
+        force -= t.later_load_n * 0.5 * (1.0 + math.tanh((time - t.later_at_s) / t.later_rise_s))
     # F = s0 z + s1(v) z',  s1 fading with speed
     g = sliding_friction(v, t)
     if g > 0.0:
@@ -449,6 +461,10 @@ def run(
     plays = np.zeros(len(t.play_weights))
     for k in range(n):
         time = k * dt_s
+        if t.delay_rate != 0.0:
+            delay_s = t.delay_s + t.delay_rate * time
+            whole_samples = math.floor(delay_s / dt_s)
+            fraction_s = delay_s - whole_samples * dt_s
         contact = min(max(sensor_position, s[Y] - t.sensor_play_m), s[Y] + t.sensor_play_m)
         slope_of(time, s, spool_command, sensor_position, t, d)
         if late[k] > EULER_LATE_S:
@@ -460,6 +476,7 @@ def run(
             sampled, seen = s + late[k] * d, s
             motion_until_sampled = d[M] * late[k] if t.sensor_lag_s > 0.0 else s[V] * late[k]
             reading = (s[M] if t.sensor_lag_s > 0.0 else contact) + motion_until_sampled + error[k]
+        reading += t.scale_slope * max(reading - t.scale_at_m, 0.0)
         reading = t.sensor_step_m * np.rint(reading / t.sensor_step_m)
         u = min(max(forward[k] + gain * (reference[k] - reading), -1.0), 1.0)
         sent[k] = command_step * np.rint(u / command_step)

@@ -94,6 +94,19 @@ class Truth(NamedTuple):
     warming_viscous: float = 0.0
     warming_bulk: float = 0.0
     warming_leak_m3_s_pa: float = 0.0
+    # Laws that no catalogue has; see `unnamed`
+    cubic_n_m3: float = 0.0  # spring force over the cube of the distance from mid-stroke
+    drag_n_s2_m2: float = 0.0  # force over the square of the speed
+    later_load_n: float = 0.0  # force that comes up about a time
+    later_at_s: float = 0.0
+    later_rise_s: float = 1.0
+    knee: float = 0.0  # opening up to which the edges pass less; 0: none
+    knee_gain: float = 1.0  # slope up to there; at full opening nothing changes
+    bias_rate_1_s: float = 0.0  # drift of the valve's null
+    orifice_leak_m3_s_pa05: float = 0.0  # turbulent, from chamber A to tank
+    scale_slope: float = 0.0  # reading too large by this share of the distance beyond a place
+    scale_at_m: float = 0.0
+    delay_rate: float = 0.0  # growth of the delay, s/s
     # Position sensor
     sensor_play_m: float = 0.0
     sensor_lag_s: float = 0.0

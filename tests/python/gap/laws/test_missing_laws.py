@@ -27,9 +27,8 @@ pytestmark = [pytest.mark.usefixtures("one_process"), pytest.mark.slow]
 
 # A friction that comes up with the velocity over 0.1 m/s: no effect of the catalogue does.
 SPEEDS = np.linspace(-0.6, 0.6, 61)
-DRAG = TableLaw(
-    "force", "velocity_m_s", tuple(SPEEDS.tolist()), tuple((2500.0 * np.tanh(SPEEDS / 0.1)).tolist())
-)
+FORCES = 2500.0 * np.tanh(SPEEDS / 0.1)
+DRAG = TableLaw("force", "velocity_m_s", tuple(SPEEDS.tolist()), tuple(FORCES.tolist()))
 
 
 def with_drag(seed: int) -> Record:

@@ -18,6 +18,7 @@ from ehsid.harness.validation.reality.effects import CATALOGUE
 from ehsid.harness.validation.reality.outside import OUTSIDE
 from ehsid.harness.validation.reality.structure import balance
 from ehsid.harness.validation.reality.truth import Truth
+from ehsid.harness.validation.reality.unnamed import UNNAMED
 from ehsid.harness.validation.reality.variants import Variants, with_variants
 
 FloatArray = npt.NDArray[np.float64]
@@ -144,7 +145,10 @@ def wave(n: int) -> FloatArray:
 OUTSIDE_EQUATIONS = [name for name in OUTSIDE if "sensor" not in name and "frames" not in name]
 
 
-@pytest.mark.parametrize("effect", [*CATALOGUE, *OUTSIDE_EQUATIONS])
+UNNAMED_EQUATIONS = [name for name in UNNAMED if UNNAMED[name].adds_to not in ("sensor", "delay")]
+
+
+@pytest.mark.parametrize("effect", [*CATALOGUE, *OUTSIDE_EQUATIONS, *UNNAMED_EQUATIONS])
 @pytest.mark.parametrize("grade", ["plain", pytest.param("hard", marks=pytest.mark.slow)])
 def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
     kind = "one" if effect in CATALOGUE else "open"
