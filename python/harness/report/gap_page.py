@@ -101,10 +101,10 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
     added = bool(diagnosis.effects or diagnosis.missing_laws)
     kinds = tuple(SIMULATIONS)[: 3 if added else 2]
     sections = [
+        missing_law_section(diagnosis.missing_laws),
         _signals(diagnosis, kinds),
         _where(diagnosis),
         _which(diagnosis),
-        missing_law_section(diagnosis.missing_laws),
         _next(diagnosis.next_experiment, records, rig_file),
         _values(diagnosis),
         _limits(diagnosis),

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -57,5 +57,17 @@ def _short(case: Case, candidate: FittedCandidate, law: Law, shared: Linear) -> 
 
 
 def _long(case: Case, short: FittedCandidate) -> FittedCandidate:
+    """A long fit, and another one where the law is larger than its prior had expected."""
     problem = case.problem(short.effects, laws=short.laws)
-    return evaluate(case, short.effects, fit(problem, short.x, iterations=LONG), short.laws)
+    fitted = evaluate(case, short.effects, fit(problem, short.x, iterations=LONG), short.laws)
+    *others, law = fitted.laws
+    z = fitted.x[-law.knots.size :]
+    # The size s of the prior is estimated, too (empirical Bayes): s^2 <- s^2 mean(z^2). A law that
+    # is pulled towards zero pushes the values of the rig away from theirs.
+    larger = float(np.sqrt(np.mean(z**2)))
+    if larger < 1.0:
+        return fitted
+    laws = (*others, replace(law, size=larger * law.size))
+    start = np.concatenate([fitted.x[: -law.knots.size], z / larger])
+    problem = case.problem(short.effects, laws=laws)
+    return evaluate(case, short.effects, fit(problem, start, iterations=LONG), laws)
