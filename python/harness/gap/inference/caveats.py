@@ -6,12 +6,13 @@ from __future__ import annotations
 import math
 
 from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.gap.deciding import FIT_TOGETHER
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.effect_selection import Selection
 from ehsid.harness.gap.inference.gap_reduction import explained_share
 from ehsid.harness.gap.inference.search import SearchResult
 from ehsid.harness.gap.inference.standing import standing
-from ehsid.harness.gap.inference.words import in_words, percent
+from ehsid.harness.gap.inference.words import chance, in_words, percent
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.schema import HowFar
 from ehsid.harness.gap.thresholds import AT_BOUND, MUCH_REMOVED, WORSE_CALIBRATED
@@ -23,6 +24,7 @@ def caveats(
     """Returns the sentences that apply, in the order in which a reader meets the matter."""
     return (
         *_worse_calibration(reduction),
+        *_cause_not_excluded(selection),
         *_unnamed_candidates(case, search_result, selection),
         *_values_at_bounds(case, selection.best),
     )
@@ -37,6 +39,17 @@ def _worse_calibration(reduction: HowFar) -> list[str]:
         f"The fitted values of the rig are worse than those of the rig file on held-out data: "
         f"{percent(calibrated)} after {percent(nominal)}. The fitted records need values that the "
         "held-out ones contradict; the cause differs between them, or the model lacks it."
+    ]
+
+
+def _cause_not_excluded(selection: Selection) -> list[str]:
+    """Says where nothing is named although a cause outside of the catalogue is not improbable."""
+    outside = selection.posterior.outside
+    if selection.answer.kind != "healthy" or outside < FIT_TOGETHER:
+        return []
+    return [
+        f"A cause outside of the catalogue is not excluded: its probability is {chance(outside)}. "
+        "To blame a sound machine would cost more than to look further, so nothing is blamed."
     ]
 
 

@@ -147,3 +147,15 @@ def test_values_at_an_end_of_their_range_are_said() -> None:
     (sentence,) = caveats(CASE, result, select_effects(CASE, result), reduction(0.1, 0.1, 0.001))
     assert sentence.startswith("effects.sensor_lag.size = 4 is at the upper end of the range of")
     assert np.all(np.abs(calibrated.x) <= 4.0)
+
+
+def test_a_cause_that_is_not_excluded_is_said() -> None:
+    # 1.5 times the floor leaves ln(1 + 1.5^2) / 2 = 0.59, where sound machines and others meet.
+    result = search_result(candidate(rms=1.5e-6))
+    selection = select_effects(CASE, result)
+    assert selection.answer.kind == "healthy"
+    assert 0.2 < selection.posterior.outside < 0.8
+    (sentence,) = caveats(CASE, result, selection, reduction(0.1, 0.1, 0.1))
+    assert f"its probability is {chance(selection.posterior.outside)}" in sentence
+    sound = search_result(candidate(rms=0.3e-6))
+    assert caveats(CASE, sound, select_effects(CASE, sound), reduction(0.1, 0.1, 0.1)) == ()
