@@ -17,10 +17,12 @@ from ehsid.harness.gap.deciding import FIT_TOGETHER, WORSE_HELD_OUT
 from ehsid.harness.gap.design.next_experiment import next_experiment
 from ehsid.harness.gap.inference import results
 from ehsid.harness.gap.inference.candidates import calibrate_nuisances, decision_case
+from ehsid.harness.gap.inference.decision import least_loss
 from ehsid.harness.gap.inference.effect_selection import Selection, select_effects
 from ehsid.harness.gap.inference.evidence import left
 from ehsid.harness.gap.inference.identifiability import extrapolated_effects, unidentifiable_effects
 from ehsid.harness.gap.inference.localisation import localise
+from ehsid.harness.gap.inference.posterior import with_law
 from ehsid.harness.gap.inference.quantised import QUANTISATION, position_step
 from ehsid.harness.gap.inference.search import SearchResult, candidate_effects, search
 from ehsid.harness.gap.inference.verdict import Decision, decide
@@ -286,13 +288,20 @@ def _evaluate(
 def _with_missing_laws(evaluation: _Evaluation, regimes: Sequence[Regimes]) -> _Evaluation:
     """Adds the laws of a cause outside of the catalogue, as far as they can be told.
 
-    The set that is then named is that of the effects that the laws do not make needless.
+    The set that is then named is that of the effects that the laws do not make needless. Where
+    nothing was named, but such a cause is not excluded, a law that is found can decide.
     """
     case, search_result = evaluation.case, evaluation.search_result
-    if evaluation.selection.answer.kind != "outside":
+    kind, probabilities = evaluation.selection.answer.kind, evaluation.selection.posterior
+    in_doubt = kind == "healthy" and probabilities.outside >= FIT_TOGETHER
+    if kind != "outside" and not in_doubt:
         return evaluation
     laws = missing_laws(case, search_result.calibrated, evaluation.selection.best)
     if laws is None:
+        return evaluation
+    probabilities = with_law(probabilities, laws.evidence)
+    answer = least_loss(probabilities)
+    if answer.kind != "outside":
         return evaluation
     best = laws.candidate
     runs, reduction = results.held_out_results(
@@ -301,7 +310,7 @@ def _with_missing_laws(evaluation: _Evaluation, regimes: Sequence[Regimes]) -> _
     values, moved = results.estimates(case, best)
     return replace(
         evaluation,
-        selection=replace(evaluation.selection, best=best, equivalent=()),
+        selection=Selection(best, (), answer, probabilities),
         runs=runs,
         reduction=reduction,
         values=values,

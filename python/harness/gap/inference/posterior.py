@@ -20,8 +20,9 @@ whose constants were fitted on machines with a known cause.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +35,9 @@ from ehsid.harness.gap.inference.families import effect_families, law_count
 from ehsid.harness.gap.inference.seen_edges import edges_can_replace_force
 from ehsid.harness.gap.inference.sizes import margin, matters
 from ehsid.harness.gap.model.case import Case
+
+# Nats beyond which more evidence makes no difference; its exponential is finite.
+MOST_EVIDENCE = 500.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +93,22 @@ class Posterior:
         family = effect_families((effect,))
         total = sum(each.probability for each in self.hypotheses if family <= each.families)
         return min(total, 1.0)  # rounding
+
+
+def with_law(posterior: Posterior, evidence: float) -> Posterior:
+    """Returns the probabilities after a law without a name was found.
+
+    A cause outside of the catalogue is as probable as such a law is beside the rig without effects,
+    or as it was before, whichever is more. evidence: of the law against that rig, nats, its prior
+    cost included.
+    """
+    law = posterior.healthy.probability * math.exp(min(evidence, MOST_EVIDENCE))
+    outside = max(posterior.outside, law)
+    total = 1.0 - posterior.outside + outside
+    return Posterior(
+        tuple(replace(each, probability=each.probability / total) for each in posterior.hypotheses),
+        outside / total,
+    )
 
 
 def score(

@@ -72,7 +72,7 @@ def decide(
 
     match answer.kind:
         case "outside":
-            reasons.append(_what_is_left(selection))
+            reasons.append(_what_is_left(selection, best))
             return decision("outside_catalogue", _outside_sentence(best, missing))
         case "ambiguous":
             others = "; or ".join(in_words(each.effects) for each in selection.equivalent)
@@ -122,7 +122,13 @@ def _gaps(best: FittedCandidate, reduction: HowFar) -> str:
     )
 
 
-def _what_is_left(selection: Selection) -> str:
+def _what_is_left(selection: Selection, best: FittedCandidate) -> str:
+    if best.laws:
+        return (
+            "A term without a name explains these records clearly better than the values of the "
+            "rig and the effects of the catalogue do: a cause outside of it has a probability of "
+            f"{chance(selection.posterior.outside)}."
+        )
     return (
         "Whatever effect of the catalogue is added, larger errors stay than those of machines "
         "whose cause is in the catalogue: a cause outside of it has a probability of "

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,7 +20,7 @@ from ehsid.harness.gap.inference.gap_reduction import WindowSums, mean_gap
 from ehsid.harness.gap.inference.intervals import LEVEL, candidate_covariance
 from ehsid.harness.gap.inference.search import restrict
 from ehsid.harness.gap.laws.fitting import LONG, with_one_law
-from ehsid.harness.gap.laws.menu import visited
+from ehsid.harness.gap.laws.menu import MENU, visited
 from ehsid.harness.gap.laws.words import describe
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import fit
@@ -27,9 +28,11 @@ from ehsid.harness.gap.model.law import Law
 from ehsid.harness.gap.schema import MissingLaw
 
 MOST_LAWS = 2
-# A law has the prior cost of two effects: there is a choice of equation and variable besides. It is
-# shown where it lowers what is left by more than this, see `evidence.left`.
-LEAST_GAIN = 2.0 * EFFECT / EVIDENCE
+# Prior cost of a law, nats: that of two effects, for its form is free, and of the choice among the
+# menu.
+LAW = 2.0 * EFFECT + math.log(sum(len(variables) for variables in MENU.values()))
+# It is shown where it lowers what is left by more than this, see `evidence.left`.
+LEAST_GAIN = LAW / EVIDENCE
 # A second law must matter beside the first: tables follow whatever the first one leaves.
 LEAST_OF_FIRST = 0.3
 # Other laws count as rivals where what they leave is no more than this above the best.
@@ -52,11 +55,14 @@ class LawsFound:
         the laws for the reader.
     of_effects
         share of the effects in the shrinkage of the held-out gap, 0 to 1; the laws have the rest.
+    evidence
+        of the laws and effects against the rig without them, nats.
     """
 
     candidate: FittedCandidate
     laws: tuple[MissingLaw, ...]
     of_effects: float
+    evidence: float
 
 
 def missing_laws(
@@ -97,7 +103,8 @@ def missing_laws(
         told = describe(table, weights)
         band = _band(np.array(table.values), deviations, np.array(weights))
         laws.append(MissingLaw(table, band, weights, share, told.words, others, told.form))
-    return LawsFound(candidate, tuple(laws), shares[0])
+    evidence = EVIDENCE * (_penalised(fine, calibrated) - _penalised(fine, candidate))
+    return LawsFound(candidate, tuple(laws), shares[0], evidence)
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,6 +34,8 @@ SHARE = MappingProxyType(
     {"force": 0.1, "flow_a": 0.1, "flow_b": 0.1, "spool": 0.1, "sensor": 0.01, "delay": 0.01}
 )
 KNOTS = 12
+# Over the time a law may come and go several times.
+KNOTS_OF_TIME = 30
 # Share of the samples beyond the outer knots at either end.
 TAIL = 0.002
 # Friction and metering edges bend near zero: there knots are closer, on the scale asinh(x / x_0)
@@ -51,7 +53,8 @@ def laws(case: Case, candidate: FittedCandidate) -> list[Law]:
         for variable in variables:
             if equation not in sizes or variable not in here:
                 continue
-            knots = _knots(here[variable], bends=variable in BENDS_AT_ZERO)
+            count = KNOTS_OF_TIME if variable == "time_s" else KNOTS
+            knots = _knots(here[variable], count, bends=variable in BENDS_AT_ZERO)
             if knots is not None:
                 found.append(Law(equation, variable, knots, sizes[equation]))
     return found
@@ -92,13 +95,13 @@ def visited(case: Case, candidate: FittedCandidate) -> dict[str, FloatArray]:
     return {name: np.concatenate(columns) for name, columns in parts.items()}
 
 
-def _knots(samples: FloatArray, *, bends: bool) -> FloatArray | None:
-    """Knots over what was visited, shape (KNOTS,); None where the variable does not vary."""
+def _knots(samples: FloatArray, count: int, *, bends: bool) -> FloatArray | None:
+    """Knots over what was visited, shape (count,); None where the variable does not vary."""
     low, high = np.quantile(samples, [TAIL, 1.0 - TAIL])
     if not high - low > 1e-9 * max(abs(low), abs(high)):
         return None
     if not bends:
-        return np.asarray(np.linspace(low, high, KNOTS))
+        return np.asarray(np.linspace(low, high, count))
     near = NEAR_ZERO * (high - low)
     ends = np.arcsinh(np.array([low, high]) / near)
-    return np.asarray(near * np.sinh(np.linspace(ends[0], ends[1], KNOTS)))
+    return np.asarray(near * np.sinh(np.linspace(ends[0], ends[1], count)))

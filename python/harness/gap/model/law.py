@@ -25,8 +25,8 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.parameters import Parameter
 from ehsid.harness.rigs.table_law import TableLaw
 
-# Length l of the prior, as a share of all knots: a law bends a few times at most.
-LENGTH = 0.25
+# Length l of the prior, in knots: a law bends a few times at most.
+LENGTH = 3.0
 # Share of s^2 that keeps the covariance of close knots regular; no law is known to a thousandth.
 NUGGET = 1e-6
 
@@ -58,7 +58,7 @@ class Law:
     @cached_property
     def basis(self) -> FloatArray:
         """Cholesky factor L of the covariance of the prior, shape (K, K): the values are L z."""
-        place = np.arange(self.knots.size) / (self.knots.size - 1)
+        place = np.arange(self.knots.size)
         a = math.sqrt(5.0) * np.abs(place[:, np.newaxis] - place) / LENGTH
         covariance = self.size**2 * (
             (1.0 + a + a * a / 3.0) * np.exp(-a) + NUGGET * np.eye(self.knots.size)

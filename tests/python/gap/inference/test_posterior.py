@@ -17,7 +17,13 @@ from ehsid.harness.gap.deciding import EFFECT, EVIDENCE, FORCE_DEVIATIONS, SMALL
 from ehsid.harness.gap.inference import seen_edges
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.families import effect_families, law_count
-from ehsid.harness.gap.inference.posterior import Posterior, outside_score, posterior, score
+from ehsid.harness.gap.inference.posterior import (
+    Posterior,
+    outside_score,
+    posterior,
+    score,
+    with_law,
+)
 from ehsid.harness.gap.inference.seen_edges import edges_can_replace_force
 from ehsid.harness.gap.model.case import Case
 
@@ -188,3 +194,23 @@ def test_errors_laws_and_small_effects_cost_what_the_formula_says() -> None:
     assert base - float(score(0.7, 1, 0.25)) == pytest.approx(0.2 * EVIDENCE, rel=1e-9)
     assert base - float(score(0.5, 2, 0.25)) == pytest.approx(EFFECT, rel=1e-9)
     assert base - float(score(0.5, 1, 1.0)) == pytest.approx(0.75 * SMALL, rel=1e-9)
+
+
+@pytest.mark.parametrize("evidence", [-3.0, 0.0, 2.0, 5.0])
+def test_a_law_without_a_name_makes_a_cause_outside_as_probable_as_its_evidence(
+    evidence: float,
+) -> None:
+    found = posterior(CASE, candidate(rms=1.5e-6), [])
+    after = with_law(found, evidence)
+    total = after.outside + sum(each.probability for each in after.hypotheses)
+    assert total == pytest.approx(1.0, rel=1e-12)
+    before = found.outside / found.healthy.probability
+    # The odds of the law against the rig without effects, or those of before.
+    odds = after.outside / after.healthy.probability
+    assert odds == pytest.approx(max(before, math.exp(evidence)), rel=1e-9)
+
+
+def test_evidence_without_end_leaves_finite_probabilities() -> None:
+    after = with_law(posterior(CASE, candidate(rms=1.5e-6), []), 1e5)
+    assert after.outside == pytest.approx(1.0)
+    assert after.healthy.probability >= 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from made_candidates import CASE, candidate, search_result
 
@@ -69,8 +69,10 @@ def test_every_candidate_has_the_standing_that_the_selection_gave_it(sizes: list
 
 @given(SIZES)
 def test_a_better_candidate_that_is_not_named_is_explained(sizes: list[float]) -> None:
+    # Of candidates with the same errors either may come first.
+    assume(len(set(sizes)) == len(sizes))
     calibrated, fitted = (
-        candidate(rms=max(sizes)),
+        candidate(rms=1.01 * max(sizes)),
         [candidate(*effects, rms=rms) for effects, rms in zip(SETS, sizes, strict=False)],
     )
     result = search_result(calibrated, *fitted)

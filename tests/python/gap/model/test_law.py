@@ -31,7 +31,7 @@ def problem(laws: Sequence[Law]) -> Problem:
 
 def test_the_prior_is_a_matern_covariance_over_the_places_of_the_knots() -> None:
     # The general formula with the modified Bessel function, of order 5/2.
-    distance = np.abs(np.subtract.outer(np.arange(7), np.arange(7))) / 6.0
+    distance = np.abs(np.subtract.outer(np.arange(7), np.arange(7)))
     argument = math.sqrt(5.0) * np.maximum(distance, 1e-12) / LENGTH
     matern = 2.0**-1.5 / math.gamma(2.5) * argument**2.5 * kv(2.5, argument)
     expected = 400.0**2 * (matern + NUGGET * np.eye(7))
