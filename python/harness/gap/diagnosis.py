@@ -303,11 +303,17 @@ def _with_missing_laws(evaluation: _Evaluation, regimes: Sequence[Regimes]) -> _
     answer = least_loss(probabilities)
     if answer.kind != "outside":
         return evaluation
-    best = laws.candidate
-    runs, reduction = results.held_out_results(
-        case, search_result.nominal, search_result.calibrated, best
+    fitted = (search_result.calibrated, *search_result.refined)
+    best = next(
+        (each for each in fitted if set(each.effects) == set(laws.candidate.effects)),
+        laws.candidate,
     )
-    values, moved = results.estimates(case, best)
+    with_laws = laws.candidate
+    runs, reduction = results.held_out_results(
+        case, search_result.nominal, search_result.calibrated, with_laws
+    )
+    values, moved = results.estimates(case, with_laws)
+    values |= {name: evaluation.values[name] for name in laws.held}
     return replace(
         evaluation,
         selection=Selection(best, (), answer, probabilities),
@@ -315,7 +321,7 @@ def _with_missing_laws(evaluation: _Evaluation, regimes: Sequence[Regimes]) -> _
         reduction=reduction,
         values=values,
         calibration=results.calibration_of(case, values, moved),
-        extrapolated=extrapolated_effects(best.values, regimes, best.effects),
+        extrapolated=extrapolated_effects(with_laws.values, regimes, with_laws.effects),
         laws=laws,
     )
 

@@ -58,7 +58,7 @@ def decide(
         laws of a cause outside of the catalogue, in words; empty where none is known.
     """
     best, answer = selection.best, selection.answer
-    reasons = [_gaps(best, reduction), *caveats(case, search_result, selection, reduction)]
+    reasons = [_gaps(best, reduction, missing), *caveats(case, search_result, selection, reduction)]
     reasons += [f"{effect.id}: {effect.why}." for effect in extrapolated]
     step_sentence = ""
     if step is not None:
@@ -72,7 +72,7 @@ def decide(
 
     match answer.kind:
         case "outside":
-            reasons.append(_what_is_left(selection, best))
+            reasons.append(_what_is_left(selection, missing))
             return decision("outside_catalogue", _outside_sentence(best, missing))
         case "ambiguous":
             others = "; or ".join(in_words(each.effects) for each in selection.equivalent)
@@ -109,11 +109,11 @@ def decide(
     return decision("no_gap", "The simulator agrees with the machine.")
 
 
-def _gaps(best: FittedCandidate, reduction: HowFar) -> str:
+def _gaps(best: FittedCandidate, reduction: HowFar, missing: str) -> str:
     low, high = reduction.noise_floor
     added = [in_words(best.effects)] if best.effects else []
-    if best.laws:
-        added.append("the missing law" if len(best.laws) == 1 else "the missing laws")
+    if missing:
+        added.append("what the simulator lacks")
     last = f", {percent(reduction.augmented)} with {' and '.join(added)} added" if added else ""
     return (
         f"On held-out data the gap is {percent(reduction.nominal)} with the simulator as "
@@ -122,8 +122,8 @@ def _gaps(best: FittedCandidate, reduction: HowFar) -> str:
     )
 
 
-def _what_is_left(selection: Selection, best: FittedCandidate) -> str:
-    if best.laws:
+def _what_is_left(selection: Selection, missing: str) -> str:
+    if missing:
         return (
             "A term without a name explains these records clearly better than the values of the "
             "rig and the effects of the catalogue do: a cause outside of it has a probability of "

@@ -5,13 +5,15 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import norm
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.deciding import EFFECT, EVIDENCE
 from ehsid.harness.gap.inference.candidates import FittedCandidate, decision_case, evaluate
 from ehsid.harness.gap.inference.evidence import left
@@ -19,6 +21,7 @@ from ehsid.harness.gap.inference.families import law_count
 from ehsid.harness.gap.inference.gap_reduction import WindowSums, mean_gap
 from ehsid.harness.gap.inference.intervals import LEVEL, candidate_covariance
 from ehsid.harness.gap.inference.search import restrict
+from ehsid.harness.gap.inference.sizes import matters
 from ehsid.harness.gap.laws.fitting import LONG, with_one_law
 from ehsid.harness.gap.laws.menu import MENU, visited
 from ehsid.harness.gap.laws.words import describe
@@ -26,6 +29,7 @@ from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import fit
 from ehsid.harness.gap.model.law import Law
 from ehsid.harness.gap.schema import MissingLaw
+from ehsid.harness.rigs.table_words import table_subsystem
 
 MOST_LAWS = 2
 # Prior cost of a law, nats: that of two effects, for its form is free, and of the choice among the
@@ -57,12 +61,15 @@ class LawsFound:
         share of the effects in the shrinkage of the held-out gap, 0 to 1; the laws have the rest.
     evidence
         of the laws and effects against the rig without them, nats.
+    held
+        sizes of effects that were held, by full name: the laws are what remains beside them.
     """
 
     candidate: FittedCandidate
     laws: tuple[MissingLaw, ...]
     of_effects: float
     evidence: float
+    held: Mapping[str, float]
 
 
 def missing_laws(
@@ -88,6 +95,15 @@ def missing_laws(
     if not chain.rivals:
         return None
     candidate = _without_needless(fine, chain.last)
+    held = {
+        name: value
+        for name, value in best.values.items()
+        if ParameterKey(name).effect in candidate.effects
+        and _is_part(str(ParameterKey(name).effect), candidate.laws)
+    }
+    if held:
+        fine = replace(fine, held=held)
+        candidate = _with_held_sizes(fine, candidate)
     steps = [calibrated, *chain.steps[:-1], candidate]
     shares = _shares([each.sums for each in steps])
     if shares is None:
@@ -104,7 +120,7 @@ def missing_laws(
         band = _band(np.array(table.values), deviations, np.array(weights))
         laws.append(MissingLaw(table, band, weights, share, told.words, others, told.form))
     evidence = EVIDENCE * (_penalised(fine, calibrated) - _penalised(fine, candidate))
-    return LawsFound(candidate, tuple(laws), shares[0], evidence)
+    return LawsFound(candidate, tuple(laws), shares[0], evidence, held)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,20 +161,44 @@ class _Chain:
 
 
 def _penalised(case: Case, candidate: FittedCandidate) -> float:
-    laws = law_count(candidate.effects)
+    laws = law_count([each for each in candidate.effects if not _is_part(each, candidate.laws)])
     return left(case, candidate) + laws * EFFECT / EVIDENCE + len(candidate.laws) * LEAST_GAIN
 
 
+def _is_part(effect: str, laws: Sequence[Law]) -> bool:
+    """Whether an effect and a law share a subsystem: the law may be what the effect lacks."""
+    own = effects()[effect].subsystem
+    return any(table_subsystem(law.adds_to, law.of) == own for law in laws)
+
+
 def _without_needless(case: Case, candidate: FittedCandidate) -> FittedCandidate:
-    """Leaves out effects that are not worth their prior cost beside the laws."""
+    """Leaves out effects that are not worth their prior cost beside the laws.
+
+    An effect of the same subsystem as a law stays, unless it became too small to be named: friction
+    that differs by direction is Coulomb friction and a law besides.
+    """
     for effect in candidate.effects:
+        if _is_part(effect, candidate.laws) and matters(effect, candidate.values, case.rig):
+            continue
         remaining = tuple(each for each in candidate.effects if each != effect)
         start = restrict(case, candidate, remaining)
         problem = case.problem(remaining, laws=candidate.laws)
         smaller = evaluate(case, remaining, fit(problem, start, iterations=LONG), candidate.laws)
-        if _penalised(case, smaller) <= _penalised(case, candidate):
+        if _penalised(case, smaller) <= _penalised(case, candidate) + (
+            EFFECT / EVIDENCE if _is_part(effect, candidate.laws) else 0.0
+        ):
             return _without_needless(case, smaller)
     return candidate
+
+
+def _with_held_sizes(case: Case, candidate: FittedCandidate) -> FittedCandidate:
+    """Fits the laws anew beside effects of the same subsystem, whose sizes are held.
+
+    Otherwise neither would have a meaning of its own: a curve can have any part of the effect.
+    """
+    problem = case.problem(candidate.effects, laws=candidate.laws)
+    fitted = fit(problem, candidate.x, iterations=2 * LONG)
+    return evaluate(case, candidate.effects, fitted, candidate.laws)
 
 
 def _shares(steps: Sequence[WindowSums]) -> list[float] | None:

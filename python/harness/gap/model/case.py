@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.signal import welch
@@ -57,6 +57,8 @@ class Case:
         true if training and held-out data are different blocks of the same records.
     window_s, all_states
         length of the windows in s, and which states are reset in each window, as in `compare`.
+    held
+        values of parameters of effects that are not fitted, by full name.
     prepared
         results of `compare` so far, which the fits of all candidates share.
     """
@@ -71,6 +73,7 @@ class Case:
     blocks: bool = False
     window_s: float = WINDOW_S
     all_states: bool = False
+    held: Mapping[str, float] = field(default_factory=dict)
     prepared: dict[tuple[Record, float, bool, Blocks], Compared] = field(default_factory=dict)
 
     @property
@@ -99,7 +102,10 @@ class Case:
             parameters += [
                 parameter for parameter, _ in effect_parameters(effect, start, self.rig.plant)
             ]
-        return tuple(parameters)
+        return tuple(
+            replace(p, centre=p.place(self.held[p.name])).held() if p.name in self.held else p
+            for p in parameters
+        )
 
     def problem(
         self,

@@ -86,7 +86,8 @@ def _ordered(candidates: list[Candidate]) -> bool:
 
 def _same_share(file: DiagnosisFile, named: tuple[str, ...]) -> bool:
     stated = file.how_far.shrinkage_of_explainable.value
-    if not named or stated is None:
+    # Missing laws remove more than the named set does.
+    if not named or stated is None or file.which.missing_law:
         return True
     shares = [
         known(each.held_out_shrinkage) for each in file.which.candidates if each.standing == "named"
