@@ -129,10 +129,12 @@ def _diagnose(
         # Therefore all records are fitted together.
         joint_case = make_case(rig, [*fitted, *held_out])
         joint = _evaluate(joint_case, regimes, exclude, _sub_progress(progress, 0.6, 0.9))
-        if joint.selection.posterior.outside < FIT_TOGETHER:
+        joint = _with_missing_laws(joint, regimes)
+        if joint.selection.posterior.outside < FIT_TOGETHER or joint.laws is not None:
             evaluation = joint
             remarks = (*remarks, Remark("", FITTED_TOGETHER))
-    evaluation = _with_missing_laws(evaluation, regimes)
+    if evaluation.laws is None:
+        evaluation = _with_missing_laws(evaluation, regimes)
     case, search_result, laws = evaluation.case, evaluation.search_result, evaluation.laws
     selection, decision = evaluation.selection, evaluation.decision
     best, values = selection.best, evaluation.values
