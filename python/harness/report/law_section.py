@@ -45,13 +45,28 @@ def _card(found: MissingLaw) -> Card:
     ]
     if found.rivals:
         others = ", or ".join(table_words(adds_to, of) for adds_to, of in found.rivals)
-        blocks.append(
-            Note(
-                f"These records hardly tell it from {others}. Record the same motion again where "
-                "these differ: elsewhere in the stroke, at another speed, or later."
-            )
-        )
+        blocks.append(Note(f"These records hardly tell it from {others}. {_measure_next(found)}"))
     return Card(words, blocks)
+
+
+# What separates laws over two variables, where one of them is the key.
+APART = {
+    "time_s": "Record the same motion a second time: what depends on the time does not repeat.",
+    "position_m": "Record the same motion about another place of the stroke.",
+    "velocity_m_s": "Record the same path at half the speed.",
+    "spool": "Record the same motion with another load, so that the valve opens by another amount.",
+}
+
+
+def _measure_next(found: MissingLaw) -> str:
+    """Returns the motion that tells the law from its rivals."""
+    variables = [found.law.of, *(of for _, of in found.rivals)]
+    if len(set(variables)) == 1:
+        return "Record the pressures, too: they tell which equation lacks the term."
+    return next(
+        (words for variable, words in APART.items() if variable in variables),
+        "Record the same motion at another supply pressure.",
+    )
 
 
 def _figure(found: MissingLaw) -> figure:

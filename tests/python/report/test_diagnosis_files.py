@@ -77,6 +77,16 @@ def check_contract(plain: dict[str, Any]) -> None:
         assert isinstance(effect["share_of_shrinkage"], float)
         for size in effect["parameters"].values():
             check_interval(size)
+    assert bool(which["missing_law"]) == (plain["verdict"] == "outside_catalogue")
+    for law in which["missing_law"]:
+        assert (law["adds_to"], law["of"]) == ("force", "velocity_m_s")
+        assert len(law["knots"]) == len(law["values"]) == len(law["band90"]) == 8
+        assert all(
+            low <= value <= high
+            for value, (low, high) in zip(law["values"], law["band90"], strict=True)
+        )
+        assert law["share_of_shrinkage"] == 1.0
+        assert law["looks_like"].endswith("as Coulomb friction of 412 N")
     for group in which["ambiguity_set"]:
         assert all(isinstance(one, str) for one in group)
     for candidate in which["candidates"]:
