@@ -98,13 +98,18 @@ def _blank(span: Range1d, words: str, unit: str, *, height: int, label_time: boo
     )
     made.toolbar.logo = None
     made.toolbar.autohide = True
+    quiet_axes(made)
+    return made
+
+
+def quiet_axes(made: figure) -> None:
+    """Sets grid and axes of a plot of a page in the style of all of them."""
     made.grid.grid_line_color = "#e9ecef"
     for axis in made.axis:
         axis.axis_label_text_font_size = "12px"
         axis.axis_label_text_font_style = "normal"
         axis.major_label_text_font_size = "11px"
         axis.minor_tick_line_color = None
-    return made
 
 
 def _source(columns: Mapping[str, FloatArray]) -> ColumnDataSource:

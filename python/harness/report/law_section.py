@@ -7,6 +7,7 @@ from bokeh.models import Legend
 from bokeh.plotting import figure
 
 from ehsid.harness.gap.schema import MissingLaw
+from ehsid.harness.report.gap_plots import quiet_axes
 from ehsid.harness.report.gap_words import first_upper, percent
 from ehsid.harness.report.page import Block, Card, Note, Plot, Section
 from ehsid.harness.report.plotting import BLUE, VERMILION
@@ -103,10 +104,5 @@ def _figure(found: MissingLaw) -> figure:
         ),
         "above",
     )
-    made.grid.grid_line_color = "#e9ecef"
-    for axis in made.axis:
-        axis.axis_label_text_font_size = "12px"
-        axis.axis_label_text_font_style = "normal"
-        axis.major_label_text_font_size = "11px"
-        axis.minor_tick_line_color = None
+    quiet_axes(made)
     return made
