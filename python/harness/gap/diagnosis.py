@@ -13,7 +13,7 @@ import numpy as np
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.data.gate import gate, longest_stretch
 from ehsid.harness.gap.data.regimes import Regimes, visited
-from ehsid.harness.gap.deciding import FIT_TOGETHER, WORSE_HELD_OUT
+from ehsid.harness.gap.deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
 from ehsid.harness.gap.design.next_experiment import next_experiment
 from ehsid.harness.gap.inference import results
 from ehsid.harness.gap.inference.candidates import calibrate_nuisances, decision_case
@@ -296,10 +296,12 @@ def _with_missing_laws(evaluation: _Evaluation, regimes: Sequence[Regimes]) -> _
     case, search_result = evaluation.case, evaluation.search_result
     kind, probabilities = evaluation.selection.answer.kind, evaluation.selection.posterior
     in_doubt = kind == "healthy" and probabilities.outside >= FIT_TOGETHER
+    # Where the rig without effects has the answer, a law must earn the cost of two effects more.
+    least = 2.0 * EFFECT if in_doubt else 0.0
     if kind != "outside" and not in_doubt:
         return evaluation
     laws = missing_laws(case, search_result.calibrated, evaluation.selection.best)
-    if laws is None:
+    if laws is None or laws.evidence < least:
         return evaluation
     probabilities = with_law(probabilities, laws.evidence)
     answer = least_loss(probabilities)

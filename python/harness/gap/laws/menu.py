@@ -33,6 +33,9 @@ MENU: Mapping[str, tuple[str, ...]] = MappingProxyType(
 SHARE = MappingProxyType(
     {"force": 0.1, "flow_a": 0.1, "flow_b": 0.1, "spool": 0.1, "sensor": 0.01, "delay": 0.01}
 )
+# Below the pressure of the tank free gas decides, of which every oil has another share: a law over
+# the pressure of a chamber begins there.
+CHAMBERS = ("pressure_a_pa", "pressure_b_pa")
 KNOTS = 12
 # Over the time a law may come and go several times.
 KNOTS_OF_TIME = 30
@@ -53,8 +56,11 @@ def laws(case: Case, candidate: FittedCandidate) -> list[Law]:
         for variable in variables:
             if equation not in sizes or variable not in here:
                 continue
+            samples = here[variable]
+            if variable in CHAMBERS:
+                samples = samples[samples > case.rig.values["supply.tank_pressure_pa"]]
             count = KNOTS_OF_TIME if variable == "time_s" else KNOTS
-            knots = _knots(here[variable], count, bends=variable in BENDS_AT_ZERO)
+            knots = _knots(samples, count, bends=variable in BENDS_AT_ZERO)
             if knots is not None:
                 found.append(Law(equation, variable, knots, sizes[equation]))
     return found
@@ -97,6 +103,8 @@ def visited(case: Case, candidate: FittedCandidate) -> dict[str, FloatArray]:
 
 def _knots(samples: FloatArray, count: int, *, bends: bool) -> FloatArray | None:
     """Knots over what was visited, shape (count,); None where the variable does not vary."""
+    if samples.size < count:
+        return None
     low, high = np.quantile(samples, [TAIL, 1.0 - TAIL])
     if not high - low > 1e-9 * max(abs(low), abs(high)):
         return None
