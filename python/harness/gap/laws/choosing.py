@@ -104,7 +104,9 @@ def missing_laws(
     if held:
         fine = replace(fine, held=held)
         candidate = _with_held_sizes(fine, candidate)
-    steps = [calibrated, *chain.steps[:-1], candidate]
+    # Effects that were left out again have no share of what was removed.
+    start = chain.steps[0] if candidate.effects else calibrated
+    steps = [calibrated, start, *chain.steps[1:-1], candidate]
     shares = _shares([each.sums for each in steps])
     if shares is None:
         return None
