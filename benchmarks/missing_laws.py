@@ -34,6 +34,7 @@ from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.rigs.table_words import OF_TERM, OF_VARIABLE, TERM_WORDS, VARIABLE_WORDS
 from ehsid.harness.validation.reality.case import BEFORE_S, RealityCase, Sensors, make_case
+from ehsid.harness.validation.reality.truth import Truth
 from ehsid.harness.validation.reality.unnamed import UNNAMED
 from ehsid.harness.validation.reality.writing import write_case
 from ehsid.harness.validation.scoring.figures import wilson
@@ -45,18 +46,33 @@ SECONDS, DT_S = 15.0, 1e-3
 # Equations that say the same where the flow over the spool is meant: an opening, or a flow.
 SAME = frozenset({("spool", "spool"), ("flow_a", "spool"), ("flow_b", "spool")})
 GALLERY = 10
-# Effects that are a part of a law where they stay beside it: equation and variable, and the term.
-PARTS: Mapping[
-    str,
-    tuple[tuple[str, str], Callable[[FloatArray, Mapping[str, float], float], FloatArray]],
-] = {
+Part = Callable[[FloatArray, Mapping[str, float], Truth], FloatArray]
+# Terms of effects that stay beside a law: the law is then what remains. By effect: the equation,
+# the variables of the laws of which it is a part, and the term.
+PARTS: Mapping[str, tuple[str, tuple[str, ...], Part]] = {
     "coulomb_friction": (
-        ("force", "velocity_m_s"),
+        "force",
+        ("velocity_m_s",),
         lambda v, sizes, _: sizes["force_n"] * np.sign(v),
     ),
+    "load_force": ("force", tuple(OF_VARIABLE), lambda x, sizes, _: sizes["force_n"] + 0.0 * x),
+    "load_spring": (
+        "force",
+        ("position_m",),
+        lambda y, sizes, t: (
+            sizes["stiffness_n_m"] * (y - 0.5 * t.stroke_m) + sizes["force_at_mid_stroke_n"]
+        ),
+    ),
+    "valve_null_bias": ("spool", tuple(OF_VARIABLE), lambda x, sizes, _: sizes["offset"] + 0.0 * x),
+    "transport_delay": (
+        "delay",
+        tuple(OF_VARIABLE),
+        lambda x, sizes, _: sizes["delay_s"] + 0.0 * x,
+    ),
     "external_leakage": (
-        ("flow_a", "pressure_a_pa"),
-        lambda p, sizes, tank_pa: -sizes["coefficient_a_m3_s_pa"] * (p - tank_pa),
+        "flow_a",
+        ("pressure_a_pa",),
+        lambda p, sizes, t: -sizes["coefficient_a_m3_s_pa"] * (p - t.tank_pa),
     ),
 }
 
@@ -91,9 +107,10 @@ def judge(case: RealityCase, diagnosis: Diagnosis, name: str) -> dict[str, Any]:
         """The true law, less what named effects of the same equation and variable stand for."""
         curve = true.curve(x + shift, case.truth)
         for effect in diagnosis.effects:
-            if effect.id in PARTS and PARTS[effect.id][0] == (found.law.adds_to, found.law.of):
+            adds_to, variables, term = PARTS.get(effect.id, ("", (), None))
+            if term is not None and adds_to == found.law.adds_to and found.law.of in variables:
                 sizes = {key: value.value for key, value in effect.parameters.items()}
-                curve = curve - PARTS[effect.id][1](x, sizes, case.truth.tank_pa)
+                curve = curve - term(x, sizes, case.truth)
         if found.law.adds_to == "sensor":
             # Windows begin at the measured position, so that a constant error does not show.
             own = true.curve(knots, case.truth) - np.array(found.law.values)
