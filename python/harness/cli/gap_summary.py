@@ -27,6 +27,7 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
+from ehsid.harness.rigs.table_words import table_words
 
 # More candidates than this are easier to read on the page.
 MOST_CANDIDATES = 5
@@ -64,7 +65,8 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> Non
 
 def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
     if diagnosis.how_far is not None:
-        yield _gap(diagnosis.how_far, named=bool(diagnosis.effects))
+        added = bool(diagnosis.effects or diagnosis.missing_laws)
+        yield _gap(diagnosis.how_far, added=added)
     if diagnosis.where.subsystem:
         shares = sorted(diagnosis.where.subsystem.items(), key=lambda item: -item[1])
         rows = [(name, percent(share)) for name, share in shares]
@@ -79,6 +81,16 @@ def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
             for i, (name, size) in enumerate(effect.parameters.items())
         ]
         yield make_table(("effect", "probability", "size", "90 % interval"), sizes)
+    if diagnosis.missing_laws:
+        laws = [
+            (
+                table_words(found.law.adds_to, found.law.of),
+                found.looks_like,
+                percent(found.share_of_shrinkage),
+            )
+            for found in diagnosis.missing_laws
+        ]
+        yield make_table(("missing law", "it", "share of what is removed"), laws)
     if diagnosis.candidates:
         candidates = [
             (
@@ -103,8 +115,8 @@ def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
         yield make_table(("value that moved", "rig file", "estimate", "90 % interval"), moved)
 
 
-def _gap(gap: HowFar, *, named: bool) -> Table:
-    """named: whether effects were added to the last simulation."""
+def _gap(gap: HowFar, *, added: bool) -> Table:
+    """added: whether effects or laws were added to the last simulation."""
     floor = " to ".join(map(percent, gap.noise_floor))
     means = (gap.nominal, gap.calibrated, gap.augmented)
     rows = [("all outputs", *map(percent, means), floor)]
@@ -113,10 +125,11 @@ def _gap(gap: HowFar, *, named: bool) -> Table:
         for name, gaps in gap.per_output.items()
     ]
     caption = None
-    if named and gap.of_explainable is not None:
+    if added and gap.of_explainable is not None:
         caption = (
-            f"The effects remove {percent_interval(gap.of_explainable)} of the gap above the noise "
-            "floor that remained after the fit. The range is for other motions of this machine."
+            f"What was found removes {percent_interval(gap.of_explainable)} of the gap above the "
+            "noise floor that remained after the fit. The range is for other motions of this "
+            "machine."
         )
     headings = ("gap on held-out data", *SIMULATIONS.values(), "floor")
     return make_table(headings, rows, caption=caption, caption_justify="left")

@@ -95,7 +95,7 @@ class Posterior:
         return min(total, 1.0)  # rounding
 
 
-def with_law(posterior: Posterior, evidence: float) -> Posterior:
+def with_law(posterior: Posterior, evidence: float, constants: Constants = IN_USE) -> Posterior:
     """Returns the probabilities after a law without a name was found.
 
     A cause outside of the catalogue is as probable as such a law is beside the rig without effects,
@@ -103,11 +103,13 @@ def with_law(posterior: Posterior, evidence: float) -> Posterior:
     cost included.
     """
     law = posterior.healthy.probability * math.exp(min(evidence, MOST_EVIDENCE))
-    outside = max(posterior.outside, law)
-    total = 1.0 - posterior.outside + outside
+    others = 1.0 - posterior.outside
+    # The share LAPSE stays with the other answers, however much evidence there is.
+    outside = max(posterior.outside, min(law / (others + law), 1.0 - constants.lapse))
+    rest = (1.0 - outside) / others
     return Posterior(
-        tuple(replace(each, probability=each.probability / total) for each in posterior.hypotheses),
-        outside / total,
+        tuple(replace(each, probability=rest * each.probability) for each in posterior.hypotheses),
+        outside,
     )
 
 
