@@ -19,7 +19,9 @@ from ehsid.harness.gap.inference.candidates import (
     screen,
 )
 from ehsid.harness.gap.inference.evidence import left
-from ehsid.harness.gap.laws.choosing import LawsFound, missing_laws
+from ehsid.harness.gap.inference.gap_reduction import mean_gap
+from ehsid.harness.gap.laws.choosing import LEAST_GAIN, LawsFound, missing_laws
+from ehsid.harness.gap.laws.fitting import with_one_law
 from ehsid.harness.gap.model.case import Case, make_case
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs.table_law import TableLaw
@@ -119,4 +121,15 @@ def test_an_effect_of_the_same_subsystem_stays_with_its_size_and_the_law_is_the_
 def test_a_sound_machine_lacks_no_law() -> None:
     case = make_case(RIG, [record(OFF, 1)], [record(OFF, 2)])
     calibrated = calibrate(case)
+    assert missing_laws(case, calibrated, calibrated) is None
+
+
+def test_a_law_that_gains_less_than_it_costs_is_not_shown() -> None:
+    small = replace(DRAG, values=tuple(0.05 * value for value in DRAG.values))
+    case = make_case(RIG, [with_table(small, 1)], [with_table(small, 2)])
+    calibrated, fine = calibrate(case), decision_case(case)
+    best = with_one_law(fine, calibrated)[0]
+    gain = left(fine, calibrated) - best.left
+    assert 0.0 < gain < LEAST_GAIN
+    assert mean_gap(best.candidate.sums) < mean_gap(calibrated.sums)
     assert missing_laws(case, calibrated, calibrated) is None
