@@ -90,7 +90,7 @@ def _tables(diagnosis: Diagnosis) -> Iterator[Table]:
             )
             for found in diagnosis.missing_laws
         ]
-        yield make_table(("missing law", "it", "share of what is removed"), laws)
+        yield make_table(("missing law", "its form", "share of what is removed"), laws)
     if diagnosis.candidates:
         candidates = [
             (

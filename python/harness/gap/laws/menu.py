@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -15,6 +16,7 @@ from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.law import Law
 from ehsid.harness.gap.model.machine import machine_scale
+from ehsid.harness.rigs import Rig
 
 # Variables of each equation, as far as physics knows such laws: friction, springs and bearings;
 # flow laws of the edges, leakage and air; errors of sensors; clocks that drift.
@@ -62,8 +64,17 @@ def laws(case: Case, candidate: FittedCandidate) -> list[Law]:
             count = KNOTS_OF_TIME if variable == "time_s" else KNOTS
             knots = _knots(samples, count, bends=variable in BENDS_AT_ZERO)
             if knots is not None:
-                found.append(Law(equation, variable, knots, sizes[equation]))
+                law = Law(equation, variable, knots, sizes[equation])
+                found.append(_with_free_name(law, case.rig))
     return found
+
+
+def _with_free_name(law: Law, rig: Rig) -> Law:
+    """A rig that an earlier diagnosis augmented has its laws already: a new one adds to them."""
+    number = 2
+    while law.name in rig.tables:
+        law, number = replace(law, suffix=f"_{number}"), number + 1
+    return law
 
 
 def _sizes(case: Case) -> dict[str, float]:

@@ -43,17 +43,20 @@ class Law:
         shape (K,), rising.
     size
         standard deviation s of the values by the prior, in the unit of the equation.
+    suffix
+        end of the name, where the rig has a table of the same name already.
     """
 
     adds_to: str
     of: str
     knots: FloatArray
     size: float
+    suffix: str = ""
 
     @property
     def name(self) -> str:
         """Name of its table in a rig file."""
-        return f"{self.adds_to}_of_{self.of}"
+        return f"{self.adds_to}_of_{self.of}{self.suffix}"
 
     @cached_property
     def basis(self) -> FloatArray:

@@ -15,6 +15,7 @@ from ehsid.harness.gap.laws.menu import KNOTS, KNOTS_OF_TIME, MENU, laws, visite
 from ehsid.harness.gap.model.case import make_case
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import Rig
+from ehsid.harness.rigs.table_law import TableLaw
 from ehsid.harness.simulation import simulate
 
 SERVO = make_case(RIG, [record(OFF, 1)], [record(OFF, 2)])
@@ -59,6 +60,22 @@ def test_knots_are_closer_near_zero_where_laws_bend(of: str) -> None:
     distances = np.diff(law.knots)
     assert distances.argmin() in range(KNOTS // 2 - 3, KNOTS // 2 + 2)
     assert distances.max() > 5.0 * distances.min()
+
+
+def test_a_law_adds_to_those_that_an_earlier_diagnosis_found() -> None:
+    # The values of fitted tables come last: a name twice would put them into other tables.
+    table = TableLaw("force", "position_m", (0.0, 0.3), (100.0, 300.0))
+    own = {"force_of_position_m": table, "force_of_position_m_2": table, "other": table}
+    rig = replace(RIG, tables=own)
+    case = make_case(rig, [record(OFF, 1)], [record(OFF, 2)])
+    candidate = nominal_candidate(case)
+    found = {law.name: law for law in laws(case, candidate)}
+    assert not set(found) & set(own)
+    law = found["force_of_position_m_3"]
+    problem = case.problem(laws=(law,))
+    assert problem.rig.tables == {**own, law.name: law.table(np.zeros(KNOTS))}
+    x = np.concatenate([candidate.x, np.zeros(KNOTS)])
+    assert problem.cost(x) == pytest.approx(case.problem().cost(candidate.x), rel=1e-12)
 
 
 def test_an_axis_has_force_sensor_and_delay_only() -> None:
