@@ -26,7 +26,8 @@ def missing_law_section(laws: tuple[MissingLaw, ...]) -> Section:
         return Section("The missing law", [])
     text = (
         "Each curve is a term that was added to an equation of the simulator and fitted like an "
-        "effect, together with all values of the rig; the band holds 90 %. Beyond its ends the "
+        "effect, together with all values of the rig. The band is meant to hold 90 %: on generated "
+        "machines with a withheld law it held the true curve in 20 of 25. Beyond its ends the "
         "records never went, and nothing is known. The file rig.augmented.toml has the curve as a "
         "table, and ehsid simulate runs it."
     )

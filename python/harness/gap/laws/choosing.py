@@ -180,15 +180,16 @@ def _without_needless(case: Case, candidate: FittedCandidate) -> FittedCandidate
     that differs by direction is Coulomb friction and a law besides.
     """
     for effect in candidate.effects:
-        if _is_part(effect, candidate.laws) and matters(effect, candidate.values, case.rig):
+        is_part = _is_part(effect, candidate.laws)
+        if is_part and matters(effect, candidate.values, case.rig):
             continue
         remaining = tuple(each for each in candidate.effects if each != effect)
         start = restrict(case, candidate, remaining)
         problem = case.problem(remaining, laws=candidate.laws)
         smaller = evaluate(case, remaining, fit(problem, start, iterations=LONG), candidate.laws)
-        if _penalised(case, smaller) <= _penalised(case, candidate) + (
-            EFFECT / EVIDENCE if _is_part(effect, candidate.laws) else 0.0
-        ):
+        # `_penalised` leaves out the cost of a part.
+        cost = EFFECT / EVIDENCE if is_part else 0.0
+        if _penalised(case, smaller) <= _penalised(case, candidate) + cost:
             return _without_needless(case, smaller)
     return candidate
 
