@@ -191,7 +191,10 @@ class EffectTerms {
       : effects_(checked(values), plant::kFirstOfEffects) {}
 
   double delay_s() const { return effects_.delay(); }
-  double overlap() const { return effects_.overlap(); }
+  std::pair<double, double> overlap() const {
+    const plant::Overlap<double> overlap = effects_.overlap();
+    return {overlap.extending, overlap.retracting};
+  }
   std::pair<double, double> spool_lag() const {
     const plant::SpoolLag<double> lag = effects_.spool_lag();
     return {lag.bandwidth_hz, lag.damping};
@@ -418,8 +421,10 @@ ValueError
     A wrong shape; all methods, too.)")
       .def(py::init<const InputArray<double>&>(), py::arg("values"))
       .def_property_readonly("delay_s", &EffectTerms::delay_s, "Delay of the command path, s.")
-      .def_property_readonly("overlap", &EffectTerms::overlap,
-                             "Overlap of the metering edges, fraction of rated command.")
+      .def_property_readonly(
+          "overlap", &EffectTerms::overlap,
+          "Overlaps of the metering edges that extend and of those that retract, fractions "
+          "of rated command.")
       .def_property_readonly("spool_lag", &EffectTerms::spool_lag,
                              "Bandwidth of the spool, Hz, and damping ratio; zeros for none.")
       .def_property_readonly("supply_line", &EffectTerms::supply_line,

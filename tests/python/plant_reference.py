@@ -118,14 +118,16 @@ class Reference:
         force = -self.load(y)
         if self.hydraulic:
             at_rest = self.opening(x if self.spool[0] > 0.0 else u)
-            overlap = self.effect("valve_dead_band", "overlap")
+            common = self.effect("valve_dead_band", "overlap")
+            out = common + self.effect("valve_dead_band_sides", "overlap_a")
+            back = common + self.effect("valve_dead_band_sides", "overlap_b")
             sides, tank = p["nuisance.edge_overlap_sides"], p["nuisance.edge_overlap_tank"]
             d, g, k = (p[f"nuisance.edge_gain_{w}"] for w in ("direction", "sides", "tank"))
             p_t = p["supply.tank_pressure_pa"]
-            q_pa = (1 + d + g - k) * self.flow(at_rest - overlap - sides + tank, p_s - p_a)
-            q_at = (1 - d + g + k) * self.flow(-at_rest - overlap - sides - tank, p_a - p_t)
-            q_pb = (1 - d - g - k) * self.flow(-at_rest - overlap + sides + tank, p_s - p_b)
-            q_bt = (1 + d - g + k) * self.flow(at_rest - overlap + sides - tank, p_b - p_t)
+            q_pa = (1 + d + g - k) * self.flow(at_rest - out - sides + tank, p_s - p_a)
+            q_at = (1 - d + g + k) * self.flow(-at_rest - back - sides - tank, p_a - p_t)
+            q_pb = (1 - d - g - k) * self.flow(-at_rest - back + sides + tank, p_s - p_b)
+            q_bt = (1 + d - g + k) * self.flow(at_rest - out + sides - tank, p_b - p_t)
             inside = self.effect("internal_leakage", "coefficient_m3_s_pa") * (p_a - p_b)
             out_a = self.effect("external_leakage", "coefficient_a_m3_s_pa") * (p_a - p_t)
             out_b = self.effect("external_leakage", "coefficient_b_m3_s_pa") * (p_b - p_t)

@@ -25,8 +25,8 @@ def terms(**sizes: float) -> ehsid.EffectTerms:
 
 def test_without_effects_nothing_is_added() -> None:
     none, signal = terms(), np.linspace(-1.0, 1.0, 7)
-    assert (none.delay_s, none.overlap) == (0.0, 0.0)
-    assert none.spool_lag == none.supply_line == none.sensor_error == (0.0, 0.0)
+    assert none.delay_s == 0.0
+    assert none.overlap == none.spool_lag == none.supply_line == none.sensor_error == (0.0, 0.0)
     for same in (none.command(signal), none.opening(signal), none.sensor(signal, 1e-3)):
         np.testing.assert_array_equal(same, signal)
     for zero in (none.friction(signal), none.load(signal), *none.leakage(signal, signal, 0.0)):
@@ -38,6 +38,8 @@ def test_numbers_of_the_effects() -> None:
     all_of_them = terms(
         transport_delay__delay_s=0.004,
         valve_dead_band__overlap=0.03,
+        valve_dead_band_sides__overlap_a=0.05,
+        valve_dead_band_sides__overlap_b=0.01,
         valve_lag__bandwidth_hz=60.0,
         valve_lag__damping=0.8,
         supply_droop__source_resistance_pa_s_m3=3e9,
@@ -45,7 +47,8 @@ def test_numbers_of_the_effects() -> None:
         sensor_lag__time_constant_s=0.005,
         sensor_backlash__half_width_m=1e-4,
     )
-    assert (all_of_them.delay_s, all_of_them.overlap) == (0.004, 0.03)
+    assert all_of_them.delay_s == 0.004
+    assert all_of_them.overlap == (0.03 + 0.05, 0.03 + 0.01)
     assert all_of_them.spool_lag == (60.0, 0.8)
     assert all_of_them.supply_line == (3e9, 1e-11)
     assert all_of_them.sensor_error == (0.005, 1e-4)
@@ -170,19 +173,20 @@ def test_a_law_that_contains_another_becomes_it(effect: ehsid.EffectInfo) -> Non
 SPEEDS = np.linspace(-0.5, 0.5, 101)
 
 
-@given(force_n=st.floats(1.0, 1e4))
-def test_a_law_that_contains_another_can_act_as_it_does(force_n: float) -> None:
-    """At the sizes of `same`, friction and load are those of the simpler law; see `grown`."""
+@given(share=st.floats(1e-4, 0.5))
+def test_a_law_that_contains_another_can_act_as_it_does(share: float) -> None:
+    """At the sizes of `same`, all terms are those of the simpler law; see `grown`."""
     for effect in (one for one in ehsid.effects() if one.contains):
         assert effect.contains is not None
-        simple = {"force_n": force_n}
+        simple = {p.name: share * p.maximum for p in effects()[effect.contains].parameters}
         same = effect.same(simple)
         assert same.keys() == {one.name for one in effect.parameters}
         for one in effect.parameters:
             assert one.minimum <= same[one.name] <= one.maximum
         assert effect.simplified(same) == pytest.approx(simple)
         rich = terms(**{f"{effect.id}__{name}": size for name, size in same.items()})
-        plain = terms(**{f"{effect.contains}__force_n": force_n})
+        plain = terms(**{f"{effect.contains}__{name}": size for name, size in simple.items()})
+        assert rich.overlap == plain.overlap
         for law in ("friction", "load"):
             np.testing.assert_allclose(
                 getattr(rich, law)(SPEEDS), getattr(plain, law)(SPEEDS), rtol=1e-14

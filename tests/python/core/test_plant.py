@@ -94,6 +94,8 @@ VARIED = [
     "effects.valve_null_bias.offset",
     "effects.valve_flow_saturation.limit",
     "effects.valve_dead_band.overlap",
+    "effects.valve_dead_band_sides.overlap_a",
+    "effects.valve_dead_band_sides.overlap_b",
     "effects.internal_leakage.coefficient_m3_s_pa",
     "effects.external_leakage.coefficient_b_m3_s_pa",
     "effects.entrained_air.volume_fraction",

@@ -27,7 +27,7 @@ MECHANICAL = ("coulomb_friction", "stribeck_friction", "load_spring", "load_forc
 
 
 def test_every_effect_of_the_catalogue_is_here() -> None:
-    assert len(EFFECTS) == 17
+    assert len(EFFECTS) == 18
     assert EFFECTS.keys() >= WITHOUT_RATE
 
 

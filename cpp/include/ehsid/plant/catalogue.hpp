@@ -16,6 +16,7 @@
 #include <ehsid/plant/effects/supply_droop.hpp>
 #include <ehsid/plant/effects/transport_delay.hpp>
 #include <ehsid/plant/effects/valve_dead_band.hpp>
+#include <ehsid/plant/effects/valve_dead_band_sides.hpp>
 #include <ehsid/plant/effects/valve_flow_saturation.hpp>
 #include <ehsid/plant/effects/valve_hysteresis.hpp>
 #include <ehsid/plant/effects/valve_lag.hpp>
@@ -32,10 +33,10 @@ template <class Scalar>
 using Catalogue =
     std::tuple<TransportDelay<Scalar>, ValveHysteresis<Scalar>, ValveLag<Scalar>,
                ValveNullBias<Scalar>, ValveFlowSaturation<Scalar>, ValveDeadBand<Scalar>,
-               InternalLeakage<Scalar>, ExternalLeakage<Scalar>, EntrainedAir<Scalar>,
-               SupplyDroop<Scalar>, CoulombFriction<Scalar>, StribeckFriction<Scalar>,
-               LoadSpring<Scalar>, LoadForce<Scalar>, SensorBacklash<Scalar>, SensorLag<Scalar>,
-               SensorQuantisation<Scalar>>;
+               ValveDeadBandSides<Scalar>, InternalLeakage<Scalar>, ExternalLeakage<Scalar>,
+               EntrainedAir<Scalar>, SupplyDroop<Scalar>, CoulombFriction<Scalar>,
+               StribeckFriction<Scalar>, LoadSpring<Scalar>, LoadForce<Scalar>,
+               SensorBacklash<Scalar>, SensorLag<Scalar>, SensorQuantisation<Scalar>>;
 
 /// The effects of a plant. An effect is on where one of its parameters is not zero or is varied.
 template <class Scalar>
@@ -83,9 +84,9 @@ class Effects {
     each([&](const auto& effect) { put(x, effect.opening(x)); });
     return x;
   }
-  /// Of the metering edges, each side of null, fraction of rated command.
-  Scalar overlap() const {
-    return sum([](const auto& effect) { return effect.overlap(); });
+  /// Of the metering edges.
+  Overlap<Scalar> overlap() const {
+    return sum<Overlap<Scalar>>([](const auto& effect) { return effect.overlap(); });
   }
   SupplyLine<Scalar> supply_line() const {
     SupplyLine<Scalar> line{};
@@ -142,9 +143,9 @@ class Effects {
   }
 
  private:
-  template <class Place>
-  Scalar sum(Place place) const {
-    Scalar all(0.0);
+  template <class Sum = Scalar, class Place>
+  Sum sum(Place place) const {
+    Sum all{};
     each([&](const auto& effect) { add(all, place(effect)); });
     return all;
   }

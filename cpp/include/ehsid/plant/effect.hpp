@@ -24,6 +24,19 @@ struct SpoolLag {
   Scalar damping{};
 };
 
+/// How far the spool moves from null before an edge opens, fractions of rated command, >= 0.
+template <class Scalar>
+struct Overlap {
+  Scalar extending{};   // of the edges that extend: supply to A, B to tank
+  Scalar retracting{};  // of those that retract: supply to B, A to tank
+
+  Overlap& operator+=(const Overlap& other) {
+    extending += other.extending;
+    retracting += other.retracting;
+    return *this;
+  }
+};
+
 /// Supply line: resistance to the pump, and the volume behind the valve; a resistance of zero means none.
 template <class Scalar>
 struct SupplyLine {
@@ -80,7 +93,7 @@ struct Effect {
   Nothing spool_lag() const { return {}; }
   /// Scalar: opening from spool position, both fractions of rated command.
   Nothing opening(const Scalar& /*x*/) const { return {}; }
-  /// Scalar: overlap of the metering edges, fraction of rated command, each side of null.
+  /// Overlap of the metering edges.
   Nothing overlap() const { return {}; }
   /// Scalar: effective bulk modulus from that of the fluid, at an absolute pressure, Pa.
   Nothing bulk_modulus(const Scalar& /*beta*/, const Scalar& /*pressure*/) const { return {}; }

@@ -55,7 +55,7 @@ enum class LogPlace { none, command, command_of_axis, position };
 enum class Reach {
   all,           // every size shows
   begins_at,     // it begins where the command reaches its first parameter
-  within,        // its first parameter is a width that the command must leave
+  within,        // its parameters are widths that the command must leave
   sensor_noise,  // its first parameter must be above the noise of the position sensor
 };
 

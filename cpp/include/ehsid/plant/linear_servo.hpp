@@ -7,6 +7,7 @@
 #pragma once
 
 #include <ehsid/plant/dual.hpp>
+#include <ehsid/plant/effect.hpp>
 #include <ehsid/plant/rig.hpp>
 
 #include <vector>
@@ -17,8 +18,8 @@ template <class Scalar>
 class LinearServo {
  public:
   /// Values in the order of plant_parameters(). load: on the rod at the start, N, which P_L carries.
-  /// overlap: dead band of the spool, fraction of full opening, each side of null.
-  LinearServo(const std::vector<Scalar>& values, const Scalar& overlap, const Scalar& load)
+  /// overlap: dead band of the spool.
+  LinearServo(const std::vector<Scalar>& values, const Overlap<Scalar>& overlap, const Scalar& load)
       : flow_gain_(value_at(values, RigValue::linear_flow_gain)),
         loss_(value_at(values, RigValue::linear_flow_pressure) +
               value_at(values, RigValue::linear_leakage)),
@@ -45,17 +46,19 @@ class LinearServo {
  private:
   /// Two rounded edges: x - overlap beyond it, x + overlap on the other side; x itself without overlap.
   Scalar behind_overlap(const Scalar& x) const {
-    if (is_nothing(overlap_)) {
+    if (is_nothing(overlap_.extending) && is_nothing(overlap_.retracting)) {
       return x;
     }
     using std::sqrt;
     const auto edge = [&](const Scalar& s) {
       return (s + sqrt(s * s + rounding_ * rounding_)) * 0.5;
     };
-    return edge(x - overlap_) - edge(-x - overlap_);
+    return edge(x - overlap_.extending) - edge(-x - overlap_.retracting);
   }
 
-  Scalar flow_gain_, loss_, area_, stiffness_, overlap_, rounding_;
+  Scalar flow_gain_, loss_, area_, stiffness_;
+  Overlap<Scalar> overlap_;
+  Scalar rounding_;
   Scalar load_pressure_;
 };
 

@@ -149,7 +149,8 @@ def extrapolated_effects(
         info = catalogue()[effect]
         if info.reach == "all":
             continue
-        size = values[names_of(info)[0]]
+        sizes = [values[name] for name in names_of(info)]
+        size = max(sizes) if info.reach == "within" else sizes[0]
         reason = None
         if info.reach == "begins_at" and size > command:
             reason = (

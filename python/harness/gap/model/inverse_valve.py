@@ -95,12 +95,12 @@ def edge_flows(
     gain = values["valve.rated_flow_m3_s"] / values["valve.rated_pressure_drop_pa"] ** exponent
     laminar = values["nuisance.laminar_pressure_pa"] ** 2
     rounding = values["nuisance.edge_rounding"] ** 2
-    common = terms_of(values).overlap
+    extending, retracting = terms_of(values).overlap
     tank = values["supply.tank_pressure_pa"]
 
     def flow(direction: float, side: float, to_tank: float, drop: FloatArray) -> FloatArray:
         overlap = (
-            common
+            (extending if direction > 0.0 else retracting)
             + side * values["nuisance.edge_overlap_sides"]
             + to_tank * values["nuisance.edge_overlap_tank"]
         )

@@ -9,21 +9,23 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.simulation.injection.notes import Note, Step
 
 
-def before_dead_band(command: FloatArray, overlap: float) -> Step:
-    """Returns the pre-image of a dead band: u' = u + overlap sgn(u).
+def before_dead_band(command: FloatArray, extending: float, retracting: float) -> Step:
+    """Returns the pre-image of a dead band: u' = u + extending or u - retracting, by the sign of u.
 
-    The dead band passes u' - overlap sgn(u') where |u'| > overlap, else 0. At u = 0 every u' within
-    the band is a pre-image. The function takes u' = 0, the middle of the band: it needs no memory,
-    and it stays inside the band even if a diagnosis estimates the band a little too small.
+    The dead band passes u' - extending above that overlap, u' + retracting below the negative of
+    the other, else 0. At u = 0 every u' within the band is a pre-image. The function takes the
+    middle of the band: it needs no memory, and it stays inside the band even if a diagnosis
+    estimates the band a little too small.
     """
     signs = np.sign(command)
     jumps = int(np.count_nonzero(np.diff(signs[signs != 0.0])))
+    middle, half_width = 0.5 * (extending - retracting), 0.5 * (extending + retracting)
     return Step(
-        command + overlap * signs,
+        command + (middle + half_width * signs),
         [
             Note(
                 f"the command changes its sign {jumps} times and then jumps by "
-                f"{2.0 * overlap:g} of rated"
+                f"{2.0 * half_width:g} of rated"
             )
         ],
     )

@@ -64,6 +64,7 @@ _GAIN_DOES_NOT_PASS = (
     "valve_null_bias",
     "valve_flow_saturation",
     "valve_dead_band",
+    "valve_dead_band_sides",
 )
 
 
@@ -145,6 +146,6 @@ def _check_sizes(effect: str, sizes: Sizes, ranges: Mapping[str, Range]) -> list
             problems.append(f"'{effect}': {name} is missing: expected {low:g} to {high:g}")
         elif not low <= sizes[name] <= high:
             problems.append(f"'{effect}.{name}' = {sizes[name]:g}: expected {low:g} to {high:g}")
-        elif sizes[name] == 0.0:
+        elif not any(sizes.values()):
             problems.append(f"'{effect}.{name}' = 0: that is no effect")
     return problems

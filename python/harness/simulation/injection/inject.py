@@ -39,7 +39,7 @@ from ehsid.harness.simulation.injection.lag import before_lag
 from ehsid.harness.simulation.injection.notes import Note, Step
 
 # Effects behind the spool. A measured spool position must be changed by their pre-images, too.
-BEHIND_SPOOL = ("gain", "valve_dead_band", "valve_null_bias")
+BEHIND_SPOOL = ("gain", "valve_dead_band", "valve_dead_band_sides", "valve_null_bias")
 # Other outputs of a record, against which a delayed position is visible as delayed.
 OTHER_OUTPUTS = tuple(
     channel.name
@@ -173,7 +173,9 @@ def _pre_image(effect: str, sizes: Sizes, signal: FloatArray, rig: Rig, dt_s: fl
         case "gain":
             return on_command.before_gain(signal, sizes["factor"])
         case "valve_dead_band":
-            return on_command.before_dead_band(signal, sizes["overlap"])
+            return on_command.before_dead_band(signal, sizes["overlap"], sizes["overlap"])
+        case "valve_dead_band_sides":
+            return on_command.before_dead_band(signal, sizes["overlap_a"], sizes["overlap_b"])
         case "valve_null_bias":
             return on_command.before_bias(signal, sizes["offset"])
         case "valve_lag":

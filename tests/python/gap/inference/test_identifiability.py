@@ -43,11 +43,20 @@ def test_a_rich_record_identifies_every_effect() -> None:
             ["valve_flow_saturation", "supply_droop"],
             "never above 26 % of rated",
         ),
-        ({"near_null": 0.001}, ["valve_dead_band"], "near null for 0.1 %"),
+        (
+            {"near_null": 0.001},
+            ["valve_dead_band", "valve_dead_band_sides"],
+            "near null for 0.1 %",
+        ),
         ({"command_reversals": 1}, ["valve_hysteresis"], "turns 1 times only"),
         (
             {"motion_reversals": 0},
-            ["coulomb_friction", "stribeck_friction", "sensor_backlash"],
+            [
+                "coulomb_friction",
+                "stribeck_friction",
+                "sensor_backlash",
+                "valve_dead_band_sides",
+            ],
             "the rod turns 0 times",
         ),
         ({"slow": 0.0}, ["stribeck_friction"], "slow motion for 0.0 %"),
@@ -116,6 +125,13 @@ def test_a_size_that_no_record_reached_is_extrapolated(
         (extrapolated,) = extrapolated_effects({f"effects.{name}": outside}, records, [effect])
         assert extrapolated.id == effect
     assert extrapolated_effects({}, [RICH], ["coulomb_friction"]) == []
+
+
+def test_both_widths_of_a_dead_band_must_be_left() -> None:
+    widths = {"overlap_a": 0.05, "overlap_b": 0.85}
+    values = {f"effects.valve_dead_band_sides.{name}": width for name, width in widths.items()}
+    (extrapolated,) = extrapolated_effects(values, [RICH], ["valve_dead_band_sides"])
+    assert "85 % wide" in extrapolated.why
 
 
 def test_signals_show_what_the_page_on_excitation_says() -> None:

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
+from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.inference.candidates import (
     FittedCandidate,
     calibrate,
@@ -307,7 +308,8 @@ def test_a_servo_with_a_law_that_acts_as_a_simpler_one_moves_as_with_that_one(
     law: ehsid.EffectInfo,
 ) -> None:
     command = made.command_of(2.0, made.DT_S, np.random.default_rng(3))
-    simple = {"force_n": 400.0}
+    assert law.contains is not None
+    simple = {p.name: p.typical for p in catalogue()[law.contains].parameters}
     runs = [
         simulate(
             made.RIG,

@@ -25,6 +25,7 @@ SIZES = {
     "load_force": {"force_n": -12.0},
     "gain": {"factor": 1.3},
     "valve_dead_band": {"overlap": 0.04},
+    "valve_dead_band_sides": {"overlap_a": 0.05, "overlap_b": 0.02},
     "valve_null_bias": {"offset": -0.03},
     "valve_lag": {"bandwidth_hz": 30.0, "damping": 0.7},
     "valve_hysteresis": {"half_width": 0.03},
@@ -99,7 +100,7 @@ def test_simulator_with_the_effect_does_under_the_new_command_what_it_did(
         # A spool that is right on average swings within a sample; and starts at rest, as the
         # other does, but for what the inverse looks ahead.
         assert wrong < 1e-4
-    elif effect in ("valve_dead_band", "gain") and plant != "axis":
+    elif effect in ("valve_dead_band", "valve_dead_band_sides", "gain") and plant != "axis":
         # The opening is off by the rounding of the edges at most, against a command of 0.12 (rms):
         # so is the speed.
         assert wrong < 2.0 * ROUNDING_OF_EDGES / 0.12

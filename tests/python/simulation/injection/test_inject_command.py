@@ -44,11 +44,11 @@ def play(command: FloatArray, half_width: float) -> FloatArray:
     return np.array(path)
 
 
-def dead_band(command: FloatArray, overlap: float) -> FloatArray:
+def dead_band(command: FloatArray, extending: float, retracting: float) -> FloatArray:
     """Soft threshold."""
     opened = np.zeros_like(command)
-    opened[command > overlap] = command[command > overlap] - overlap
-    opened[command < -overlap] = command[command < -overlap] + overlap
+    opened[command > extending] = command[command > extending] - extending
+    opened[command < -retracting] = command[command < -retracting] + retracting
     return opened
 
 
@@ -60,11 +60,14 @@ def test_play_of_its_pre_image_is_the_command(command: FloatArray, half_width: f
     assert np.all(np.abs(sent - command) <= half_width + ROUNDING)
 
 
-@given(COMMANDS, SIZES)
-def test_dead_band_of_its_pre_image_is_the_command(command: FloatArray, overlap: float) -> None:
-    sent = before_dead_band(command, overlap).signal
-    np.testing.assert_allclose(dead_band(sent, overlap), command, rtol=0.0, atol=ROUNDING)
-    assert np.all(sent[command == 0.0] == 0.0)
+@given(COMMANDS, SIZES, SIZES)
+def test_dead_band_of_its_pre_image_is_the_command(
+    command: FloatArray, extending: float, retracting: float
+) -> None:
+    sent = before_dead_band(command, extending, retracting).signal
+    passed = dead_band(sent, extending, retracting)
+    np.testing.assert_allclose(passed, command, rtol=0.0, atol=ROUNDING)
+    assert np.all(sent[command == 0.0] == 0.5 * (extending - retracting))
 
 
 @given(COMMANDS, st.floats(-0.2, 0.2), st.floats(0.2, 5.0))

@@ -35,7 +35,7 @@ struct ValveDeadBand : Effect<Scalar> {
     return size[0] >= 0.004;
   }
 
-  Scalar overlap() const { return parameters[0]; }
+  Overlap<Scalar> overlap() const { return {parameters[0], parameters[0]}; }
 };
 
 }  // namespace ehsid::plant
