@@ -7,6 +7,7 @@
 #include <pybind11/typing.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -222,8 +223,16 @@ class EffectTerms {
   py::array_t<double> opening(const InputArray<double>& x) const {
     return each(x, [&](double now) { return effects_.opening(now); });
   }
-  py::array_t<double> friction(const InputArray<double>& speed) const {
-    return each(speed, [&](double now) { return effects_.friction(now); });
+  py::array_t<double> friction(const InputArray<double>& velocity,
+                               const InputArray<double>& from_middle) const {
+    require_shape("velocity", velocity, 1, -1);
+    require_shape("from_middle", from_middle, 1, velocity.shape(0));
+    py::array_t<double> all(velocity.shape(0));
+    for (py::ssize_t k = 0; k < velocity.shape(0); ++k) {
+      const double v = velocity.at(k);
+      all.mutable_at(k) = effects_.friction({std::abs(v), v >= 0.0, from_middle.at(k)});
+    }
+    return all;
   }
   py::array_t<double> load(const InputArray<double>& from_middle) const {
     return each(from_middle, [&](double now) { return effects_.load(now); });
@@ -440,8 +449,9 @@ ValueError
            "sample to sample, shape (N,).")
       .def("opening", &EffectTerms::opening, py::arg("spool"),
            "Opening from the spool position, fractions, shape (N,).")
-      .def("friction", &EffectTerms::friction, py::arg("speed_m_s"),
-           "Steady friction at speeds >= 0, N, shape (N,).")
+      .def("friction", &EffectTerms::friction, py::arg("velocity_m_s"), py::arg("from_middle_m"),
+           "Size of the steady friction, N, >= 0, at velocities and at distances from mid-stroke, "
+           "shape (N,).")
       .def("load", &EffectTerms::load, py::arg("from_middle_m"),
            "Force against extension, N, at distances from mid-stroke, shape (N,).")
       .def("bulk_modulus", &EffectTerms::bulk_modulus, py::arg("beta_pa"), py::arg("pressure_pa"),

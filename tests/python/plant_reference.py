@@ -75,12 +75,18 @@ class Reference:
 
     def friction(self, v: float) -> float:
         force = self.effect("coulomb_friction", "force_n")
+        way = "extending" if v >= 0.0 else "retracting"
+        force += self.effect("coulomb_friction_sides", f"force_{way}_n")
         coulomb = self.effect("stribeck_friction", "coulomb_n")
         static = self.effect("stribeck_friction", "static_n")
         speed = self.effect("stribeck_friction", "stribeck_velocity_m_s")
         if speed > 0.0:
             force += coulomb + (static - coulomb) * math.exp(-((v / speed) ** 2))
         return force * (0.1 + 0.9 * abs(v) / math.hypot(v, self.p["nuisance.sliding_onset_m_s"]))
+
+    def friction_at_rest(self) -> float:
+        """Of both directions, the mean."""
+        return 0.5 * (self.friction(0.0) + self.friction(-1e-300))
 
     def bulk_modulus(self, p: float) -> float:
         rise = self.p["nuisance.bulk_slope"] * (p - self.p["supply.pressure_pa"] / 2.0)
@@ -143,7 +149,7 @@ class Reference:
             force += p_a * self.a_a - p_b * self.a_b - self.atmosphere
         else:
             force += p["axis.force_per_volt"] * u
-        g0 = self.friction(0.0)
+        g0 = self.friction_at_rest()
         if g0 > 0.0:
             d = p["nuisance.presliding_m"]
             rate[7] = (v - abs(v) * s * g0 / self.friction(v)) / d

@@ -29,7 +29,8 @@ def test_without_effects_nothing_is_added() -> None:
     assert none.overlap == none.spool_lag == none.supply_line == none.sensor_error == (0.0, 0.0)
     for same in (none.command(signal), none.opening(signal), none.sensor(signal, 1e-3)):
         np.testing.assert_array_equal(same, signal)
-    for zero in (none.friction(signal), none.load(signal), *none.leakage(signal, signal, 0.0)):
+    friction = none.friction(signal, signal)
+    for zero in (friction, none.load(signal), *none.leakage(signal, signal, 0.0)):
         np.testing.assert_array_equal(zero, 0.0)
     np.testing.assert_array_equal(none.bulk_modulus(1e9, signal), 1e9)
 
@@ -61,14 +62,16 @@ def test_forces_add_up(signal: FloatArray) -> None:
         load_spring__force_at_mid_stroke_n=50.0,
         load_force__force_n=-800.0,
         coulomb_friction__force_n=400.0,
+        coulomb_friction_sides__force_extending_n=600.0,
+        coulomb_friction_sides__force_retracting_n=300.0,
         stribeck_friction__coulomb_n=300.0,
         stribeck_friction__static_n=600.0,
         stribeck_friction__stribeck_velocity_m_s=0.02,
     )
     np.testing.assert_allclose(forces.load(signal), 2e4 * signal - 750.0, rtol=1e-14)
-    speed = np.abs(signal)
-    expected = 700.0 + 300.0 * np.exp(-((speed / 0.02) ** 2))
-    np.testing.assert_allclose(forces.friction(speed), expected, rtol=1e-14)
+    expected = 700.0 + 300.0 * np.exp(-((signal / 0.02) ** 2)) + np.where(signal < 0.0, 300.0, 600.0)
+    found = forces.friction(signal, np.zeros_like(signal))
+    np.testing.assert_allclose(found, expected, rtol=1e-14)
 
 
 @given(SIGNALS)
@@ -120,6 +123,8 @@ def test_wrong_shapes_are_refused() -> None:
         ehsid.EffectTerms([1.0, 2.0])
     with pytest.raises(ValueError, match="pressure_b"):
         terms().leakage(np.zeros(3), np.zeros(4), 0.0)
+    with pytest.raises(ValueError, match="from_middle"):
+        terms().friction(np.zeros(3), np.zeros(4))
 
 
 MACHINE = ehsid.MachineScale(
@@ -187,9 +192,11 @@ def test_a_law_that_contains_another_can_act_as_it_does(share: float) -> None:
         rich = terms(**{f"{effect.id}__{name}": size for name, size in same.items()})
         plain = terms(**{f"{effect.contains}__{name}": size for name, size in simple.items()})
         assert rich.overlap == plain.overlap
-        for law in ("friction", "load"):
+        np.testing.assert_allclose(rich.load(SPEEDS), plain.load(SPEEDS), rtol=1e-14)
+        for from_middle in (-0.1, 0.0, 0.1):
+            place = np.full_like(SPEEDS, from_middle)
             np.testing.assert_allclose(
-                getattr(rich, law)(SPEEDS), getattr(plain, law)(SPEEDS), rtol=1e-14
+                rich.friction(SPEEDS, place), plain.friction(SPEEDS, place), rtol=1e-14
             )
 
 

@@ -101,6 +101,8 @@ VARIED = [
     "effects.entrained_air.volume_fraction",
     "effects.supply_droop.source_resistance_pa_s_m3",
     "effects.coulomb_friction.force_n",
+    "effects.coulomb_friction_sides.force_extending_n",
+    "effects.coulomb_friction_sides.force_retracting_n",
     "effects.load_spring.stiffness_n_m",
     "effects.sensor_lag.time_constant_s",
     "effects.sensor_backlash.half_width_m",
@@ -330,6 +332,28 @@ def test_friction_tends_to_its_sharp_form(presliding: float) -> None:
         np.max(np.abs(found["velocity_m_s"][part])) for part in (slice(200, 300), slice(300, 400))
     )
     assert late < early < np.sqrt(force * give / mass)
+
+
+@pytest.mark.parametrize("lost", ["extending", "retracting"])
+def test_friction_of_one_direction_stops_that_motion_only(lost: str) -> None:
+    """The force in the other direction is zero: there the mass goes on at its speed."""
+    speed, mass, force = 0.05, 95.0, 40.0
+    values = typical() | {
+        "axis.mass_kg": mass,
+        "axis.viscous_friction_n_s_m": 0.0,
+        f"effects.coulomb_friction_sides.force_{lost}_n": force,
+        "nuisance.presliding_m": 2e-6,
+        "initial.position_m": 0.0,
+    }
+    for sign in (1.0, -1.0):
+        run = values | {"initial.velocity_m_s": sign * speed}
+        position = runs.simulate(run, np.zeros(400), 64, "axis")["position_m"]
+        if (sign > 0.0) == (lost == "extending"):
+            # v^2 m / (2 F), and the give of the bristles, see above.
+            sharp = sign * speed**2 * mass / (2.0 * force)
+            assert position[-1] == pytest.approx(sharp, abs=1e-4)
+        else:
+            assert position[-1] == pytest.approx(sign * speed * 399 * runs.DT_S, rel=1e-12)
 
 
 def test_sensitivities_stay_bounded_where_the_steps_cannot_follow_the_seals() -> None:

@@ -19,15 +19,22 @@ EFFECTS = {effect.id: effect for effect in ehsid.effects()}
 # reference follows on a grid; readings that flip by a whole step.
 WITHOUT_RATE = {
     "coulomb_friction",
+    "coulomb_friction_sides",
     "stribeck_friction",
     "sensor_backlash",
     "sensor_quantisation",
 }
-MECHANICAL = ("coulomb_friction", "stribeck_friction", "load_spring", "load_force")
+MECHANICAL = (
+    "coulomb_friction",
+    "coulomb_friction_sides",
+    "stribeck_friction",
+    "load_spring",
+    "load_force",
+)
 
 
 def test_every_effect_of_the_catalogue_is_here() -> None:
-    assert len(EFFECTS) == 18
+    assert len(EFFECTS) == 19
     assert EFFECTS.keys() >= WITHOUT_RATE
 
 

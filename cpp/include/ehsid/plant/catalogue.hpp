@@ -4,6 +4,7 @@
 #pragma once
 
 #include <ehsid/plant/effects/coulomb_friction.hpp>
+#include <ehsid/plant/effects/coulomb_friction_sides.hpp>
 #include <ehsid/plant/effects/entrained_air.hpp>
 #include <ehsid/plant/effects/external_leakage.hpp>
 #include <ehsid/plant/effects/internal_leakage.hpp>
@@ -35,8 +36,9 @@ using Catalogue =
                ValveNullBias<Scalar>, ValveFlowSaturation<Scalar>, ValveDeadBand<Scalar>,
                ValveDeadBandSides<Scalar>, InternalLeakage<Scalar>, ExternalLeakage<Scalar>,
                EntrainedAir<Scalar>, SupplyDroop<Scalar>, CoulombFriction<Scalar>,
-               StribeckFriction<Scalar>, LoadSpring<Scalar>, LoadForce<Scalar>,
-               SensorBacklash<Scalar>, SensorLag<Scalar>, SensorQuantisation<Scalar>>;
+               CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>, LoadSpring<Scalar>,
+               LoadForce<Scalar>, SensorBacklash<Scalar>, SensorLag<Scalar>,
+               SensorQuantisation<Scalar>>;
 
 /// The effects of a plant. An effect is on where one of its parameters is not zero or is varied.
 template <class Scalar>
@@ -108,9 +110,9 @@ class Effects {
       }
     });
   }
-  /// Of the seals, steady, at a speed, N, >= 0.
-  Scalar friction(const Scalar& speed) const {
-    return sum([&](const auto& effect) { return effect.friction(speed); });
+  /// Of the seals, steady, N, >= 0.
+  Scalar friction(const Sliding<Scalar>& now) const {
+    return sum([&](const auto& effect) { return effect.friction(now); });
   }
   /// Force against extension at a distance from mid-stroke, N.
   Scalar load(const Scalar& from_middle) const {

@@ -44,6 +44,14 @@ struct SupplyLine {
   Scalar capacitance{};  // m^3/Pa
 };
 
+/// How the rod moves on its seals.
+template <class Scalar>
+struct Sliding {
+  Scalar speed;  // m/s, >= 0
+  bool extends;
+  Scalar from_middle;  // distance from mid-stroke, m
+};
+
 /// How a reading lags behind the position and plays about it.
 template <class Scalar>
 struct SensorError {
@@ -103,8 +111,8 @@ struct Effect {
   Nothing leakage(const Scalar& /*p_a*/, const Scalar& /*p_b*/, const Scalar& /*p_tank*/) const {
     return {};
   }
-  /// Scalar: steady friction of the seals at a speed, N, >= 0.
-  Nothing friction(const Scalar& /*speed*/) const { return {}; }
+  /// Scalar: steady friction of the seals, N, >= 0.
+  Nothing friction(const Sliding<Scalar>& /*now*/) const { return {}; }
   /// Scalar: force against extension, N, at a distance from mid-stroke, m.
   Nothing load(const Scalar& /*from_middle*/) const { return {}; }
   /// The sensor has rested at this position.

@@ -10,7 +10,8 @@ namespace ehsid::plant {
 /// Dry friction of the seals as a bristle that bends before it slides (Dahl 1968; Canudas de Wit et al., IEEE
 /// Trans. Automatic Control 40(3), 1995). With the bend in units of the presliding distance d,
 ///   s' = (v - |v| s g(0) / g(v)) / d,   force = g(0) (s + tau s'),
-/// so that sliding at v gives g(v) sgn(v), and d -> 0 the sharp form.
+/// so that sliding at v gives g(v) sgn(v), and d -> 0 the sharp form. g may depend on more than the speed; g(0) is one
+/// number, and where g is zero the bristle lets go.
 template <class Scalar>
 class Seals {
  public:
@@ -34,6 +35,9 @@ class Seals {
 
   /// What the damping of the bristle adds to the viscous friction, N s/m; none once it slides.
   Scalar damping(const Scalar& velocity) const {
+    if (!(value_of(sliding_) > 0.0)) {
+      return Scalar(0.0);
+    }
     const Scalar share = bend_ / sliding_;
     const Scalar left = value_of(velocity) < 0.0 ? 1.0 + share : 1.0 - share;
     return value_of(left) > 0.0 ? at_rest_ * (1.0 / kDampingSpeed) * left : Scalar(0.0);
@@ -43,6 +47,10 @@ class Seals {
   void advance(const Scalar& velocity, const Scalar& friction, double h) {
     using std::exp;
     sliding_ = friction / at_rest_;
+    if (!(value_of(sliding_) > 0.0)) {
+      bend_ = Scalar(0.0);
+      return;
+    }
     const Scalar speed = absolute<Scalar>(velocity);
     const Scalar decay = exp(-(speed * (h / presliding_) / sliding_));
     const Scalar steady = value_of(velocity) < 0.0 ? -sliding_ : sliding_;
@@ -58,7 +66,7 @@ class Seals {
   Scalar stiffness_{};
   Scalar presliding_{};
   Scalar bend_{};
-  Scalar sliding_{1.0};  // g(v) / g(0) at the last velocity
+  Scalar sliding_{1.0};  // g / g(0) of the last step
 };
 
 }  // namespace ehsid::plant

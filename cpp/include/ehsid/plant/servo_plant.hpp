@@ -90,13 +90,22 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
                                 const Effects<Scalar>& effects, double h);
 
   Scalar load(const Scalar& position) const { return effects_.load(position - middle_); }
-  Scalar friction(const Scalar& speed) const {
+  Scalar friction(const Sliding<Scalar>& now) const {
     // Lips of seals creep before they slide: friction comes up with the speed, from a share at rest,
     //   g (c + (1 - c) v / sqrt(v^2 + v_on^2)).
     using std::sqrt;
     constexpr double kAtRest = 0.1;
-    const Scalar up = speed / sqrt(speed * speed + onset_ * onset_);
-    return effects_.friction(speed) * (kAtRest + (1.0 - kAtRest) * up);
+    const Scalar up = now.speed / sqrt(now.speed * now.speed + onset_ * onset_);
+    return effects_.friction(now) * (kAtRest + (1.0 - kAtRest) * up);
+  }
+  /// At rest: the mean of both directions and of both ends of the stroke.
+  Scalar friction_at_rest() const {
+    const auto at = [&](const Scalar& from_middle) {
+      return (friction({Scalar(0.0), true, from_middle}) +
+              friction({Scalar(0.0), false, from_middle})) *
+             0.5;
+    };
+    return (at(stroke_ * 0.5) + at(stroke_ * -0.5)) * 0.5;
   }
   Scalar opening(const Scalar& spool) const {
     const Scalar x = effects_.opening(spool + null_bias_);
@@ -207,7 +216,7 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       spool_(spool_of(kind, values, effects_, 0.5 * h_)),
       hydraulics_(values, effects_, load(value_at(values, Initial::position))),
       linear_(values, effects_.overlap(), load(value_at(values, Initial::position))),
-      seals_(friction(Scalar(0.0)), value_at(values, Nuisance::presliding),
+      seals_(friction_at_rest(), value_at(values, Nuisance::presliding),
              mass_ * (seal_rate() * seal_rate())),
       null_bias_(kind == PlantKind::ehs ? value_at(values, Nuisance::null_bias) : Scalar(0.0)),
       position_(value_at(values, Initial::position)),
@@ -385,7 +394,9 @@ void ServoPlant<Scalar>::advance(double command_v) {
       spool_.advance(later);
     }
     if (seals_.active()) {
-      seals_.advance(velocity_, friction(absolute<Scalar>(velocity_)), h_);
+      const Sliding<Scalar> now{absolute<Scalar>(velocity_), value_of(velocity_) >= 0.0,
+                                position_ + moved * 0.5 - middle_};
+      seals_.advance(velocity_, friction(now), h_);
     }
     position_ += moved;
     reading_ = with_error(effects_.sense(position_, h_));

@@ -29,20 +29,24 @@ def _motion(signals: Measured, values: Values, prefix: str, weak: WeakForm) -> T
     """Inertia, friction and load in weak form, N, signed to add up with the driving force."""
     position = true_position(signals, values)
     middle = 0.5 * values["cylinder.stroke_m"] if prefix == "load" else 0.0
-    load = terms_of(values).load(position - middle)
+    from_middle = position - middle
+    load = terms_of(values).load(from_middle)
     return {
         "inertia": -values[f"{prefix}.mass_kg"] * weak.curvature(position),
         "viscous": -values[f"{prefix}.viscous_friction_n_s_m"] * weak.slope(position),
         "load": -weak.mean(load),
-        "friction": -weak.mean(_friction(signals, values)),
+        "friction": -weak.mean(_friction(signals, values, from_middle)),
     }
 
 
-def _friction(signals: Measured, values: Values) -> FloatArray:
-    level = terms_of(values).friction(np.abs(speed_of(signals)))
-    if not np.any(level):
-        return level
-    return np.asarray(level * last_direction(signals, values["nuisance.presliding_m"]))
+def _friction(signals: Measured, values: Values, from_middle: FloatArray) -> FloatArray:
+    terms, velocity = terms_of(values), speed_of(signals)
+    if not np.any(terms.friction(velocity, from_middle)):
+        return np.zeros_like(velocity)
+    # Where the rod rests, noise changes the sign of its speed; the bristles remember the motion.
+    direction = last_direction(signals, values["nuisance.presliding_m"])
+    velocity = np.copysign(velocity, direction)
+    return np.asarray(terms.friction(velocity, from_middle) * direction)
 
 
 def cylinder_force(

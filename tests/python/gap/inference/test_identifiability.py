@@ -53,6 +53,7 @@ def test_a_rich_record_identifies_every_effect() -> None:
             {"motion_reversals": 0},
             [
                 "coulomb_friction",
+                "coulomb_friction_sides",
                 "stribeck_friction",
                 "sensor_backlash",
                 "valve_dead_band_sides",

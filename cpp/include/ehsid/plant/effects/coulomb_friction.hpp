@@ -29,7 +29,7 @@ struct CoulombFriction : Effect<Scalar> {
     return size[0] >= 0.003 * machine.force_n;
   }
 
-  Scalar friction(const Scalar& /*speed*/) const { return parameters[0]; }
+  Scalar friction(const Sliding<Scalar>& /*now*/) const { return parameters[0]; }
 };
 
 }  // namespace ehsid::plant

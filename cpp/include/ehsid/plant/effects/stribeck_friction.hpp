@@ -70,13 +70,13 @@ struct StribeckFriction : Effect<Scalar> {
              {force, 1.5 * force, 0.25 * kTypicalVelocity}}};
   }
 
-  Scalar friction(const Scalar& speed) const {
+  Scalar friction(const Sliding<Scalar>& now) const {
     using std::exp;
     const Scalar& velocity = parameters[2];
     if (!(value_of(velocity) > 0.0)) {
       return parameters[0];
     }
-    const Scalar ratio = speed / velocity;
+    const Scalar ratio = now.speed / velocity;
     return parameters[0] + (parameters[1] - parameters[0]) * exp(-(ratio * ratio));
   }
 };
