@@ -73,10 +73,12 @@ class Reference:
         constant = self.effect("load_spring", "force_at_mid_stroke_n")
         return spring + constant + self.effect("load_force", "force_n")
 
-    def friction(self, v: float) -> float:
+    def friction(self, v: float, y: float) -> float:
         force = self.effect("coulomb_friction", "force_n")
         way = "extending" if v >= 0.0 else "retracting"
         force += self.effect("coulomb_friction_sides", f"force_{way}_n")
+        rise = self.effect("position_friction", "rise_n_m") * (y - self.middle)
+        force += max(self.effect("position_friction", "force_n") + rise, 0.0)
         coulomb = self.effect("stribeck_friction", "coulomb_n")
         static = self.effect("stribeck_friction", "static_n")
         speed = self.effect("stribeck_friction", "stribeck_velocity_m_s")
@@ -85,8 +87,10 @@ class Reference:
         return force * (0.1 + 0.9 * abs(v) / math.hypot(v, self.p["nuisance.sliding_onset_m_s"]))
 
     def friction_at_rest(self) -> float:
-        """Of both directions, the mean."""
-        return 0.5 * (self.friction(0.0) + self.friction(-1e-300))
+        """The mean of both directions and of both ends of the stroke."""
+        half = 0.5 * self.p["cylinder.stroke_m"]
+        ends = (self.middle - half, self.middle + half)
+        return 0.25 * sum(self.friction(v, y) for v in (0.0, -1e-300) for y in ends)
 
     def bulk_modulus(self, p: float) -> float:
         rise = self.p["nuisance.bulk_slope"] * (p - self.p["supply.pressure_pa"] / 2.0)
@@ -152,7 +156,7 @@ class Reference:
         g0 = self.friction_at_rest()
         if g0 > 0.0:
             d = p["nuisance.presliding_m"]
-            rate[7] = (v - abs(v) * s * g0 / self.friction(v)) / d
+            rate[7] = (v - abs(v) * s * g0 / self.friction(v, y)) / d
             force -= g0 * s + g0 * d / 0.02 * max(rate[7] * sign(v), 0.0) * sign(v)
         rate[0] = v
         rate[1] = (force - self.viscous * v) / self.mass

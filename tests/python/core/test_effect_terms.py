@@ -64,14 +64,17 @@ def test_forces_add_up(signal: FloatArray) -> None:
         coulomb_friction__force_n=400.0,
         coulomb_friction_sides__force_extending_n=600.0,
         coulomb_friction_sides__force_retracting_n=300.0,
+        position_friction__force_n=100.0,
+        position_friction__rise_n_m=-2000.0,
         stribeck_friction__coulomb_n=300.0,
         stribeck_friction__static_n=600.0,
         stribeck_friction__stribeck_velocity_m_s=0.02,
     )
     np.testing.assert_allclose(forces.load(signal), 2e4 * signal - 750.0, rtol=1e-14)
     expected = 700.0 + 300.0 * np.exp(-((signal / 0.02) ** 2)) + np.where(signal < 0.0, 300.0, 600.0)
-    found = forces.friction(signal, np.zeros_like(signal))
-    np.testing.assert_allclose(found, expected, rtol=1e-14)
+    for from_middle, rising in ((-0.1, 300.0), (0.0, 100.0), (0.04, 20.0), (0.1, 0.0)):
+        found = forces.friction(signal, np.full_like(signal, from_middle))
+        np.testing.assert_allclose(found, expected + rising, rtol=1e-14)
 
 
 @given(SIGNALS)

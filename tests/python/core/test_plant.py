@@ -103,6 +103,8 @@ VARIED = [
     "effects.coulomb_friction.force_n",
     "effects.coulomb_friction_sides.force_extending_n",
     "effects.coulomb_friction_sides.force_retracting_n",
+    "effects.position_friction.force_n",
+    "effects.position_friction.rise_n_m",
     "effects.load_spring.stiffness_n_m",
     "effects.sensor_lag.time_constant_s",
     "effects.sensor_backlash.half_width_m",
@@ -354,6 +356,26 @@ def test_friction_of_one_direction_stops_that_motion_only(lost: str) -> None:
             assert position[-1] == pytest.approx(sharp, abs=1e-4)
         else:
             assert position[-1] == pytest.approx(sign * speed * 399 * runs.DT_S, rel=1e-12)
+
+
+def test_friction_that_falls_to_zero_along_the_stroke_takes_the_energy_under_it() -> None:
+    """F (y) = 40 N - 1000 N/m y up to 0.04 m takes 0.8 J; from there on nothing brakes."""
+    mass, speed = 95.0, 0.2
+    values = typical() | {
+        "axis.mass_kg": mass,
+        "axis.viscous_friction_n_s_m": 0.0,
+        "effects.position_friction.force_n": 40.0,
+        "effects.position_friction.rise_n_m": -1000.0,
+        "nuisance.presliding_m": 2e-6,
+        "initial.position_m": 0.0,
+        "initial.velocity_m_s": speed,
+    }
+    found = runs.simulate(values, np.zeros(400), 16, "axis")
+    beyond = found["position_m"] > 0.04
+    left = np.sqrt(speed**2 - 2.0 * 0.8 / mass)
+    # The bristles bend over ten times 2 um first, and take less than 1e-3 J less.
+    np.testing.assert_allclose(found["velocity_m_s"][beyond], left, rtol=1e-3)
+    assert np.ptp(found["velocity_m_s"][beyond][1:]) < 1e-12
 
 
 def test_sensitivities_stay_bounded_where_the_steps_cannot_follow_the_seals() -> None:

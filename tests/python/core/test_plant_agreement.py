@@ -21,6 +21,7 @@ WITHOUT_RATE = {
     "coulomb_friction",
     "coulomb_friction_sides",
     "stribeck_friction",
+    "position_friction",
     "sensor_backlash",
     "sensor_quantisation",
 }
@@ -28,13 +29,14 @@ MECHANICAL = (
     "coulomb_friction",
     "coulomb_friction_sides",
     "stribeck_friction",
+    "position_friction",
     "load_spring",
     "load_force",
 )
 
 
 def test_every_effect_of_the_catalogue_is_here() -> None:
-    assert len(EFFECTS) == 19
+    assert len(EFFECTS) == 20
     assert EFFECTS.keys() >= WITHOUT_RATE
 
 

@@ -10,6 +10,7 @@
 #include <ehsid/plant/effects/internal_leakage.hpp>
 #include <ehsid/plant/effects/load_force.hpp>
 #include <ehsid/plant/effects/load_spring.hpp>
+#include <ehsid/plant/effects/position_friction.hpp>
 #include <ehsid/plant/effects/sensor_backlash.hpp>
 #include <ehsid/plant/effects/sensor_lag.hpp>
 #include <ehsid/plant/effects/sensor_quantisation.hpp>
@@ -36,8 +37,8 @@ using Catalogue =
                ValveNullBias<Scalar>, ValveFlowSaturation<Scalar>, ValveDeadBand<Scalar>,
                ValveDeadBandSides<Scalar>, InternalLeakage<Scalar>, ExternalLeakage<Scalar>,
                EntrainedAir<Scalar>, SupplyDroop<Scalar>, CoulombFriction<Scalar>,
-               CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>, LoadSpring<Scalar>,
-               LoadForce<Scalar>, SensorBacklash<Scalar>, SensorLag<Scalar>,
+               CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>, PositionFriction<Scalar>,
+               LoadSpring<Scalar>, LoadForce<Scalar>, SensorBacklash<Scalar>, SensorLag<Scalar>,
                SensorQuantisation<Scalar>>;
 
 /// The effects of a plant. An effect is on where one of its parameters is not zero or is varied.

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace ehsid::plant {
@@ -70,6 +71,11 @@ struct MachineScale {
   bool
       has_valve;  // forces of a cylinder are known from pressures, those of a motor from its command
 };
+
+/// The stroke, m, or `unknown` where it is not known.
+inline double stroke_or(const MachineScale& machine, double unknown) {
+  return std::isnan(machine.stroke_m) ? unknown : machine.stroke_m;
+}
 
 /// Values of the parameters of an effect, in their order.
 template <std::size_t N>

@@ -55,6 +55,7 @@ def test_a_rich_record_identifies_every_effect() -> None:
                 "coulomb_friction",
                 "coulomb_friction_sides",
                 "stribeck_friction",
+                "position_friction",
                 "sensor_backlash",
                 "valve_dead_band_sides",
             ],
@@ -66,7 +67,7 @@ def test_a_rich_record_identifies_every_effect() -> None:
             ["transport_delay", "valve_lag", "sensor_lag"],
             "no power above 1.0 Hz",
         ),
-        ({"travel": 0.02}, ["load_spring"], "covers 2 % of the stroke"),
+        ({"travel": 0.02}, ["load_spring", "position_friction"], "covers 2 % of the stroke"),
         ({"lowest_pressure_pa": 6e6}, ["entrained_air"], "within 6e+06 to 9e+06 Pa"),
     ],
 )

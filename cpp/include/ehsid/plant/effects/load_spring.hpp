@@ -29,7 +29,7 @@ struct LoadSpring : Effect<Scalar> {
   static constexpr std::array kNeeds{Need::wide_travel};
   static constexpr double kUnknownStroke = 0.3;  // m
   static std::array<Sizes<2>, 2> starts(const MachineScale& machine) {
-    const double weak = 0.04 * machine.force_n / reach(machine, kUnknownStroke);
+    const double weak = 0.04 * machine.force_n / stroke_or(machine, kUnknownStroke);
     return {{{weak, 0.0}, {4.0 * weak, 0.0}}};
   }
   /// Stiffness and force have a factor each; the force is tried with that of the spring over 0.1 m.
@@ -38,16 +38,13 @@ struct LoadSpring : Effect<Scalar> {
     return {{{stiffness, 0.0}, {0.0, 0.1 * stiffness}}};
   }
   static bool matters(const Sizes<2>& size, const MachineScale& machine) {
-    return size[0] * reach(machine, 1.0) >= 0.01 * machine.force_n;
+    return size[0] * stroke_or(machine, 1.0) >= 0.01 * machine.force_n;
   }
   static constexpr const char* kContains = "load_force";
   static constexpr Sizes<1> simplified(const Sizes<2>& size) { return {size[1]}; }
   static constexpr Sizes<2> same(const Sizes<1>& simple) { return {0.0, simple[0]}; }
   static std::array<Sizes<2>, 1> grown(const Sizes<1>& simple, const MachineScale& machine) {
-    return {{{0.3 * std::abs(simple[0]) / reach(machine, kUnknownStroke), simple[0]}}};
-  }
-  static double reach(const MachineScale& machine, double unknown) {
-    return std::isnan(machine.stroke_m) ? unknown : machine.stroke_m;
+    return {{{0.3 * std::abs(simple[0]) / stroke_or(machine, kUnknownStroke), simple[0]}}};
   }
 
   Scalar load(const Scalar& from_middle) const {
