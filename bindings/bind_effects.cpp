@@ -220,6 +220,9 @@ class EffectTerms {
     }
     return each(position, [&](double now) { return memory.store(memory.sense(now, dt_s)); });
   }
+  py::array_t<double> position_of(const InputArray<double>& reading) const {
+    return each(reading, [&](double now) { return effects_.position_of(now); });
+  }
   py::array_t<double> opening(const InputArray<double>& x) const {
     return each(x, [&](double now) { return effects_.opening(now); });
   }
@@ -447,6 +450,9 @@ ValueError
            "What the record stores of a position, m, that rested before the first sample and runs "
            "straight from "
            "sample to sample, shape (N,).")
+      .def("position_of", &EffectTerms::position_of, py::arg("reading_m"),
+           "Position, m, for which the sensor gives a reading, but for its lag and its play, shape "
+           "(N,).")
       .def("opening", &EffectTerms::opening, py::arg("spool"),
            "Opening from the spool position, fractions, shape (N,).")
       .def("friction", &EffectTerms::friction, py::arg("velocity_m_s"), py::arg("from_middle_m"),

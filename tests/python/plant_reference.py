@@ -92,6 +92,11 @@ class Reference:
         ends = (self.middle - half, self.middle + half)
         return 0.25 * sum(self.friction(v, y) for v in (0.0, -1e-300) for y in ends)
 
+    def reading(self, y: float) -> float:
+        period = self.effect("sensor_nonlinearity", "period_m")
+        amplitude = self.effect("sensor_nonlinearity", "amplitude_m")
+        return y + amplitude * math.sin(2.0 * math.pi * y / period) if period > 0.0 else y
+
     def bulk_modulus(self, p: float) -> float:
         rise = self.p["nuisance.bulk_slope"] * (p - self.p["supply.pressure_pa"] / 2.0)
         beta = self.p["fluid.bulk_modulus_pa"] + rise
@@ -161,7 +166,7 @@ class Reference:
         rate[0] = v
         rate[1] = (force - self.viscous * v) / self.mass
         tau = self.effect("sensor_lag", "time_constant_s")
-        rate[8] = (y - m) / tau if tau > 0.0 else 0.0
+        rate[8] = (self.reading(y) - m) / tau if tau > 0.0 else 0.0
         return np.array(rate)
 
     def start(self) -> FloatArray:
@@ -171,9 +176,8 @@ class Reference:
         force = self.load(y) + self.atmosphere
         # p_a A_a - p_b A_b = force with p_a + p_b = total
         p_a, p_b = np.linalg.solve([[self.a_a, -self.a_b], [1.0, 1.0]], [force, total])
-        return np.array(
-            [y, p["initial.velocity_m_s"], p_a, p_b, p["supply.pressure_pa"], 0.0, 0.0, 0.0, y]
-        )
+        v, supply = p["initial.velocity_m_s"], p["supply.pressure_pa"]
+        return np.array([y, v, p_a, p_b, supply, 0.0, 0.0, 0.0, self.reading(y)])
 
     def run(
         self, command: FloatArray, dt_s: float, fine: int = 20, method: str = "LSODA"
@@ -192,7 +196,7 @@ class Reference:
         outputs = {name: np.zeros(command.size) for name in OUTPUTS}
         lagging = self.effect("sensor_lag", "time_constant_s") > 0.0
         for k in range(command.size):
-            shown = state[8] if lagging else held if play > 0.0 else state[0]
+            shown = state[8] if lagging else self.reading(held if play > 0.0 else state[0])
             step = self.effect("sensor_quantisation", "step_m")
             shown = step * np.round(shown / step) if step > 0.0 else shown
             for name, value in zip(OUTPUTS, [shown, *state[1:6]], strict=True):

@@ -121,6 +121,20 @@ def test_a_sensor_lags_as_scipy_says_and_stores_whole_steps() -> None:
     np.testing.assert_allclose(steps, np.round(path / 1e-3), rtol=0.0, atol=1e-9)
 
 
+@given(SIGNALS, st.floats(-0.9, 0.9), st.floats(0.01, 2.0))
+def test_an_uneven_scale_is_undone(signal: FloatArray, share: float, period: float) -> None:
+    """share: the largest slope of the error, below one, so that readings rise with the position."""
+    amplitude = share * period / (2.0 * np.pi)
+    scale = terms(
+        sensor_nonlinearity__amplitude_m=float(np.clip(amplitude, -5e-3, 5e-3)),
+        sensor_nonlinearity__period_m=period,
+    )
+    readings = scale.sensor(signal, 1e-3)
+    expected = signal + np.clip(amplitude, -5e-3, 5e-3) * np.sin(2.0 * np.pi * signal / period)
+    np.testing.assert_allclose(readings, expected, rtol=0.0, atol=1e-15)
+    np.testing.assert_allclose(scale.position_of(readings), signal, rtol=0.0, atol=1e-13)
+
+
 def test_wrong_shapes_are_refused() -> None:
     with pytest.raises(ValueError, match="values"):
         ehsid.EffectTerms([1.0, 2.0])

@@ -108,6 +108,8 @@ VARIED = [
     "effects.load_spring.stiffness_n_m",
     "effects.sensor_lag.time_constant_s",
     "effects.sensor_backlash.half_width_m",
+    "effects.sensor_nonlinearity.amplitude_m",
+    "effects.sensor_nonlinearity.period_m",
 ]
 
 
@@ -248,6 +250,45 @@ def test_alignment_moves_the_reading_and_nothing_else() -> None:
     np.testing.assert_array_equal(outputs[0, :30, 0], free["position_m"][:30])
     # A position a few millimetres away changes the volumes by per cents: speeds stay alike.
     assert np.corrcoef(outputs[0, :, 1], free["velocity_m_s"])[0, 1] > 0.99
+
+
+def test_an_aligned_reading_goes_on_along_the_uneven_scale_of_its_sensor() -> None:
+    """What the sensor then shows is the curve at a position that gives the aligned reading."""
+    values = typical() | {
+        "effects.sensor_nonlinearity.amplitude_m": 8e-4,
+        "effects.sensor_nonlinearity.period_m": 0.012,
+    }
+    command = runs.steps(7, 100, 10, 5.0)
+    aligned = np.full((100, 4), np.nan)
+    aligned[[0, 30, 60], 0] = 0.1437, 0.151, 0.139
+    index = runs.NAMES.index("effects.sensor_nonlinearity.amplitude_m")
+    outputs, slopes = ehsid.simulate_plant(
+        "ehs",
+        runs.vector(values),
+        command,
+        dt_s=runs.DT_S,
+        substeps=16,
+        aligned=aligned,
+        varied=[index],
+        watched=[0],
+    )
+
+    def curve(y: float) -> float:
+        return y + 8e-4 * np.sin(2.0 * np.pi * y / 0.012)
+
+    reading, velocity = outputs[0, :, 0], outputs[0, :, 1]
+    for begin, end in ((0, 30), (30, 60), (60, 100)):
+        start = aligned[begin, 0]
+        assert reading[begin] == pytest.approx(start, abs=1e-15)
+        assert slopes[0, begin, 0, 0] == pytest.approx(0.0, abs=1e-15)
+        y = brentq(lambda y, start=start: curve(y) - start, start - 1e-3, start + 1e-3, xtol=1e-16)
+        path = y + np.concatenate([[0.0], np.cumsum(_trapezoids(velocity[begin:end]))])
+        # Trapezoids of the velocity: a few micrometres at this sampling time.
+        np.testing.assert_allclose(reading[begin:end], curve(path), rtol=0.0, atol=2e-5)
+
+
+def _trapezoids(velocity: np.ndarray) -> np.ndarray:
+    return 0.5 * (velocity[1:] + velocity[:-1]) * runs.DT_S
 
 
 def test_end_stops_hold_the_rod() -> None:

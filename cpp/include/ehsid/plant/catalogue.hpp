@@ -13,6 +13,7 @@
 #include <ehsid/plant/effects/position_friction.hpp>
 #include <ehsid/plant/effects/sensor_backlash.hpp>
 #include <ehsid/plant/effects/sensor_lag.hpp>
+#include <ehsid/plant/effects/sensor_nonlinearity.hpp>
 #include <ehsid/plant/effects/sensor_quantisation.hpp>
 #include <ehsid/plant/effects/stribeck_friction.hpp>
 #include <ehsid/plant/effects/supply_droop.hpp>
@@ -27,6 +28,7 @@
 #include <cstddef>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace ehsid::plant {
@@ -38,8 +40,8 @@ using Catalogue =
                ValveDeadBandSides<Scalar>, InternalLeakage<Scalar>, ExternalLeakage<Scalar>,
                EntrainedAir<Scalar>, SupplyDroop<Scalar>, CoulombFriction<Scalar>,
                CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>, PositionFriction<Scalar>,
-               LoadSpring<Scalar>, LoadForce<Scalar>, SensorBacklash<Scalar>, SensorLag<Scalar>,
-               SensorQuantisation<Scalar>>;
+               LoadSpring<Scalar>, LoadForce<Scalar>, SensorBacklash<Scalar>,
+               SensorNonlinearity<Scalar>, SensorLag<Scalar>, SensorQuantisation<Scalar>>;
 
 /// The effects of a plant. An effect is on where one of its parameters is not zero or is varied.
 template <class Scalar>
@@ -119,14 +121,26 @@ class Effects {
   Scalar load(const Scalar& from_middle) const {
     return sum([&](const auto& effect) { return effect.load(from_middle); });
   }
-  /// The sensor has rested at this position.
-  void start_sensor(const Scalar& position) {
-    each([&](auto& effect) { effect.start_sensor(position); });
+  /// What the sensor makes of a position at which it has rested, m.
+  Scalar start_sensor(Scalar position) {
+    each([&](auto& effect) { put(position, effect.start_sensor(position)); });
+    return position;
   }
   /// What the sensor makes of the position after a step of h seconds, m. Called once a step, in order.
   Scalar sense(Scalar position, double h) {
     each([&](auto& effect) { put(position, effect.sense(position, h)); });
     return position;
+  }
+  /// By how much the position must change for the reading to change by this much, m; the sensor's memory moves along.
+  Scalar shift_sensor(Scalar change) {
+    each_from_last([&](auto& effect) { put(change, effect.shift_sensor(change)); },
+                   std::make_index_sequence<kCount>());
+    return change;
+  }
+  /// Position for which the sensor gives a reading, but for its lag and its play, m.
+  Scalar position_of(Scalar reading) const {
+    each([&](const auto& effect) { put(reading, effect.position_of(reading)); });
+    return reading;
   }
   /// What the record stores of the reading, m.
   Scalar store(Scalar reading) const {
@@ -146,6 +160,14 @@ class Effects {
   }
 
  private:
+  static constexpr std::size_t kCount = std::tuple_size_v<Catalogue<Scalar>>;
+
+  template <class Place, std::size_t... kIndex>
+  void each_from_last(Place place, std::index_sequence<kIndex...> /*all*/) {
+    const auto ask = [&](auto& effect) { effect.active ? place(effect) : void(); };
+    (ask(std::get<kCount - 1 - kIndex>(all_)), ...);
+  }
+
   template <class Sum = Scalar, class Place>
   Sum sum(Place place) const {
     Sum all{};

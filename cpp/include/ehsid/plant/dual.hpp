@@ -101,6 +101,9 @@ struct Dual {
   EHSID_LANES_INLINE friend Dual log(const Dual& x) {
     return x.chain(std::log(x.value), 1.0 / x.value);
   }
+  EHSID_LANES_INLINE friend Dual sin(const Dual& x) {
+    return x.chain(std::sin(x.value), std::cos(x.value));
+  }
   EHSID_LANES_INLINE friend Dual tanh(const Dual& x) {
     const double t = std::tanh(x.value);
     return x.chain(t, 1.0 - t * t);

@@ -115,15 +115,18 @@ struct Effect {
   Nothing friction(const Sliding<Scalar>& /*now*/) const { return {}; }
   /// Scalar: force against extension, N, at a distance from mid-stroke, m.
   Nothing load(const Scalar& /*from_middle*/) const { return {}; }
-  /// The sensor has rested at this position.
-  void start_sensor(const Scalar& /*position*/) {}
+  /// Scalar: what the sensor makes of a position at which it has rested, m.
+  Nothing start_sensor(const Scalar& /*position*/) { return {}; }
   /// Scalar: what the sensor makes of the position, m. Called once a step of h seconds, in order.
   Nothing sense(const Scalar& /*position*/, double /*h*/) { return {}; }
-  /// The reading changes by this much from here on: the sensor's memory moves with it.
-  void shift_sensor(const Scalar& /*change*/) {}
+  /// Scalar: by how much the position must change, m, for what sense() makes of it to change by this much. The sensor's
+  /// memory moves along. Called in reversed order.
+  Nothing shift_sensor(const Scalar& /*change*/) { return {}; }
   /// Scalar: what the record stores of the reading, m.
   Nothing store(const Scalar& /*reading*/) const { return {}; }
-  /// SensorError: how sense() is undone, nearly, on a measured position.
+  /// Scalar: position for which sense() would give a reading, where it has no memory.
+  Nothing position_of(const Scalar& /*reading*/) const { return {}; }
+  /// SensorError: how sense() is undone, nearly, on a measured position, where it has a memory.
   Nothing sensor_error() const { return {}; }
 
   /// All that a record needs in order to show the effect.

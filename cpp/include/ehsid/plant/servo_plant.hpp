@@ -221,8 +221,8 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       null_bias_(kind == PlantKind::ehs ? value_at(values, Nuisance::null_bias) : Scalar(0.0)),
       position_(value_at(values, Initial::position)),
       velocity_(value_at(values, Initial::velocity)),
-      reading_(with_error(position_)) {
-  effects_.start_sensor(position_);
+      reading_(position_) {
+  reading_ = with_error(effects_.start_sensor(position_));
   start_at(velocity_);
 }
 
@@ -284,8 +284,7 @@ void ServoPlant<Scalar>::align(const std::array<double, kStates>& state) {
   const auto [position, velocity, pressure_a, pressure_b] = state;
   if (!std::isnan(position)) {
     const Scalar change = position - reading_;
-    position_ += change;
-    effects_.each([&](auto& effect) { effect.shift_sensor(change); });
+    position_ += effects_.shift_sensor(change);
     reading_ = Scalar(position);
   }
   hydraulics_.set_pressures(pressure_a, pressure_b);

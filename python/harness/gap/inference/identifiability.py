@@ -162,8 +162,8 @@ def extrapolated_effects(
                 f"it would be {100.0 * size:.0f} % wide, the command never goes beyond "
                 f"{100.0 * command:.0f} %"
             )
-        elif info.reach == "sensor_noise" and size < floor:
-            reason = f"{size:.2g} m are below the sensor's noise of {floor:.2g} m"
+        elif info.reach == "sensor_noise" and abs(size) < floor:
+            reason = f"{abs(size):.2g} m are below the sensor's noise of {floor:.2g} m"
         if reason is not None:
             extrapolated.append(CannotJudge(effect, reason))
     return extrapolated

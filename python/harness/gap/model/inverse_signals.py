@@ -117,11 +117,13 @@ def terms_of(values: Values) -> EffectTerms:
 
 
 def true_position(signals: Measured, values: Values) -> FloatArray:
-    """Position, m, with the lag, then the play of its sensor compensated; quantisation remains."""
+    """Position, m, with lag, uneven scale and play of its sensor undone; quantisation remains."""
     position = signals.columns["position_m"]
-    lag, half_width = terms_of(values).sensor_error
+    terms = terms_of(values)
+    lag, half_width = terms.sensor_error
     if lag > 0.0:
         position = position + lag * speed_of(signals)
+    position = terms.position_of(position)
     if half_width > 0.0:
         # The last motion determines which side of the play is in contact.
         position = position + half_width * last_direction(signals, 0.2 * half_width)

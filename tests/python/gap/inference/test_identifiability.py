@@ -67,7 +67,7 @@ def test_a_rich_record_identifies_every_effect() -> None:
             ["transport_delay", "valve_lag", "sensor_lag"],
             "no power above 1.0 Hz",
         ),
-        ({"travel": 0.02}, ["load_spring", "position_friction"], "covers 2 % of the stroke"),
+        ({"travel": 0.02}, ["load_spring", "position_friction", "sensor_nonlinearity"], "covers 2 % of the stroke"),
         ({"lowest_pressure_pa": 6e6}, ["entrained_air"], "within 6e+06 to 9e+06 Pa"),
     ],
 )
@@ -115,6 +115,7 @@ def test_a_motor_has_neither_valve_nor_oil() -> None:
         ("valve_dead_band.overlap", 0.05, 0.85),
         ("valve_hysteresis.half_width", 0.05, 0.85),
         ("sensor_backlash.half_width_m", 1e-4, 2e-6),
+        ("sensor_nonlinearity.amplitude_m", -1e-4, -2e-6),
     ],
 )
 def test_a_size_that_no_record_reached_is_extrapolated(

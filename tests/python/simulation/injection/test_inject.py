@@ -32,6 +32,7 @@ SIZES = {
     "transport_delay": {"delay_s": 0.006},
     "position_bias": {"offset_m": 2e-3},
     "sensor_backlash": {"half_width_m": 1e-4},
+    "sensor_nonlinearity": {"amplitude_m": 3e-4, "period_m": 0.05},
     "sensor_lag": {"time_constant_s": 0.004},
     "position_delay": {"delay_s": 0.003},
     "sensor_quantisation": {"step_m": 5e-5},

@@ -27,7 +27,8 @@ struct SensorBacklash : Effect<Scalar> {
   static constexpr std::array kNeeds{Need::motion_reversals};
   static constexpr Reach kReach = Reach::sensor_noise;
   static constexpr LogPlace kLogPlace = LogPlace::position;
-  static constexpr std::array kDoesNotCommute{"sensor_lag", "sensor_quantisation"};
+  static constexpr std::array kDoesNotCommute{"sensor_nonlinearity", "sensor_lag",
+                                              "sensor_quantisation"};
   static constexpr std::array kTrialSizes{5e-5, 1e-4, 2e-4, 4e-4};
   static constexpr std::array<Sizes<1>, 2> starts(const MachineScale& /*machine*/) {
     return {{{5e-5}, {2e-4}}};
@@ -37,12 +38,15 @@ struct SensorBacklash : Effect<Scalar> {
     return size[0] >= std::fmax(5e-6, 5e-5 * machine.stroke_m);
   }
 
-  void start_sensor(const Scalar& position) { held_ = position; }
+  Scalar start_sensor(const Scalar& position) { return held_ = position; }
   Scalar sense(const Scalar& position, double /*h*/) {
     held_ = play(held_, position, parameters[0]);
     return held_;
   }
-  void shift_sensor(const Scalar& change) { held_ += change; }
+  Scalar shift_sensor(const Scalar& change) {
+    held_ += change;
+    return change;
+  }
   SensorError<Scalar> sensor_error() const { return {Scalar(0.0), parameters[0]}; }
 
  private:

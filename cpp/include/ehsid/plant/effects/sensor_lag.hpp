@@ -35,9 +35,10 @@ struct SensorLag : Effect<Scalar> {
     return size[0] >= 5e-4;
   }
 
-  void start_sensor(const Scalar& position) {
+  Scalar start_sensor(const Scalar& position) {
     shown_ = position;
     before_ = position;
+    return position;
   }
 
   /// Exact where the position runs along a straight line during the step.
@@ -45,8 +46,7 @@ struct SensorLag : Effect<Scalar> {
     using std::exp;
     const Scalar& tau = parameters[0];
     if (!(value_of(tau) > 0.0)) {
-      start_sensor(position);
-      return position;
+      return start_sensor(position);
     }
     const Scalar decay = exp(-h / tau);
     const Scalar slope = (position - before_) / h;
@@ -54,9 +54,10 @@ struct SensorLag : Effect<Scalar> {
     before_ = position;
     return shown_;
   }
-  void shift_sensor(const Scalar& change) {
+  Scalar shift_sensor(const Scalar& change) {
     shown_ += change;
     before_ += change;
+    return change;
   }
   SensorError<Scalar> sensor_error() const { return {parameters[0], Scalar(0.0)}; }
 
