@@ -63,6 +63,8 @@ const char* name_of(plant::Need need) {
       return "fast_commands";
     case plant::Need::varying_pressures:
       return "varying_pressures";
+    case plant::Need::long_record:
+      return "long_record";
   }
   return "";
 }
@@ -225,6 +227,13 @@ class EffectTerms {
   }
   py::array_t<double> opening(const InputArray<double>& x) const {
     return each(x, [&](double now) { return effects_.opening(now); });
+  }
+  py::array_t<double> flow_share(const InputArray<double>& time) const {
+    return each(time, [&](double now) {
+      double all = 1.0;
+      effects_.flow_shares(now, [&](double share) { all *= share; });
+      return all;
+    });
   }
   py::array_t<double> friction(const InputArray<double>& velocity,
                                const InputArray<double>& from_middle) const {
@@ -455,6 +464,9 @@ ValueError
            "(N,).")
       .def("opening", &EffectTerms::opening, py::arg("spool"),
            "Opening from the spool position, fractions, shape (N,).")
+      .def("flow_share", &EffectTerms::flow_share, py::arg("time_s"),
+           "Share of the flow at the start of the record that the edges give at times after it, "
+           "shape (N,).")
       .def("friction", &EffectTerms::friction, py::arg("velocity_m_s"), py::arg("from_middle_m"),
            "Size of the steady friction, N, >= 0, at velocities and at distances from mid-stroke, "
            "shape (N,).")

@@ -119,7 +119,7 @@ class Reference:
         limit = self.effect("valve_flow_saturation", "limit")
         return limit * math.tanh(x / limit) if limit > 0.0 else x
 
-    def rates(self, state: FloatArray, u: float) -> FloatArray:
+    def rates(self, time_s: float, state: FloatArray, u: float) -> FloatArray:
         # Plain numbers: a numpy scalar takes several times as long for each operation.
         y, v, p_a, p_b, p_s, x, dx, s, m = state.tolist()
         p = self.p
@@ -139,10 +139,11 @@ class Reference:
             sides, tank = p["nuisance.edge_overlap_sides"], p["nuisance.edge_overlap_tank"]
             d, g, k = (p[f"nuisance.edge_gain_{w}"] for w in ("direction", "sides", "tank"))
             p_t = p["supply.tank_pressure_pa"]
-            q_pa = (1 + d + g - k) * self.flow(at_rest - out - sides + tank, p_s - p_a)
-            q_at = (1 - d + g + k) * self.flow(-at_rest - back - sides - tank, p_a - p_t)
-            q_pb = (1 - d - g - k) * self.flow(-at_rest - back + sides + tank, p_s - p_b)
-            q_bt = (1 + d - g + k) * self.flow(at_rest - out + sides - tank, p_b - p_t)
+            share = max(0.05, 1.0 + self.effect("flow_gain_drift", "rate_1_s") * time_s)
+            q_pa = share * (1 + d + g - k) * self.flow(at_rest - out - sides + tank, p_s - p_a)
+            q_at = share * (1 - d + g + k) * self.flow(-at_rest - back - sides - tank, p_a - p_t)
+            q_pb = share * (1 - d - g - k) * self.flow(-at_rest - back + sides + tank, p_s - p_b)
+            q_bt = share * (1 + d - g + k) * self.flow(at_rest - out + sides - tank, p_b - p_t)
             inside = self.effect("internal_leakage", "coefficient_m3_s_pa") * (p_a - p_b)
             out_a = self.effect("external_leakage", "coefficient_a_m3_s_pa") * (p_a - p_t)
             out_b = self.effect("external_leakage", "coefficient_b_m3_s_pa") * (p_b - p_t)
@@ -203,12 +204,15 @@ class Reference:
                 outputs[name][k] = value
             # Between two samples the delayed command changes once, `part` after the sample.
             first = int(k - whole - 1) if part > 0.0 else int(k - whole)
-            for index, span in ((first, part), (int(k - whole), dt_s - part)):
+            for index, begun, span in (
+                (first, k * dt_s, part),
+                (int(k - whole), k * dt_s + part, dt_s - part),
+            ):
                 if span <= 0.0:
                     continue
                 value = u[index] if index >= 0 else 0.0
                 solution = solve_ivp(
-                    lambda _, x, value=value: self.rates(x, value),
+                    lambda t, x, begun=begun, value=value: self.rates(begun + t, x, value),
                     (0.0, span),
                     state,
                     method=method,

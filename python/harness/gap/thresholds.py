@@ -175,6 +175,9 @@ FAST_HZ = 3.0
 # A load spring looks like a constant force until the rod has moved. Over a tenth of the stroke its
 # force changes by a tenth.
 LEAST_TRAVEL = 0.1
+# The least drift of the flow gain that counts has changed the flow by 0.25 % after this time, s: as
+# much as the position over a window of half a second is known to.
+LEAST_SECONDS = 5.0
 
 # --- Noise floor -------------------------------------------------------------------------------
 # The response of a servo no longer depends on its past after a few periods of its oil spring; a

@@ -95,6 +95,13 @@ def test_play_stays_within_its_width_and_moves_only_at_its_ends(
     np.testing.assert_allclose(np.abs(away[moved]), half_width, rtol=0.0, atol=1e-15)
 
 
+def test_the_flow_drifts_from_the_start_and_never_below_a_share() -> None:
+    time_s = np.array([0.0, 2.0, 19.0, 30.0])
+    shares = terms(flow_gain_drift__rate_1_s=-0.05).flow_share(time_s)
+    np.testing.assert_allclose(shares, [1.0, 0.9, 0.05, 0.05], rtol=1e-14)
+    np.testing.assert_array_equal(terms().flow_share(time_s), 1.0)
+
+
 def test_leakages_add_up_and_air_softens_the_oil() -> None:
     a, b, tank = np.linspace(1e5, 9e6, 9), np.linspace(8e6, 2e5, 9), 2e5
     oil = terms(

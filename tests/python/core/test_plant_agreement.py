@@ -36,7 +36,7 @@ MECHANICAL = (
 
 
 def test_every_effect_of_the_catalogue_is_here() -> None:
-    assert len(EFFECTS) == 21
+    assert len(EFFECTS) == 22
     assert EFFECTS.keys() >= WITHOUT_RATE
 
 
@@ -55,6 +55,19 @@ def test_servo_with_one_effect(effect: str | None) -> None:
         # where two terms of opposite sign cancel it falls faster.
         assert coarse / medium > 3.0
         assert medium / fine > 3.0
+
+
+@pytest.mark.parametrize("rate", [-3.0, 3.0])
+def test_a_flow_that_changes_much_in_a_short_record(rate: float) -> None:
+    values = typical() | {"effects.flow_gain_drift.rate_1_s": rate}
+    command = runs.steps(0, 100, 10, 6.0)
+    expected = runs.reference(values, command)
+    coarse, fine = (
+        runs.worst_error(runs.simulate(values, command, substeps), expected, HYDRAULIC)
+        for substeps in (16, 32)
+    )
+    assert fine < 1e-3
+    assert coarse / fine > 3.0
 
 
 def test_the_supply_falls_as_the_reference_says() -> None:

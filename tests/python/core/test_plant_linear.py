@@ -108,6 +108,24 @@ def test_shares_valve_mechanics_and_timing() -> None:
     assert speed(2.0) == pytest.approx(gain * 1.5, rel=1e-3)
 
 
+def test_dead_bands_of_two_sides_and_a_flow_that_drifts() -> None:
+    rig = read_rig(LINEAR)
+    p = rig.values
+    gain = p["linear.flow_gain_m3_s"] * p["linear.spool_gain_1_v"] / p["linear.area_m2"]
+    overlaps = {"overlap_a": 0.05, "overlap_b": 0.02}
+
+    def speed(command_v: float, **effects: dict[str, float]) -> float:
+        values = {f"effects.{e}.{n}": size for e, of in effects.items() for n, size in of.items()}
+        run = simulate(rig, np.full(3000, command_v), dt_s=1e-3, values=values)
+        return float(run.record.column("velocity_m_s")[-1])
+
+    assert speed(2.0, valve_dead_band_sides=overlaps) == pytest.approx(gain * 1.5, rel=1e-3)
+    assert speed(-2.0, valve_dead_band_sides=overlaps) == pytest.approx(-gain * 1.8, rel=1e-3)
+    # At the end of 3 s; the rod follows a flow that falls slowly 1 / (2 xi w) = 0.05 s later.
+    drifting = speed(2.0, flow_gain_drift={"rate_1_s": -0.05})
+    assert drifting == pytest.approx(gain * 2.0 * 0.85, rel=4e-3)
+
+
 @pytest.mark.parametrize("effect", ["internal_leakage", "supply_droop"])
 def test_has_no_oil_of_its_own(effect: str) -> None:
     info = {e.id: e for e in ehsid.effects()}[effect]

@@ -7,6 +7,7 @@
 #include <ehsid/plant/effects/coulomb_friction_sides.hpp>
 #include <ehsid/plant/effects/entrained_air.hpp>
 #include <ehsid/plant/effects/external_leakage.hpp>
+#include <ehsid/plant/effects/flow_gain_drift.hpp>
 #include <ehsid/plant/effects/internal_leakage.hpp>
 #include <ehsid/plant/effects/load_force.hpp>
 #include <ehsid/plant/effects/load_spring.hpp>
@@ -37,11 +38,12 @@ template <class Scalar>
 using Catalogue =
     std::tuple<TransportDelay<Scalar>, ValveHysteresis<Scalar>, ValveLag<Scalar>,
                ValveNullBias<Scalar>, ValveFlowSaturation<Scalar>, ValveDeadBand<Scalar>,
-               ValveDeadBandSides<Scalar>, InternalLeakage<Scalar>, ExternalLeakage<Scalar>,
-               EntrainedAir<Scalar>, SupplyDroop<Scalar>, CoulombFriction<Scalar>,
-               CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>, PositionFriction<Scalar>,
-               LoadSpring<Scalar>, LoadForce<Scalar>, SensorBacklash<Scalar>,
-               SensorNonlinearity<Scalar>, SensorLag<Scalar>, SensorQuantisation<Scalar>>;
+               ValveDeadBandSides<Scalar>, FlowGainDrift<Scalar>, InternalLeakage<Scalar>,
+               ExternalLeakage<Scalar>, EntrainedAir<Scalar>, SupplyDroop<Scalar>,
+               CoulombFriction<Scalar>, CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>,
+               PositionFriction<Scalar>, LoadSpring<Scalar>, LoadForce<Scalar>,
+               SensorBacklash<Scalar>, SensorNonlinearity<Scalar>, SensorLag<Scalar>,
+               SensorQuantisation<Scalar>>;
 
 /// The effects of a plant. An effect is on where one of its parameters is not zero or is varied.
 template <class Scalar>
@@ -92,6 +94,17 @@ class Effects {
   /// Of the metering edges.
   Overlap<Scalar> overlap() const {
     return sum<Overlap<Scalar>>([](const auto& effect) { return effect.overlap(); });
+  }
+  /// Shares of the flow at the start of the record that the edges give, s after it: calls `use` with that of each effect
+  /// that changes it.
+  template <class Use>
+  void flow_shares(double time, Use use) const {
+    each([&](const auto& effect) {
+      const auto share = effect.flow_share(time);
+      if constexpr (!std::is_same_v<std::decay_t<decltype(share)>, Nothing>) {
+        use(share);
+      }
+    });
   }
   SupplyLine<Scalar> supply_line() const {
     SupplyLine<Scalar> line{};

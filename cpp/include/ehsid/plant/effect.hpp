@@ -103,6 +103,8 @@ struct Effect {
   Nothing opening(const Scalar& /*x*/) const { return {}; }
   /// Overlap of the metering edges.
   Nothing overlap() const { return {}; }
+  /// Scalar: share of the flow at the start of the record that an edge gives, s after it.
+  Nothing flow_share(double /*time*/) const { return {}; }
   /// Scalar: effective bulk modulus from that of the fluid, at an absolute pressure, Pa.
   Nothing bulk_modulus(const Scalar& /*beta*/, const Scalar& /*pressure*/) const { return {}; }
   /// SupplyLine.

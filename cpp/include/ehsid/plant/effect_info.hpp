@@ -47,6 +47,7 @@ enum class Need {
   commands_about_null,
   fast_commands,
   varying_pressures,
+  long_record,
 };
 
 /// Where an effect can be put into a recorded log. An effect on the machine itself cannot: it changes the motion.

@@ -54,9 +54,9 @@ class Hydraulics {
     set(pressure_.b, compression_b_, b);
   }
 
-  /// h seconds with the valve open by `opening` and the rod moving by its middle position.
+  /// h seconds about a time, s, with the valve open by `opening` and the rod moving by its middle position.
   void advance(const Effects<Scalar>& effects, const Scalar& opening, const Scalar& position,
-               const Scalar& velocity, double h, const Flows<Scalar>& further);
+               const Scalar& velocity, double time, double h, const Flows<Scalar>& further);
 
   /// Largest stiffness of the oil anywhere in the stroke, N/m.
   double stiffness() const;
@@ -225,16 +225,21 @@ typename Hydraulics<Scalar>::Rates Hydraulics<Scalar>::rates(const Effects<Scala
 
 template <class Scalar>
 void Hydraulics<Scalar>::advance(const Effects<Scalar>& effects, const Scalar& opening,
-                                 const Scalar& position, const Scalar& velocity, double h,
-                                 const Flows<Scalar>& further) {
-  const Standing standing{{gain_pa_ * edges_.area(opening - overlap_pa_),
-                           gain_at_ * edges_.area(-opening - overlap_at_),
-                           gain_pb_ * edges_.area(-opening - overlap_pb_),
-                           gain_bt_ * edges_.area(opening - overlap_bt_)},
-                          1.0 / (dead_a_ + area_a_ * position),
-                          1.0 / (dead_b_ + area_b_ * (stroke_ - position)),
-                          area_a_ * velocity - further.into_a,
-                          area_b_ * velocity + further.into_b};
+                                 const Scalar& position, const Scalar& velocity, double time,
+                                 double h, const Flows<Scalar>& further) {
+  Standing standing{{gain_pa_ * edges_.area(opening - overlap_pa_),
+                     gain_at_ * edges_.area(-opening - overlap_at_),
+                     gain_pb_ * edges_.area(-opening - overlap_pb_),
+                     gain_bt_ * edges_.area(opening - overlap_bt_)},
+                    1.0 / (dead_a_ + area_a_ * position),
+                    1.0 / (dead_b_ + area_b_ * (stroke_ - position)),
+                    area_a_ * velocity - further.into_a,
+                    area_b_ * velocity + further.into_b};
+  effects.flow_shares(time, [&](const Scalar& share) {
+    for (Scalar& conductance : standing.conductance) {
+      conductance = conductance * share;
+    }
+  });
 
   // (1 - g h J) k1 = f(s),  (1 - g h J) k2 = f(s + h k1) - 2 k1,  s <- s + h (3 k1 + k2) / 2,
   // J the diagonal of the Jacobian: the order does not depend on what J leaves out.

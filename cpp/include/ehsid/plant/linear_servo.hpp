@@ -6,8 +6,8 @@
 //   force = A_p P_L                                         (4)
 #pragma once
 
+#include <ehsid/plant/catalogue.hpp>
 #include <ehsid/plant/dual.hpp>
-#include <ehsid/plant/effect.hpp>
 #include <ehsid/plant/rig.hpp>
 
 #include <vector>
@@ -33,9 +33,12 @@ class LinearServo {
   /// On the rod, N, positive extends.
   Scalar force() const { return area_ * load_pressure_; }
 
-  /// h seconds with the spool at x_v and the rod at `velocity`, by the implicit midpoint rule.
-  void advance(const Scalar& x_v, const Scalar& velocity, double h) {
-    const Scalar inflow = flow_gain_ * behind_overlap(x_v) - area_ * velocity;
+  /// h seconds about a time, s, with the spool at x_v and the rod at `velocity`, by the implicit midpoint rule.
+  void advance(const Effects<Scalar>& effects, const Scalar& x_v, const Scalar& velocity,
+               double time, double h) {
+    Scalar flow = flow_gain_ * behind_overlap(x_v);
+    effects.flow_shares(time, [&](const Scalar& share) { flow = flow * share; });
+    const Scalar inflow = flow - area_ * velocity;
     const Scalar half = stiffness_ * loss_ * (0.5 * h);
     load_pressure_ = (load_pressure_ * (1.0 - half) + stiffness_ * inflow * h) / (1.0 + half);
   }

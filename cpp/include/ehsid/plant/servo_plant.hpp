@@ -385,17 +385,19 @@ void ServoPlant<Scalar>::advance(double command_v) {
     const Scalar moved = velocity_ * h_;
     if (kind_ != PlantKind::axis) {
       const Scalar x_v = opening(spool_.advance(first));
+      const double middle_time = time_ + 0.5 * h_;
       if (kind_ == PlantKind::ehs) {
-        hydraulics_.advance(effects_, x_v, position_ + moved * 0.5, velocity_, h_, further_flows());
+        hydraulics_.advance(effects_, x_v, position_ + moved * 0.5, velocity_, middle_time, h_,
+                            further_flows());
       } else {
-        linear_.advance(x_v, velocity_, h_);
+        linear_.advance(effects_, x_v, velocity_, middle_time, h_);
       }
       spool_.advance(later);
     }
     if (seals_.active()) {
-      const Sliding<Scalar> now{absolute<Scalar>(velocity_), value_of(velocity_) >= 0.0,
-                                position_ + moved * 0.5 - middle_};
-      seals_.advance(velocity_, friction(now), h_);
+      const Sliding<Scalar> sliding{absolute<Scalar>(velocity_), value_of(velocity_) >= 0.0,
+                                    position_ + moved * 0.5 - middle_};
+      seals_.advance(velocity_, friction(sliding), h_);
     }
     position_ += moved;
     reading_ = with_error(effects_.sense(position_, h_));

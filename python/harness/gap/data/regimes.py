@@ -41,6 +41,8 @@ class Regimes:
         lowest and highest pressure of both chambers, Pa; None without pressures.
     position_floor_m
         noise floor of the position sensor, its steps included, m.
+    seconds
+        length of the record, s.
     """
 
     largest_command: float
@@ -55,6 +57,7 @@ class Regimes:
     lowest_pressure_pa: float | None
     highest_pressure_pa: float | None
     position_floor_m: float
+    seconds: float
 
 
 def reversals(signal: FloatArray, share: float) -> int:
@@ -117,6 +120,7 @@ def visited(record: Record, rig: Rig) -> Regimes:
         lowest_pressure_pa=lowest,
         highest_pressure_pa=highest,
         position_floor_m=sensor_floor(record, "position_m", rig).value,
+        seconds=len(record) * record.dt_s,
     )
 
 

@@ -17,6 +17,7 @@ from ehsid.harness.gap.thresholds import (
     FAST_HZ,
     LARGE_COMMAND,
     LEAST_REVERSALS,
+    LEAST_SECONDS,
     LEAST_SHARE,
     LEAST_TRAVEL,
     PRESSURES_VARY,
@@ -72,6 +73,12 @@ def _pressures_vary(regimes: Regimes) -> str | None:
     return f"chamber pressures stay within {low:.2g} to {high:.2g} Pa: air is like softer oil there"
 
 
+def _long_record(regimes: Regimes) -> str | None:
+    if regimes.seconds >= LEAST_SECONDS:
+        return None
+    return f"the record lasts {regimes.seconds:.1f} s only"
+
+
 # Reason why a record does not show an effect, by what the effect needs; None where it does.
 _MISSING: Mapping[str, Callable[[Regimes], str | None]] = MappingProxyType(
     {
@@ -83,6 +90,7 @@ _MISSING: Mapping[str, Callable[[Regimes], str | None]] = MappingProxyType(
         "commands_about_null": _about_null,
         "fast_commands": _fast_commands,
         "varying_pressures": _pressures_vary,
+        "long_record": _long_record,
     }
 )
 

@@ -34,12 +34,13 @@ def supply_and_flows(
 
     A supply pressure that is not measured is computed from the equation of the supply line.
     """
+    time_s = np.arange(a.size) * signals.dt_s
     if "supply_pressure_pa" in signals.columns:
         supply = signals.columns["supply_pressure_pa"]
-        return supply, edge_flows(opening, a, b, supply, values)
+        return supply, edge_flows(opening, a, b, supply, time_s, values)
     source = values["supply.pressure_pa"]
     supply = np.full(a.size, source)
-    flows = edge_flows(opening, a, b, supply, values)
+    flows = edge_flows(opening, a, b, supply, time_s, values)
     resistance, capacitance = terms_of(values).supply_line
     if resistance > 0.0:
         # C dp/dt = (source - p) / R - q, with q at the supply pressure of the iteration before.
@@ -47,7 +48,7 @@ def supply_and_flows(
         for _ in range(3):
             pressure_loss = resistance * (flows.supply_a + flows.supply_b)
             supply = source - lfilter([0.0, 1.0 - decay], [1.0, -decay], pressure_loss)
-            flows = edge_flows(opening, a, b, supply, values)
+            flows = edge_flows(opening, a, b, supply, time_s, values)
     return supply, flows
 
 

@@ -81,9 +81,10 @@ def edge_flows(
     pressure_a: FloatArray,
     pressure_b: FloatArray,
     supply: FloatArray,
+    time_s: FloatArray,
     values: Values,
 ) -> EdgeFlows:
-    """Computes the flows through the metering edges from the opening and the pressures.
+    """Computes the flows through the metering edges from the opening, the pressures and the time.
 
         q = K a dp / (dp^2 + dp_l^2)^((1 - e) / 2),  a = (s + sqrt(s^2 + r^2)) / 2
 
@@ -95,7 +96,9 @@ def edge_flows(
     gain = values["valve.rated_flow_m3_s"] / values["valve.rated_pressure_drop_pa"] ** exponent
     laminar = values["nuisance.laminar_pressure_pa"] ** 2
     rounding = values["nuisance.edge_rounding"] ** 2
-    extending, retracting = terms_of(values).overlap
+    terms = terms_of(values)
+    extending, retracting = terms.overlap
+    gain_now = gain * terms.flow_share(time_s)
     tank = values["supply.tank_pressure_pa"]
 
     def flow(direction: float, side: float, to_tank: float, drop: FloatArray) -> FloatArray:
@@ -113,7 +116,7 @@ def edge_flows(
         )
         opened = direction * opening - overlap
         area = 0.5 * relative_gain * (opened + np.sqrt(opened**2 + rounding))
-        return np.asarray(gain * area * drop * (drop**2 + laminar) ** (0.5 * (exponent - 1.0)))
+        return np.asarray(gain_now * area * drop * (drop**2 + laminar) ** (0.5 * (exponent - 1.0)))
 
     return EdgeFlows(
         flow(1.0, 1.0, -1.0, supply - pressure_a),

@@ -28,6 +28,7 @@ RICH = Regimes(
     lowest_pressure_pa=2e6,
     highest_pressure_pa=9e6,
     position_floor_m=1e-5,
+    seconds=20.0,
 )
 
 
@@ -68,6 +69,7 @@ def test_a_rich_record_identifies_every_effect() -> None:
             "no power above 1.0 Hz",
         ),
         ({"travel": 0.02}, ["load_spring", "position_friction", "sensor_nonlinearity"], "covers 2 % of the stroke"),
+        ({"seconds": 2.0}, ["flow_gain_drift"], "lasts 2.0 s only"),
         ({"lowest_pressure_pa": 6e6}, ["entrained_air"], "within 6e+06 to 9e+06 Pa"),
     ],
 )

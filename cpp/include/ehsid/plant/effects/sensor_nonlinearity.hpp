@@ -64,7 +64,7 @@ struct SensorNonlinearity : Effect<Scalar> {
   /// The root of y + amplitude sin(2 pi y / period) = m, which is one alone unless the error falls faster than the position
   /// rises.
   Scalar position_of(const Scalar& reading) const {
-    if (!active_parameters()) {
+    if (!has_period()) {
       return reading;
     }
     const double amplitude = value_of(parameters[0]);
@@ -97,12 +97,12 @@ struct SensorNonlinearity : Effect<Scalar> {
   static constexpr double kLeastSlope = 0.1;
   static constexpr double kExact = 1e-15;  // m
 
-  bool active_parameters() const { return value_of(parameters[1]) > 0.0; }
+  bool has_period() const { return value_of(parameters[1]) > 0.0; }
 
   Scalar reading_of(const Scalar& position) const {
     using std::sin;
-    return active_parameters() ? position + parameters[0] * sin(position * kTwoPi / parameters[1])
-                               : position;
+    return has_period() ? position + parameters[0] * sin(position * kTwoPi / parameters[1])
+                        : position;
   }
 
   Scalar position_{};
