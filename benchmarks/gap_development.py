@@ -3,7 +3,7 @@
 
 FOLDER holds answers.json and one folder a record with rig.toml, train.csv and validate.csv. Each
 is diagnosed by itself with train.csv to fit and validate.csv held out; the answers are looked up
-afterwards. Right is, without allowance: the same effects (both laws of friction taken for one);
+afterwards. Right is, without allowance: the same effects (all laws of friction taken for one);
 "no_gap" where there is nothing, "parameters" where values alone differ, "outside_catalogue" where
 the cause is not in the catalogue. Sizes are compared by the parameter of the effect.
 """

@@ -9,7 +9,7 @@ import numpy as np
 
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.inference.constants import Constants
-from ehsid.harness.gap.inference.families import FRICTION
+from ehsid.harness.gap.inference.families import friction_laws
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.validation.calibration.choices import choices_of, probabilities
 from ehsid.harness.validation.calibration.machines import Machine, Promised, Size, WeighedSet
@@ -29,10 +29,11 @@ TRUE = Constants(
     lapse=0.06,
 )
 # Effects that are no friction, and no law that contains another or is contained.
+CONTAINED = {info.contains for info in catalogue().values()}
 EFFECTS = tuple(
     name
-    for name in catalogue()
-    if name not in (*FRICTION, "load_force", "load_spring", "sensor_quantisation")
+    for name, info in catalogue().items()
+    if name not in (*friction_laws(), *CONTAINED, "sensor_quantisation") and not info.contains
 )
 SIZE = Estimate(2.0, 1.0, 3.0)
 SEALS = ("LuGre", "Dahl", "Bouc-Wen")

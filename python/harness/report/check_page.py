@@ -232,7 +232,7 @@ def _how(score: Score) -> Section:
             "Records come from a generator that shares no equation's form, no integrator and no "
             "code with the simulator of the diagnosis. Answers lie in a file of their own, whose "
             "SHA-256 is written before the run; the diagnosis reads rig and records only. Right is "
-            "judged by one table (module judging): both laws of friction are one; a set that holds "
+            "judged by one table (module judging): all laws of friction are one; a set that holds "
             "the truth is right."
         )
     ]

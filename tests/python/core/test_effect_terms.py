@@ -71,7 +71,9 @@ def test_forces_add_up(signal: FloatArray) -> None:
         stribeck_friction__stribeck_velocity_m_s=0.02,
     )
     np.testing.assert_allclose(forces.load(signal), 2e4 * signal - 750.0, rtol=1e-14)
-    expected = 700.0 + 300.0 * np.exp(-((signal / 0.02) ** 2)) + np.where(signal < 0.0, 300.0, 600.0)
+    expected = (
+        700.0 + 300.0 * np.exp(-((signal / 0.02) ** 2)) + np.where(signal < 0.0, 300.0, 600.0)
+    )
     for from_middle, rising in ((-0.1, 300.0), (0.0, 100.0), (0.04, 20.0), (0.1, 0.0)):
         found = forces.friction(signal, np.full_like(signal, from_middle))
         np.testing.assert_allclose(found, expected + rising, rtol=1e-14)

@@ -280,9 +280,7 @@ def test_an_aligned_reading_goes_on_along_the_uneven_scale_of_its_sensor() -> No
         )
 
     readings = [0.1437, 0.151, 0.139]
-    places = [
-        brentq(lambda y, m=m: curve(y) - m, m - 1e-3, m + 1e-3, xtol=1e-16) for m in readings
-    ]
+    places = [brentq(lambda y, m=m: curve(y) - m, m - 1e-3, m + 1e-3, xtol=1e-16) for m in readings]
     outputs, slopes = run(typical() | uneven, readings)
     true, _ = run(typical(), places)
     np.testing.assert_allclose(outputs[0, :, 0], curve(true[0, :, 0]), rtol=0.0, atol=1e-12)

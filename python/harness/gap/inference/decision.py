@@ -8,8 +8,8 @@
 | m sets | FALSE_ALARM | (m - 1) FURTHER_MEMBER | SET_WITHOUT_TRUTH | SET_WITHOUT_TRUTH |
 | outside of the catalogue | FALSE_ALARM | - | NEEDLESS_OUTSIDE | 0 |
 
-A set that has an effect of the true one misses the others; else it is a wrong name. Both laws
-of friction count as one effect.
+A set that has an effect of the true one misses the others; else it is a wrong name. All laws of
+friction count as one effect.
 """
 
 from __future__ import annotations

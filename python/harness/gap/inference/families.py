@@ -4,15 +4,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 from ehsid.harness.catalogue.parameters import effects as catalogue
 
-FRICTION = frozenset(("coulomb_friction", "stribeck_friction"))
+COULOMB = "coulomb_friction"
+
+
+@cache
+def friction_laws() -> frozenset[str]:
+    """Returns Coulomb friction and all laws of the catalogue that contain it, directly or not."""
+    return frozenset(effect for effect in catalogue() if COULOMB in _with_simpler(effect))
+
+
+def spelled_out(effects: Sequence[str]) -> tuple[str, ...]:
+    """Returns the effects, with two in the place of one that acts as the two together.
+
+    A law that contains another and stands for a nuisance is the simpler law with the effect of that
+    nuisance: unequal overlaps are a dead band and a null bias, and no record tells them apart.
+    """
+    return tuple(each for effect in effects for each in _two_of(effect) or (effect,))
 
 
 def effect_families(effects: Sequence[str]) -> frozenset[str]:
-    """Returns the set of effects with both laws of friction counted as one."""
-    return frozenset("friction" if effect in FRICTION else effect for effect in effects)
+    """Returns the set of effects, spelled out and with all laws of friction counted as one."""
+    return frozenset(
+        "friction" if effect in friction_laws() else effect for effect in spelled_out(effects)
+    )
 
 
 def law_count(effects: Sequence[str]) -> int:
@@ -21,3 +39,30 @@ def law_count(effects: Sequence[str]) -> int:
     Stribeck friction is Coulomb friction and its rise towards rest. Both have to earn their name.
     """
     return sum(1 if catalogue()[effect].contains is None else 2 for effect in effects)
+
+
+def repeats_a_law(effects: Sequence[str]) -> bool:
+    """Whether two of the effects have a law in common, of which each could take any share."""
+    laws = [law for effect in effects for law in {*_with_simpler(effect), *_two_of(effect)}]
+    return len(set(laws)) < len(laws)
+
+
+@cache
+def _with_simpler(effect: str) -> tuple[str, ...]:
+    """An effect and the laws that it contains, directly or not."""
+    info = catalogue().get(effect)
+    return (
+        (effect,)
+        if info is None or info.contains is None
+        else (effect, *_with_simpler(info.contains))
+    )
+
+
+@cache
+def _two_of(effect: str) -> tuple[str, ...]:
+    """The two effects that an effect acts as; none for most."""
+    info = catalogue().get(effect)
+    if info is None or info.contains is None or info.nuisance is None:
+        return ()
+    alike = [each.id for each in catalogue().values() if each.nuisance == info.nuisance]
+    return (info.contains, *(each for each in alike if each != effect))

@@ -63,7 +63,7 @@ class Hypothesis:
 
     @property
     def families(self) -> frozenset[str]:
-        """The effects, with both laws of friction counted as one."""
+        """The effects, with all laws of friction counted as one."""
         return effect_families(self.candidate.effects)
 
 
@@ -89,7 +89,7 @@ class Posterior:
         return next(each for each in self.hypotheses if not each.candidate.effects)
 
     def of_effect(self, effect: str) -> float:
-        """Probability that the machine has an effect, with both laws of friction as one."""
+        """Probability that the machine has an effect, with all laws of friction as one."""
         family = effect_families((effect,))
         total = sum(each.probability for each in self.hypotheses if family <= each.families)
         return min(total, 1.0)  # rounding

@@ -24,6 +24,7 @@ from ehsid.harness.gap.inference.candidates import (
     refine_finely,
     screen,
 )
+from ehsid.harness.gap.inference.families import repeats_a_law
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.inference.sizes import matters
 from ehsid.harness.gap.model.case import Case
@@ -184,8 +185,8 @@ def _screen_extensions(
             effect_set = (*parent.effects, effect)
             if effect in parent.effects or frozenset(effect_set) in covered:
                 continue
-            if any(effects()[each].contains in effect_set for each in effect_set):
-                continue  # one law twice
+            if repeats_a_law(effect_set):
+                continue
             covered[frozenset(effect_set)] = effect_set
             tasks[effect_set] = partial(screen, case, effect_set, fit_starts)
             simpler = effects()[effect].contains

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The possible answers for a machine, most probable first, and which of them is true.
 
-An answer is a set of effects with both laws of friction as one, nothing missing, or "outside".
+An answer is a set of effects with all laws of friction as one, nothing missing, or "outside".
 """
 
 from __future__ import annotations

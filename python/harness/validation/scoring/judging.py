@@ -23,9 +23,10 @@
 | | anything else | missed |
 | anything | the diagnosis raised an error | failed |
 
-Both laws of friction count as the same effect, so the other law is right, too, where the true one
-was left out of the catalogue. A spring contains a constant force: a diagnosis that names a spring
-where the truth is a force is right; one that names a force where the truth is a spring is not.
+All laws of friction count as the same effect, so another law is right, too, where the true one was
+left out of the catalogue. Unequal overlaps are a dead band and a null bias. A spring contains a
+constant force: a diagnosis that names a spring where the truth is a force is right; one that names
+a force where the truth is a spring is not.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
-from ehsid.harness.gap.inference.families import FRICTION
+from ehsid.harness.gap.inference.families import friction_laws, spelled_out
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.validation.blind.answers import Answer, Kind
 from ehsid.harness.validation.scoring.reading import FAILED, SENSORS, Findings
@@ -183,11 +184,13 @@ def group_by(
 
 def is_true(named: str, effects: Collection[str]) -> bool:
     """Whether the name stands for one of the true effects."""
-    return any(_stands_for(named, effect) for effect in effects)
+    true = spelled_out([*effects])
+    return all(any(_stands_for(name, each) for each in true) for name in spelled_out([named]))
 
 
 def is_exactly(named: Collection[str], effects: Collection[str]) -> bool:
     """Whether the names stand for all of the true effects and for nothing else."""
+    named, effects = spelled_out([*named]), spelled_out([*effects])
     return (
         len(named) == len(effects)
         and all(any(_stands_for(name, effect) for name in named) for effect in effects)
@@ -196,8 +199,8 @@ def is_exactly(named: Collection[str], effects: Collection[str]) -> bool:
 
 
 def _stands_for(named: str, true: str) -> bool:
-    if named in FRICTION:
-        return true in FRICTION
+    if named in friction_laws():
+        return true in friction_laws()
     return named == true or (named, true) == ("load_spring", "load_force")
 
 

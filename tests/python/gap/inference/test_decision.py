@@ -30,7 +30,7 @@ WEIGHTS = st.lists(st.floats(0.0, 1.0), min_size=len(SETS) + 2, max_size=len(SET
     lambda weights: sum(weights) > 0.01
 )
 
-# A truth or a set that is named: its effects, with both laws of friction as "friction".
+# A truth or a set that is named: its effects, with all laws of friction as "friction".
 Cause = frozenset[str] | str
 
 

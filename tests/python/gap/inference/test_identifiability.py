@@ -68,7 +68,11 @@ def test_a_rich_record_identifies_every_effect() -> None:
             ["transport_delay", "valve_lag", "sensor_lag"],
             "no power above 1.0 Hz",
         ),
-        ({"travel": 0.02}, ["load_spring", "position_friction", "sensor_nonlinearity"], "covers 2 % of the stroke"),
+        (
+            {"travel": 0.02},
+            ["load_spring", "position_friction", "sensor_nonlinearity"],
+            "covers 2 % of the stroke",
+        ),
         ({"seconds": 2.0}, ["flow_gain_drift"], "lasts 2.0 s only"),
         ({"lowest_pressure_pa": 6e6}, ["entrained_air"], "within 6e+06 to 9e+06 Pa"),
     ],

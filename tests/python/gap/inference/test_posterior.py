@@ -16,7 +16,13 @@ from made_candidates import CASE, MadeCase, candidate
 from ehsid.harness.gap.deciding import EFFECT, EVIDENCE, FORCE_DEVIATIONS, LAPSE, SMALL
 from ehsid.harness.gap.inference import seen_edges
 from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.inference.families import effect_families, law_count
+from ehsid.harness.gap.inference.families import (
+    effect_families,
+    friction_laws,
+    law_count,
+    repeats_a_law,
+    spelled_out,
+)
 from ehsid.harness.gap.inference.posterior import (
     Posterior,
     outside_score,
@@ -156,6 +162,38 @@ def test_families() -> None:
     pairs = (["sensor_lag", "coulomb_friction"], ["stribeck_friction", "sensor_lag"])
     assert effect_families(pairs[0]) == effect_families(pairs[1])
     assert effect_families([]) == frozenset()
+    # A cause outside of the catalogue is its own family.
+    assert effect_families(["valve_stiction"]) == {"valve_stiction"}
+
+
+def test_every_law_that_contains_coulomb_friction_is_friction() -> None:
+    assert friction_laws() == {
+        "coulomb_friction",
+        "coulomb_friction_sides",
+        "stribeck_friction",
+        "position_friction",
+    }
+
+
+def test_unequal_overlaps_are_a_dead_band_and_a_null_bias() -> None:
+    two = ("valve_dead_band", "valve_null_bias")
+    assert spelled_out(["valve_dead_band_sides", "sensor_lag"]) == (*two, "sensor_lag")
+    assert effect_families(["valve_dead_band_sides"]) == effect_families(two)
+    assert effect_families(["valve_dead_band_sides"]) != effect_families(two[:1])
+    assert law_count(["valve_dead_band_sides"]) == law_count(two)
+
+
+def test_a_set_has_no_law_twice() -> None:
+    for effects in (
+        ("stribeck_friction", "coulomb_friction"),
+        ("stribeck_friction", "position_friction"),
+        ("load_force", "load_spring"),
+        ("valve_dead_band_sides", "valve_dead_band"),
+        ("valve_dead_band_sides", "sensor_lag", "valve_null_bias"),
+    ):
+        assert repeats_a_law(effects), effects
+    assert not repeats_a_law(("valve_dead_band", "valve_null_bias", "coulomb_friction"))
+    assert not repeats_a_law(("load_spring", "position_friction", "valve_dead_band_sides"))
 
 
 class _WithForce(MadeCase):

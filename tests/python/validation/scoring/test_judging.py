@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.gap.inference.families import spelled_out
 from ehsid.harness.validation.blind.answers import Answer
 from ehsid.harness.validation.scoring.judging import is_exactly, is_true, judge
 from ehsid.harness.validation.scoring.reading import FAILED, Findings, NamedEffect
@@ -220,6 +221,15 @@ def test_the_truth_in_any_order_is_right(truth: set[str], random: object) -> Non
     assert is_exactly(order, sorted(truth))
 
 
+def test_unequal_overlaps_are_a_dead_band_and_a_null_bias() -> None:
+    sides = "valve_dead_band_sides"
+    for truth, named in (((BAND, BIAS), (sides,)), ((sides,), (BIAS, BAND))):
+        assert is_exactly(named, truth)
+        assert all(is_true(one, truth) for one in named)
+    assert not is_exactly([BAND], [sides])
+    assert not is_true(sides, [BAND])
+
+
 def test_a_spring_that_stands_for_a_force_covers_no_other_name() -> None:
     truth = {"coulomb_friction", "load_spring", "load_force"}
     assert not is_exactly({"entrained_air", "coulomb_friction", "load_spring"}, truth)
@@ -229,5 +239,5 @@ def test_a_spring_that_stands_for_a_force_covers_no_other_name() -> None:
 def test_what_is_exact_has_no_wrong_name_in_it(named: set[str], truth: set[str]) -> None:
     exact = is_exactly(named, truth)
     assert exact <= all(is_true(one, truth) for one in named)
-    assert exact <= (len(named) == len(truth))
+    assert exact <= (len(spelled_out([*named])) == len(spelled_out([*truth])))
     assert is_exactly(truth, truth)
