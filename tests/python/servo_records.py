@@ -47,6 +47,8 @@ EFFECTS: dict[str, dict[str, float]] = {
     "valve_null_bias": {"offset": 0.03},
     "valve_flow_saturation": {"limit": 0.4},
     "valve_dead_band": {"overlap": 0.03},
+    "valve_dead_band_sides": {"overlap_a": 0.05, "overlap_b": 0.02},
+    "flow_gain_drift": {"rate_1_s": 0.02},
     "internal_leakage": {"coefficient_m3_s_pa": 2e-11},
     "external_leakage": {"coefficient_a_m3_s_pa": 2e-11, "coefficient_b_m3_s_pa": 1e-11},
     "entrained_air": {"volume_fraction": 0.05},
@@ -55,10 +57,13 @@ EFFECTS: dict[str, dict[str, float]] = {
         "accumulator_capacitance_m3_pa": 1e-11,
     },
     "coulomb_friction": {"force_n": 500.0},
+    "coulomb_friction_sides": {"force_extending_n": 700.0, "force_retracting_n": 300.0},
+    "position_friction": {"force_n": 500.0, "rise_n_m": 3000.0},
     "stribeck_friction": {"coulomb_n": 400.0, "static_n": 700.0, "stribeck_velocity_m_s": 0.02},
     "load_spring": {"stiffness_n_m": 3e4, "force_at_mid_stroke_n": 300.0},
     "load_force": {"force_n": 1500.0},
     "sensor_backlash": {"half_width_m": 5e-5},
+    "sensor_nonlinearity": {"amplitude_m": 5e-4, "period_m": 0.05},
     "sensor_lag": {"time_constant_s": 0.004},
 }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -101,7 +102,7 @@ def test_a_misspelt_key_is_named_with_the_right_one(
         right == "name" and keys[0] == "columns"  # the message shows the whole entry instead
     )
     if len(right) > 4:  # a misspelt short name is not similar enough
-        similar_key = right.replace("_a_", "_b_") if "_a_" in right else right.replace("_b_", "_a_")
+        similar_key = re.sub("_(a|b)(?=_|$)", lambda side: {"a": "_b", "b": "_a"}[side[1]], right)
         assert any(right in problem or similar_key in problem for problem in problems)
 
 

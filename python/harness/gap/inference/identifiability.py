@@ -157,8 +157,9 @@ def extrapolated_effects(
         info = catalogue()[effect]
         if info.reach == "all":
             continue
-        sizes = [values[name] for name in names_of(info)]
-        size = max(sizes) if info.reach == "within" else sizes[0]
+        names = names_of(info)
+        # Widths that the command must leave are all parameters of the effect.
+        size = max(values[name] for name in (names if info.reach == "within" else names[:1]))
         reason = None
         if info.reach == "begins_at" and size > command:
             reason = (

@@ -4,7 +4,9 @@ from collections.abc import Mapping
 import pytest
 from servo_records import AXIS, EFFECTS, OTHER, RIG, full, made
 
+from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.inference.effect_ranking import rank_effects
+from ehsid.harness.gap.inference.families import friction_laws, repeats_a_law
 from ehsid.harness.gap.model.equations import equations, residuals
 from ehsid.harness.gap.model.inverse_signals import all_values, measured
 from ehsid.harness.records import Record
@@ -35,13 +37,10 @@ EVERY_DAY = ("valve_dead_band", "internal_leakage", "coulomb_friction", "transpo
 )
 def test_the_effect_that_was_put_in_is_ranked_first(effect: str) -> None:
     ranked = ranked_effects(made({**OTHER, **full(effect)}, seed=3))
-    # Nested laws: friction with and without its rise, force with and without its spring.
-    twins = {
-        "coulomb_friction": {"stribeck_friction"},
-        "load_force": {"load_spring"},
-        "transport_delay": {"valve_lag"},
-    }
-    first = next(entry for entry in ranked if entry[0] not in twins.get(effect, set()))
+    # Nested laws, such as friction with and without its rise, force with and without its spring.
+    twins = {other for other in catalogue() if repeats_a_law((effect, other))} - {effect}
+    twins |= {"valve_lag"} if effect == "transport_delay" else set()
+    first = next(entry for entry in ranked if entry[0] not in twins)
     assert first[0] == effect, ranked[:4]
     assert first[2] > 0.1
 
@@ -64,4 +63,4 @@ def test_no_effect_gains_where_none_was_put_in() -> None:
 def test_friction_of_an_axis_is_ranked_first_from_its_position() -> None:
     values = {"effects.coulomb_friction.force_n": 20.0}
     record = made(values, rig=AXIS, columns=("position_m",))
-    assert ranked_effects(record, AXIS)[0][0] in ("coulomb_friction", "stribeck_friction")
+    assert ranked_effects(record, AXIS)[0][0] in friction_laws()

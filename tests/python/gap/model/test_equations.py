@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from servo_records import AXIS, EFFECTS, OTHER, RIG, WITH_PRESSURES, full, made
 
+from ehsid.harness.gap.inference.families import friction_laws
 from ehsid.harness.gap.model.equations import equations, residuals, share_of
 from ehsid.harness.gap.model.inverse_servo import CAP, FORCE, ROD, SPOOL, SUPPLY, servo_terms
 from ehsid.harness.gap.model.inverse_signals import all_values, measured
@@ -16,8 +17,7 @@ from ehsid.harness.rigs import Rig
 # residual without the effect to it. These effects depend on the smoothed position.
 LOSSY = {
     # At rest, friction balances the drive; the rod creeps by less than the position shows.
-    "coulomb_friction": (0.4, 2.0),
-    "stribeck_friction": (0.4, 2.0),
+    **{law: (0.4, 2.0) for law in friction_laws()},
     "sensor_backlash": (0.15, 2.0),
     "sensor_lag": (0.07, 10.0),
 }

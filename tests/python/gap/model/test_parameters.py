@@ -112,7 +112,7 @@ def test_effects_start_at_their_size_and_stay_in_range(effect: str, share: float
         assert value == pytest.approx(
             max(start[plant_parameter.name], parameter.value(parameter.low))
         )
-        h = 1e-6
+        h = 1e-6 * max(1.0, abs(x))
         slope = (parameter.value(x + h) - parameter.value(x - h)) / (2.0 * h)
         assert parameter.slope(x) == pytest.approx(slope, rel=1e-6)
 
