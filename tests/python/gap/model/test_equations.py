@@ -17,7 +17,7 @@ from ehsid.harness.rigs import Rig
 # residual without the effect to it. These effects depend on the smoothed position.
 LOSSY = {
     # At rest, friction balances the drive; the rod creeps by less than the position shows.
-    **{law: (0.4, 2.0) for law in friction_laws()},
+    **dict.fromkeys(friction_laws(), (0.4, 2.0)),
     "sensor_backlash": (0.15, 2.0),
     "sensor_lag": (0.07, 10.0),
 }
