@@ -58,6 +58,16 @@ def test_compiled_functions_are_in_a_single_file() -> None:
     assert users == ["machine.py"]
 
 
+# Effects that the generator does not put into its machines.
+NOT_DRAWN = {
+    "valve_dead_band_sides",
+    "flow_gain_drift",
+    "coulomb_friction_sides",
+    "position_friction",
+    "sensor_nonlinearity",
+}
+
+
 def test_the_catalogue_is_that_of_the_diagnosis() -> None:
     catalogue = {
         effect.id: {parameter.name.rsplit(".", 1)[-1] for parameter in effect.parameters}
@@ -67,9 +77,10 @@ def test_the_catalogue_is_that_of_the_diagnosis() -> None:
         name: set(make_case(1, "plain", "one", [name], **VERY_SHORT).answer["effects"][name])
         for name in CATALOGUE
     }
-    assert drawn == catalogue
+    assert drawn == {name: catalogue[name] for name in catalogue.keys() - NOT_DRAWN}
     subsystems = {effect.id: effect.subsystem for effect in ehsid.effects()}
-    assert {name: effect.subsystem for name, effect in CATALOGUE.items()} == subsystems
+    for name, effect in CATALOGUE.items():
+        assert effect.subsystem == subsystems[name]
     assert not set(OUTSIDE) & set(catalogue)
 
 
