@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <vector>
 
 namespace ehsid::plant {
@@ -32,17 +33,21 @@ struct SensorNonlinearity : Effect<Scalar> {
   static constexpr LogPlace kLogPlace = LogPlace::position;
   static constexpr std::array kDoesNotCommute{"sensor_lag", "sensor_quantisation"};
   static constexpr double kUnknownStroke = 0.3;  // m
-  /// Either sign of the amplitude is reached from each start; a period is not from one that is far from it.
-  static std::array<Sizes<2>, 3> starts(const MachineScale& machine) {
+  /// Either sign of the amplitude is reached from each start. A period is reached from one that is off by a quarter, if the
+  /// motion covers a period or two; shorter periods beside a wide motion need a start that is nearer.
+  static std::array<Sizes<2>, 5> starts(const MachineScale& machine) {
     const double stroke = stroke_or(machine, kUnknownStroke);
-    return {
-        {{1e-3 * stroke, stroke}, {1e-3 * stroke, 0.4 * stroke}, {1e-3 * stroke, 0.16 * stroke}}};
+    std::array<Sizes<2>, 5> all{};
+    constexpr std::array shares{1.0, 0.6, 0.4, 0.25, 0.16};
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      all[i] = {1e-3 * stroke, shares[i] * stroke};
+    }
+    return all;
   }
   static std::vector<std::vector<Sizes<2>>> trials(const MachineScale& machine) {
-    const double stroke = stroke_or(machine, kUnknownStroke);
     std::vector<std::vector<Sizes<2>>> all;
-    for (const double share : {1.0, 0.6, 0.4, 0.25, 0.16, 0.1}) {
-      all.push_back({{1e-3 * stroke, share * stroke}});
+    for (const Sizes<2>& start : starts(machine)) {
+      all.push_back({start});
     }
     return all;
   }
