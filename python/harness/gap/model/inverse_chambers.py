@@ -34,7 +34,7 @@ def supply_and_flows(
 
     A supply pressure that is not measured is computed from the equation of the supply line.
     """
-    time_s = np.arange(a.size) * signals.dt_s
+    time_s = np.arange(a.size, dtype=np.float64) * signals.dt_s
     if "supply_pressure_pa" in signals.columns:
         supply = signals.columns["supply_pressure_pa"]
         return supply, edge_flows(opening, a, b, supply, time_s, values)
