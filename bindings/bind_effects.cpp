@@ -65,6 +65,10 @@ const char* name_of(plant::Need need) {
       return "varying_pressures";
     case plant::Need::long_record:
       return "long_record";
+    case plant::Need::high_pressures:
+      return "high_pressures";
+    case plant::Need::low_pressures:
+      return "low_pressures";
   }
   return "";
 }
@@ -79,6 +83,8 @@ const char* name_of(plant::Reach reach) {
       return "within";
     case plant::Reach::sensor_noise:
       return "sensor_noise";
+    case plant::Reach::high_pressures:
+      return "high_pressures";
   }
   return "";
 }
@@ -359,7 +365,8 @@ has_valve : bool
                              "What a record must contain to show it, as words of Need.")
       .def_property_readonly(
           "reach", [](const EffectDescription& e) { return name_of(e.reach); },
-          "What bounds the sizes that a record shows: all, begins_at, within or sensor_noise.")
+          "What bounds the sizes that a record shows: all, begins_at, within, sensor_noise or "
+          "high_pressures.")
       .def_property_readonly(
           "retried", [](const EffectDescription& e) { return e.retried; },
           "True where a trial is repeated at the size that it estimates.")

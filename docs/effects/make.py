@@ -8,6 +8,7 @@ agrees with the separate solution of the tests. It writes docs/effects/*.png and
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -38,11 +39,13 @@ COMMAND = np.concatenate(
 )
 
 
-def run(effect: ehsid.EffectInfo | None) -> Record:
-    """The record with one effect at its typical size, or with none."""
-    values = {}
-    if effect is not None:
-        values = {f"effects.{effect.id}.{p.name}": p.typical for p in effect.parameters}
+def machine_of(effect: ehsid.EffectInfo) -> Mapping[str, float]:
+    """What the machine has on which the effect shows, where that is not the bench."""
+    return plant_runs.SHOWN_ON.get(effect.id, {})
+
+
+def run(values: Mapping[str, float]) -> Record:
+    """The record of the bench with these values."""
     return simulate(RIG, COMMAND, dt_s=DT_S, values=values).record
 
 
@@ -76,11 +79,12 @@ def section(effect: ehsid.EffectInfo) -> str:
         for p in effect.parameters
     )
     simpler = "" if effect.contains is None else f"\n- Contains `{effect.contains}`."
+    machine = "".join(f" Here {name} = {value:g}." for name, value in machine_of(effect).items())
     return f"""## {effect.id}
 
 {effect.subsystem}; `{effect.equation}` ({effect.source}).
 
-- Shown by {effect.excitation}; measured by {effect.sensors}.{simpler}
+- Shown by {effect.excitation}; measured by {effect.sensors}.{machine}{simpler}
 - Too small to be named: {effect.least_size}.
 
 | parameter | unit | plausible | here | |
@@ -111,11 +115,16 @@ def agreement(effect: ehsid.EffectInfo | None) -> str:
 
 def main() -> None:
     """Write pictures and page."""
-    without = run(None)
+    bench = run({})
     parts = []
     rows = [agreement(None)]
     for effect in track(ehsid.effects(), description="simulating"):
-        picture(effect, without, run(effect)).savefig(HERE / f"{effect.id}.png", dpi=70)
+        machine = machine_of(effect)
+        sizes = {f"effects.{effect.id}.{p.name}": p.typical for p in effect.parameters}
+        without = run(machine) if machine else bench
+        picture(effect, without, run({**machine, **sizes})).savefig(
+            HERE / f"{effect.id}.png", dpi=70
+        )
         parts.append(section(effect))
         rows.append(agreement(effect))
     head = """# The catalogue of effects

@@ -114,6 +114,14 @@ class Reference:
         softened = drop**2 + p["nuisance.laminar_pressure_pa"] ** 2
         return gain * area * drop * softened ** ((e - 1.0) / 2.0)
 
+    def port_valves(self, p: float) -> float:
+        """Flow through relief and make-up valve out of a chamber."""
+        above = p - self.effect("relief_valve", "pressure_pa")
+        spring = self.effect("makeup_check", "pressure_pa")
+        below = self.p["supply.tank_pressure_pa"] - spring - p
+        out = self.effect("relief_valve", "flow_gain_m3_s_pa") * max(above, 0.0)
+        return out - self.effect("makeup_check", "flow_gain_m3_s_pa") * max(below, 0.0)
+
     def opening(self, x: float) -> float:
         x = x + self.effect("valve_null_bias", "offset") + self.p["nuisance.null_bias"]
         limit = self.effect("valve_flow_saturation", "limit")
@@ -147,6 +155,8 @@ class Reference:
             inside = self.effect("internal_leakage", "coefficient_m3_s_pa") * (p_a - p_b)
             out_a = self.effect("external_leakage", "coefficient_a_m3_s_pa") * (p_a - p_t)
             out_b = self.effect("external_leakage", "coefficient_b_m3_s_pa") * (p_b - p_t)
+            out_a += self.port_valves(p_a)
+            out_b += self.port_valves(p_b)
             v_a = p["cylinder.dead_volume_a_m3"] + self.a_a * y
             v_b = p["cylinder.dead_volume_b_m3"] + self.a_b * (p["cylinder.stroke_m"] - y)
             rate[2] = self.bulk_modulus(p_a) / v_a * (q_pa - q_at - inside - out_a - self.a_a * v)

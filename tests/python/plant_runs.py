@@ -33,9 +33,21 @@ def simulate(
     return {name: outputs[0, :, i] for i, name in enumerate(OUTPUTS)}
 
 
+# What a machine has on which an effect shows that does not act on the typical one.
+SHOWN_ON: Mapping[str, Mapping[str, float]] = {
+    # A heavy load that is braked draws a chamber below the tank pressure.
+    "makeup_check": {"load.mass_kg": 800.0},
+}
+
+
+def shows(effect: str) -> dict[str, float]:
+    """The typical rig, or one on which the effect shows."""
+    return typical() | SHOWN_ON.get(effect, {})
+
+
 def with_effect(effect: ehsid.EffectInfo) -> dict[str, float]:
-    """The typical rig with one effect at its typical size."""
-    return typical() | {
+    """The same with the effect at its typical size."""
+    return shows(effect.id) | {
         f"effects.{effect.id}.{parameter.name}": parameter.typical
         for parameter in effect.parameters
     }

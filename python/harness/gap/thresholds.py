@@ -313,6 +313,11 @@ ZERO_ERROR = 0.0025
 # The compliance of air goes with p^-1.77. Over a factor of two in pressure it changes 3.4-fold;
 # over a smaller range, air looks like another bulk modulus.
 PRESSURES_VARY = 2.0
+# At rest the chambers have the supply pressure together, about half of it each. A relief valve
+# shows only where one of them is driven above that; share of the supply pressure.
+HIGH_PRESSURE = 0.6
+# A make-up valve opens below the tank pressure. That of a rig file is right within a half.
+LOW_PRESSURE = 1.5
 
 # --- Ranking of effects by the equations -------------------------------------------------------
 # A gain must be this many standard deviations of its scatter over windows, because some 30 trials

@@ -104,6 +104,22 @@ def test_the_flow_drifts_from_the_start_and_never_below_a_share() -> None:
     np.testing.assert_array_equal(terms().flow_share(time_s), 1.0)
 
 
+def test_valves_at_the_ports_open_at_their_pressures() -> None:
+    pressure = np.linspace(1e4, 12e6, 1000)
+    other, tank = np.full(1000, 5e6), 2e5
+    ports = terms(
+        relief_valve__pressure_pa=8e6,
+        relief_valve__flow_gain_m3_s_pa=3e-10,
+        makeup_check__pressure_pa=3e4,
+        makeup_check__flow_gain_m3_s_pa=2e-9,
+    )
+    out = 3e-10 * np.maximum(pressure - 8e6, 0.0) - 2e-9 * np.maximum(1.7e5 - pressure, 0.0)
+    assert out.min() < 0.0 < out.max()
+    for flows in (ports.leakage(pressure, other, tank), ports.leakage(other, pressure, tank)[::-1]):
+        np.testing.assert_allclose(flows[0], out, rtol=1e-12, atol=1e-18)
+        np.testing.assert_array_equal(flows[1], 0.0)
+
+
 def test_leakages_add_up_and_air_softens_the_oil() -> None:
     a, b, tank = np.linspace(1e5, 9e6, 9), np.linspace(8e6, 2e5, 9), 2e5
     oil = terms(

@@ -11,7 +11,9 @@
 #include <ehsid/plant/effects/internal_leakage.hpp>
 #include <ehsid/plant/effects/load_force.hpp>
 #include <ehsid/plant/effects/load_spring.hpp>
+#include <ehsid/plant/effects/makeup_check.hpp>
 #include <ehsid/plant/effects/position_friction.hpp>
+#include <ehsid/plant/effects/relief_valve.hpp>
 #include <ehsid/plant/effects/sensor_backlash.hpp>
 #include <ehsid/plant/effects/sensor_lag.hpp>
 #include <ehsid/plant/effects/sensor_nonlinearity.hpp>
@@ -39,11 +41,11 @@ using Catalogue =
     std::tuple<TransportDelay<Scalar>, ValveHysteresis<Scalar>, ValveLag<Scalar>,
                ValveNullBias<Scalar>, ValveFlowSaturation<Scalar>, ValveDeadBand<Scalar>,
                ValveDeadBandSides<Scalar>, FlowGainDrift<Scalar>, InternalLeakage<Scalar>,
-               ExternalLeakage<Scalar>, EntrainedAir<Scalar>, SupplyDroop<Scalar>,
-               CoulombFriction<Scalar>, CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>,
-               PositionFriction<Scalar>, LoadSpring<Scalar>, LoadForce<Scalar>,
-               SensorBacklash<Scalar>, SensorNonlinearity<Scalar>, SensorLag<Scalar>,
-               SensorQuantisation<Scalar>>;
+               ExternalLeakage<Scalar>, ReliefValve<Scalar>, MakeupCheck<Scalar>,
+               EntrainedAir<Scalar>, SupplyDroop<Scalar>, CoulombFriction<Scalar>,
+               CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>, PositionFriction<Scalar>,
+               LoadSpring<Scalar>, LoadForce<Scalar>, SensorBacklash<Scalar>,
+               SensorNonlinearity<Scalar>, SensorLag<Scalar>, SensorQuantisation<Scalar>>;
 
 /// The effects of a plant. An effect is on where one of its parameters is not zero or is varied.
 template <class Scalar>
@@ -125,6 +127,19 @@ class Effects {
         use(flows);
       }
     });
+  }
+  /// Whether a leakage is steep, so that it has a slope for the integration.
+  bool leak_steeply() const {
+    bool steep = false;
+    each([&](const auto& effect) {
+      const Scalar none(0.0);
+      steep = steep || !std::is_same_v<decltype(effect.leakage_slope(none, none, none)), Nothing>;
+    });
+    return steep;
+  }
+  /// Of the steep leakages out of either chamber over its own pressure, from p to `ahead`, m^3/(s Pa).
+  Scalar leakage_slope(const Scalar& p, const Scalar& ahead, const Scalar& p_tank) const {
+    return sum([&](const auto& effect) { return effect.leakage_slope(p, ahead, p_tank); });
   }
   /// Of the seals, steady, N, >= 0.
   Scalar friction(const Sliding<Scalar>& now) const {

@@ -3,6 +3,7 @@
 // itself (effect_info.hpp) where it does not say otherwise.
 #pragma once
 
+#include <ehsid/plant/dual.hpp>
 #include <ehsid/plant/effect_info.hpp>
 
 #include <array>
@@ -16,6 +17,15 @@ struct Leakage {
   Scalar from_a{};
   Scalar from_b{};
 };
+
+/// Share of the way from x to `ahead` that lies beyond `edge`; all of it where x is beyond it already.
+template <class Scalar>
+Scalar share_beyond(const Scalar& x, const Scalar& ahead, const Scalar& edge) {
+  if (value_of(x) > value_of(edge)) {
+    return Scalar(1.0);
+  }
+  return value_of(ahead) > value_of(edge) ? (ahead - edge) / (ahead - x) : Scalar(0.0);
+}
 
 /// Linear dynamics of the spool; a bandwidth of zero means none.
 template <class Scalar>
@@ -111,6 +121,12 @@ struct Effect {
   Nothing supply_line() const { return {}; }
   /// Leakage, at absolute pressures, Pa.
   Nothing leakage(const Scalar& /*p_a*/, const Scalar& /*p_b*/, const Scalar& /*p_tank*/) const {
+    return {};
+  }
+  /// Scalar, >= 0: mean slope of a steep leakage out of either chamber over its own pressure, on the way from p to the
+  /// pressure `ahead`, m^3/(s Pa). It keeps the integration stable, however steep the leakage.
+  Nothing leakage_slope(const Scalar& /*p*/, const Scalar& /*ahead*/,
+                        const Scalar& /*p_tank*/) const {
     return {};
   }
   /// Scalar: steady friction of the seals, N, >= 0.

@@ -48,6 +48,8 @@ enum class Need {
   fast_commands,
   varying_pressures,
   long_record,
+  high_pressures,
+  low_pressures,
 };
 
 /// Where an effect can be put into a recorded log. An effect on the machine itself cannot: it changes the motion.
@@ -55,10 +57,11 @@ enum class LogPlace { none, command, command_of_axis, position };
 
 /// Where a fitted size lies beyond what the records could show.
 enum class Reach {
-  all,           // every size shows
-  begins_at,     // it begins where the command reaches its first parameter
-  within,        // its parameters are widths that the command must leave
-  sensor_noise,  // its first parameter must be above the noise of the position sensor
+  all,             // every size shows
+  begins_at,       // it begins where the command reaches its first parameter
+  within,          // its parameters are widths that the command must leave
+  sensor_noise,    // its first parameter must be above the noise of the position sensor
+  high_pressures,  // it begins where a chamber reaches the pressure of its first parameter
 };
 
 /// Largest values of a machine, the scales of its effects.

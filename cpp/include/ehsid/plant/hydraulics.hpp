@@ -87,6 +87,17 @@ class Hydraulics {
     return effects.bulk_modulus(beta, pressure) * inverse_volume;
   }
 
+  /// What steep leakages add to the stiffness of a chamber that is on its way to the compression `ahead`, 1/s. A valve
+  /// that would open within the step counts, because an explicit step would carry the pressure far beyond it.
+  Scalar leakage_stiffness(const Effects<Scalar>& effects, const Scalar& p, const Scalar& ahead,
+                           const Scalar& inverse_volume) const {
+    const Scalar p_ahead = pressure_of(ahead);
+    const Scalar slope = effects.leakage_slope(p, p_ahead, tank_);
+    // A cavity that is filled has a slope from where the oil joins again.
+    return slope * stiffness(effects, p, inverse_volume) *
+           firmness(value_of(p) < value_of(p_ahead) ? p_ahead : p);
+  }
+
   /// From a measured pressure; near vacuum it does not say how much gas there is, and none is assumed.
   void set(Scalar& pressure, Scalar& compression, const Scalar& measured) {
     if (!std::isnan(value_of(measured))) {
@@ -128,6 +139,7 @@ class Hydraulics {
   MeteringEdges<Scalar> edges_;
   Scalar overlap_pa_, overlap_at_, overlap_pb_, overlap_bt_;
   Scalar gain_pa_, gain_at_, gain_pb_, gain_bt_;  // K of each edge
+  bool steep_leakage_ = false;
   bool line_ = false;
   Scalar inverse_resistance_{}, inverse_capacitance_{};
   Pressures<Scalar> pressure_{};
@@ -175,6 +187,7 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
   gain_at_ = gain * (1.0 - direction_gain + sides_gain + tank_gain);
   gain_pb_ = gain * (1.0 - direction_gain - sides_gain - tank_gain);
   gain_bt_ = gain * (1.0 + direction_gain - sides_gain + tank_gain);
+  steep_leakage_ = effects.leak_steeply();
   line_ = value_of(line.resistance) > 0.0;
   if (line_) {
     inverse_resistance_ = 1.0 / line.resistance;
@@ -243,7 +256,13 @@ void Hydraulics<Scalar>::advance(const Effects<Scalar>& effects, const Scalar& o
 
   // (1 - g h J) k1 = f(s),  (1 - g h J) k2 = f(s + h k1) - 2 k1,  s <- s + h (3 k1 + k2) / 2,
   // J the diagonal of the Jacobian: the order does not depend on what J leaves out.
-  const Rates first = rates<true>(effects, standing, pressure_);
+  Rates first = rates<true>(effects, standing, pressure_);
+  if (steep_leakage_) {
+    first.slope.a -= leakage_stiffness(effects, pressure_.a, compression_a_ + first.value.a * h,
+                                       standing.inverse_a);
+    first.slope.b -= leakage_stiffness(effects, pressure_.b, compression_b_ + first.value.b * h,
+                                       standing.inverse_b);
+  }
   const Scalar a = 1.0 / (1.0 - first.slope.a * (kGamma * h));
   const Scalar b = 1.0 / (1.0 - first.slope.b * (kGamma * h));
   const Scalar k1_a = first.value.a * a;

@@ -39,6 +39,8 @@ class Regimes:
         frequency below which 99 % of the power of the command's changes lies, Hz.
     lowest_pressure_pa, highest_pressure_pa
         lowest and highest pressure of both chambers, Pa; None without pressures.
+    highest_of_supply, lowest_of_tank
+        the same as shares of the supply pressure and of the tank pressure of the rig.
     position_floor_m
         noise floor of the position sensor, its steps included, m.
     seconds
@@ -56,6 +58,8 @@ class Regimes:
     fast_power_hz: float
     lowest_pressure_pa: float | None
     highest_pressure_pa: float | None
+    highest_of_supply: float | None
+    lowest_of_tank: float | None
     position_floor_m: float
     seconds: float
 
@@ -98,7 +102,7 @@ def visited(record: Record, rig: Rig) -> Regimes:
         travel = float(np.ptp(position) / stroke)
         end = 0.01 * stroke
         at_ends = float(np.mean((position < end) | (position > stroke - end)))
-    load_signs = lowest = highest = None
+    load_signs = lowest = highest = of_supply = of_tank = None
     if not np.isnan(states[:, 2:]).any() and "cylinder.bore_m" in rig.values:
         cap = rig.values["cylinder.bore_m"] ** 2
         annulus = cap - rig.values["cylinder.rod_m"] ** 2
@@ -107,6 +111,8 @@ def visited(record: Record, rig: Rig) -> Regimes:
         load_signs = 2 if 0.05 < float(np.mean(load > 0.0)) < 0.95 else 1
         # Quantiles keep noise out of the extremes: a thousandth of the samples exceeds each.
         lowest, highest = (float(end) for end in np.quantile(states[:, 2:], [0.001, 0.999]))
+        of_supply = highest / rig.values["supply.pressure_pa"]
+        of_tank = lowest / rig.values["supply.tank_pressure_pa"]
     return Regimes(
         largest_command=float(share.max()),
         near_null=float(np.mean(share < NEAR_NULL)),
@@ -119,6 +125,8 @@ def visited(record: Record, rig: Rig) -> Regimes:
         fast_power_hz=_fast_power(command, record.dt_s),
         lowest_pressure_pa=lowest,
         highest_pressure_pa=highest,
+        highest_of_supply=of_supply,
+        lowest_of_tank=of_tank,
         position_floor_m=sensor_floor(record, "position_m", rig).value,
         seconds=len(record) * record.dt_s,
     )

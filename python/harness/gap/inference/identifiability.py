@@ -15,11 +15,13 @@ from ehsid.harness.gap.data.regimes import Regimes
 from ehsid.harness.gap.schema import CannotJudge
 from ehsid.harness.gap.thresholds import (
     FAST_HZ,
+    HIGH_PRESSURE,
     LARGE_COMMAND,
     LEAST_REVERSALS,
     LEAST_SECONDS,
     LEAST_SHARE,
     LEAST_TRAVEL,
+    LOW_PRESSURE,
     PRESSURES_VARY,
 )
 
@@ -79,6 +81,20 @@ def _long_record(regimes: Regimes) -> str | None:
     return f"the record lasts {regimes.seconds:.1f} s only"
 
 
+def _high_pressures(regimes: Regimes) -> str | None:
+    share = regimes.highest_of_supply
+    if share is None or share >= HIGH_PRESSURE:
+        return None
+    return f"no chamber above {100.0 * share:.0f} % of the supply pressure"
+
+
+def _low_pressures(regimes: Regimes) -> str | None:
+    share = regimes.lowest_of_tank
+    if share is None or share <= LOW_PRESSURE:
+        return None
+    return f"no chamber below {share:.1f} times the tank pressure"
+
+
 # Reason why a record does not show an effect, by what the effect needs; None where it does.
 _MISSING: Mapping[str, Callable[[Regimes], str | None]] = MappingProxyType(
     {
@@ -91,6 +107,8 @@ _MISSING: Mapping[str, Callable[[Regimes], str | None]] = MappingProxyType(
         "fast_commands": _fast_commands,
         "varying_pressures": _pressures_vary,
         "long_record": _long_record,
+        "high_pressures": _high_pressures,
+        "low_pressures": _low_pressures,
     }
 )
 
@@ -152,6 +170,7 @@ def extrapolated_effects(
     """
     command = max(record.largest_command for record in regimes)
     floor = min(record.position_floor_m for record in regimes)
+    pressure = max(filter(None, (record.highest_pressure_pa for record in regimes)), default=None)
     extrapolated = []
     for effect in effects:
         info = catalogue()[effect]
@@ -171,6 +190,8 @@ def extrapolated_effects(
                 f"it would be {100.0 * size:.0f} % wide, the command never goes beyond "
                 f"{100.0 * command:.0f} %"
             )
+        elif info.reach == "high_pressures" and pressure is not None and size > pressure:
+            reason = f"it would crack at {size:.3g} Pa, no chamber goes above {pressure:.3g} Pa"
         elif info.reach == "sensor_noise" and abs(size) < floor:
             reason = f"{abs(size):.2g} m are below the sensor's noise of {floor:.2g} m"
         if reason is not None:

@@ -27,6 +27,8 @@ RICH = Regimes(
     fast_power_hz=50.0,
     lowest_pressure_pa=2e6,
     highest_pressure_pa=9e6,
+    highest_of_supply=0.75,
+    lowest_of_tank=0.8,
     position_floor_m=1e-5,
     seconds=20.0,
 )
@@ -75,6 +77,8 @@ def test_a_rich_record_identifies_every_effect() -> None:
         ),
         ({"seconds": 2.0}, ["flow_gain_drift"], "lasts 2.0 s only"),
         ({"lowest_pressure_pa": 6e6}, ["entrained_air"], "within 6e+06 to 9e+06 Pa"),
+        ({"highest_of_supply": 0.55}, ["relief_valve"], "above 55 % of the supply pressure"),
+        ({"lowest_of_tank": 4.0}, ["makeup_check"], "below 4.0 times the tank pressure"),
     ],
 )
 def test_a_regime_that_was_not_visited_is_reported(
@@ -122,6 +126,7 @@ def test_a_motor_has_neither_valve_nor_oil() -> None:
         ("valve_hysteresis.half_width", 0.05, 0.85),
         ("sensor_backlash.half_width_m", 1e-4, 2e-6),
         ("sensor_nonlinearity.amplitude_m", -1e-4, -2e-6),
+        ("relief_valve.pressure_pa", 8e6, 9.5e6),
     ],
 )
 def test_a_size_that_no_record_reached_is_extrapolated(
