@@ -59,6 +59,8 @@ const char* name_of(plant::Need need) {
       return "large_commands";
     case plant::Need::commands_about_null:
       return "commands_about_null";
+    case plant::Need::resting_commands:
+      return "resting_commands";
     case plant::Need::fast_commands:
       return "fast_commands";
     case plant::Need::varying_pressures:
@@ -217,9 +219,9 @@ class EffectTerms {
     return {error.lag_s, error.half_play_m};
   }
 
-  py::array_t<double> command(const InputArray<double>& u) const {
+  py::array_t<double> command(const InputArray<double>& u, double dt_s) const {
     plant::Effects<double> memory = effects_;
-    return each(u, [&](double now) { return memory.command(now); });
+    return each(u, [&](double now) { return memory.command(now, dt_s); });
   }
   py::array_t<double> sensor(const InputArray<double>& position, double dt_s) const {
     plant::Effects<double> memory = effects_;
@@ -459,7 +461,7 @@ ValueError
                              "Resistance, Pa s/m^3, and capacitance, m^3/Pa; zeros for none.")
       .def_property_readonly("sensor_error", &EffectTerms::sensor_error,
                              "Lag, s, and half of the play, m, of the position sensor.")
-      .def("command", &EffectTerms::command, py::arg("command"),
+      .def("command", &EffectTerms::command, py::arg("command"), py::arg("dt_s"),
            "The sampled command, fraction of rated command, as the spool follows it; from rest, "
            "shape (N,).")
       .def("sensor", &EffectTerms::sensor, py::arg("position_m"), py::arg("dt_s"),

@@ -190,6 +190,24 @@ class Reference:
         v, supply = p["initial.velocity_m_s"], p["supply.pressure_pa"]
         return np.array([y, v, p_a, p_b, supply, 0.0, 0.0, 0.0, self.reading(y)])
 
+    def stuck(self, u: FloatArray, dt_s: float) -> FloatArray:
+        """The commanded spool position where the spool sticks at rest, sample by sample."""
+        threshold = self.effect("spool_stiction", "threshold")
+        rest_s = self.effect("spool_stiction", "rest_s")
+        if threshold == 0.0:
+            return u
+        x = np.zeros(u.size)
+        moved_at = -math.inf
+        for k, value in enumerate(u.tolist()):
+            x[k] = last = x[k - 1] if k else 0.0
+            before = abs(u[k - 1] - last) if k else 0.0
+            limit = -threshold * math.expm1(-(k - moved_at) * dt_s / rest_s)
+            away = abs(value - last)
+            if away > limit:
+                share = 1.0 if moved_at == k - 1 else (away - limit) / (away - before)
+                x[k], moved_at = last + share * (value - last), k
+        return x
+
     def run(
         self, command: FloatArray, dt_s: float, fine: int = 20, method: str = "LSODA"
     ) -> dict[str, FloatArray]:
@@ -202,6 +220,7 @@ class Reference:
         for k, value in enumerate(command / scale):
             w = min(max(w, value - half), value + half)
             u[k] = w
+        u = self.stuck(u, dt_s)
         whole, part = divmod(delay, dt_s)
         state = self.start()
         outputs = {name: np.zeros(command.size) for name in OUTPUTS}

@@ -157,6 +157,10 @@ SHRINKAGE_FURTHER_FROM_NOMINAL = {True: (0.169, 0.139), False: (0.357, 0.079)}
 # The command is near null below this share of the rated command. There overlap, leakage and null
 # bias act; the value is a few times the overlap of a servo valve.
 NEAR_NULL = 0.05
+# The command rests while it stays within this share of the rated command for this time: steps that
+# are held, and ramps of half the rated command a second. There a spool sticks.
+REST_WIDTH = 0.05
+REST_S = 0.1
 # Motion is slow below this share of the largest speed. There viscous forces do not hide friction.
 SLOW_SHARE = 0.05
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy.optimize import brentq
 from scipy.signal import lsim
 
 import ehsid
@@ -27,7 +28,7 @@ def test_without_effects_nothing_is_added() -> None:
     none, signal = terms(), np.linspace(-1.0, 1.0, 7)
     assert none.delay_s == 0.0
     assert none.overlap == none.spool_lag == none.supply_line == none.sensor_error == (0.0, 0.0)
-    for same in (none.command(signal), none.opening(signal), none.sensor(signal, 1e-3)):
+    for same in (none.command(signal, 1e-3), none.opening(signal), none.sensor(signal, 1e-3)):
         np.testing.assert_array_equal(same, signal)
     friction = none.friction(signal, signal)
     for zero in (friction, none.load(signal), *none.leakage(signal, signal, 0.0)):
@@ -90,7 +91,7 @@ def test_openings_are_bent_in_the_order_of_the_catalogue(signal: FloatArray) -> 
 def test_play_stays_within_its_width_and_moves_only_at_its_ends(
     signal: FloatArray, half_width: float
 ) -> None:
-    spool = terms(valve_hysteresis__half_width=half_width).command(signal)
+    spool = terms(valve_hysteresis__half_width=half_width).command(signal, 1e-3)
     away = signal - spool
     assert np.all(np.abs(away) <= half_width + 1e-15)
     moved = np.flatnonzero(np.diff(spool, prepend=0.0))
@@ -102,6 +103,55 @@ def test_the_flow_drifts_from_the_start_and_never_below_a_share() -> None:
     shares = terms(flow_gain_drift__rate_1_s=-0.05).flow_share(time_s)
     np.testing.assert_allclose(shares, [1.0, 0.9, 0.05, 0.05], rtol=1e-14)
     np.testing.assert_array_equal(terms().flow_share(time_s), 1.0)
+
+
+THRESHOLD, REST_S, DT_S = 0.04, 0.2, 1e-3
+
+
+def sticking(command: FloatArray) -> FloatArray:
+    spool = terms(spool_stiction__threshold=THRESHOLD, spool_stiction__rest_s=REST_S)
+    return spool.command(command, DT_S)
+
+
+def test_a_spool_that_rested_long_comes_free_at_the_whole_threshold() -> None:
+    ramp = np.arange(400) * 4e-4  # 0.4 a second, faster than it can stick again
+    spool = sticking(ramp)
+    first = np.flatnonzero(spool)[0]
+    assert ramp[first - 1] <= THRESHOLD < ramp[first]
+    # In the sample in which it comes free it moves by a part; from then on it follows.
+    assert 0.0 < spool[first] <= ramp[first]
+    np.testing.assert_array_equal(spool[first + 1 :], ramp[first + 1 :])
+
+
+@pytest.mark.parametrize("rest", [20, 100, 400])
+def test_the_threshold_grows_over_the_time_at_rest(rest: int) -> None:
+    limit = THRESHOLD * (1.0 - np.exp(-rest * DT_S / REST_S))
+    for share, moves in ((0.99, False), (1.01, True)):
+        # The spool is at the first command one sample later, and rests from there on.
+        spool = sticking(np.array([*np.full(rest + 1, 0.3), 0.3 + share * limit]))
+        assert spool[1] == spool[-2] == 0.3
+        assert (spool[-1] > 0.3) == moves
+
+
+def test_a_slow_ramp_goes_on_in_jumps_as_long_as_the_law_says() -> None:
+    rate = 0.05  # a second: THRESHOLD / REST_S is four times as much
+    spool = sticking(np.arange(20000) * rate * DT_S)
+    moves = np.flatnonzero(np.diff(spool) > 0.0)
+    starts = moves[np.diff(moves, prepend=-9) > 2] * DT_S
+    rests = np.diff(starts)[1:]
+    # It rests until rate t = THRESHOLD (1 - exp(-t / REST_S)).
+    expected = brentq(lambda t: rate * t - THRESHOLD * (1.0 - np.exp(-t / REST_S)), 0.05, 10.0)
+    np.testing.assert_allclose(rests, expected, atol=3.0 * DT_S)
+
+
+@given(SIGNALS)
+def test_a_spool_that_sticks_is_never_farther_away_than_its_threshold(signal: FloatArray) -> None:
+    spool = sticking(signal)
+    moved = np.diff(spool, prepend=0.0) != 0.0
+    assert np.all(np.abs(signal - spool)[~moved] <= THRESHOLD * (1.0 + 1e-12))
+    # It moves towards the command, and not beyond.
+    before = np.concatenate([[0.0], spool[:-1]])
+    assert np.all(np.abs(signal - spool) <= np.abs(signal - before) + 1e-15)
 
 
 def test_valves_at_the_ports_open_at_their_pressures() -> None:

@@ -91,6 +91,8 @@ VARIED = [
     "initial.position_m",
     "effects.transport_delay.delay_s",
     "effects.valve_hysteresis.half_width",
+    "effects.spool_stiction.threshold",
+    "effects.spool_stiction.rest_s",
     "effects.valve_null_bias.offset",
     "effects.valve_flow_saturation.limit",
     "effects.valve_dead_band.overlap",

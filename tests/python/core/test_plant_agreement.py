@@ -36,7 +36,7 @@ MECHANICAL = (
 
 
 def test_every_effect_of_the_catalogue_is_here() -> None:
-    assert len(EFFECTS) == 24
+    assert len(EFFECTS) == 25
     assert EFFECTS.keys() >= WITHOUT_RATE
 
 

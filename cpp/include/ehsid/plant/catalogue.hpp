@@ -18,6 +18,7 @@
 #include <ehsid/plant/effects/sensor_lag.hpp>
 #include <ehsid/plant/effects/sensor_nonlinearity.hpp>
 #include <ehsid/plant/effects/sensor_quantisation.hpp>
+#include <ehsid/plant/effects/spool_stiction.hpp>
 #include <ehsid/plant/effects/stribeck_friction.hpp>
 #include <ehsid/plant/effects/supply_droop.hpp>
 #include <ehsid/plant/effects/transport_delay.hpp>
@@ -38,14 +39,15 @@ namespace ehsid::plant {
 
 template <class Scalar>
 using Catalogue =
-    std::tuple<TransportDelay<Scalar>, ValveHysteresis<Scalar>, ValveLag<Scalar>,
-               ValveNullBias<Scalar>, ValveFlowSaturation<Scalar>, ValveDeadBand<Scalar>,
-               ValveDeadBandSides<Scalar>, FlowGainDrift<Scalar>, InternalLeakage<Scalar>,
-               ExternalLeakage<Scalar>, ReliefValve<Scalar>, MakeupCheck<Scalar>,
-               EntrainedAir<Scalar>, SupplyDroop<Scalar>, CoulombFriction<Scalar>,
-               CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>, PositionFriction<Scalar>,
-               LoadSpring<Scalar>, LoadForce<Scalar>, SensorBacklash<Scalar>,
-               SensorNonlinearity<Scalar>, SensorLag<Scalar>, SensorQuantisation<Scalar>>;
+    std::tuple<TransportDelay<Scalar>, ValveHysteresis<Scalar>, SpoolStiction<Scalar>,
+               ValveLag<Scalar>, ValveNullBias<Scalar>, ValveFlowSaturation<Scalar>,
+               ValveDeadBand<Scalar>, ValveDeadBandSides<Scalar>, FlowGainDrift<Scalar>,
+               InternalLeakage<Scalar>, ExternalLeakage<Scalar>, ReliefValve<Scalar>,
+               MakeupCheck<Scalar>, EntrainedAir<Scalar>, SupplyDroop<Scalar>,
+               CoulombFriction<Scalar>, CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>,
+               PositionFriction<Scalar>, LoadSpring<Scalar>, LoadForce<Scalar>,
+               SensorBacklash<Scalar>, SensorNonlinearity<Scalar>, SensorLag<Scalar>,
+               SensorQuantisation<Scalar>>;
 
 /// The effects of a plant. An effect is on where one of its parameters is not zero or is varied.
 template <class Scalar>
@@ -78,9 +80,10 @@ class Effects {
   Scalar delay() const {
     return sum([](const auto& effect) { return effect.delay(); });
   }
-  /// The sampled command as the spool follows it, fraction of rated command. Called once a sample, in order.
-  Scalar command(Scalar u) {
-    each([&](auto& effect) { put(u, effect.command(u)); });
+  /// The sampled command as the spool follows it, fraction of rated command. Called once a sample of dt seconds,
+  /// in order.
+  Scalar command(Scalar u, double dt) {
+    each([&](auto& effect) { put(u, effect.command(u, dt)); });
     return u;
   }
   /// Of the spool, where no effect says otherwise `lag`.

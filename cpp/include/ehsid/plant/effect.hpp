@@ -105,8 +105,8 @@ struct Effect {
 
   /// Scalar: delay of the command path, s.
   Nothing delay() const { return {}; }
-  /// Scalar: the sampled command, as a fraction of rated command. Called once a sample, in order.
-  Nothing command(const Scalar& /*u*/) { return {}; }
+  /// Scalar: the sampled command, as a fraction of rated command. Called once a sample of dt seconds, in order.
+  Nothing command(const Scalar& /*u*/, double /*dt*/) { return {}; }
   /// SpoolLag: in place of the hidden spool.
   Nothing spool_lag() const { return {}; }
   /// Scalar: opening from spool position, both fractions of rated command.

@@ -45,6 +45,7 @@ enum class Need {
   wide_travel,
   large_commands,
   commands_about_null,
+  resting_commands,
   fast_commands,
   varying_pressures,
   long_record,

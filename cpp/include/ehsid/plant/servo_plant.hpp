@@ -366,7 +366,7 @@ Outputs<Scalar> ServoPlant<Scalar>::read() const {
 
 template <class Scalar>
 void ServoPlant<Scalar>::advance(double command_v) {
-  commands_.push(effects_.command(command_v / rated_command_));
+  commands_.push(effects_.command(command_v / rated_command_, h_ * substeps_));
 
   const double share = 1.0 / substeps_;
   for (int i = 0; i < substeps_; ++i) {

@@ -9,7 +9,7 @@ import numpy as np
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.data.sensor_floor import sensor_floor
-from ehsid.harness.gap.thresholds import NEAR_NULL, SLOW_SHARE
+from ehsid.harness.gap.thresholds import NEAR_NULL, REST_S, REST_WIDTH, SLOW_SHARE
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import command_limit, measured_states
@@ -25,6 +25,8 @@ class Regimes:
         fraction of the rated command, or of the record's own largest if the drive has no limit.
     near_null
         time with commands below NEAR_NULL of the rated command.
+    resting
+        time at the end of REST_S with commands within REST_WIDTH of the rated command.
     slow
         time with speeds below SLOW_SHARE of the largest speed.
     command_reversals, motion_reversals
@@ -49,6 +51,7 @@ class Regimes:
 
     largest_command: float
     near_null: float
+    resting: float
     slow: float
     command_reversals: int
     motion_reversals: int
@@ -116,6 +119,7 @@ def visited(record: Record, rig: Rig) -> Regimes:
     return Regimes(
         largest_command=float(share.max()),
         near_null=float(np.mean(share < NEAR_NULL)),
+        resting=_resting(command / max(rated, 1e-300), record.dt_s),
         slow=float(np.mean(np.abs(speed) < SLOW_SHARE * np.abs(speed).max())),
         command_reversals=reversals(command, 0.05),
         motion_reversals=reversals(position, 0.02),
@@ -130,6 +134,15 @@ def visited(record: Record, rig: Rig) -> Regimes:
         position_floor_m=sensor_floor(record, "position_m", rig).value,
         seconds=len(record) * record.dt_s,
     )
+
+
+def _resting(command: FloatArray, dt_s: float) -> float:
+    """Share of the samples before which the command, a fraction of rated, has rested."""
+    samples = max(1, round(REST_S / dt_s)) + 1
+    if command.size < samples:
+        return 0.0
+    widths = np.ptp(np.lib.stride_tricks.sliding_window_view(command, samples), axis=1)
+    return float(np.count_nonzero(widths <= REST_WIDTH) / command.size)
 
 
 def _fast_power(command: FloatArray, dt_s: float) -> float:

@@ -38,6 +38,12 @@ def _about_null(regimes: Regimes) -> str | None:
     return f"command near null for {100.0 * regimes.near_null:.1f} % of the time only"
 
 
+def _command_rests(regimes: Regimes) -> str | None:
+    if regimes.resting >= LEAST_SHARE:
+        return None
+    return f"the command rests for {100.0 * regimes.resting:.1f} % of the time only"
+
+
 def _command_turns(regimes: Regimes) -> str | None:
     if regimes.command_reversals >= LEAST_REVERSALS:
         return None
@@ -104,6 +110,7 @@ _MISSING: Mapping[str, Callable[[Regimes], str | None]] = MappingProxyType(
         "wide_travel": _wide_travel,
         "large_commands": _large_commands,
         "commands_about_null": _about_null,
+        "resting_commands": _command_rests,
         "fast_commands": _fast_commands,
         "varying_pressures": _pressures_vary,
         "long_record": _long_record,
@@ -177,8 +184,9 @@ def extrapolated_effects(
         if info.reach == "all":
             continue
         names = names_of(info)
-        # Widths that the command must leave are all parameters of the effect.
-        size = max(values[name] for name in (names if info.reach == "within" else names[:1]))
+        # Widths that the command must leave are all parameters but those of the law's form.
+        widths = [n for n, p in zip(names, info.parameters, strict=True) if p.power != 0.0]
+        size = max(values[name] for name in (widths if info.reach == "within" else names[:1]))
         reason = None
         if info.reach == "begins_at" and size > command:
             reason = (

@@ -51,7 +51,7 @@ def spool_of(signals: Measured, values: Values) -> FloatArray:
     if bandwidth_hz == 0.0:
         bandwidth_hz = values["nuisance.spool_bandwidth_hz"]
         damping = values["nuisance.spool_damping"]
-    held = terms.command(delayed(signals.command, terms.delay_s / signals.dt_s))
+    held = terms.command(delayed(signals.command, terms.delay_s / signals.dt_s), signals.dt_s)
     if bandwidth_hz == 0.0:
         # A held command jumps at each sample. Its value there is the mean of both sides.
         return np.asarray(0.5 * (held + np.concatenate([held[:1], held[:-1]])))

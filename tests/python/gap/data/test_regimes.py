@@ -39,6 +39,18 @@ def test_a_constant_has_no_reversals() -> None:
     assert reversals(np.linspace(0.0, 1.0, 100), 0.05) == 0
 
 
+def test_held_commands_and_slow_ramps_rest() -> None:
+    rig = read_rig(RIGS / "bench.toml")
+
+    def resting(command: np.ndarray) -> float:
+        return visited(simulate(rig, command, dt_s=DT_S).record, rig).resting
+
+    # Held for 0.2 s: from a tenth of a second after each step on.
+    assert resting(np.repeat([3.0, -3.0, 3.0, -3.0], 200)) == pytest.approx(0.5, abs=0.01)
+    assert resting(triangle(4000, DT_S, amplitude=1.0, period_s=1.0)) > 0.9  # 0.4 of rated a second
+    assert resting(triangle(4000, DT_S, amplitude=3.0, period_s=0.2)) == 0.0
+
+
 def test_a_slow_triangle_is_slow_near_null_and_has_no_fast_power() -> None:
     rig = read_rig(RIGS / "bench.toml")
     command = triangle(8000, DT_S, amplitude=0.4, period_s=2.0)

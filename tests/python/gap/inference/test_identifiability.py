@@ -18,6 +18,7 @@ DT_S = 1e-3
 RICH = Regimes(
     largest_command=0.8,
     near_null=0.1,
+    resting=0.3,
     slow=0.1,
     command_reversals=20,
     motion_reversals=20,
@@ -51,6 +52,7 @@ def test_a_rich_record_identifies_every_effect() -> None:
             ["valve_dead_band", "valve_dead_band_sides"],
             "near null for 0.1 %",
         ),
+        ({"resting": 0.01}, ["spool_stiction"], "rests for 1.0 %"),
         ({"command_reversals": 1}, ["valve_hysteresis"], "turns 1 times only"),
         (
             {"motion_reversals": 0},
@@ -124,6 +126,7 @@ def test_a_motor_has_neither_valve_nor_oil() -> None:
         ("valve_flow_saturation.limit", 0.6, 0.9),
         ("valve_dead_band.overlap", 0.05, 0.85),
         ("valve_hysteresis.half_width", 0.05, 0.85),
+        ("spool_stiction.threshold", 0.05, 0.85),
         ("sensor_backlash.half_width_m", 1e-4, 2e-6),
         ("sensor_nonlinearity.amplitude_m", -1e-4, -2e-6),
         ("relief_valve.pressure_pa", 8e6, 9.5e6),

@@ -34,7 +34,7 @@ struct ValveHysteresis : Effect<Scalar> {
     return size[0] >= 0.004;
   }
 
-  Scalar command(const Scalar& u) {
+  Scalar command(const Scalar& u, double /*dt*/) {
     held_ = play(held_, u, parameters[0]);
     return held_;
   }
