@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -213,6 +214,10 @@ class EffectTerms {
   std::pair<double, double> supply_line() const {
     const plant::SupplyLine<double> line = effects_.supply_line();
     return {line.resistance, line.capacitance};
+  }
+  std::tuple<double, double, double> hanging_load() const {
+    const plant::HangingLoad<double> load = effects_.hanging_load();
+    return {load.mass_share, load.frequency_hz, load.damping};
   }
   std::pair<double, double> sensor_error() const {
     const plant::SensorError<double> error = effects_.sensor_error();
@@ -459,6 +464,9 @@ ValueError
                              "Bandwidth of the spool, Hz, and damping ratio; zeros for none.")
       .def_property_readonly("supply_line", &EffectTerms::supply_line,
                              "Resistance, Pa s/m^3, and capacitance, m^3/Pa; zeros for none.")
+      .def_property_readonly("hanging_load", &EffectTerms::hanging_load,
+                             "Share of the mass that hangs on the rod, its frequency with the rod "
+                             "fixed, Hz, and damping ratio; zeros for none.")
       .def_property_readonly("sensor_error", &EffectTerms::sensor_error,
                              "Lag, s, and half of the play, m, of the position sensor.")
       .def("command", &EffectTerms::command, py::arg("command"), py::arg("dt_s"),

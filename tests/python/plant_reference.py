@@ -43,7 +43,10 @@ def sign(x: float) -> float:
 
 
 class Reference:
-    """State: y, v, p_a, p_b, p_s, spool, spool rate, bend of the seals, sensor."""
+    """State: y, v, p_a, p_b, p_s, spool, spool rate, bend of the seals, sensor, swing and its rate.
+
+    The swing is that of the flexible load, relative to the rod.
+    """
 
     def __init__(self, plant: str, values: Mapping[str, float]) -> None:
         self.plant = plant
@@ -129,9 +132,9 @@ class Reference:
 
     def rates(self, time_s: float, state: FloatArray, u: float) -> FloatArray:
         # Plain numbers: a numpy scalar takes several times as long for each operation.
-        y, v, p_a, p_b, p_s, x, dx, s, m = state.tolist()
+        y, v, p_a, p_b, p_s, x, dx, s, m, z, dz = state.tolist()
         p = self.p
-        rate = [0.0] * 9
+        rate = [0.0] * 11
         w, zeta = 2.0 * np.pi * self.spool[0], self.spool[1]
         rate[5], rate[6] = dx, w * w * (u - x) - 2.0 * zeta * w * dx
         slew = p["nuisance.spool_slew_1_s"]
@@ -175,7 +178,11 @@ class Reference:
             rate[7] = (v - abs(v) * s * g0 / self.friction(v, y)) / d
             force -= g0 * s + g0 * d / 0.02 * max(rate[7] * sign(v), 0.0) * sign(v)
         rate[0] = v
-        rate[1] = (force - self.viscous * v) / self.mass
+        hanging = self.mass * self.effect("flexible_load", "mass_share")
+        turn = 2.0 * np.pi * self.effect("flexible_load", "frequency_hz")
+        pull = turn**2 * z + 2.0 * self.effect("flexible_load", "damping") * turn * dz
+        rate[1] = (force - self.viscous * v + hanging * pull) / (self.mass - hanging)
+        rate[9], rate[10] = dz, -pull - rate[1]
         tau = self.effect("sensor_lag", "time_constant_s")
         rate[8] = (self.reading(y) - m) / tau if tau > 0.0 else 0.0
         return np.array(rate)
@@ -187,8 +194,8 @@ class Reference:
         force = self.load(y) + self.atmosphere
         # p_a A_a - p_b A_b = force with p_a + p_b = total
         p_a, p_b = np.linalg.solve([[self.a_a, -self.a_b], [1.0, 1.0]], [force, total])
-        v, supply = p["initial.velocity_m_s"], p["supply.pressure_pa"]
-        return np.array([y, v, p_a, p_b, supply, 0.0, 0.0, 0.0, self.reading(y)])
+        v, p_s = p["initial.velocity_m_s"], p["supply.pressure_pa"]
+        return np.array([y, v, p_a, p_b, p_s, 0.0, 0.0, 0.0, self.reading(y), 0.0, 0.0])
 
     def stuck(self, u: FloatArray, dt_s: float) -> FloatArray:
         """The commanded spool position where the spool sticks at rest, sample by sample."""
@@ -246,7 +253,7 @@ class Reference:
                     state,
                     method=method,
                     rtol=1e-9,
-                    atol=[1e-12, 1e-10, 1e-2, 1e-2, 1e-2, 1e-11, 1e-8, 1e-9, 1e-12],
+                    atol=[1e-12, 1e-10, *(1e-2,) * 3, 1e-11, 1e-8, 1e-9, *(1e-12,) * 2, 1e-10],
                     t_eval=np.linspace(0.0, span, fine),
                 )
                 for y in solution.y[0]:

@@ -43,6 +43,7 @@ OTHER = {
 EFFECTS: dict[str, dict[str, float]] = {
     "transport_delay": {"delay_s": 0.0043},
     "valve_hysteresis": {"half_width": 0.03},
+    "spool_stiction": {"threshold": 0.05, "rest_s": 0.02},
     "valve_lag": {"bandwidth_hz": 45.0, "damping": 0.8},
     "valve_null_bias": {"offset": 0.03},
     "valve_flow_saturation": {"limit": 0.4},
@@ -51,6 +52,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "flow_gain_drift": {"rate_1_s": 0.02},
     "internal_leakage": {"coefficient_m3_s_pa": 2e-11},
     "external_leakage": {"coefficient_a_m3_s_pa": 2e-11, "coefficient_b_m3_s_pa": 1e-11},
+    "relief_valve": {"pressure_pa": 7.5e6, "flow_gain_m3_s_pa": 1e-10},
     "entrained_air": {"volume_fraction": 0.05},
     "supply_droop": {
         "source_resistance_pa_s_m3": 3e9,
@@ -62,6 +64,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "stribeck_friction": {"coulomb_n": 400.0, "static_n": 700.0, "stribeck_velocity_m_s": 0.02},
     "load_spring": {"stiffness_n_m": 3e4, "force_at_mid_stroke_n": 300.0},
     "load_force": {"force_n": 1500.0},
+    "flexible_load": {"mass_share": 0.3, "frequency_hz": 12.0, "damping": 0.1},
     "sensor_backlash": {"half_width_m": 5e-5},
     "sensor_nonlinearity": {"amplitude_m": 5e-4, "period_m": 0.05},
     "sensor_lag": {"time_constant_s": 0.004},

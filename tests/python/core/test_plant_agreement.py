@@ -32,11 +32,12 @@ MECHANICAL = (
     "position_friction",
     "load_spring",
     "load_force",
+    "flexible_load",
 )
 
 
 def test_every_effect_of_the_catalogue_is_here() -> None:
-    assert len(EFFECTS) == 25
+    assert len(EFFECTS) == 26
     assert EFFECTS.keys() >= WITHOUT_RATE
 
 

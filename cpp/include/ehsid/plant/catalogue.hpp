@@ -7,6 +7,7 @@
 #include <ehsid/plant/effects/coulomb_friction_sides.hpp>
 #include <ehsid/plant/effects/entrained_air.hpp>
 #include <ehsid/plant/effects/external_leakage.hpp>
+#include <ehsid/plant/effects/flexible_load.hpp>
 #include <ehsid/plant/effects/flow_gain_drift.hpp>
 #include <ehsid/plant/effects/internal_leakage.hpp>
 #include <ehsid/plant/effects/load_force.hpp>
@@ -46,8 +47,8 @@ using Catalogue =
                MakeupCheck<Scalar>, EntrainedAir<Scalar>, SupplyDroop<Scalar>,
                CoulombFriction<Scalar>, CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>,
                PositionFriction<Scalar>, LoadSpring<Scalar>, LoadForce<Scalar>,
-               SensorBacklash<Scalar>, SensorNonlinearity<Scalar>, SensorLag<Scalar>,
-               SensorQuantisation<Scalar>>;
+               FlexibleLoad<Scalar>, SensorBacklash<Scalar>, SensorNonlinearity<Scalar>,
+               SensorLag<Scalar>, SensorQuantisation<Scalar>>;
 
 /// The effects of a plant. An effect is on where one of its parameters is not zero or is varied.
 template <class Scalar>
@@ -151,6 +152,11 @@ class Effects {
   /// Force against extension at a distance from mid-stroke, N.
   Scalar load(const Scalar& from_middle) const {
     return sum([&](const auto& effect) { return effect.load(from_middle); });
+  }
+  HangingLoad<Scalar> hanging_load() const {
+    HangingLoad<Scalar> load{};
+    each([&](const auto& effect) { put(load, effect.hanging_load()); });
+    return load;
   }
   /// What the sensor makes of a position at which it has rested, m.
   Scalar start_sensor(Scalar position) {

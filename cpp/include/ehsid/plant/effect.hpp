@@ -62,6 +62,14 @@ struct Sliding {
   Scalar from_middle;  // distance from mid-stroke, m
 };
 
+/// Part of the mass that hangs on the rod; a share of zero means none.
+template <class Scalar>
+struct HangingLoad {
+  Scalar mass_share{};
+  Scalar frequency_hz{};  // with the rod fixed
+  Scalar damping{};
+};
+
 /// How a reading lags behind the position and plays about it.
 template <class Scalar>
 struct SensorError {
@@ -133,6 +141,8 @@ struct Effect {
   Nothing friction(const Sliding<Scalar>& /*now*/) const { return {}; }
   /// Scalar: force against extension, N, at a distance from mid-stroke, m.
   Nothing load(const Scalar& /*from_middle*/) const { return {}; }
+  /// HangingLoad.
+  Nothing hanging_load() const { return {}; }
   /// Scalar: what the sensor makes of a position at which it has rested, m.
   Nothing start_sensor(const Scalar& /*position*/) { return {}; }
   /// Scalar: what the sensor makes of the position, m. Called once a step of h seconds, in order.

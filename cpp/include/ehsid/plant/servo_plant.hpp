@@ -4,6 +4,7 @@
 //
 //   m y'' = force(drive) - b y' - friction - load - end stops
 //
+// A part of the mass may hang on the rest by a spring (hanging_mass.hpp); m is then what is left.
 // Tables add terms to its equations (tables.hpp). A force over the velocity counts as damping where it rises, so that a
 // steep one is stable.
 //
@@ -14,6 +15,7 @@
 #include <ehsid/plant/catalogue.hpp>
 #include <ehsid/plant/command_path.hpp>
 #include <ehsid/plant/dual.hpp>
+#include <ehsid/plant/hanging_mass.hpp>
 #include <ehsid/plant/hydraulics.hpp>
 #include <ehsid/plant/linear_servo.hpp>
 #include <ehsid/plant/rig.hpp>
@@ -69,8 +71,8 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   ServoPlant(PlantKind kind, const std::vector<Scalar>& values, double dt, int substeps,
              std::size_t samples, const std::vector<TableShape>& tables = {});
 
-  /// The rod is at a measured or estimated state from here on; what is NaN, and all else, goes on. The sensor moves
-  /// along.
+  /// The rod is at a measured or estimated state from here on; what is NaN, and all else, goes on. The sensor and what
+  /// hangs on the rod move along.
   void align(const std::array<double, kStates>& state);
 
   /// Outputs at this sample; the next command is not in them.
@@ -79,7 +81,7 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   /// On to the next sample, the command, V, held until then.
   void advance(double command_v);
 
-  /// Largest angular frequency of the mass on oil and seals anywhere in the stroke, rad/s.
+  /// Largest angular frequency of the mass on oil and seals anywhere in the stroke, and of what hangs on it, rad/s.
   double fastest_rate() const;
 
  private:
@@ -88,6 +90,11 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   static Scalar rated_command_of(PlantKind kind, const std::vector<Scalar>& values);
   static Spool<Scalar> spool_of(PlantKind kind, const std::vector<Scalar>& values,
                                 const Effects<Scalar>& effects, double h);
+
+  /// Of the whole mass, what moves with the rod.
+  Scalar rigid_mass(const Scalar& whole) const {
+    return hanging_.active() ? whole - hanging_.mass() : whole;
+  }
 
   Scalar load(const Scalar& position) const { return effects_.load(position - middle_); }
   Scalar friction(const Sliding<Scalar>& now) const {
@@ -182,6 +189,7 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   Effects<Scalar> effects_;
   Tables<Scalar> tables_;
   Scalar onset_;
+  HangingMass<Scalar> hanging_;
   Scalar rated_command_, mass_, viscous_, stroke_, middle_, force_gain_;
   CommandPath<Scalar> commands_;
   Spool<Scalar> spool_;
@@ -206,8 +214,9 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       effects_(values, kFirstOfEffects),
       tables_(tables, values, values.size() - table_values(tables)),
       onset_(value_at(values, Nuisance::sliding_onset)),
+      hanging_(effects_.hanging_load(), mass_of(kind, values), kRadiansPerStep / h_, h_),
       rated_command_(rated_command_of(kind, values)),
-      mass_(mass_of(kind, values)),
+      mass_(rigid_mass(mass_of(kind, values))),
       viscous_(viscous_of(kind, values)),
       stroke_(value_at(values, RigValue::stroke)),
       middle_(kind == PlantKind::ehs ? stroke_ * 0.5 : Scalar(0.0)),
@@ -224,6 +233,7 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       reading_(position_) {
   reading_ = with_error(effects_.start_sensor(position_));
   start_at(velocity_);
+  hanging_.start(value_at(values, Initial::velocity) - velocity_);
 }
 
 template <class Scalar>
@@ -307,6 +317,10 @@ typename ServoPlant<Scalar>::Balance ServoPlant<Scalar>::balance(const Scalar& d
     now.force -= seals_.force();
     now.damping += seals_.damping(velocity_);
   }
+  if (hanging_.active()) {
+    now.force += hanging_.force(velocity_);
+    now.damping += hanging_.damping();
+  }
   if (tables_.act_on(Equation::force)) {
     const Term<Scalar> term = tables_.at(Equation::force, state(), Variable::velocity);
     now.force -= term.value;
@@ -343,7 +357,8 @@ double ServoPlant<Scalar>::fastest_rate() const {
   } else if (kind_ == PlantKind::linear) {
     stiffness_n_m += linear_.stiffness();
   }
-  return std::sqrt(stiffness_n_m / value_of(mass_));
+  return hanging_.active() ? hanging_.fastest_rate(stiffness_n_m)
+                           : std::sqrt(stiffness_n_m / value_of(mass_));
 }
 
 template <class Scalar>
@@ -381,7 +396,11 @@ void ServoPlant<Scalar>::advance(double command_v) {
       motor_force_ = (first + later) * 0.5 * force_gain_;
       drive = (drive + motor_force_) * 0.5;
     }
-    velocity_ = accelerate(drive);
+    const Scalar later_velocity = accelerate(drive);
+    if (hanging_.active()) {
+      hanging_.advance(velocity_, later_velocity);
+    }
+    velocity_ = later_velocity;
     const Scalar moved = velocity_ * h_;
     if (kind_ != PlantKind::axis) {
       const Scalar x_v = opening(spool_.advance(first));

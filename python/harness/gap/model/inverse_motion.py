@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+from scipy.signal import cont2discrete, lfilter
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.inverse_signals import (
@@ -32,11 +35,27 @@ def _motion(signals: Measured, values: Values, prefix: str, weak: WeakForm) -> T
     from_middle = position - middle
     load = terms_of(values).load(from_middle)
     return {
-        "inertia": -values[f"{prefix}.mass_kg"] * weak.curvature(position),
+        "inertia": -values[f"{prefix}.mass_kg"]
+        * weak.curvature(_centre_of_mass(position, values, signals.dt_s)),
         "viscous": -values[f"{prefix}.viscous_friction_n_s_m"] * weak.slope(position),
         "load": -weak.mean(load),
         "friction": -weak.mean(_friction(signals, values, from_middle)),
     }
+
+
+def _centre_of_mass(position: FloatArray, values: Values, dt_s: float) -> FloatArray:
+    """Position of the whole moved mass, m: a part may hang on the rod by spring and damper.
+
+    That part is at x'' + 2 zeta w (x' - y') + w^2 (x - y) = 0; y runs straight between samples.
+    """
+    share, frequency_hz, damping = terms_of(values).hanging_load
+    if not share * frequency_hz > 0.0:
+        return position
+    w = 2.0 * math.pi * frequency_hz
+    loss = 2.0 * damping * w
+    numerator, denominator, _ = cont2discrete(([loss, w * w], [1.0, loss, w * w]), dt_s, "foh")
+    hanging = position[0] + lfilter(numerator[0], denominator, position - position[0])
+    return np.asarray((1.0 - share) * position + share * hanging)
 
 
 def _friction(signals: Measured, values: Values, from_middle: FloatArray) -> FloatArray:
