@@ -215,6 +215,10 @@ class EffectTerms {
     const plant::SupplyLine<double> line = effects_.supply_line();
     return {line.resistance, line.capacitance};
   }
+  std::tuple<double, double, double> pressure_line() const {
+    const plant::PressureLine<double> line = effects_.pressure_line();
+    return {line.frequency_hz, line.damping, line.volume_m3};
+  }
   std::tuple<double, double, double> hanging_load() const {
     const plant::HangingLoad<double> load = effects_.hanging_load();
     return {load.mass_share, load.frequency_hz, load.damping};
@@ -464,6 +468,9 @@ ValueError
                              "Bandwidth of the spool, Hz, and damping ratio; zeros for none.")
       .def_property_readonly("supply_line", &EffectTerms::supply_line,
                              "Resistance, Pa s/m^3, and capacitance, m^3/Pa; zeros for none.")
+      .def_property_readonly("pressure_line", &EffectTerms::pressure_line,
+                             "Frequency of the oil in the pressure line, Hz, damping ratio, and "
+                             "volume in front of the valve, m^3; zeros for none.")
       .def_property_readonly("hanging_load", &EffectTerms::hanging_load,
                              "Share of the mass that hangs on the rod, its frequency with the rod "
                              "fixed, Hz, and damping ratio; zeros for none.")

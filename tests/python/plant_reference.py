@@ -20,6 +20,7 @@ import ehsid
 
 FloatArray = npt.NDArray[np.float64]
 ATMOSPHERE = 101325.0
+ABSOLUTE = [1e-12, 1e-10, 1e-2, 1e-2, 1e-2, 1e-11, 1e-8, 1e-9, 1e-12, 1e-12, 1e-10, 1e-13, 1e-2]
 OUTPUTS = (
     "position_m",
     "velocity_m_s",
@@ -43,7 +44,8 @@ def sign(x: float) -> float:
 
 
 class Reference:
-    """State: y, v, p_a, p_b, p_s, spool, spool rate, bend of the seals, sensor, swing and its rate.
+    """State: y, v, p_a, p_b, p_s, spool, spool rate, bend of the seals, sensor, swing and its rate,
+    flow in the pressure line, pressure where it begins.
 
     The swing is that of the flexible load, relative to the rod.
     """
@@ -132,9 +134,11 @@ class Reference:
 
     def rates(self, time_s: float, state: FloatArray, u: float) -> FloatArray:
         # Plain numbers: a numpy scalar takes several times as long for each operation.
-        y, v, p_a, p_b, p_s, x, dx, s, m, z, dz = state.tolist()
+        y, v, p_a, p_b, p_s, x, dx, s, m, z, dz, q, p_0 = state.tolist()
         p = self.p
-        rate = [0.0] * 11
+        # States of effects that are off stay where they are. If no rate depended on them, the steps
+        # of Radau's difference quotients would grow until they overflow.
+        rate = [0.0] * 7 + [-s, y - m, -z, -dz, -q, p["supply.pressure_pa"] - p_0]
         w, zeta = 2.0 * np.pi * self.spool[0], self.spool[1]
         rate[5], rate[6] = dx, w * w * (u - x) - 2.0 * zeta * w * dx
         slew = p["nuisance.spool_slew_1_s"]
@@ -165,10 +169,20 @@ class Reference:
             rate[2] = self.bulk_modulus(p_a) / v_a * (q_pa - q_at - inside - out_a - self.a_a * v)
             rate[3] = self.bulk_modulus(p_b) / v_b * (q_pb - q_bt + inside - out_b + self.a_b * v)
             resistance = self.effect("supply_droop", "source_resistance_pa_s_m3")
-            if resistance > 0.0:
+            accumulator = self.effect("supply_droop", "accumulator_capacitance_m3_pa")
+            turn = 2.0 * np.pi * self.effect("line_resonance", "frequency_hz")
+            if turn > 0.0:
+                volume = self.effect("line_resonance", "volume_m3")
+                softness = volume / p["fluid.bulk_modulus_pa"]
+                inertance = 1.0 / (turn**2 * softness)
+                lost = 2.0 * self.effect("line_resonance", "damping") * turn * q
+                rate[4] = (q - q_pa - q_pb) / softness
+                rate[11] = (p_0 - p_s) / inertance - lost
+                if resistance > 0.0:
+                    rate[12] = ((p["supply.pressure_pa"] - p_0) / resistance - q) / accumulator
+            elif resistance > 0.0:
                 source = (p["supply.pressure_pa"] - p_s) / resistance
-                capacitance = self.effect("supply_droop", "accumulator_capacitance_m3_pa")
-                rate[4] = (source - q_pa - q_pb) / capacitance
+                rate[4] = (source - q_pa - q_pb) / accumulator
             force += p_a * self.a_a - p_b * self.a_b - self.atmosphere
         else:
             force += p["axis.force_per_volt"] * u
@@ -182,9 +196,11 @@ class Reference:
         turn = 2.0 * np.pi * self.effect("flexible_load", "frequency_hz")
         pull = turn**2 * z + 2.0 * self.effect("flexible_load", "damping") * turn * dz
         rate[1] = (force - self.viscous * v + hanging * pull) / (self.mass - hanging)
-        rate[9], rate[10] = dz, -pull - rate[1]
+        if hanging > 0.0:
+            rate[9], rate[10] = dz, -pull - rate[1]
         tau = self.effect("sensor_lag", "time_constant_s")
-        rate[8] = (self.reading(y) - m) / tau if tau > 0.0 else 0.0
+        if tau > 0.0:
+            rate[8] = (self.reading(y) - m) / tau
         return np.array(rate)
 
     def start(self) -> FloatArray:
@@ -195,7 +211,7 @@ class Reference:
         # p_a A_a - p_b A_b = force with p_a + p_b = total
         p_a, p_b = np.linalg.solve([[self.a_a, -self.a_b], [1.0, 1.0]], [force, total])
         v, p_s = p["initial.velocity_m_s"], p["supply.pressure_pa"]
-        return np.array([y, v, p_a, p_b, p_s, 0.0, 0.0, 0.0, self.reading(y), 0.0, 0.0])
+        return np.array([y, v, p_a, p_b, p_s, 0.0, 0.0, 0.0, self.reading(y), 0.0, 0.0, 0.0, p_s])
 
     def stuck(self, u: FloatArray, dt_s: float) -> FloatArray:
         """The commanded spool position where the spool sticks at rest, sample by sample."""
@@ -253,7 +269,7 @@ class Reference:
                     state,
                     method=method,
                     rtol=1e-9,
-                    atol=[1e-12, 1e-10, *(1e-2,) * 3, 1e-11, 1e-8, 1e-9, *(1e-12,) * 2, 1e-10],
+                    atol=ABSOLUTE,
                     t_eval=np.linspace(0.0, span, fine),
                 )
                 for y in solution.y[0]:

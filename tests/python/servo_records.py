@@ -58,6 +58,7 @@ EFFECTS: dict[str, dict[str, float]] = {
         "source_resistance_pa_s_m3": 3e9,
         "accumulator_capacitance_m3_pa": 1e-11,
     },
+    "line_resonance": {"frequency_hz": 12.0, "damping": 0.2, "volume_m3": 5e-3},
     "coulomb_friction": {"force_n": 500.0},
     "coulomb_friction_sides": {"force_extending_n": 700.0, "force_retracting_n": 300.0},
     "position_friction": {"force_n": 500.0, "rise_n_m": 3000.0},

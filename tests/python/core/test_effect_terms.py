@@ -46,6 +46,9 @@ def test_numbers_of_the_effects() -> None:
         valve_lag__damping=0.8,
         supply_droop__source_resistance_pa_s_m3=3e9,
         supply_droop__accumulator_capacitance_m3_pa=1e-11,
+        line_resonance__frequency_hz=40.0,
+        line_resonance__damping=0.1,
+        line_resonance__volume_m3=2e-3,
         flexible_load__mass_share=0.3,
         flexible_load__frequency_hz=20.0,
         flexible_load__damping=0.05,
@@ -56,6 +59,7 @@ def test_numbers_of_the_effects() -> None:
     assert all_of_them.overlap == (0.03 + 0.05, 0.03 + 0.01)
     assert all_of_them.spool_lag == (60.0, 0.8)
     assert all_of_them.supply_line == (3e9, 1e-11)
+    assert all_of_them.pressure_line == (40.0, 0.1, 2e-3)
     assert all_of_them.hanging_load == (0.3, 20.0, 0.05)
     assert all_of_them.sensor_error == (0.005, 1e-4)
 

@@ -37,7 +37,7 @@ MECHANICAL = (
 
 
 def test_every_effect_of_the_catalogue_is_here() -> None:
-    assert len(EFFECTS) == 26
+    assert len(EFFECTS) == 27
     assert EFFECTS.keys() >= WITHOUT_RATE
 
 

@@ -10,6 +10,7 @@
 #include <ehsid/plant/effects/flexible_load.hpp>
 #include <ehsid/plant/effects/flow_gain_drift.hpp>
 #include <ehsid/plant/effects/internal_leakage.hpp>
+#include <ehsid/plant/effects/line_resonance.hpp>
 #include <ehsid/plant/effects/load_force.hpp>
 #include <ehsid/plant/effects/load_spring.hpp>
 #include <ehsid/plant/effects/makeup_check.hpp>
@@ -45,10 +46,10 @@ using Catalogue =
                ValveDeadBand<Scalar>, ValveDeadBandSides<Scalar>, FlowGainDrift<Scalar>,
                InternalLeakage<Scalar>, ExternalLeakage<Scalar>, ReliefValve<Scalar>,
                MakeupCheck<Scalar>, EntrainedAir<Scalar>, SupplyDroop<Scalar>,
-               CoulombFriction<Scalar>, CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>,
-               PositionFriction<Scalar>, LoadSpring<Scalar>, LoadForce<Scalar>,
-               FlexibleLoad<Scalar>, SensorBacklash<Scalar>, SensorNonlinearity<Scalar>,
-               SensorLag<Scalar>, SensorQuantisation<Scalar>>;
+               LineResonance<Scalar>, CoulombFriction<Scalar>, CoulombFrictionSides<Scalar>,
+               StribeckFriction<Scalar>, PositionFriction<Scalar>, LoadSpring<Scalar>,
+               LoadForce<Scalar>, FlexibleLoad<Scalar>, SensorBacklash<Scalar>,
+               SensorNonlinearity<Scalar>, SensorLag<Scalar>, SensorQuantisation<Scalar>>;
 
 /// The effects of a plant. An effect is on where one of its parameters is not zero or is varied.
 template <class Scalar>
@@ -115,6 +116,11 @@ class Effects {
   SupplyLine<Scalar> supply_line() const {
     SupplyLine<Scalar> line{};
     each([&](const auto& effect) { put(line, effect.supply_line()); });
+    return line;
+  }
+  PressureLine<Scalar> pressure_line() const {
+    PressureLine<Scalar> line{};
+    each([&](const auto& effect) { put(line, effect.pressure_line()); });
     return line;
   }
   /// From that of the fluid, at an absolute pressure, Pa.

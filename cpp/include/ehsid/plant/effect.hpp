@@ -62,6 +62,14 @@ struct Sliding {
   Scalar from_middle;  // distance from mid-stroke, m
 };
 
+/// Oil that swings between the supply and the valve; a frequency of zero means none.
+template <class Scalar>
+struct PressureLine {
+  Scalar frequency_hz{};
+  Scalar damping{};
+  Scalar volume_m3{};  // in front of the valve
+};
+
 /// Part of the mass that hangs on the rod; a share of zero means none.
 template <class Scalar>
 struct HangingLoad {
@@ -127,6 +135,8 @@ struct Effect {
   Nothing bulk_modulus(const Scalar& /*beta*/, const Scalar& /*pressure*/) const { return {}; }
   /// SupplyLine.
   Nothing supply_line() const { return {}; }
+  /// PressureLine, behind the accumulator of the supply line.
+  Nothing pressure_line() const { return {}; }
   /// Leakage, at absolute pressures, Pa.
   Nothing leakage(const Scalar& /*p_a*/, const Scalar& /*p_b*/, const Scalar& /*p_tank*/) const {
     return {};

@@ -16,6 +16,7 @@
 #include <ehsid/plant/catalogue.hpp>
 #include <ehsid/plant/dual.hpp>
 #include <ehsid/plant/rig.hpp>
+#include <ehsid/plant/ringing_line.hpp>
 #include <ehsid/plant/valve.hpp>
 
 #include <algorithm>
@@ -40,8 +41,10 @@ struct Flows {
 template <class Scalar>
 class Hydraulics {
  public:
-  /// Values in the order of plant_parameters(). load: on the rod at the start, N.
-  Hydraulics(const std::vector<Scalar>& values, const Effects<Scalar>& effects, const Scalar& load);
+  /// Values in the order of plant_parameters(). load: on the rod at the start, N. fastest: the pressure line rings no
+  /// faster than this, rad/s.
+  Hydraulics(const std::vector<Scalar>& values, const Effects<Scalar>& effects, const Scalar& load,
+             double fastest);
 
   /// On the rod, N, positive extends.
   Scalar force() const { return pressure_.a * area_a_ - pressure_.b * area_b_ - atmosphere_force_; }
@@ -61,6 +64,9 @@ class Hydraulics {
   /// Largest stiffness of the oil anywhere in the stroke, N/m.
   double stiffness() const;
 
+  /// Of the pressure line, rad/s.
+  double line_rate() const { return pressure_line_.rate(); }
+
  private:
   struct Rates {
     Pressures<Scalar> value;  // of the compressions and the supply, Pa/s
@@ -71,6 +77,7 @@ class Hydraulics {
     OfEdges<Scalar> conductance;
     Scalar inverse_a, inverse_b;  // of the volumes
     Scalar swept_a, swept_b;      // m^3/s
+    Scalar supplied;              // by a pressure line, m^3/s
   };
 
   template <bool kSlope>
@@ -142,13 +149,14 @@ class Hydraulics {
   bool steep_leakage_ = false;
   bool line_ = false;
   Scalar inverse_resistance_{}, inverse_capacitance_{};
+  RingingLine<Scalar> pressure_line_;
   Pressures<Scalar> pressure_{};
   Scalar compression_a_{}, compression_b_{};  // s; at -V s / beta the oil has parted
 };
 
 template <class Scalar>
 Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<Scalar>& effects,
-                               const Scalar& load)
+                               const Scalar& load, double fastest)
     : stroke_(value_at(values, RigValue::stroke)),
       dead_a_(value_at(values, RigValue::dead_volume_a)),
       dead_b_(value_at(values, RigValue::dead_volume_b)),
@@ -193,6 +201,14 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
     inverse_resistance_ = 1.0 / line.resistance;
     inverse_capacitance_ = 1.0 / line.capacitance;
   }
+  pressure_line_ =
+      RingingLine<Scalar>(effects.pressure_line(), line, source_, bulk_modulus_, fastest);
+  if (pressure_line_.active()) {
+    // The line stands between the source and the valve.
+    line_ = true;
+    inverse_resistance_ = Scalar(0.0);
+    inverse_capacitance_ = pressure_line_.inverse_capacitance();
+  }
 
   // p_a A_a - p_b A_b = load, and p_a + p_b = p_s + p_t as in a valve with alike edges at null.
   const Scalar sum = source_ + tank_;
@@ -227,8 +243,9 @@ typename Hydraulics<Scalar>::Rates Hydraulics<Scalar>::rates(const Effects<Scala
     r.slope.b = -(stiff_b * (pb.slope + bt.slope) * firmness(p.b));
   }
   if (line_) {
-    r.value.supply =
-        ((source_ - p.supply) * inverse_resistance_ - pa.rate - pb.rate) * inverse_capacitance_;
+    const Scalar inflow =
+        pressure_line_.active() ? standing.supplied : (source_ - p.supply) * inverse_resistance_;
+    r.value.supply = (inflow - pa.rate - pb.rate) * inverse_capacitance_;
     if constexpr (kSlope) {
       r.slope.supply = -((inverse_resistance_ + pa.slope + pb.slope) * inverse_capacitance_);
     }
@@ -240,6 +257,8 @@ template <class Scalar>
 void Hydraulics<Scalar>::advance(const Effects<Scalar>& effects, const Scalar& opening,
                                  const Scalar& position, const Scalar& velocity, double time,
                                  double h, const Flows<Scalar>& further) {
+  const Scalar supplied =
+      pressure_line_.active() ? pressure_line_.advance(pressure_.supply, h) : Scalar(0.0);
   Standing standing{{gain_pa_ * edges_.area(opening - overlap_pa_),
                      gain_at_ * edges_.area(-opening - overlap_at_),
                      gain_pb_ * edges_.area(-opening - overlap_pb_),
@@ -247,7 +266,8 @@ void Hydraulics<Scalar>::advance(const Effects<Scalar>& effects, const Scalar& o
                     1.0 / (dead_a_ + area_a_ * position),
                     1.0 / (dead_b_ + area_b_ * (stroke_ - position)),
                     area_a_ * velocity - further.into_a,
-                    area_b_ * velocity + further.into_b};
+                    area_b_ * velocity + further.into_b,
+                    supplied};
   effects.flow_shares(time, [&](const Scalar& share) {
     for (Scalar& conductance : standing.conductance) {
       conductance = conductance * share;

@@ -81,7 +81,8 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   /// On to the next sample, the command, V, held until then.
   void advance(double command_v);
 
-  /// Largest angular frequency of the mass on oil and seals anywhere in the stroke, and of what hangs on it, rad/s.
+  /// Largest angular frequency of the mass on oil and seals anywhere in the stroke, of what hangs on it, and of
+  /// the pressure line, rad/s.
   double fastest_rate() const;
 
  private:
@@ -223,7 +224,8 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       force_gain_(value_at(values, RigValue::force_per_volt)),
       commands_(effects_.delay(), dt, samples),
       spool_(spool_of(kind, values, effects_, 0.5 * h_)),
-      hydraulics_(values, effects_, load(value_at(values, Initial::position))),
+      hydraulics_(values, effects_, load(value_at(values, Initial::position)),
+                  kRadiansPerStep / h_),
       linear_(values, effects_.overlap(), load(value_at(values, Initial::position))),
       seals_(friction_at_rest(), value_at(values, Nuisance::presliding),
              mass_ * (seal_rate() * seal_rate())),
@@ -357,8 +359,9 @@ double ServoPlant<Scalar>::fastest_rate() const {
   } else if (kind_ == PlantKind::linear) {
     stiffness_n_m += linear_.stiffness();
   }
-  return hanging_.active() ? hanging_.fastest_rate(stiffness_n_m)
-                           : std::sqrt(stiffness_n_m / value_of(mass_));
+  const double of_masses = hanging_.active() ? hanging_.fastest_rate(stiffness_n_m)
+                                             : std::sqrt(stiffness_n_m / value_of(mass_));
+  return kind_ == PlantKind::ehs ? (std::max)(of_masses, hydraulics_.line_rate()) : of_masses;
 }
 
 template <class Scalar>

@@ -20,6 +20,7 @@ from ehsid.harness.gap.model.inverse_signals import (
     Terms,
     Values,
     areas,
+    filtered,
     terms_of,
     true_position,
 )
@@ -32,7 +33,8 @@ def supply_and_flows(
 ) -> tuple[FloatArray, EdgeFlows]:
     """Returns the supply pressure, Pa, shape (N,), and the flows through the metering edges.
 
-    A supply pressure that is not measured is computed from the equation of the supply line.
+    A supply pressure that is not measured is computed from the equation of the supply line, but for
+    the ringing of a pressure line.
     """
     time_s = np.arange(a.size, dtype=np.float64) * signals.dt_s
     if "supply_pressure_pa" in signals.columns:
@@ -52,15 +54,40 @@ def supply_and_flows(
     return supply, flows
 
 
-def supply_line(supply: FloatArray, flows: EdgeFlows, values: Values, weak: WeakForm) -> Terms:
-    """Terms of the supply line in weak form, Pa: 0 = p_s - source + R (q + C p_s')."""
+def supply_line(
+    signals: Measured, supply: FloatArray, flows: EdgeFlows, values: Values, weak: WeakForm
+) -> Terms:
+    """Terms of the supply line in weak form, Pa: 0 = p_s - source + R (q + C p_s').
+
+    With a pressure line behind the accumulator, C' is its volume over the bulk modulus, and R is
+    R' + L' d/dt + R / (1 + R C d/dt), where the last term is a lag.
+    """
     resistance, capacitance = terms_of(values).supply_line
-    return {
+    drawn = flows.supply_a + flows.supply_b
+    terms = {
         "supply": weak.mean(supply),
         "source": np.full(weak.mean(supply).size, -values["supply.pressure_pa"]),
-        "drawn": resistance * weak.mean(flows.supply_a + flows.supply_b),
+        "drawn": resistance * weak.mean(drawn),
         "stored": resistance * capacitance * weak.slope(supply),
     }
+    frequency_hz, damping, volume = terms_of(values).pressure_line
+    if frequency_hz * volume > 0.0:
+        w = 2.0 * math.pi * frequency_hz
+        softness = volume / values["fluid.bulk_modulus_pa"]
+        inertance = 1.0 / (w * w * softness)
+        lost = 2.0 * damping * w * inertance
+        terms["drawn"] = lost * weak.mean(drawn) + inertance * weak.slope(drawn)
+        terms["stored"] = softness * (
+            lost * weak.slope(supply) + inertance * weak.curvature(supply)
+        )
+        if resistance > 0.0:
+            tau = resistance * capacitance
+            terms["drawn"] += resistance * weak.mean(
+                filtered(drawn, [1.0], [tau, 1.0], signals.dt_s)
+            )
+            swing = supply - filtered(supply, [1.0], [tau, 1.0], signals.dt_s)
+            terms["stored"] += softness / capacitance * weak.mean(swing)
+    return terms
 
 
 def continuities(

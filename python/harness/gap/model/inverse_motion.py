@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.signal import cont2discrete, lfilter
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.inverse_signals import (
@@ -15,6 +14,7 @@ from ehsid.harness.gap.model.inverse_signals import (
     Terms,
     Values,
     areas,
+    filtered,
     last_direction,
     speed_of,
     terms_of,
@@ -53,8 +53,7 @@ def _centre_of_mass(position: FloatArray, values: Values, dt_s: float) -> FloatA
         return position
     w = 2.0 * math.pi * frequency_hz
     loss = 2.0 * damping * w
-    numerator, denominator, _ = cont2discrete(([loss, w * w], [1.0, loss, w * w]), dt_s, "foh")
-    hanging = position[0] + lfilter(numerator[0], denominator, position - position[0])
+    hanging = filtered(position, [loss, w * w], [1.0, loss, w * w], dt_s)
     return np.asarray((1.0 - share) * position + share * hanging)
 
 

@@ -60,7 +60,7 @@ def servo_terms(signals: Measured, values: Values, plant: str) -> dict[str, Term
     opening = opening_of(spool, values)
     supply, flows = supply_and_flows(signals, opening, pressure_a, pressure_b, values)
     if "supply_pressure_pa" in signals.columns:
-        terms[SUPPLY] = supply_line(supply, flows, values, weak)
+        terms[SUPPLY] = supply_line(signals, supply, flows, values, weak)
     terms[CAP], terms[ROD] = continuities(signals, flows, pressure_a, pressure_b, values, weak)
     terms[FORCE] = cylinder_force(signals, pressure_a, pressure_b, values, weak)
     return terms

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.signal import savgol_filter
+from scipy.signal import cont2discrete, lfilter, savgol_filter, ss2tf, tf2ss
 
 from ehsid import EffectTerms
 from ehsid.harness.arrays import FloatArray
@@ -103,6 +103,18 @@ def smoothed(signals: Measured, order: int) -> FloatArray:
     length = max(5, 2 * round(0.5 * SMOOTHED_S / signals.dt_s) + 1)
     position = signals.columns["position_m"]
     return np.asarray(savgol_filter(position, length, polyorder=2, deriv=order, delta=signals.dt_s))
+
+
+def filtered(
+    signal: FloatArray, numerator: Sequence[float], denominator: Sequence[float], dt_s: float
+) -> FloatArray:
+    """Signal behind a system of gain one, by its polynomials in s; from rest, shape (N,).
+
+    The signal runs straight from sample to sample.
+    """
+    a, b, c, d, _ = cont2discrete(tf2ss(numerator, denominator), dt_s, "foh")
+    forward, back = ss2tf(a, b, c, d)
+    return np.asarray(signal[0] + lfilter(forward[0], back, signal - signal[0]), dtype=np.float64)
 
 
 @lru_cache(maxsize=CACHE_SIZE)

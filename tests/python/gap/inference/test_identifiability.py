@@ -44,7 +44,7 @@ def test_a_rich_record_identifies_every_effect() -> None:
     [
         (
             {"largest_command": 0.26},
-            ["valve_flow_saturation", "supply_droop"],
+            ["valve_flow_saturation", "supply_droop", "line_resonance"],
             "never above 26 % of rated",
         ),
         (
@@ -69,7 +69,7 @@ def test_a_rich_record_identifies_every_effect() -> None:
         ({"slow": 0.0}, ["stribeck_friction"], "slow motion for 0.0 %"),
         (
             {"fast_power_hz": 1.0},
-            ["transport_delay", "valve_lag", "flexible_load", "sensor_lag"],
+            ["transport_delay", "valve_lag", "line_resonance", "flexible_load", "sensor_lag"],
             "no power above 1.0 Hz",
         ),
         (

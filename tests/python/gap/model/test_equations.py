@@ -57,6 +57,17 @@ def test_equations_hold_for_simulated_records(effect: str) -> None:
     assert max(ratios.values()) > least_ratio, ratios
 
 
+def test_the_supply_line_holds_with_a_line_behind_a_droop() -> None:
+    values = {**full("line_resonance"), **full("supply_droop")}
+    signals = measured(made(values, noisy=False), RIG)
+    both = servo_terms(signals, all_values(RIG, values), "ehs")[SUPPLY]
+    residual = rms(np.sum(list(both.values()), axis=0))
+    for missing in ("line_resonance", "supply_droop"):
+        without = {name: value for name, value in values.items() if missing not in name}
+        terms = servo_terms(signals, all_values(RIG, without), "ehs")[SUPPLY]
+        assert rms(np.sum(list(terms.values()), axis=0)) > 20.0 * residual
+
+
 def test_the_residual_without_an_effect_is_the_noise() -> None:
     for share in equation_shares([made(OTHER)], RIG, {}):
         # The regression and the linear motion of the spool between samples add a few per cent.

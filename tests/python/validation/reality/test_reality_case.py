@@ -65,6 +65,11 @@ NOT_DRAWN = {
     "coulomb_friction_sides",
     "position_friction",
     "sensor_nonlinearity",
+    "relief_valve",
+    "makeup_check",
+    "spool_stiction",
+    "flexible_load",
+    "line_resonance",
 }
 
 

@@ -34,7 +34,7 @@ struct FlexibleLoad : Effect<Scalar> {
   }
   static std::vector<std::vector<Sizes<3>>> trials(const MachineScale& /*machine*/) {
     std::vector<std::vector<Sizes<3>>> all;
-    for (const double frequency_hz : {4.0, 8.0, 15.0, 25.0, 40.0, 70.0}) {
+    for (const double frequency_hz : {4.0, 5.5, 8.0, 11.0, 16.0, 22.0, 32.0, 45.0, 64.0, 90.0}) {
       all.push_back({{0.1, frequency_hz, 0.05}});
     }
     return all;
