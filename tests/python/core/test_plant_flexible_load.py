@@ -106,3 +106,17 @@ def test_the_load_moves_along_where_the_rod_is_put_elsewhere() -> None:
     assert outputs[0, 40, 0] == pytest.approx(0.4, abs=1e-15)
     # No force of an axis depends on the position, but that of the spring would.
     np.testing.assert_allclose(outputs[0, :, 1], free["velocity_m_s"], rtol=1e-12, atol=1e-14)
+
+
+def test_the_load_goes_on_with_the_rod_where_that_is_given_another_velocity() -> None:
+    values = flexible(0.05)
+    command = runs.steps(3, 100, 10, 3.0)
+    free = runs.simulate(values, command, 8, "axis")
+    aligned = np.full((100, 4), np.nan)
+    aligned[40, 1] = free["velocity_m_s"][40] + 0.1
+    outputs, _ = ehsid.simulate_plant(
+        "axis", runs.vector(values), command, dt_s=runs.DT_S, substeps=8, aligned=aligned
+    )
+    # Without viscous friction all moves as before, seen from a frame that moves.
+    faster = np.where(np.arange(100) < 40, 0.0, 0.1)
+    np.testing.assert_allclose(outputs[0, :, 1], free["velocity_m_s"] + faster, atol=1e-12)

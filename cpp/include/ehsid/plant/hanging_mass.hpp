@@ -13,7 +13,7 @@ namespace ehsid::plant {
 ///   m_1 v'  = force - damping v + m_2 (w^2 z + 2 zeta w z'),
 ///   v' + z'' = -(w^2 z + 2 zeta w z').
 ///
-/// Leapfrog, as the rod: z at whole steps, z' at half steps, forces over velocities by the mean of both half steps. The
+/// Leapfrog, as the rod: z at whole steps, velocities at half steps, forces over velocities by the mean of both half steps. The
 /// velocity of m_2 after the step stands in both equations; put into the first, it leaves a force and a damping on the
 /// rod.
 template <class Scalar>
@@ -47,16 +47,17 @@ class HangingMass {
 
   bool active() const { return active_; }
 
-  /// It hangs at rest, and was this much faster than the rod half a step ago.
-  void start(const Scalar& speed) { speed_ = speed; }
+  /// It hangs at rest on a rod of this velocity.
+  void start(const Scalar& velocity) { velocity_ = velocity; }
+
+  /// It is faster by this much.
+  void shift(const Scalar& change) { velocity_ += change; }
 
   /// Of the whole mass, kg.
   Scalar mass() const { return mass_; }
 
-  /// On the rod whose velocity half a step ago was `velocity`, N, but for what goes with its mean velocity over the step.
-  Scalar force(const Scalar& velocity) const {
-    return mass_ * carried_ * (square_ * distance_ + loss_ * (velocity + speed_));
-  }
+  /// On the rod, N, but for what goes with its mean velocity over the step.
+  Scalar force() const { return mass_ * carried_ * (square_ * distance_ + loss_ * velocity_); }
 
   /// Over the mean velocity of the rod over the step, N s/m.
   Scalar damping() const { return mass_ * carried_ * loss_; }
@@ -64,10 +65,9 @@ class HangingMass {
   /// A step in which the velocity of the rod changes from one to the other.
   void advance(const Scalar& before, const Scalar& after) {
     const Scalar half = loss_ * (0.5 * h_);
-    const Scalar moved =
-        (before + speed_) * (1.0 - half) - square_ * distance_ * h_ + half * (before + after);
-    speed_ = moved * carried_ - after;
-    distance_ += speed_ * h_;
+    velocity_ = (velocity_ * (1.0 - half) - square_ * (distance_ * h_) + half * (before + after)) *
+                carried_;
+    distance_ += (velocity_ - after) * h_;
   }
 
   /// Fastest of the two oscillations with a spring of `stiffness` N/m between m_1 and the ground, as the values say,
@@ -91,7 +91,7 @@ class HangingMass {
   Scalar loss_{};     // 2 zeta w
   Scalar carried_{};  // 1 / (1 + zeta w h)
   Scalar distance_{};
-  Scalar speed_{};  // z', half a step ago
+  Scalar velocity_{};  // y' + z', half a step ago
 };
 
 }  // namespace ehsid::plant

@@ -77,7 +77,6 @@ class Hydraulics {
     OfEdges<Scalar> conductance;
     Scalar inverse_a, inverse_b;  // of the volumes
     Scalar swept_a, swept_b;      // m^3/s
-    Scalar supplied;              // by a pressure line, m^3/s
   };
 
   template <bool kSlope>
@@ -243,8 +242,8 @@ typename Hydraulics<Scalar>::Rates Hydraulics<Scalar>::rates(const Effects<Scala
     r.slope.b = -(stiff_b * (pb.slope + bt.slope) * firmness(p.b));
   }
   if (line_) {
-    const Scalar inflow =
-        pressure_line_.active() ? standing.supplied : (source_ - p.supply) * inverse_resistance_;
+    const Scalar inflow = pressure_line_.active() ? pressure_line_.flow()
+                                                  : (source_ - p.supply) * inverse_resistance_;
     r.value.supply = (inflow - pa.rate - pb.rate) * inverse_capacitance_;
     if constexpr (kSlope) {
       r.slope.supply = -((inverse_resistance_ + pa.slope + pb.slope) * inverse_capacitance_);
@@ -257,8 +256,9 @@ template <class Scalar>
 void Hydraulics<Scalar>::advance(const Effects<Scalar>& effects, const Scalar& opening,
                                  const Scalar& position, const Scalar& velocity, double time,
                                  double h, const Flows<Scalar>& further) {
-  const Scalar supplied =
-      pressure_line_.active() ? pressure_line_.advance(pressure_.supply, h) : Scalar(0.0);
+  if (pressure_line_.active()) {
+    pressure_line_.advance(pressure_.supply, h);
+  }
   Standing standing{{gain_pa_ * edges_.area(opening - overlap_pa_),
                      gain_at_ * edges_.area(-opening - overlap_at_),
                      gain_pb_ * edges_.area(-opening - overlap_pb_),
@@ -266,8 +266,7 @@ void Hydraulics<Scalar>::advance(const Effects<Scalar>& effects, const Scalar& o
                     1.0 / (dead_a_ + area_a_ * position),
                     1.0 / (dead_b_ + area_b_ * (stroke_ - position)),
                     area_a_ * velocity - further.into_a,
-                    area_b_ * velocity + further.into_b,
-                    supplied};
+                    area_b_ * velocity + further.into_b};
   effects.flow_shares(time, [&](const Scalar& share) {
     for (Scalar& conductance : standing.conductance) {
       conductance = conductance * share;

@@ -54,8 +54,11 @@ class RingingLine {
   /// 1 / C, Pa/m^3.
   const Scalar& inverse_capacitance() const { return inverse_capacitance_; }
 
-  /// Flow in the middle of a step of h seconds that begins with `pressure` in front of the valve, m^3/s.
-  const Scalar& advance(const Scalar& pressure, double h) {
+  /// In the middle of the last step, m^3/s.
+  const Scalar& flow() const { return flow_; }
+
+  /// A step of h seconds that begins with `pressure` in front of the valve.
+  void advance(const Scalar& pressure, double h) {
     using std::exp;
     const Scalar inertia = inertance_ * (1.0 / h);
     const Scalar half = resistance_ * 0.5;
@@ -64,7 +67,6 @@ class RingingLine {
       const Scalar settled = source_ - source_resistance_ * flow_;
       begin_ = settled + (begin_ - settled) * exp(-h * inverse_time_);
     }
-    return flow_;
   }
 
  private:

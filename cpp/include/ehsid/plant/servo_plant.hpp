@@ -173,6 +173,9 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   /// Velocity half a step on, from the forces at this whole step.
   Scalar accelerate(const Scalar& drive) const;
 
+  /// At this whole step: the mean of half a step ago and half a step on.
+  Scalar velocity_now() const { return (velocity_ + accelerate(drive_force())) * 0.5; }
+
   /// The velocity half a step ago for which it is `velocity` now.
   void start_at(const Scalar& velocity);
 
@@ -234,8 +237,8 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       velocity_(value_at(values, Initial::velocity)),
       reading_(position_) {
   reading_ = with_error(effects_.start_sensor(position_));
+  hanging_.start(velocity_);
   start_at(velocity_);
-  hanging_.start(value_at(values, Initial::velocity) - velocity_);
 }
 
 template <class Scalar>
@@ -294,6 +297,9 @@ Spool<Scalar> ServoPlant<Scalar>::spool_of(PlantKind kind, const std::vector<Sca
 template <class Scalar>
 void ServoPlant<Scalar>::align(const std::array<double, kStates>& state) {
   const auto [position, velocity, pressure_a, pressure_b] = state;
+  if (hanging_.active() && !std::isnan(velocity)) {
+    hanging_.shift(velocity - velocity_now());
+  }
   if (!std::isnan(position)) {
     const Scalar change = position - reading_;
     position_ += effects_.shift_sensor(change);
@@ -320,7 +326,7 @@ typename ServoPlant<Scalar>::Balance ServoPlant<Scalar>::balance(const Scalar& d
     now.damping += seals_.damping(velocity_);
   }
   if (hanging_.active()) {
-    now.force += hanging_.force(velocity_);
+    now.force += hanging_.force();
     now.damping += hanging_.damping();
   }
   if (tables_.act_on(Equation::force)) {
@@ -367,8 +373,7 @@ double ServoPlant<Scalar>::fastest_rate() const {
 template <class Scalar>
 Outputs<Scalar> ServoPlant<Scalar>::read() const {
   const Scalar none(std::numeric_limits<double>::quiet_NaN());
-  Outputs<Scalar> now{reading_, (velocity_ + accelerate(drive_force())) * 0.5, none, none, none,
-                      none};
+  Outputs<Scalar> now{reading_, velocity_now(), none, none, none, none};
   if (kind_ != PlantKind::axis) {
     now.spool = spool_.position();
   }
@@ -399,11 +404,13 @@ void ServoPlant<Scalar>::advance(double command_v) {
       motor_force_ = (first + later) * 0.5 * force_gain_;
       drive = (drive + motor_force_) * 0.5;
     }
-    const Scalar later_velocity = accelerate(drive);
     if (hanging_.active()) {
-      hanging_.advance(velocity_, later_velocity);
+      const Scalar next = accelerate(drive);
+      hanging_.advance(velocity_, next);
+      velocity_ = next;
+    } else {
+      velocity_ = accelerate(drive);
     }
-    velocity_ = later_velocity;
     const Scalar moved = velocity_ * h_;
     if (kind_ != PlantKind::axis) {
       const Scalar x_v = opening(spool_.advance(first));
