@@ -57,11 +57,7 @@ def supply_and_flows(
 def supply_line(
     signals: Measured, supply: FloatArray, flows: EdgeFlows, values: Values, weak: WeakForm
 ) -> Terms:
-    """Terms of the supply line in weak form, Pa: 0 = p_s - source + R (q + C p_s').
-
-    With a pressure line behind the accumulator, C' is its volume over the bulk modulus, and R is
-    R' + L' d/dt + R / (1 + R C d/dt), where the last term is a lag.
-    """
+    """Terms of the supply line in weak form, Pa: 0 = p_s - source + R (q + C p_s')."""
     resistance, capacitance = terms_of(values).supply_line
     drawn = flows.supply_a + flows.supply_b
     terms = {
@@ -70,24 +66,31 @@ def supply_line(
         "drawn": resistance * weak.mean(drawn),
         "stored": resistance * capacitance * weak.slope(supply),
     }
-    frequency_hz, damping, volume = terms_of(values).pressure_line
+    frequency_hz, _, volume = terms_of(values).pressure_line
     if frequency_hz * volume > 0.0:
-        w = 2.0 * math.pi * frequency_hz
-        softness = volume / values["fluid.bulk_modulus_pa"]
-        inertance = 1.0 / (w * w * softness)
-        lost = 2.0 * damping * w * inertance
-        terms["drawn"] = lost * weak.mean(drawn) + inertance * weak.slope(drawn)
-        terms["stored"] = softness * (
-            lost * weak.slope(supply) + inertance * weak.curvature(supply)
-        )
-        if resistance > 0.0:
-            tau = resistance * capacitance
-            terms["drawn"] += resistance * weak.mean(
-                filtered(drawn, [1.0], [tau, 1.0], signals.dt_s)
-            )
-            swing = supply - filtered(supply, [1.0], [tau, 1.0], signals.dt_s)
-            terms["stored"] += softness / capacitance * weak.mean(swing)
+        lost = _lost_by_line(drawn, values, signals.dt_s)
+        terms |= {"drawn": weak.mean(lost), "stored": np.zeros(terms["supply"].size)}
     return terms
+
+
+def _lost_by_line(drawn: FloatArray, values: Values, dt_s: float) -> FloatArray:
+    """Pressure that the flow drawn loses in a pressure line that rings, Pa, shape (N,).
+
+    The line has L and R, and C in front of the valve; the source has R_s and C_s. The loss is
+    N / D q with N = R_s + (R + L s) (1 + R_s C_s s) and D = 1 + R_s C_s s + C s N. Multiplied by D,
+    the equation would lose whatever the measured pressure has at the frequency of the line.
+    """
+    resistance, capacitance = terms_of(values).supply_line
+    frequency_hz, damping, volume = terms_of(values).pressure_line
+    w = 2.0 * math.pi * frequency_hz
+    softness = volume / values["fluid.bulk_modulus_pa"]
+    inertance = 1.0 / (w * w * softness)
+    line = np.array([inertance, 2.0 * damping * w * inertance])
+    store = np.array([resistance * capacitance, 1.0])
+    numerator = np.polyadd(np.array([resistance]), np.polymul(line, store))
+    denominator = np.polyadd(store, np.polymul(np.array([softness, 0.0]), numerator))
+    steady = float(numerator[-1])
+    return steady * filtered(drawn, numerator / steady, denominator, dt_s)
 
 
 def continuities(

@@ -53,7 +53,7 @@ def _centre_of_mass(position: FloatArray, values: Values, dt_s: float) -> FloatA
         return position
     w = 2.0 * math.pi * frequency_hz
     loss = 2.0 * damping * w
-    hanging = filtered(position, [loss, w * w], [1.0, loss, w * w], dt_s)
+    hanging = filtered(position, np.array([loss, w * w]), np.array([1.0, loss, w * w]), dt_s)
     return np.asarray((1.0 - share) * position + share * hanging)
 
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -106,7 +106,7 @@ def smoothed(signals: Measured, order: int) -> FloatArray:
 
 
 def filtered(
-    signal: FloatArray, numerator: Sequence[float], denominator: Sequence[float], dt_s: float
+    signal: FloatArray, numerator: FloatArray, denominator: FloatArray, dt_s: float
 ) -> FloatArray:
     """Signal behind a system of gain one, by its polynomials in s; from rest, shape (N,).
 

@@ -34,13 +34,10 @@ struct LineResonance : Effect<Scalar> {
   static std::array<Sizes<3>, 3> starts(const MachineScale& machine) {
     return {{line(machine, 12.0, 0.05), line(machine, 35.0, 0.05), line(machine, 100.0, 0.05)}};
   }
-  /// The equation of the line is not in proportion to the inverse volume: other volumes are tried, too.
   static std::vector<std::vector<Sizes<3>>> trials(const MachineScale& machine) {
     std::vector<std::vector<Sizes<3>>> all;
-    for (const double frequency_hz : {6.0, 12.0, 20.0, 35.0, 60.0, 100.0}) {
-      for (const double swing : {0.02, 0.06, 0.18}) {
-        all.push_back({line(machine, frequency_hz, swing)});
-      }
+    for (const double frequency_hz : {4.0, 5.5, 8.0, 11.0, 16.0, 22.0, 32.0, 45.0, 64.0, 90.0}) {
+      all.push_back({line(machine, frequency_hz, 0.02)});
     }
     return all;
   }
@@ -51,7 +48,8 @@ struct LineResonance : Effect<Scalar> {
             kOil * machine.full_flow_m3_s / (turn * swing * machine.pressure_pa)};
   }
   static bool matters(const Sizes<3>& size, const MachineScale& machine) {
-    return kOil * machine.full_flow_m3_s >= 0.01 * machine.pressure_pa * kTwoPi * size[0] * size[2];
+    return size[0] * size[2] > 0.0 &&
+           kOil * machine.full_flow_m3_s >= 0.01 * machine.pressure_pa * kTwoPi * size[0] * size[2];
   }
 
   PressureLine<Scalar> pressure_line() const {
