@@ -19,9 +19,8 @@ struct FlexibleLoad : Effect<Scalar> {
       "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6",
       "fast commands: the load swings on after each change of speed",
       "both pressures; on an axis the position",
-      "a twentieth of the mass that swings is within what is known of a mass, and above 150 Hz a "
-      "load "
-      "is as good as rigid"};
+      "a twentieth of the mass is within what is known of it, above 150 Hz a load is as good as "
+      "rigid, and damped by more than 0.7 it does not swing"};
   static constexpr std::array<ParameterInfo, 3> kParameters{
       {{"mass_share", "1", 0.0, 0.9, 0.3, "of the whole moved mass, that hangs on the rod"},
        {"frequency_hz", "Hz", 0.5, 300.0, 30.0, "of that mass, with the rod fixed", 0.0},
@@ -40,7 +39,7 @@ struct FlexibleLoad : Effect<Scalar> {
     return all;
   }
   static constexpr bool matters(const Sizes<3>& size, const MachineScale& /*machine*/) {
-    return size[0] >= 0.05 && size[1] <= 150.0;
+    return size[0] >= 0.05 && size[1] <= 150.0 && size[2] <= 0.7;
   }
 
   HangingLoad<Scalar> hanging_load() const { return {parameters[0], parameters[1], parameters[2]}; }

@@ -3,6 +3,7 @@
 
 #include <ehsid/plant/effect.hpp>
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -20,8 +21,8 @@ struct LineResonance : Effect<Scalar> {
       "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 3 and 11",
       "fast changes of large flows; the measured supply pressure",
       "the supply pressure; without it both pressures",
-      "at the full flow of the valve, and with oil of 1 GPa, it swings by less than a per cent of "
-      "the supply pressure; the gauge of the supply is not better"};
+      "with oil of 1 GPa and the full flow of the valve it swings by less than a per cent of the "
+      "supply pressure, and the gauge is not better; damped by more than 0.7 the supply droops"};
   static constexpr std::array<ParameterInfo, 3> kParameters{
       {{"frequency_hz", "Hz", 1.0, 500.0, 40.0, "of the oil in the line on the volume", 0.0},
        {"damping", "1", 1e-3, 2.0, 0.1, "damping ratio of the same", 0.0},
@@ -47,13 +48,36 @@ struct LineResonance : Effect<Scalar> {
     return {frequency_hz, 0.1,
             kOil * machine.full_flow_m3_s / (turn * swing * machine.pressure_pa)};
   }
+  /// A line that does not ring is the same as a supply that droops.
   static bool matters(const Sizes<3>& size, const MachineScale& machine) {
-    return size[0] * size[2] > 0.0 &&
+    return size[1] <= kRings && size[0] * size[2] > 0.0 &&
            kOil * machine.full_flow_m3_s >= 0.01 * machine.pressure_pa * kTwoPi * size[0] * size[2];
+  }
+  static constexpr const char* kContains = "supply_droop";
+  static constexpr Sizes<2> simplified(const Sizes<3>& size) {
+    const double softness = size[2] / kOil;
+    return {2.0 * size[1] / (kTwoPi * size[0] * softness), softness};
+  }
+  /// Nearly: oil so light that it hardly swings has a time constant that is a fourteenth of that of the droop.
+  static Sizes<3> same(const Sizes<2>& simple) { return of_droop(simple, 2.0); }
+  static std::array<Sizes<3>, 2> grown(const Sizes<2>& simple, const MachineScale& /*machine*/) {
+    return {{of_droop(simple, 0.4), of_droop(simple, 0.1)}};
   }
 
   PressureLine<Scalar> pressure_line() const {
     return {parameters[0], parameters[1], parameters[2]};
+  }
+
+ private:
+  static constexpr double kRings = 0.7;  // damping ratio above which a step is not overshot much
+
+  /// With the resistance and the softness of a supply that droops: R = 2 damping / (w C), within the ranges.
+  static Sizes<3> of_droop(const Sizes<2>& droop, double damping) {
+    const double frequency_hz = std::clamp(2.0 * damping / (kTwoPi * droop[0] * droop[1]),
+                                           kParameters[0].minimum, kParameters[0].maximum);
+    const double volume = kOil * 2.0 * damping / (kTwoPi * frequency_hz * droop[0]);
+    return {frequency_hz, damping,
+            std::clamp(volume, kParameters[2].minimum, kParameters[2].maximum)};
   }
 };
 

@@ -20,7 +20,8 @@ struct ReliefValve : Effect<Scalar> {
       "braking of a heavy load and forces that drive a chamber above the pressure of the valve",
       "both pressures",
       "with a tenth of the supply pressure above cracking it lets pass less than a per cent of the "
-      "flow of the valve, as a spool at null does"};
+      "flow of the valve, as a spool at null does; one that cracks below half of the supply "
+      "pressure is a leakage at all times"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
       {{"pressure_pa", "Pa", 1e5, 1e8, 7.5e6, "absolute pressure at which it cracks", 0.0},
        {"flow_gain_m3_s_pa", "m^3/(s Pa)", 0.0, 1e-7, 2e-10, "flow over the pressure above it"}}};
@@ -45,7 +46,8 @@ struct ReliefValve : Effect<Scalar> {
     return all;
   }
   static bool matters(const Sizes<2>& size, const MachineScale& machine) {
-    return size[1] * 0.1 * machine.pressure_pa >= 0.01 * machine.full_flow_m3_s;
+    return size[0] >= 0.5 * machine.pressure_pa &&
+           size[1] * 0.1 * machine.pressure_pa >= 0.01 * machine.full_flow_m3_s;
   }
 
   Leakage<Scalar> leakage(const Scalar& p_a, const Scalar& p_b, const Scalar& /*p_tank*/) const {
