@@ -385,6 +385,10 @@ has_valve : bool
           "contains", [](const EffectDescription& e) { return text_or_none(e.contains); },
           "Id of the simpler effect that it contains, or None.")
       .def_property_readonly(
+          "together_with", [](const EffectDescription& e) { return text_or_none(e.together_with); },
+          "Id of an effect that, together with the one it contains, acts nearly as it does, or "
+          "None.")
+      .def_property_readonly(
           "nuisance", [](const EffectDescription& e) { return text_or_none(e.nuisance); },
           "Full name of the nuisance that stands for it within tolerances, or None.")
       .def_property_readonly(

@@ -26,6 +26,7 @@ struct EffectDescription {
   Reach reach;
   bool retried;  // a trial is repeated at the size that it estimates
   const char* contains;
+  const char* together_with;
   const char* nuisance;
   std::vector<std::array<std::size_t, 2>> not_below;
   LogPlace log_place;
@@ -104,6 +105,7 @@ EffectDescription describe() {
                         Effect::kReach,
                         !Effect::kTrialSizes.empty(),
                         Effect::kContains,
+                        Effect::kTogetherWith,
                         Effect::kNuisance,
                         {Effect::kNotBelow.begin(), Effect::kNotBelow.end()},
                         Effect::kLogPlace,

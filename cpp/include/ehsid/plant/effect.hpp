@@ -176,6 +176,8 @@ struct Effect {
   /// Id of the simpler effect which this one becomes if a term is removed; then it has
   /// simplified(), same() and grown(), too.
   static constexpr const char* kContains = nullptr;
+  /// Id of an effect that, together with the one of kContains, acts nearly as this one does.
+  static constexpr const char* kTogetherWith = nullptr;
   /// The nuisance that stands for the effect within the tolerance of any servo.
   static constexpr const char* kNuisance = nullptr;
   /// Pairs of parameters of which the first must not be below the second, by their places.

@@ -20,8 +20,8 @@ def friction_laws() -> frozenset[str]:
 def spelled_out(effects: Sequence[str]) -> tuple[str, ...]:
     """Returns the effects, with two in the place of one that acts as the two together.
 
-    A law that contains another and stands for a nuisance is the simpler law with the effect of that
-    nuisance: unequal overlaps are a dead band and a null bias, and no record tells them apart.
+    Unequal overlaps are a dead band and a null bias; friction of another size in each direction is
+    Coulomb friction and a constant force, except at rest. Few records tell them apart.
     """
     return tuple(each for effect in effects for each in _two_of(effect) or (effect,))
 
@@ -62,7 +62,6 @@ def _with_simpler(effect: str) -> tuple[str, ...]:
 def _two_of(effect: str) -> tuple[str, ...]:
     """The two effects that an effect acts as; none for most."""
     info = catalogue().get(effect)
-    if info is None or info.contains is None or info.nuisance is None:
+    if info is None or info.contains is None or info.together_with is None:
         return ()
-    alike = [each.id for each in catalogue().values() if each.nuisance == info.nuisance]
-    return (info.contains, *(each for each in alike if each != effect))
+    return (info.contains, info.together_with)

@@ -24,7 +24,7 @@ from ehsid.harness.gap.inference.candidates import (
     refine_finely,
     screen,
 )
-from ehsid.harness.gap.inference.families import repeats_a_law
+from ehsid.harness.gap.inference.families import repeats_a_law, spelled_out
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.inference.sizes import matters
 from ehsid.harness.gap.model.case import Case
@@ -113,9 +113,8 @@ def search(
     for count in range(2, MOST_EFFECTS + 1):
         if above_floor(case, min([calibrated, *refined], key=_held_out_cost)) < AT_FLOOR:
             break
-        parents = [
-            candidate for candidate in front if _is_worth_extending(case, candidate, calibrated)
-        ][:BEAM]
+        contained = [calibrated, *refined]
+        parents = [each for each in front if _is_ahead_of_all_inside(case, each, contained)][:BEAM]
         if not parents:
             break
         extended = _screen_extensions(
@@ -140,6 +139,7 @@ def search(
         ]
         if not front:
             break
+    refined += run_together(_spelled_out_tasks(case, effect_ids, refined, refined))
     calibrated, *refined = never_behind(case, without_small_effects(case, [calibrated, *refined]))
     staged.done(1.0)
     return SearchResult(
@@ -162,6 +162,20 @@ def _is_worth_extending(case: Case, larger: FittedCandidate, smaller: FittedCand
         return False
     gain = likelihood_gain(case, larger, smaller)
     return gain.nats > FORWARD_NATS and gain.relative > FORWARD_RELATIVE
+
+
+def _is_ahead_of_all_inside(
+    case: Case, candidate: FittedCandidate, fitted: Sequence[FittedCandidate]
+) -> bool:
+    """Whether a set is worth extending beside each fitted set that it contains.
+
+    Else the laws that contain Coulomb friction would be the parents of the same sets as that.
+    """
+    return all(
+        _is_worth_extending(case, candidate, each)
+        for each in fitted
+        if _is_contained(each, candidate)
+    )
 
 
 def _screen_extensions(
@@ -277,6 +291,33 @@ def _simpler_law_tasks(
             x = np.concatenate([restrict(case, candidate, others), sizes])
             tasks.append(partial(refine, case, (*others, simpler), x))
     return tasks
+
+
+def _spelled_out_tasks(
+    case: Case,
+    effect_ids: Sequence[str],
+    candidates: Sequence[FittedCandidate],
+    fitted: Sequence[FittedCandidate],
+) -> list[partial[FittedCandidate]]:
+    """Returns tasks that fit the two effects as which an effect acts, unless that was done."""
+    fitted_sets = {frozenset(candidate.effects): candidate for candidate in fitted}
+    tasks = []
+    for candidate in candidates:
+        for effect in candidate.effects:
+            others = tuple(other for other in candidate.effects if other != effect)
+            two = tuple(each for each in spelled_out((effect,)) if each not in others)
+            simpler = fitted_sets.get(frozenset((*others, two[0])))
+            if len(two) == 2 and simpler is not None and set(two) <= set(effect_ids):
+                if frozenset((*others, *two)) not in fitted_sets:
+                    tasks.append(partial(_with_one_more, case, simpler, two[1]))
+    return tasks
+
+
+def _with_one_more(case: Case, candidate: FittedCandidate, effect: str) -> FittedCandidate:
+    """Makes the long fit of a set with one more effect."""
+    start = linearised_start(case, candidate.effects, candidate.x)
+    short = screen(case, (*candidate.effects, effect), [start])
+    return refine(case, short.effects, short.x)
 
 
 def _grown_again(

@@ -46,6 +46,7 @@ struct CoulombFrictionSides : Effect<Scalar> {
            (std::max)(size[0], size[1]) >= 0.003 * machine.force_n;
   }
   static constexpr const char* kContains = "coulomb_friction";
+  static constexpr const char* kTogetherWith = "load_force";
   static constexpr Sizes<1> simplified(const Sizes<2>& size) { return {0.5 * (size[0] + size[1])}; }
   static constexpr Sizes<2> same(const Sizes<1>& simple) { return {simple[0], simple[0]}; }
   static constexpr std::array<Sizes<2>, 2> grown(const Sizes<1>& simple,

@@ -50,6 +50,7 @@ struct ValveDeadBandSides : Effect<Scalar> {
     return 0.5 * std::abs(size[0] - size[1]) >= 0.004;
   }
   static constexpr const char* kContains = "valve_dead_band";
+  static constexpr const char* kTogetherWith = "valve_null_bias";
   static constexpr Sizes<1> simplified(const Sizes<2>& size) { return {0.5 * (size[0] + size[1])}; }
   static constexpr Sizes<2> same(const Sizes<1>& simple) { return {simple[0], simple[0]}; }
   static constexpr std::array<Sizes<2>, 2> grown(const Sizes<1>& simple,
