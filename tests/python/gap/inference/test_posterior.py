@@ -180,7 +180,13 @@ def test_unequal_overlaps_are_a_dead_band_and_a_null_bias() -> None:
     assert spelled_out(["valve_dead_band_sides", "sensor_lag"]) == (*two, "sensor_lag")
     assert effect_families(["valve_dead_band_sides"]) == effect_families(two)
     assert effect_families(["valve_dead_band_sides"]) != effect_families(two[:1])
-    assert law_count(["valve_dead_band_sides"]) == law_count(two)
+    assert law_count(["valve_dead_band_sides"]) == law_count(two) + 1
+
+
+def test_friction_by_direction_is_coulomb_friction_and_a_constant_force() -> None:
+    assert spelled_out(["coulomb_friction_sides"]) == ("coulomb_friction", "load_force")
+    assert effect_families(["coulomb_friction_sides"]) == {"friction", "load_force"}
+    assert law_count(["coulomb_friction_sides"]) == 3
 
 
 def test_a_set_has_no_law_twice() -> None:
