@@ -300,16 +300,17 @@ def _spelled_out_tasks(
     fitted: Sequence[FittedCandidate],
 ) -> list[partial[FittedCandidate]]:
     """Returns tasks that fit the two effects as which an effect acts, unless that was done."""
-    fitted_sets = {frozenset(candidate.effects): candidate for candidate in fitted}
+    by_set = {frozenset(candidate.effects): candidate for candidate in fitted}
     tasks = []
     for candidate in candidates:
         for effect in candidate.effects:
-            others = tuple(other for other in candidate.effects if other != effect)
-            two = tuple(each for each in spelled_out((effect,)) if each not in others)
-            simpler = fitted_sets.get(frozenset((*others, two[0])))
-            if len(two) == 2 and simpler is not None and set(two) <= set(effect_ids):
-                if frozenset((*others, *two)) not in fitted_sets:
-                    tasks.append(partial(_with_one_more, case, simpler, two[1]))
+            two = spelled_out((effect,))
+            if len(two) < 2 or not set(two) <= set(effect_ids):
+                continue
+            others = set(candidate.effects) - {effect}
+            simpler = by_set.get(frozenset({*others, two[0]}))
+            if simpler is not None and frozenset({*others, *two}) not in by_set:
+                tasks.append(partial(_with_one_more, case, simpler, two[1]))
     return tasks
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import gap_cases as made
@@ -25,7 +26,9 @@ from ehsid.harness.gap.inference.gap_reduction import WindowSums
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.inference.search import (
     _grown_again,
+    _is_ahead_of_all_inside,
     _screen_extensions,
+    _spelled_out_tasks,
     candidate_effects,
     never_behind,
     restrict,
@@ -468,7 +471,49 @@ def test_screening_costs_what_its_candidates_cost(
     assert max(alone) <= 2 * 3 * (TRIES + per_step) + 1
 
 
-def test_a_law_that_contains_another_starts_from_it_without_screening_it_again(
+def test_the_two_effects_as_which_one_acts_are_fitted_as_well() -> None:
+    forces = {"effects.coulomb_friction.force_n": 400.0, "effects.load_force.force_n": -150.0}
+    case = made.case_of({**made.OFF, **forces})
+    simple = refine(case, ("coulomb_friction",), np.append(calibrate(case).x, 400.0))
+    short = grown_from(case, simple, ("coulomb_friction_sides",))
+    sides = refine(case, short.effects, short.x)
+    fitted = [simple, sides]
+    (task,) = _spelled_out_tasks(case, IDS, fitted, fitted)
+    two = task()
+    assert set(two.effects) == {"coulomb_friction", "load_force"}
+    for name, value in forces.items():
+        assert two.values[name] == pytest.approx(value, rel=0.05)
+    # It is not fitted again, nor with an effect that is not to be tried, nor without a start.
+    assert _spelled_out_tasks(case, IDS, fitted, [*fitted, two]) == []
+    assert _spelled_out_tasks(case, ["coulomb_friction"], fitted, fitted) == []
+    assert _spelled_out_tasks(case, IDS, [sides], [sides]) == []
+
+
+def test_a_law_is_extended_only_where_it_is_ahead_of_the_simpler_one(
+    calm: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gain(case: Case, larger: FittedCandidate, smaller: FittedCandidate) -> SimpleNamespace:
+        return SimpleNamespace(nats=smaller.cost - larger.cost, relative=1.0)
+
+    def fitted(effects: tuple[str, ...], cost: float) -> FittedCandidate:
+        return replace(_fitted(calm), effects=effects, cost=cost)
+
+    monkeypatch.setattr("ehsid.harness.gap.inference.search.likelihood_gain", gain)
+    monkeypatch.setattr("ehsid.harness.gap.inference.search.matters", lambda *_: True)
+    calibrated, simple = fitted((), 100.0), fitted(("coulomb_friction",), 50.0)
+    noise = fitted(("stribeck_friction",), 50.0 - 0.5 * FORWARD_NATS)
+    better = fitted(("stribeck_friction",), 50.0 - 2.0 * FORWARD_NATS)
+    other = fitted(("sensor_lag",), 60.0)
+    inside = [calibrated, simple, noise, other]
+    assert _is_ahead_of_all_inside(calm, simple, inside)
+    assert not _is_ahead_of_all_inside(calm, noise, inside)
+    assert _is_ahead_of_all_inside(calm, better, inside)
+    # What a set does not contain is no reason against it.
+    assert _is_ahead_of_all_inside(calm, other, inside)
+    assert not _is_ahead_of_all_inside(calm, fitted(("sensor_lag",), 99.0), inside)
+
+
+def test_a_law_that_contains_another_starts_from_the_short_fit_of_that_one(
     calm: Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     screened: list[tuple[str, ...]] = []
@@ -484,5 +529,5 @@ def test_a_law_that_contains_another_starts_from_it_without_screening_it_again(
         for effects in (laws, laws[1:]):
             screened.clear()
             found = _screen_extensions(calm, [parent], effects, lambda _: None)
-            assert sorted(screened) == [(law,) for law in laws]
+            assert screened == [laws[:1]]
             assert sorted(each.effects for each in found) == [(law,) for law in effects]
