@@ -15,8 +15,9 @@
 | | the other of these two, or `insufficient_data` | other verdict |
 | | `effects`, `ambiguous`, `outside_catalogue` | false alarm |
 | an effect outside of the catalogue | `outside_catalogue` | right |
-| | `effects` | wrong name |
-| | `ambiguous` | set without the truth |
+| | `effects`, the one that is nearly it (`NEAR`) | right |
+| | `effects`, anything else | wrong name |
+| | `ambiguous`, the most probable set is not nearly it | set without the truth |
 | | anything else | missed |
 | an effect that the diagnosis had to do without | `outside_catalogue`, `ambiguous` | right |
 | | `effects` | wrong name |
@@ -56,6 +57,13 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 KNOWN = ("one", "two")  # kinds with effects of the catalogue
 HEALTHY = {"none": "no_gap", "params": "parameters"}
 STRUCTURAL = ("effects", "ambiguous", "outside_catalogue")
+# Causes of the generator that the catalogue has in another form. Either answer is right: its name,
+# or that the catalogue does not have it.
+NEAR = {
+    "position_dependent_friction": "position_friction",
+    "second_load_mass": "flexible_load",
+    "valve_stiction": "spool_stiction",
+}
 # Limits of the calibrated rig's gap over its noise floor; below the first, no name is required.
 GAP_SIZES = (3.0, 10.0)
 GAP_NAMES = ("below 3 x floor", "3 to 10 x floor", "above 10 x floor", "gap not known")
@@ -221,20 +229,22 @@ def judge(answer: Answer, findings: Findings) -> Judgement:
         )
     truth = tuple(answer.effects)
     first = bool(named) and answer.kind in KNOWN and is_true(named[0], truth)
+    near = not first and bool(named) and named == [NEAR.get(effect) for effect in truth]
     largest = max(findings.subsystem, key=lambda name: findings.subsystem[name], default=None)
 
     def structural(outcome: Outcome, **answers: Any) -> Judgement:
         return Judgement(
             outcome,
             subsystem_first=largest in answer.subsystem,
-            wrong_name=verdict == "effects" and not first,
+            wrong_name=verdict == "effects" and not (first or near),
             **answers,
         )
 
     excluded = left_out(answer, findings)
     if excluded or answer.kind not in KNOWN:
-        right = excluded and (verdict == "ambiguous" or first)
-        return structural(_of_unknown(verdict, right), recognised=verdict == "outside_catalogue")
+        right = near or (excluded and (verdict == "ambiguous" or first))
+        recognised = verdict == "outside_catalogue" or (verdict == "effects" and near)
+        return structural(_of_unknown(verdict, right), recognised=recognised)
     exact = is_exactly(named, truth)
     in_set = any(is_exactly(group, truth) for group in (findings.sets or [named]))
     silent = verdict in ("no_gap", "insufficient_data")

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.inference.families import spelled_out
 from ehsid.harness.validation.blind.answers import Answer
-from ehsid.harness.validation.scoring.judging import is_exactly, is_true, judge
+from ehsid.harness.validation.scoring.judging import NEAR, is_exactly, is_true, judge
 from ehsid.harness.validation.scoring.reading import FAILED, Findings, NamedEffect
 
 BAND, BIAS, DELAY = "valve_dead_band", "valve_null_bias", "transport_delay"
@@ -158,8 +158,20 @@ def test_the_first_name_of_a_set_is_no_confident_one() -> None:
 
 
 def test_unknown_effects_are_named_by_nobody() -> None:
-    found = judge(answer("open"), findings("effects", "valve_stiction"))
+    found = judge(answer("open", "warming_oil"), findings("effects", "warming_oil"))
     assert found.wrong_name
+    assert not found.recognised
+
+
+@pytest.mark.parametrize(("true", "near"), NEAR.items())
+def test_an_effect_that_is_nearly_the_unknown_one_is_right(true: str, near: str) -> None:
+    found = judge(answer("open", true), findings("effects", near))
+    assert (found.outcome, found.recognised, found.wrong_name) == ("right", True, False)
+    # So it is not beside another one, nor is its neighbour; and it is no name for another cause.
+    for named, cause in (((near, BAND), true), ((COULOMB,), true), ((near,), "warming_oil")):
+        found = judge(answer("open", cause), findings("effects", *named))
+        assert (found.outcome, found.recognised, found.wrong_name) == ("wrong name", False, True)
+    assert judge(answer("open", true), findings("outside_catalogue")).recognised
 
 
 def test_an_effect_beside_an_unknown_gap_is_blamed_all_the_same() -> None:
