@@ -26,6 +26,7 @@ from ehsid.harness.validation.reality.excitation import (
     weak_loop,
 )
 from ehsid.harness.validation.reality.families import families
+from ehsid.harness.validation.reality.later import LATER
 from ehsid.harness.validation.reality.noise import Noise, draw_logger, draw_noise, usual_logger
 from ehsid.harness.validation.reality.nominal_rig import (
     LAG,
@@ -237,7 +238,8 @@ class Draws(NamedTuple):
 
 
 def _definition(effect: str) -> Effect:
-    known = {**CATALOGUE, **OUTSIDE, **{name: law.effect for name, law in UNNAMED.items()}}
+    unnamed = {name: law.effect for name, law in UNNAMED.items()}
+    known = {**CATALOGUE, **LATER, **OUTSIDE, **unnamed}
     if effect not in known:
         raise ValueError(f"effect '{effect}' is not known; there are {', '.join(known)}")
     return known[effect]

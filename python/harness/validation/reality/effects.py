@@ -33,7 +33,8 @@ class Effect:
     axis: bool = False  # it acts on a motor-driven axis, too
 
 
-def _signed(rng: np.random.Generator, low: float, high: float) -> float:
+def signed(rng: np.random.Generator, low: float, high: float) -> float:
+    """Draws a number between low and high, with either sign."""
     return float(rng.choice([-1.0, 1.0]) * rng.uniform(low, high))
 
 
@@ -113,7 +114,7 @@ def _spring(machine: Truth, sizes: Sizes, _: float) -> Truth:
 def _draw_spring(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
     return {
         "stiffness_n_m": rig.force_n * float(rng.uniform(0.06, 0.2)) / (0.5 * rig.stroke_m),
-        "force_at_mid_stroke_n": rig.force_n * _signed(rng, 0.0, 0.05),
+        "force_at_mid_stroke_n": rig.force_n * signed(rng, 0.0, 0.05),
     }
 
 
@@ -128,7 +129,7 @@ CATALOGUE: Mapping[str, Effect] = {
     ),
     "valve_null_bias": Effect(
         "valve",
-        lambda rng, rig: {"offset": _signed(rng, 0.01, 0.05)},
+        lambda rng, rig: {"offset": signed(rng, 0.01, 0.05)},
         lambda machine, sizes, _: machine._replace(null_bias=sizes["offset"]),
     ),
     "valve_lag": Effect(
@@ -177,7 +178,7 @@ CATALOGUE: Mapping[str, Effect] = {
     "load_spring": Effect("mechanics", _draw_spring, _spring, axis=True),
     "load_force": Effect(
         "mechanics",
-        lambda rng, rig: {"force_n": rig.force_n * _signed(rng, 0.03, 0.12)},
+        lambda rng, rig: {"force_n": rig.force_n * signed(rng, 0.03, 0.12)},
         lambda machine, sizes, _: machine._replace(load_n=sizes["force_n"]),
         axis=True,
     ),

@@ -130,9 +130,24 @@ def sliding_friction(v: float, t: Truth) -> float:
 
 @compiled
 def friction_factor(y: float, t: Truth) -> float:
-    """Factor by which local friction increases the friction force at the position y."""
+    """Factor of the friction force at the position y."""
     r = (y - t.local_at_m) / t.local_width_m
-    return 1.0 + t.local_share * math.exp(-r * r)
+    rising = max(1.0 + t.friction_rise_1_m * (y - 0.5 * t.stroke_m), 0.0)
+    return rising * (1.0 + t.local_share * math.exp(-r * r))
+
+
+@compiled
+def largest_friction_factor(t: Truth) -> float:
+    """Largest factor of the friction force over the stroke and both directions."""
+    rising = 1.0 + abs(t.friction_rise_1_m) * 0.5 * t.stroke_m
+    return rising * (1.0 + t.local_share) * (1.0 + abs(t.friction_by_direction))
+
+
+@compiled
+def port_valves(p: float, t: Truth) -> float:
+    """Flow, m^3/s, from a chamber at the pressure p, Pa, through its relief and make-up valves."""
+    relieved = t.relief_m3_s_pa * max(p - t.relief_pa, 0.0)
+    return relieved - t.makeup_m3_s_pa * max(t.tank_pa - t.makeup_pa - p, 0.0)
 
 
 @compiled
@@ -245,14 +260,15 @@ def slope_of(
         p_a, p_b = chamber_pressures(time, s, t)
         p_v = valve_pressure(time, s, t)
         o = opening(s[X] + t.bias_rate_1_s * time, t)
-        e, tr, k, w = t.flow_exponent, t.transition_pa, t.flow_gain, t.round_width
+        e, tr, w = t.flow_exponent, t.transition_pa, t.round_width
+        k = t.flow_gain * (1.0 + t.gain_rate_1_s * time)
         q_pa = k * t.gain_pa * edge(o - t.overlap_pa, w) * orifice(p_v - p_a, e, tr)
         q_at = k * t.gain_at * edge(-o - t.overlap_at, w) * orifice(p_a - t.tank_pa, e, tr)
         q_pb = k * t.gain_pb * edge(-o - t.overlap_pb, w) * orifice(p_v - p_b, e, tr)
         q_bt = k * t.gain_bt * edge(o - t.overlap_bt, w) * orifice(p_b - t.tank_pa, e, tr)
         q_ab = (t.leak_ab_m3_s_pa + t.warming_leak_m3_s_pa * warming) * (p_a - p_b)
-        q_a = q_pa - q_at - q_ab - t.leak_a_m3_s_pa * (p_a - t.tank_pa)
-        q_b = q_pb - q_bt + q_ab - t.leak_b_m3_s_pa * (p_b - t.tank_pa)
+        q_a = q_pa - q_at - q_ab - t.leak_a_m3_s_pa * (p_a - t.tank_pa) - port_valves(p_a, t)
+        q_b = q_pb - q_bt + q_ab - t.leak_b_m3_s_pa * (p_b - t.tank_pa) - port_valves(p_b, t)
         if t.orifice_leak_m3_s_pa05 > 0.0:
             q_a -= t.orifice_leak_m3_s_pa05 * orifice(p_a - t.tank_pa, 0.5, tr)
         # c' = (q -+ A v) / V
@@ -278,7 +294,8 @@ def slope_of(
         d[Z] = bristle_rate(v, s[Z], g, t)
         r = v / t.stribeck_m_s
         bristle = bristle_force(s[Z], g, t) + t.bristle_n_s_m * math.exp(-r * r) * d[Z]
-        force -= friction_factor(y, t) * bristle
+        by_direction = 1.0 + t.friction_by_direction * math.copysign(1.0, bristle)
+        force -= friction_factor(y, t) * by_direction * bristle
     else:
         d[Z] = 0.0
     if t.force_per_unit_n == 0.0:
@@ -322,6 +339,7 @@ def steps_per_second(s: FloatArray, t: Truth, refinement: int) -> float:
         fastest_rad_s = math.sqrt(stiffness / t.mass_kg)
         steepest = (2.0 - t.flow_exponent) * t.transition_pa ** (t.flow_exponent - 1.0)
         conductance = t.flow_gain * steepest * (abs(opening(s[X], t)) + 0.05)
+        conductance = max(conductance, t.relief_m3_s_pa, t.makeup_m3_s_pa)
         decay_1_s = conductance * max(bulk / min(volume_a, volume_b), 1.0 / t.accumulator_m3_pa)
         decay_1_s = max(decay_1_s, 1.0 / (t.source_resistance_pa_s_m3 * t.accumulator_m3_pa))
         if t.amplifier_s > 0.0:
@@ -332,7 +350,7 @@ def steps_per_second(s: FloatArray, t: Truth, refinement: int) -> float:
         if s[Y] < 0.002 * t.stroke_m or s[Y] > 0.998 * t.stroke_m:
             fastest_rad_s = max(fastest_rad_s, STOP_RAD_S)
     if t.static_n > 0.0:
-        largest_factor = 1.0 + t.local_share
+        largest_factor = largest_friction_factor(t)
         fastest_rad_s = max(fastest_rad_s, math.sqrt(largest_factor * t.bristle_n_m / t.mass_kg))
         settling_1_s = t.bristle_n_m * abs(s[V]) / sliding_friction(s[V], t)
         # The derivative of |w|^n at the sliding deflection is n.
@@ -477,6 +495,7 @@ def run(
             motion_until_sampled = d[M] * late[k] if t.sensor_lag_s > 0.0 else s[V] * late[k]
             reading = (s[M] if t.sensor_lag_s > 0.0 else contact) + motion_until_sampled + error[k]
         reading += t.scale_slope * max(reading - t.scale_at_m, 0.0)
+        reading += t.scale_wave_m * math.sin(2.0 * math.pi * reading / t.scale_period_m)
         reading = t.sensor_step_m * np.rint(reading / t.sensor_step_m)
         u = min(max(forward[k] + gain * (reference[k] - reading), -1.0), 1.0)
         sent[k] = command_step * np.rint(u / command_step)

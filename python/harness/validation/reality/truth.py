@@ -67,10 +67,15 @@ class Truth(NamedTuple):
     slip_resistance_pa_s_m3: float = 1e7
     hum_share: float = 0.0
     hum_hz: float = 100.0
-    # Leakages, laminar
+    gain_rate_1_s: float = 0.0  # relative change of the flow through all edges in a second
+    # Leakages, laminar; valves at both chambers, to tank above a pressure, from it below
     leak_ab_m3_s_pa: float = 0.0
     leak_a_m3_s_pa: float = 0.0
     leak_b_m3_s_pa: float = 0.0
+    relief_pa: float = 1e8
+    relief_m3_s_pa: float = 0.0
+    makeup_pa: float = 0.0  # below the tank pressure
+    makeup_m3_s_pa: float = 0.0
     # Friction: LuGre, or Dahl with an exponent above 0, or Bouc-Wen with a power above 0
     coulomb_n: float = 0.0
     static_n: float = 0.0
@@ -83,6 +88,8 @@ class Truth(NamedTuple):
     local_share: float = 0.0  # relative increase of friction about one place
     local_at_m: float = 0.0
     local_width_m: float = 1.0
+    friction_by_direction: float = 0.0  # relative difference from the mean, of extension
+    friction_rise_1_m: float = 0.0  # relative increase from mid-stroke
     # Load; a positive force opposes extension
     load_n: float = 0.0  # at mid-stroke
     spring_n_m: float = 0.0
@@ -111,3 +118,5 @@ class Truth(NamedTuple):
     sensor_play_m: float = 0.0
     sensor_lag_s: float = 0.0
     sensor_step_m: float = 1e-6
+    scale_wave_m: float = 0.0  # error of the reading, a sine along the stroke
+    scale_period_m: float = 1.0

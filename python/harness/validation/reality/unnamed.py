@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.validation.reality.effects import Effect, Sizes, full_flow
+from ehsid.harness.validation.reality.effects import Effect, Sizes, full_flow, signed
 from ehsid.harness.validation.reality.nominal_rig import NominalRig
 from ehsid.harness.validation.reality.truth import Truth
 
@@ -32,17 +32,13 @@ class UnnamedLaw:
     curve: Curve
 
 
-def _signed(rng: np.random.Generator, low: float, high: float) -> float:
-    return float(rng.choice([-1.0, 1.0]) * rng.uniform(low, high))
-
-
 def _draw_knee(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
     return {"knee": float(rng.uniform(0.15, 0.4)), "gain": float(rng.uniform(0.35, 0.6))}
 
 
 def _draw_later_load(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
     return {
-        "force_n": rig.force_n * _signed(rng, 0.05, 0.12),
+        "force_n": rig.force_n * signed(rng, 0.05, 0.12),
         "at_s": float(rng.uniform(4.0, 8.0)),
         "rise_s": float(rng.uniform(0.5, 2.0)),
     }
@@ -108,7 +104,7 @@ UNNAMED: Mapping[str, UnnamedLaw] = {
     "drifting_null": UnnamedLaw(
         Effect(
             "valve",
-            lambda rng, rig: {"rate_1_s": _signed(rng, 0.002, 0.006)},
+            lambda rng, rig: {"rate_1_s": signed(rng, 0.002, 0.006)},
             lambda machine, sizes, _: machine._replace(bias_rate_1_s=sizes["rate_1_s"]),
         ),
         "spool",
@@ -133,7 +129,7 @@ UNNAMED: Mapping[str, UnnamedLaw] = {
         Effect(
             "sensor",
             lambda rng, rig: {
-                "slope": _signed(rng, 0.03, 0.08),
+                "slope": signed(rng, 0.03, 0.08),
                 "at_m": rig.stroke_m * float(rng.uniform(0.45, 0.55)),
             },
             lambda machine, sizes, _: machine._replace(

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: MIT
+"""Are the newer effects found? python benchmarks/later_effects.py FOLDER
+
+Makes machines of the blind generator, each with one of the effects that came into the catalogue
+later (see `validation/reality/later.py`), diagnoses them without telling the effect, and compares.
+The generator and the simulator share no code, no form of the equations and no integrator.
+
+FOLDER keeps each finished machine, so that an interrupted run goes on where it stopped. With
+--table FILE the table goes to FILE as Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from missing_laws import share
+
+from ehsid.harness.files import write_text
+from ehsid.harness.gap import diagnose
+from ehsid.harness.parallel import run_tasks
+from ehsid.harness.records import read_record
+from ehsid.harness.rigs import read_rig
+from ehsid.harness.validation.reality.case import Sensors, make_case
+from ehsid.harness.validation.reality.later import LATER
+from ehsid.harness.validation.reality.writing import write_case
+from ehsid.harness.validation.scoring.judging import GAP_SIZES, is_exactly
+
+SEED = 23_000_000  # no check of `ehsid gap-check` has it
+GRADES = ("plain", "hard")
+SENSORS: tuple[Sensors, ...] = ("pressures", "pressures", "position")
+SECONDS, DT_S = 15.0, 1e-3
+
+
+def run_one(folder: Path, index: int) -> dict[str, Any]:
+    """Makes, diagnoses and judges one machine, or reads what an earlier run wrote."""
+    kept = folder / f"{index:04d}.json"
+    if kept.exists():
+        read: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
+        return read
+    name = list(LATER)[index % len(LATER)]
+    turn = index // len(LATER)
+    case = make_case(
+        SEED + index,
+        GRADES[turn % len(GRADES)],
+        "one",
+        [name],
+        sensors=SENSORS[turn % len(SENSORS)],
+        seconds=SECONDS,
+        dt_s=DT_S,
+    )
+    place = folder / "records" / case.name
+    write_case(case, place)
+    rig = read_rig(place / "rig.toml")
+    train, validate = (read_record(place / f"{part}.csv") for part in ("train", "validate"))
+    diagnosis = diagnose([train], rig, validate=[validate])
+    far = diagnosis.how_far
+    found = {
+        effect.id: {key: value.value for key, value in effect.parameters.items()}
+        for effect in diagnosis.effects
+    }
+    result = {
+        "effect": name,
+        "sizes": case.answer["effects"][name],
+        "sensors": case.answer["sensors"],
+        "grade": case.answer["grade"],
+        "seed": case.answer["seed"],
+        "verdict": diagnosis.verdict,
+        "found": found,
+        "sets": [list(each) for each in diagnosis.ambiguity_set],
+        "gap": far.calibrated / far.noise_floor[1] if far else 0.0,
+        "seconds": diagnosis.seconds,
+    }
+    write_text(kept, json.dumps(result))
+    return result
+
+
+def outcome(row: Mapping[str, Any]) -> str:
+    """What the diagnosis said, beside the truth."""
+    effect = row["effect"]
+    if row["verdict"] == "effects":
+        return "named" if is_exactly(list(row["found"]), [effect]) else "wrong name"
+    if row["verdict"] == "ambiguous":
+        inside = any(is_exactly(each, [effect]) for each in row["sets"])
+        return "in the set" if inside else "set without it"
+    return {"outside_catalogue": "outside"}.get(row["verdict"], "nothing")
+
+
+def size_error(row: Mapping[str, Any]) -> float | None:
+    """Relative error of the first size; None where the effect itself is not named."""
+    sizes = row["found"].get(row["effect"])
+    if sizes is None:
+        return None
+    name, true = next(iter(row["sizes"].items()))
+    return abs(sizes[name] / true - 1.0)
+
+
+def table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """The outcomes by sensors, and a line for each effect, as Markdown."""
+    shown = [row for row in rows if row["gap"] >= GAP_SIZES[0]]
+    lines = [
+        f"Of {len(rows)} machines, {len(shown)} show a gap of at least {GAP_SIZES[0]:g} floors.",
+        "",
+        "| of these | with pressures | position only |",
+        "|---|---|---|",
+    ]
+    for words, kinds in (
+        ("named, or in the set", ("named", "in the set")),
+        ("a wrong name", ("wrong name",)),
+    ):
+        figures = [
+            share(
+                [outcome(row) in kinds for row in shown if (row["sensors"] == "position") is blind]
+            )
+            for blind in (False, True)
+        ]
+        lines.append(f"| {words} | {' | '.join(figures)} |")
+    lines += [
+        "",
+        "| effect | machines | with a gap | outcomes | error of the first size, median |",
+        "|---|---|---|---|---|",
+    ]
+    for name in LATER:
+        own = [row for row in rows if row["effect"] == name]
+        large = [row for row in own if row["gap"] >= GAP_SIZES[0]]
+        outcomes = [outcome(row) for row in large]
+        told = ", ".join(f"{outcomes.count(each)} {each}" for each in dict.fromkeys(outcomes))
+        errors = [error for error in map(size_error, large) if error is not None]
+        error = f"{100.0 * float(np.median(errors)):.1f} %" if errors else "-"
+        lines.append(f"| `{name}` | {len(own)} | {len(large)} | {told or '-'} | {error} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Runs the machines and prints the table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("folder", type=Path, help="finished machines are kept here")
+    parser.add_argument("--count", type=int, default=48, help="number of machines")
+    parser.add_argument("--table", type=Path, help="file of the table")
+    given = parser.parse_args()
+    given.folder.mkdir(parents=True, exist_ok=True)
+    tasks = [functools.partial(run_one, given.folder, index) for index in range(given.count)]
+    rows = run_tasks(tasks, lambda done: print(f"{100 * done:.0f} %", flush=True))
+    text = table(rows)
+    print(text)
+    if given.table is not None:
+        write_text(given.table, text + "\n")
+
+
+if __name__ == "__main__":
+    main()
