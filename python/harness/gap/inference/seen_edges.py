@@ -6,6 +6,7 @@ from __future__ import annotations
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.deciding import FORCE_DEVIATIONS
 from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.families import spelled_out
 from ehsid.harness.gap.inference.intervals import candidate_deviations
 from ehsid.harness.gap.model.case import Case
 
@@ -15,10 +16,14 @@ FORCE = "load_force"
 def edges_can_replace_force(case: Case, candidate: FittedCandidate) -> bool:
     """Whether unequal edges of the valve can explain the load force of a candidate.
 
-    They can where no pressure is measured and the force is small beside its standard deviation.
+    They can where no pressure is measured and the force is small beside its standard deviation. A
+    force that is a part of another effect has no deviation of its own: there the set in which it is
+    spelled out stands for the effect.
     """
-    if case.pressures or FORCE not in candidate.effects or case.rig.plant != "ehs":
+    if case.pressures or case.rig.plant != "ehs" or FORCE not in spelled_out(candidate.effects):
         return False
+    if FORCE not in candidate.effects:
+        return True
     names = [parameter.name for parameter in case.parameters(candidate.effects)]
     index = names.index(ParameterKey.of_effect(FORCE, "force_n"))
     deviations, _ = candidate_deviations(case, candidate)

@@ -227,6 +227,10 @@ def test_a_load_force_that_edges_of_the_valve_can_replace_is_no_hypothesis(
             assert edges_can_replace_force(case, forced) == is_small
             found = posterior(case, candidate(rms=1e-4), [forced])
             assert (("load_force",) in by_set(found)) == (not is_small)
+    # Where friction by direction has a part of it, the two effects with their own sizes are tried.
+    sides = candidate("coulomb_friction_sides", rms=1e-6)
+    assert edges_can_replace_force(case, sides)
+    assert not edges_can_replace_force(CASE, sides)
     # With pressures the edges are seen; without a force there is nothing to replace.
     forced.x[-1] = 0.0
     assert not edges_can_replace_force(CASE, forced)
