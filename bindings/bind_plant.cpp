@@ -51,8 +51,7 @@ std::size_t place_of(const char* what, const std::array<const char*, kCount>& na
     }
     all += (i == 0 ? "" : ", ") + std::string(names[i]);
   }
-  throw py::value_error(std::string("tables: ") + what + " must be one of " + all + ", got '" +
-                        name + "'");
+  throw py::value_error(std::string(what) + " must be one of " + all + ", got '" + name + "'");
 }
 
 using PassedTable = py::typing::Tuple<py::str, py::str, py::object>;
@@ -65,9 +64,9 @@ std::vector<plant::TableShape> tables_from(const std::vector<PassedTable>& passe
     }
     plant::TableShape table;
     table.adds_to = static_cast<plant::Equation>(
-        place_of("adds_to", plant::kEquationNames, each[0].cast<std::string>()));
+        place_of("tables: adds_to", plant::kEquationNames, each[0].cast<std::string>()));
     table.of = static_cast<plant::Variable>(
-        place_of("of", plant::kVariableNames, each[1].cast<std::string>()));
+        place_of("tables: of", plant::kVariableNames, each[1].cast<std::string>()));
     const auto knots = real_array<double>("knots", each[2]);
     require_shape("knots", knots, 1, -1);
     table.knots.assign(knots.data(), knots.data() + knots.size());
@@ -93,6 +92,27 @@ void require_finite(const char* name, const InputArray<double>& array) {
   }
 }
 
+using PassedDisturbance = py::typing::Tuple<py::str, py::object>;
+
+/// Equation and signal of each disturbance. `signals` holds the numbers to which the result points.
+std::vector<plant::Disturbance> disturbances_from(const std::vector<PassedDisturbance>& passed,
+                                                  py::ssize_t samples,
+                                                  std::vector<InputArray<double>>& signals) {
+  std::vector<plant::Disturbance> disturbances;
+  for (const PassedDisturbance& each : passed) {
+    if (each.size() != 2) {
+      throw py::value_error("disturbances: expected (adds_to, signal)");
+    }
+    const auto equation = static_cast<plant::Equation>(
+        place_of("disturbances: adds_to", plant::kEquationNames, each[0].cast<std::string>()));
+    signals.push_back(real_array<double>("disturbances: signal", each[1]));
+    require_shape("disturbances: signal", signals.back(), 1, samples);
+    require_finite("disturbances: signal", signals.back());
+    disturbances.push_back({equation, signals.back().data()});
+  }
+  return disturbances;
+}
+
 void require_sampling_time(double dt_s) {
   if (!is_finite(dt_s) || !(dt_s > 0.0)) {
     throw py::value_error("dt_s must be finite and > 0");
@@ -109,7 +129,7 @@ void run_all(const std::vector<plant::Simulation>& runs, const double* command,
   const std::size_t parts = plant::parts(runs.front(), threads / runs.size());
   const std::size_t size = samples * plant::kOutputs;
   const std::size_t partial_size =
-      samples * runs.front().varied.size() * runs.front().watched.size();
+      samples * plant::directions(runs.front()) * runs.front().watched.size();
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t i = next++; i < runs.size() * parts; i = next++) {
@@ -144,7 +164,8 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
                    double dt_s, int substeps, const std::vector<std::size_t>& varied,
                    const std::optional<std::vector<std::size_t>>& watched,
                    const py::object& aligned, std::size_t threads,
-                   const std::vector<PassedTable>& tables) {
+                   const std::vector<PassedTable>& tables,
+                   const std::vector<PassedDisturbance>& disturbances) {
   plant::Simulation shared;
   shared.tables = tables_from(tables);
   const std::size_t count = plant::plant_parameters().size() + plant::table_values(shared.tables);
@@ -165,6 +186,8 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
   shared.dt = dt_s;
   shared.substeps = substeps;
   shared.varied = varied;
+  std::vector<InputArray<double>> signals;
+  shared.disturbances = disturbances_from(disturbances, samples, signals);
   if (watched) {
     require_places("watched", *watched, plant::kOutputs, "outputs");
     shared.watched = *watched;
@@ -176,7 +199,7 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
     runs[static_cast<std::size_t>(i)].values.assign(first, first + count);
   }
   const auto columns = static_cast<py::ssize_t>(plant::kOutputs);
-  const auto wanted = static_cast<py::ssize_t>(varied.size());
+  const auto wanted = static_cast<py::ssize_t>(plant::directions(shared));
   const auto shown = static_cast<py::ssize_t>(shared.watched.size());
   py::array_t<double> outputs({sets, samples, columns});
   // In memory one output after the other, so that each is one block for whoever takes it.
@@ -353,6 +376,7 @@ ValueError
         py::arg("varied") = std::vector<std::size_t>{}, py::arg("watched") = py::none(),
         py::arg("aligned") = py::none(), py::arg("threads") = 0,
         py::arg("tables") = std::vector<PassedTable>{},
+        py::arg("disturbances") = std::vector<PassedDisturbance>{},
         R"(Runs the plant on a logged command, each sample held until the next.
 
 Releases the GIL and runs parameter sets side by side.
@@ -381,13 +405,17 @@ threads : int >= 0
 tables : sequence of (adds_to, of, knots)
     Terms that are added to an equation, linear between rising knots of a variable and constant beyond them; see
     plant_tables() for the names. Their values follow in `values`, one for each knot.
+disturbances : sequence of D (adds_to, signal)
+    Signals of shape (N,), finite, that could be added to an equation, in the unit of a table that adds to it, linear
+    between samples. They add nothing: wanted are the derivatives by their sizes.
 
 Returns
 -------
 outputs : shape (M, N, 6)
     In the order of plant_outputs(); NaN for what the plant does not have.
-sensitivities : shape (M, N, S, L)
-    Derivatives of the watched outputs, by dual numbers; for each output a contiguous block (N, S).
+sensitivities : shape (M, N, S + D, L)
+    Derivatives of the watched outputs by the varied parameters, then by the sizes of the disturbances, by dual numbers;
+    for each output a contiguous block (N, S + D).
 
 Raises
 ------

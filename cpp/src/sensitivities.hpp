@@ -7,13 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace ehsid::plant::detail {
 
-/// A part of a run: the sensitivities of some of the varied parameters.
+/// A part of a run: the sensitivities of some of the varied parameters and disturbances.
 struct Part {
-  std::size_t first;  // place in Simulation::varied
+  std::size_t first;  // place among the varied, then the disturbances
   std::size_t count;
 };
 
@@ -43,9 +44,10 @@ Kernels avx512_kernels();
 #endif
 
 template <class Scalar, class Use>
-void run_with(const Simulation& run, const std::vector<Scalar>& values, const Logged& logged,
-              Use use) {
-  ServoPlant<Scalar> plant(run.kind, values, run.dt, run.substeps, logged.samples, run.tables);
+void run_with(const Simulation& run, const std::vector<Scalar>& values,
+              Disturbances<Scalar> disturbances, const Logged& logged, Use use) {
+  ServoPlant<Scalar> plant(run.kind, values, run.dt, run.substeps, logged.samples, run.tables,
+                           std::move(disturbances));
   for (std::size_t k = 0; k < logged.samples; ++k) {
     if (logged.aligned != nullptr) {
       std::array<double, kStates> state;
@@ -61,11 +63,20 @@ template <class Partials>
 void run_part(const Simulation& run, const Part& part, const Logged& logged, double* outputs,
               double* sensitivities) {
   std::vector<Dual<Partials>> values(run.values.begin(), run.values.end());
-  for (std::size_t i = 0; i < part.count; ++i) {
-    values[run.varied[part.first + i]].partial.set(i, 1.0);
+  const std::size_t end = part.first + part.count;
+  const std::size_t of_values = run.varied.size();
+  for (std::size_t i = part.first; i < (std::min)(end, of_values); ++i) {
+    values[run.varied[i]].partial.set(i - part.first, 1.0);
   }
-  const std::size_t row = run.varied.size();
-  run_with<Dual<Partials>>(run, values, logged, [&](std::size_t k, const auto& output) {
+  const std::size_t first_signal = (std::max)(part.first, of_values);
+  std::vector<Disturbance> signals;
+  for (std::size_t i = first_signal; i < end; ++i) {
+    signals.push_back(run.disturbances[i - of_values]);
+  }
+  Disturbances<Dual<Partials>> disturbances(std::move(signals), logged.samples,
+                                            first_signal - part.first);
+  const std::size_t row = directions(run);
+  const auto write = [&](std::size_t k, const auto& output) {
     if (outputs != nullptr) {
       for (std::size_t j = 0; j < kOutputs; ++j) {
         outputs[k * kOutputs + j] = output[j].value;
@@ -78,7 +89,8 @@ void run_part(const Simulation& run, const Part& part, const Logged& logged, dou
         out[i] = partial[i];
       }
     }
-  });
+  };
+  run_with<Dual<Partials>>(run, values, std::move(disturbances), logged, write);
 }
 
 /// kWidth numbers in a register; the types of the dual numbers depend on it.

@@ -40,7 +40,7 @@ const Kernels& kernels_here() {
 std::size_t parts(const Simulation& run, std::size_t threads) {
   // Fewer sensitivities than this take as long as this many.
   constexpr std::size_t kWorthAPart = 8;
-  const std::size_t count = run.varied.size();
+  const std::size_t count = directions(run);
   const std::size_t most = kernels_here().back().lanes;
   const std::size_t needed = std::max<std::size_t>(1, (count + most - 1) / most);
   return std::max(needed, std::min(threads, count / kWorthAPart));
@@ -50,14 +50,15 @@ void simulate_part(const Simulation& run, std::size_t part, std::size_t of_parts
                    const double* command, const double* aligned, std::size_t samples,
                    double* outputs, double* sensitivities) {
   const detail::Logged logged{command, aligned, samples};
-  if (run.varied.empty()) {
-    detail::run_with<double>(run, run.values, logged, [&](std::size_t k, const auto& output) {
+  const std::size_t count = directions(run);
+  if (count == 0) {
+    detail::run_with<double>(run, run.values, {}, logged, [&](std::size_t k, const auto& output) {
       std::copy(output.begin(), output.end(), outputs + k * kOutputs);
     });
     return;
   }
-  const std::size_t first = run.varied.size() * part / of_parts;
-  const std::size_t end = run.varied.size() * (part + 1) / of_parts;
+  const std::size_t first = count * part / of_parts;
+  const std::size_t end = count * (part + 1) / of_parts;
   const Kernels& kernels = kernels_here();
   const auto kernel = std::find_if(kernels.begin(), kernels.end(),
                                    [&](const auto& each) { return each.lanes >= end - first; });

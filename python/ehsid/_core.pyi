@@ -610,4 +610,5 @@ def simulate_plant(
     aligned: npt.ArrayLike | None = None,
     threads: int = 0,
     tables: Sequence[tuple[str, str, npt.ArrayLike]] = [],
+    disturbances: Sequence[tuple[str, npt.ArrayLike]] = [],
 ) -> tuple[_Array, _Array]: ...

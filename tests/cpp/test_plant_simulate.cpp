@@ -99,6 +99,37 @@ TEST_P(PlantSimulate, EachSensitivityIsThatOfARunOfItsOwn) {
   }
 }
 
+TEST_P(PlantSimulate, DisturbancesAddNothingButDerivatives) {
+  Simulation simulation;
+  simulation.kind = GetParam();
+  simulation.values = typical("");
+  simulation.substeps = 4;
+  simulation.varied = {0, 2, 6};
+  const std::vector<double> command = steps();
+  const std::size_t row = kSamples * kOutputs;
+  std::vector<double> plain(row), of_values(row * simulation.varied.size());
+  ehsid::plant::simulate(simulation, command.data(), nullptr, kSamples, plain.data(),
+                         of_values.data());
+  // Enough for several parts, of which one has values and disturbances.
+  const std::vector<double> signal(kSamples, 1.0);
+  for (int i = 0; i < 34; ++i) {
+    const auto equation = static_cast<ehsid::plant::Equation>(i % 6);
+    simulation.disturbances.push_back({equation, signal.data()});
+  }
+  const std::size_t count = ehsid::plant::directions(simulation);
+  std::vector<double> outputs(row), all(row * count);
+  ehsid::plant::simulate(simulation, command.data(), nullptr, kSamples, outputs.data(), all.data());
+  const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  for (std::size_t k = 0; k < row; ++k) {
+    EXPECT_PRED2(same, outputs[k], plain[k]);
+    for (std::size_t i = 0; i < simulation.varied.size(); ++i) {
+      EXPECT_PRED2(same, all[k * count + i], of_values[k * simulation.varied.size() + i]);
+    }
+    // The same signal in the same equation, computed in other parts.
+    EXPECT_PRED2(same, all[k * count + 3], all[k * count + 33]);
+  }
+}
+
 TEST(PlantInstructionSets, GiveTheSameBits) {
   namespace detail = ehsid::plant::detail;
   std::vector<detail::Kernels> all{detail::portable_kernels()};

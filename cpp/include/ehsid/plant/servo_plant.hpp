@@ -6,7 +6,7 @@
 //
 // A part of the mass may hang on the rest by a spring (hanging_mass.hpp); m is then what is left.
 // Tables add terms to its equations (tables.hpp). A force over the velocity counts as damping where it rises, so that a
-// steep one is stable.
+// steep one is stable. Disturbances add nothing but derivatives (disturbances.hpp).
 //
 // Integration: positions and pressures at whole steps, velocity at half steps (leapfrog, second order, no
 // damping of its own).
@@ -14,6 +14,7 @@
 
 #include <ehsid/plant/catalogue.hpp>
 #include <ehsid/plant/command_path.hpp>
+#include <ehsid/plant/disturbances.hpp>
 #include <ehsid/plant/dual.hpp>
 #include <ehsid/plant/hanging_mass.hpp>
 #include <ehsid/plant/hydraulics.hpp>
@@ -28,6 +29,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace ehsid::plant {
@@ -69,7 +71,8 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   /// position and velocity, the valve closed, pressures as given, or else in balance with the load. tables: their values
   /// follow those of the parameters.
   ServoPlant(PlantKind kind, const std::vector<Scalar>& values, double dt, int substeps,
-             std::size_t samples, const std::vector<TableShape>& tables = {});
+             std::size_t samples, const std::vector<TableShape>& tables = {},
+             Disturbances<Scalar> disturbances = {});
 
   /// The rod is at a measured or estimated state from here on; what is NaN, and all else, goes on. The sensor and what
   /// hangs on the rod move along.
@@ -117,7 +120,20 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   }
   Scalar opening(const Scalar& spool) const {
     const Scalar x = effects_.opening(spool + null_bias_);
-    return tables_.act_on(Equation::spool) ? x + tables_.at(Equation::spool, state()).value : x;
+    return added_to(Equation::spool) ? x + added(Equation::spool) : x;
+  }
+
+  /// Does a table or a disturbance add to this equation?
+  bool added_to(Equation equation) const {
+    return tables_.act_on(equation) || disturbances_.act_on(equation);
+  }
+  /// What they add.
+  Scalar added(Equation equation) const {
+    if (!tables_.act_on(equation)) {
+      return disturbances_.at(equation);
+    }
+    const Scalar of_tables = tables_.at(equation, state()).value;
+    return disturbances_.act_on(equation) ? of_tables + disturbances_.at(equation) : of_tables;
   }
 
   /// What tables are given over, at the whole step before; the velocity is that of the half step before.
@@ -127,26 +143,23 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
             pressure.b, pressure.supply, Scalar(time_)};
   }
 
-  /// Flows by tables into the chambers.
+  /// Flows by tables and disturbances into the chambers.
   Flows<Scalar> further_flows() const {
-    if (!tables_.act_on(Equation::flow_a) && !tables_.act_on(Equation::flow_b)) {
+    if (!added_to(Equation::flow_a) && !added_to(Equation::flow_b)) {
       return {};
     }
-    const Variables<Scalar> here = state();
-    return {tables_.at(Equation::flow_a, here).value, tables_.at(Equation::flow_b, here).value};
+    return {added(Equation::flow_a), added(Equation::flow_b)};
   }
 
-  /// What the sensor and the tables make of the position.
+  /// What the sensor, tables and disturbances make of the position.
   Scalar with_error(const Scalar& reading) const {
-    return tables_.act_on(Equation::sensor) ? reading + tables_.at(Equation::sensor, state()).value
-                                            : reading;
+    return added_to(Equation::sensor) ? reading + added(Equation::sensor) : reading;
   }
 
   /// Mean of the command that arrives over [from, from + length), in samples.
   Scalar arriving(double from, double length) const {
-    return tables_.act_on(Equation::delay)
-               ? commands_.mean(from, length, tables_.at(Equation::delay, state()).value,
-                                h_ * substeps_)
+    return added_to(Equation::delay)
+               ? commands_.mean(from, length, added(Equation::delay), h_ * substeps_)
                : commands_.mean(from, length);
   }
 
@@ -192,6 +205,7 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   int substeps_;
   Effects<Scalar> effects_;
   Tables<Scalar> tables_;
+  Disturbances<Scalar> disturbances_;
   Scalar onset_;
   HangingMass<Scalar> hanging_;
   Scalar rated_command_, mass_, viscous_, stroke_, middle_, force_gain_;
@@ -211,12 +225,14 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
 template <class Scalar>
 ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values, double dt,
                                int substeps, std::size_t samples,
-                               const std::vector<TableShape>& tables)
+                               const std::vector<TableShape>& tables,
+                               Disturbances<Scalar> disturbances)
     : kind_(kind),
       h_(dt / substeps),
       substeps_(substeps),
       effects_(values, kFirstOfEffects),
       tables_(tables, values, values.size() - table_values(tables)),
+      disturbances_(std::move(disturbances)),
       onset_(value_at(values, Nuisance::sliding_onset)),
       hanging_(effects_.hanging_load(), mass_of(kind, values), kRadiansPerStep / h_, h_),
       rated_command_(rated_command_of(kind, values)),
@@ -337,6 +353,9 @@ typename ServoPlant<Scalar>::Balance ServoPlant<Scalar>::balance(const Scalar& d
       now.damping += term.slope;
     }
   }
+  if (disturbances_.act_on(Equation::force)) {
+    now.force -= disturbances_.at(Equation::force);
+  }
   if (kind_ == PlantKind::ehs) {
     const bool beyond = value_of(position_) > value_of(stroke_);
     if (beyond || value_of(position_) < 0.0) {
@@ -396,6 +415,7 @@ void ServoPlant<Scalar>::advance(double command_v) {
     const double now = static_cast<double>(sample_) + i * share;
     // Half steps: the spool is wanted in the middle, where the flows are taken.
     time_ = now * h_ * substeps_;
+    disturbances_.move_to(sample_, i * share);
     const Scalar first = arriving(now, 0.5 * share);
     const Scalar later = arriving(now + 0.5 * share, 0.5 * share);
     Scalar drive = drive_force();

@@ -20,14 +20,20 @@ struct Simulation {
   std::vector<TableShape> tables;
   std::vector<double> values;       // as plant_parameters(), then the values of the tables
   std::vector<std::size_t> varied;  // positions in `values` of those whose sensitivities are wanted
+  std::vector<Disturbance> disturbances;  // their sensitivities follow those of the varied
   std::vector<std::size_t> watched{0, 1, 2, 3, 4, 5};  // outputs whose sensitivities are wanted
 };
+
+/// Number of derivatives of each watched output.
+inline std::size_t directions(const Simulation& run) {
+  return run.varied.size() + run.disturbances.size();
+}
 
 /// Runs over `samples` commands, V, each held until the next.
 ///
 /// aligned: null, or samples x kStates: what is not NaN replaces the state at that sample.
-/// outputs: samples x kOutputs. sensitivities: watched x samples x varied, derivatives of each watched output by each
-/// varied value; may be null where nothing is varied.
+/// outputs: samples x kOutputs. sensitivities: watched x samples x directions, derivatives of each watched output by each
+/// varied value and by the size of each disturbance; may be null where there are none.
 void simulate(const Simulation& run, const double* command, const double* aligned,
               std::size_t samples, double* outputs, double* sensitivities);
 
