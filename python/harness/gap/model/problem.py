@@ -193,6 +193,10 @@ class Problem:
             first += int(number_in_record.max()) + 1
         return np.concatenate(numbers)
 
+    def centres(self) -> FloatArray:
+        """Means of the priors, shape (n,)."""
+        return self._centre
+
     def centre(self) -> FloatArray:
         """Centres of the priors, clipped to the bounds, shape (n,)."""
         return np.asarray(np.clip(self._centre, self.low, self.high), dtype=np.float64)
@@ -300,6 +304,32 @@ class Problem:
         """Cost, gradient and Gauss-Newton Hessian at x, with exact sensitivities."""
         return self.form(x, self.linear(x))
 
+    def responses(
+        self, x: FloatArray, disturbances: Sequence[Sequence[tuple[str, FloatArray]]]
+    ) -> dict[str, FloatArray]:
+        """Derivatives of the coefficients at x by the sizes of disturbances, by output, (R, D).
+
+        disturbances: for each record D pairs of an equation and a signal, as
+        `ehsid.simulate_plant` takes them.
+        """
+        values = self.plant_values(x)[np.newaxis]
+        runs = run_threads(
+            [
+                partial(self._run, record, values, (), signals)
+                for record, signals in zip(self.records, disturbances, strict=True)
+            ]
+        )
+        return {
+            name: self.spectrum.transform(
+                [
+                    record.inside(partials[name])
+                    for record, (_, partials) in zip(self.records, runs, strict=True)
+                ],
+                differences=name == CENTRED,
+            )
+            for name in self.outputs
+        }
+
     def _sensitivities(
         self, x: FloatArray, varied: Sequence[int]
     ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
@@ -341,7 +371,11 @@ class Problem:
         return run_threads([partial(self._run, record, values, places) for record in self.records])
 
     def _run(
-        self, record: Compared, values: FloatArray, indices: Sequence[int]
+        self,
+        record: Compared,
+        values: FloatArray,
+        indices: Sequence[int],
+        disturbances: Sequence[tuple[str, FloatArray]] = (),
     ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
         outputs, partials = ehsid.simulate_plant(
             self.rig.plant,
@@ -355,6 +389,7 @@ class Problem:
             # The parts of a run with many sensitivities can run side by side.
             threads=max(worker_count(), 0),
             tables=self.rig.table_shapes(),
+            disturbances=disturbances,
         )
         places = list(enumerate(zip(self.outputs, self._columns, strict=True)))
         return (

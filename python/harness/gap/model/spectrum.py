@@ -144,6 +144,19 @@ class Spectrum:
             first += part.windows
         return sums
 
+    def in_windows(self, rows: FloatArray) -> list[FloatArray]:
+        """Divides rows (R, ...) by record and window: (windows, coefficients, ...) of each."""
+        return [
+            np.swapaxes(
+                rows[part.first : part.first + part.rows].reshape(
+                    part.kept, part.windows, *rows.shape[1:]
+                ),
+                0,
+                1,
+            )
+            for part in self._parts
+        ]
+
     def window_of_rows(self) -> npt.NDArray[np.int64]:
         """Number of the window of each row, counted through all records, shape (R,)."""
         numbers, first = [], 0
