@@ -31,6 +31,7 @@ from ehsid.harness.gap.schema import (
     Remark,
     SpanShare,
     Standing,
+    UnknownInput,
     Verdict,
     Where,
 )
@@ -115,15 +116,29 @@ def _where() -> Where:
             BandShare((8.0, 50.0), Estimate(0.08, 0.05, 0.12)),
         ),
         equations=(
-            EquationShare(
-                "valve and cap-side continuity", "hydraulics", Estimate(0.03, 0.025, 0.036), 0.028
-            ),
-            EquationShare(
-                "valve and rod-side continuity", "hydraulics", Estimate(0.031, 0.025, 0.037), 0.029
-            ),
-            EquationShare("force balance", "mechanics", Estimate(0.34, 0.29, 0.4), 0.02),
+            EquationShare("force", "mechanics", 0.91, 240.0, _friction()),
+            EquationShare("flow_a", "hydraulics", 0.05, 41.0),
+            EquationShare("spool", "valve", 0.02, 12.0),
         ),
         notes=("Where and which agree: both say mechanics.",),
+    )
+
+
+def _friction() -> UnknownInput:
+    """Friction of 400 N over a slow swing of the rod, in eight windows of two records."""
+    count = 25 * 8
+    time_s = 0.3 + 0.02 * np.arange(count)
+    velocity = 0.05 * np.sin(3.0 * time_s)
+    return UnknownInput(
+        "force",
+        np.repeat([0, 1], count // 2),
+        np.tile(np.repeat(np.arange(4), 25), 2),
+        time_s,
+        400.0 * np.tanh(velocity / 0.004),
+        np.full(count, 30.0),
+        "velocity_m_s",
+        velocity,
+        0.97,
     )
 
 

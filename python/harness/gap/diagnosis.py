@@ -27,6 +27,7 @@ from ehsid.harness.gap.inference.quantised import QUANTISATION, position_step
 from ehsid.harness.gap.inference.search import SearchResult, candidate_effects, search
 from ehsid.harness.gap.inference.verdict import Decision, decide
 from ehsid.harness.gap.laws.choosing import LawsFound, missing_laws
+from ehsid.harness.gap.laws.equation_shares import equation_shares
 from ehsid.harness.gap.laws.words import sentence
 from ehsid.harness.gap.model.case import Case, make_case
 from ehsid.harness.gap.schema import (
@@ -160,6 +161,7 @@ def _diagnose(
             decision_case(case),
             search_result.calibrated,
             best,
+            equations=equation_shares(case, search_result.calibrated),
             shares=shares or None,
             laws=of_laws,
         )

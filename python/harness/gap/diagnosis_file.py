@@ -79,13 +79,21 @@ class Span(msgspec.Struct, frozen=True):
     record: str = ""
 
 
-class Residual(msgspec.Struct, frozen=True):
-    """What an equation of the servo leaves over, as shares of its largest term."""
+class Equation(msgspec.Struct, frozen=True):
+    """How much an equation asks for a term that it lacks.
+
+    `equation` and `of` are names as in a table of a rig file; `gain` is in nats. `of` is the
+    variable of which the missing term is most nearly a smooth function, with `explained` as its
+    share; both are there where the share is large. Files of earlier versions have neither share nor
+    gain.
+    """
 
     equation: str
     subsystem: str
-    residual: Value
-    noise: Number
+    share: Number = None
+    gain: Number = None
+    of: str | None = None
+    explained: Number = None
 
 
 class Where(msgspec.Struct, frozen=True):
@@ -95,7 +103,7 @@ class Where(msgspec.Struct, frozen=True):
     regimes: list[Regime]
     frequency: list[Band]
     time: list[Span]
-    equations: list[Residual] = []
+    equations: list[Equation] = []
     notes: list[str] = []
 
 
@@ -365,8 +373,16 @@ def _where(where: findings.Where) -> Where:
             for entry in where.time
         ],
         equations=[
-            Residual(
-                entry.equation, entry.subsystem, Value.of(entry.residual), _number(entry.noise)
+            Equation(
+                entry.equation,
+                entry.subsystem,
+                _number(entry.share),
+                _number(entry.gain),
+                *(
+                    ()
+                    if entry.unknown_input is None
+                    else (entry.unknown_input.of, _number(entry.unknown_input.explained))
+                ),
             )
             for entry in where.equations
         ],

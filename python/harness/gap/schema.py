@@ -78,26 +78,62 @@ class SpanShare:
     share_of_gap: float
 
 
+@dataclass(frozen=True, eq=False)
+class UnknownInput:
+    """What would have to be added to an equation for the simulator to follow the fitted records.
+
+    It is given at M nodes, one each 20 ms inside the windows of the diagnosis.
+
+    Attributes
+    ----------
+    adds_to
+        name of the equation, as in a table of a rig file; it tells the unit.
+    record, window
+        number of the record, and of the window in it, of each node, shape (M,).
+    time_s
+        time in the record, shape (M,).
+    value, deviation
+        mean and standard deviation, shape (M,).
+    of, at
+        the variable of which it is most nearly a smooth function, and its values, shape (M,).
+    explained
+        share of the squares that such a function has, 0 to 1.
+    """
+
+    adds_to: str
+    record: npt.NDArray[np.int64]
+    window: npt.NDArray[np.int64]
+    time_s: FloatArray
+    value: FloatArray
+    deviation: FloatArray
+    of: str
+    at: FloatArray
+    explained: float
+
+
 @dataclass(frozen=True)
 class EquationShare:
-    """Residual of an equation of the servo with measured signals, without a fit of effects.
+    """How much an equation of the simulator asks for a term that it does not have.
 
     Attributes
     ----------
     equation
-        "valve and cap-side continuity", "force balance", ...
+        its name, as in a table of a rig file.
     subsystem
-        to which the equation belongs.
-    residual
-        rms of the residual after a fit of the equation's own parameters, share of its largest term.
-    noise
-        rms that the noise of the sensors alone would cause, as a share of the same term.
+        part of the machine to which its terms belong.
+    share
+        share of the gap, 0 to 1.
+    gain
+        logarithm of the evidence of smooth terms in this equation above none, nats.
+    unknown_input
+        the term over the time; None where the equation has a small share.
     """
 
     equation: str
     subsystem: str
-    residual: Estimate
-    noise: float
+    share: float
+    gain: float
+    unknown_input: UnknownInput | None = None
 
 
 @dataclass(frozen=True)
@@ -112,7 +148,7 @@ class Where:
         shares of the calibrated gap above the noise floor; regimes have the largest share first,
         frequency and time are in their own order.
     equations
-        residuals of the equations with measured signals; empty without pressures.
+        what each equation lacks beside the rig without effects, largest share first.
     notes
         sentences: where this contradicts the selected effects, or what it rests on.
     """

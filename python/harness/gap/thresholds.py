@@ -292,27 +292,6 @@ EXCHANGED = 0.3
 PORTS_DEVIATIONS = 4.0
 PORTS_BLOCKS = 10
 
-# --- Where -------------------------------------------------------------------------------------
-# Test functions of the weak form. 20 ms hold one period of a spool of 50 Hz, so that lag and delay
-# of the valve still show, and they reduce the noise of samples at 1 kHz by a factor of three. 20
-# samples resolve psi''.
-WEAK_FORM_S = 0.02
-WEAK_FORM_SAMPLES = 20
-# Samples at a shorter interval add little to weighted means over 20 ms.
-EQUATIONS_DT_S = 1e-3
-# Exponent of (1 - s^2)^4. Its psi'' still vanishes at the ends, so that the trapezoidal rule is
-# accurate.
-WEAK_FORM_ORDER = 4
-# An end stop or its cushion may push the rod within this share of the stroke from an end.
-STROKE_END = 0.01
-# The weight of the prior of the equation's own values depends on the residual of the equation. The
-# residual is known after one or two iterations.
-EQUATION_SETTLES = 4
-# Zero error of a pressure sensor, share of the supply pressure: accuracy class 0.25 % of full
-# scale. It also covers gauge readings that are taken for absolute ones: 0.1 MPa of 12 MPa is some
-# three deviations.
-ZERO_ERROR = 0.0025
-
 # --- Regimes -----------------------------------------------------------------------------------
 # The compliance of air goes with p^-1.77. Over a factor of two in pressure it changes 3.4-fold;
 # over a smaller range, air looks like another bulk modulus.
@@ -322,13 +301,6 @@ PRESSURES_VARY = 2.0
 HIGH_PRESSURE = 0.6
 # A make-up valve opens below the tank pressure. That of a rig file is right within a half.
 LOW_PRESSURE = 1.5
-
-# --- Ranking of effects by the equations -------------------------------------------------------
-# A gain must be this many standard deviations of its scatter over windows, because some 30 trials
-# are made.
-GAIN_DEVIATIONS = 3.0
-# The weights of the equations follow from their residuals. They settle after a few iterations.
-WEIGHT_ITERATIONS = 3
 
 # --- The next experiment -----------------------------------------------------------------------
 # Duration of an experiment, s: long enough for fifteen windows, and short enough to run several of
@@ -381,50 +353,6 @@ BANDS_HZ = (0.0, 2.0, 10.0, 50.0)
 # gap.
 SPAN_WINDOWS = 5
 SPAN_EXCESS = 1.5
-
-# --- Attribution without a fit -----------------------------------------------------------------
-# Accuracy of textbook equations for a real servo, share of the largest term of an equation:
-# metering edges, areas and oil are right to a hundredth.
-EQUATION_TOLERANCE = 0.01
-# Share of the supply pressure: ripple and sag of a pump and its line.
-SUPPLY_TOLERANCE = 0.005
-# Share of the force at full supply pressure: friction of seals that nobody calls a fault.
-SEAL_TOLERANCE = 0.003
-# Uncertainty of the time at which a command takes effect: jitter, and spool dynamics beyond the
-# second order.
-TIMING_S = 0.0004
-# Factor on the free gas: it is uncertain how much gas has come out of the oil near vacuum, and
-# whether it has dissolved again.
-FREE_GAS_TIMES = 10.0
-# An equation disagrees with the record if its residual is this many times what noise and these
-# tolerances allow, over its whole confidence interval.
-EQUATION_LOUD = 1.5
-# An effect is included if it reduces what is left beside the tolerance by a tenth.
-LEAST_RANKED_GAIN = 0.1
-# Effects with this share of the largest gain are taken as equal, because the tried sizes meet the
-# true size only within some per cent.
-EQUAL_GAIN_SHARE = 0.95
-# Largest number of effects that are put into the equations one after another.
-MOST_RANKED_EFFECTS = 3
-# Error of the simulated speed, share of the speed. In a limit cycle the phase error is then this
-# many radians, and a linearisation about the calibration says nothing. A drift of the position does
-# not count, however large it is.
-LOST_PHASE = 0.5
-
-# --- Process noise of a subsystem, position alone ----------------------------------------------
-# Errors are averaged over this time, s. An oil spring of 70 Hz still shows.
-PROCESS_NOISE_S = 0.005
-# Corner frequencies of the disturbances that are tried: of slow motion, of a position loop, of a
-# fast valve.
-DISTURBANCES_HZ = (1.0, 5.0, 25.0)
-# Subsystems whose likelihood is within this many nats per averaged error of the best cannot be told
-# apart. On the development records without pressures, the true subsystem was within 0.17.
-NOISE_TELLS = 0.25
-# Noise intensities that are tried, as variance of the averaged error over the variance of the
-# floor. They go from nothing to a thousand times the standard deviation. The steps between them
-# miss less than a hundredth of a nat.
-NOISE_INTENSITIES = (1e-3, 1e6)
-NOISE_STEPS = 60
 
 # --- Contradictions of where and which ---------------------------------------------------------
 # A subsystem with a quarter of the gap takes part in it; one with a twentieth hardly does.

@@ -17,6 +17,7 @@ from ehsid.harness.gap.schema import (
     HowFar,
     NextExperiment,
     Remark,
+    Where,
 )
 from ehsid.harness.records import Origin
 from ehsid.harness.report.gap_marks import (
@@ -61,6 +62,8 @@ from ehsid.harness.report.page import (
     render_page,
 )
 from ehsid.harness.report.reading_section import reading_folded
+from ehsid.harness.report.unknown_input_section import unknown_input_card
+from ehsid.harness.rigs.table_words import TERM_WORDS
 
 # Number of candidates that the page shows unfolded.
 SHOWN_CANDIDATES = 8
@@ -243,27 +246,33 @@ def _where(diagnosis: Diagnosis) -> Section:
         Beside(groups),
     ]
     if where.equations:
-        table = Table(
-            "What each equation leaves over when its own coefficients are fitted, as a share of "
-            "its largest term; without any simulation.",
-            ("equation", "part", "left over", "sensor noise alone would leave"),
-            [
-                (
-                    equation.equation,
-                    equation.subsystem,
-                    percent_interval(equation.residual),
-                    percent(equation.noise),
-                )
-                for equation in where.equations
-            ],
-            [
-                i
-                for i, equation in enumerate(where.equations)
-                if equation.residual.low > 2.0 * equation.noise
-            ],
-        )
-        blocks.append(Folded("Equations, from the measured signals alone", [table]))
+        blocks.append(Folded("What each equation of the simulator lacks", _equations(where)))
     return Section("Where the gap lies", [*blocks, *where.notes])
+
+
+def _equations(where: Where) -> list[Block]:
+    table = Table(
+        "To one equation at a time, terms of free form were added and fitted through the simulator "
+        "together with all values of the rig, without any effect of the catalogue. The gain is the "
+        "logarithm of the evidence, in nats: what differs by less than about ten is alike.",
+        ("term", "part", "share", "gain"),
+        [
+            (
+                first_upper(TERM_WORDS[row.equation]),
+                row.subsystem,
+                percent(row.share),
+                f"{row.gain:.0f}",
+            )
+            for row in where.equations
+        ],
+        [i for i, row in enumerate(where.equations) if row.unknown_input is not None],
+    )
+    cards = [
+        unknown_input_card(row.unknown_input)
+        for row in where.equations
+        if row.unknown_input is not None
+    ]
+    return [table, *cards]
 
 
 def _which(diagnosis: Diagnosis) -> Section:

@@ -11,7 +11,7 @@ from scipy.signal import find_peaks
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.model.comparison import Compared
-from ehsid.harness.gap.model.inverse_signals import areas
+from ehsid.harness.gap.model.machine import areas
 from ehsid.harness.gap.thresholds import (
     AFTER_TURN_S,
     LOW_PRESSURE_PA,

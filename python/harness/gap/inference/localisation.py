@@ -4,69 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.gap.inference.attribution import (
-    Attribution,
-    attribute_equations,
-    attribute_errors,
-)
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.maps import maps
 from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.process_noise import NoiseNeeded, noise_needed
-from ehsid.harness.gap.schema import SUBSYSTEMS, Where
+from ehsid.harness.gap.schema import SUBSYSTEMS, EquationShare, Where
 from ehsid.harness.gap.thresholds import SUBSYSTEM_SMALL, SUBSYSTEM_TAKES_PART
 
-
-@dataclass(frozen=True)
-class Evidence:
-    """Evidence on the place of the gap before any effect is fitted.
-
-    Attributes
-    ----------
-    attribution
-        result from the equations where their signals are measured, else from the position errors.
-    noise
-        process noise that each subsystem would need; None where the equations are used, or where
-        it cannot be computed.
-    """
-
-    attribution: Attribution
-    noise: NoiseNeeded | None
-
-    @property
-    def subsystem(self) -> dict[str, float]:
-        """Share of the gap by subsystem, sum 1; empty where the data do not show it."""
-        shares = dict(self.attribution.subsystem)
-        if not shares and self.noise is not None:
-            shares = dict(self.noise.subsystem)
-        return shares
-
-
-def gather(case: Case, calibrated: FittedCandidate, exclude: Sequence[str] = ()) -> Evidence:
-    """Gathers the evidence from the equations of measured signals, else from the position errors.
-
-    The equations take the values in the rig file, because a calibration has already moved where it
-    could hide an effect. The position errors are those of the calibrated simulation.
-
-    Parameters
-    ----------
-    case
-        rig and records.
-    calibrated
-        the fit without effects.
-    exclude
-        ids of effects that are not tried.
-    """
-    attribution = attribute_equations(case.records, case.rig, {}, exclude)
-    if attribution.equations or "position_m" not in case.outputs:
-        return Evidence(attribution, None)
-    problem = case.problem()
-    attribution = attribute_errors(problem, calibrated.x, exclude)
-    error = problem.errors(calibrated.x)["position_m"]
-    return Evidence(attribution, noise_needed(problem, calibrated.values, error))
+# Parts whose shares are at least this share of the largest one explain the gap alike.
+ALIKE = 0.5
 
 
 def localise(
@@ -74,11 +21,11 @@ def localise(
     calibrated: FittedCandidate,
     best: FittedCandidate | None,
     *,
+    equations: Sequence[EquationShare] = (),
     shares: Mapping[str, float] | None = None,
     laws: Sequence[tuple[str, float]] = (),
-    evidence: Evidence | None = None,
 ) -> Where:
-    """Combines the evidence, the selected effects and the maps of the gap.
+    """Combines the shares of the equations, the selected effects and the maps of the gap.
 
     Parameters
     ----------
@@ -88,38 +35,39 @@ def localise(
         the fit without effects.
     best
         the fit with the selected effects; None, or a fit without effects, where there are none.
+    equations
+        what each equation lacks beside the rig without effects.
     shares
         share of the held-out gain by id of the effect; by default all are equal.
     laws
         subsystem and share of the held-out gain of each law without a name.
-    evidence
-        result of `gather`, if it is already there.
     """
-    if evidence is None:
-        evidence = gather(case, calibrated)
     problem = case.problem(held_out=True)
     floors = {name: floor.value for name, floor in case.floors.items()}
     mapped = maps(problem.records, problem.errors(calibrated.x), floors, case.rig)
-    evidence_shares = evidence.subsystem
-    notes = [*evidence.attribution.notes, *_noise_notes(evidence)]
+    of_equations = _by_subsystem(equations)
     selected = best.effects if best is not None else ()
     if selected or laws:
         subsystem = _effect_shares(selected, shares, laws)
-        notes = [
-            *_contradictions(subsystem, evidence_shares, bool(evidence.attribution.equations)),
-            *notes,
-        ]
+        notes = _contradictions(subsystem, of_equations)
     else:
-        subsystem = evidence_shares
+        subsystem, notes = of_equations, _undecided(of_equations)
     all_subsystems = {name: subsystem.get(name, 0.0) for name in SUBSYSTEMS} if subsystem else {}
     return Where(
         all_subsystems,
         mapped.regimes,
         mapped.frequency,
         mapped.time,
-        evidence.attribution.equations,
+        tuple(equations),
         tuple(notes),
     )
+
+
+def _by_subsystem(equations: Sequence[EquationShare]) -> dict[str, float]:
+    subsystem: dict[str, float] = {}
+    for equation in equations:
+        subsystem[equation.subsystem] = subsystem.get(equation.subsystem, 0.0) + equation.share
+    return subsystem
 
 
 def _effect_shares(
@@ -139,44 +87,33 @@ def _effect_shares(
     return subsystem
 
 
-def _contradictions(
-    simulated: Mapping[str, float], evidence_shares: Mapping[str, float], equations: bool
-) -> list[str]:
-    """Returns sentences on subsystems with a large share in one source, hardly any in the other."""
-    basis = "the equations of the measured signals" if equations else "the errors of the position"
-    if not evidence_shares:
-        return [f"From {basis} alone nothing can be said of the subsystem."] if equations else []
-    missing = [name for name, share in evidence_shares.items() if share >= SUBSYSTEM_TAKES_PART]
-    missing = [name for name in missing if simulated.get(name, 0.0) < SUBSYSTEM_SMALL]
-    extra = [name for name, share in simulated.items() if share >= SUBSYSTEM_TAKES_PART]
-    extra = [name for name in extra if evidence_shares.get(name, 0.0) < SUBSYSTEM_SMALL]
-    sentences = []
-    if missing:
-        listed = ", ".join(f"{name} {100.0 * evidence_shares[name]:.0f} %" for name in missing)
-        sentences.append(
-            f"{basis.capitalize()} see a part of the gap where no effect was found: {listed}."
-        )
-    if extra:
-        sentences.append(
-            f"{basis.capitalize()} do not show the part that was found in: {', '.join(extra)}."
-        )
-    return sentences
+def _contradictions(named: Mapping[str, float], of_equations: Mapping[str, float]) -> list[str]:
+    """Returns a sentence where the equation that asks most for a term has no effect named in it.
 
-
-def _noise_notes(evidence: Evidence) -> list[str]:
-    """Returns what the process noise says of the subsystem where the attribution has no shares."""
-    noise = evidence.noise
-    if noise is None or evidence.attribution.subsystem:
-        return []
-    near = [name for name, share in noise.subsystem.items() if share >= SUBSYSTEM_SMALL]
-    if not near:
-        return ["The error of the position is hardly more than the noise of its sensor."]
-    if len(near) == 1:
-        return [
-            f"The error of the position looks like noise in one subsystem: {near[0]}, "
-            f"{1e3 * noise.deviation[near[0]]:.3g} mm rms within a window."
-        ]
+    An equation counts alone, so that a second effect beside a larger one does not show there.
+    """
+    missing = [
+        name
+        for name, share in of_equations.items()
+        if share >= SUBSYSTEM_TAKES_PART and share == max(of_equations.values())
+    ]
+    missing = [name for name in missing if named.get(name, 0.0) < SUBSYSTEM_SMALL]
     return [
-        "With the position alone the data do not show in which of these the gap lies: "
-        f"{', '.join(near)}; measured chamber pressures would tell."
+        "With a single term of free form, the gap would rather be explained in another part of the "
+        f"machine: {name}, {100.0 * of_equations[name]:.0f} %."
+        for name in missing
+    ]
+
+
+def _undecided(of_equations: Mapping[str, float]) -> list[str]:
+    """Returns a sentence where several parts of the machine explain the gap alike."""
+    if not of_equations:
+        return ["No term of any equation would explain a part of the gap."]
+    largest = max(of_equations.values())
+    near = [name for name, share in of_equations.items() if share >= ALIKE * largest]
+    if len(near) == 1:
+        return []
+    return [
+        "The data do not show in which of these parts of the machine the gap lies: "
+        f"{', '.join(near)}."
     ]

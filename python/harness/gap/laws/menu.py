@@ -52,19 +52,19 @@ NEAR_ZERO = 0.03
 def laws(case: Case, candidate: FittedCandidate) -> list[Law]:
     """Returns the laws of the menu that the plant can have, over the range that the rod visited."""
     here = visited(case, candidate)
-    sizes = _sizes(case)
+    scale = sizes(case)
     found = []
     for equation, variables in MENU.items():
         for variable in variables:
-            if equation not in sizes or variable not in here:
+            if equation not in scale or variable not in here:
                 continue
             samples = here[variable]
             if variable in CHAMBERS:
                 samples = samples[samples > case.rig.values["supply.tank_pressure_pa"]]
             count = KNOTS_OF_TIME if variable == "time_s" else KNOTS
-            knots = _knots(samples, count, bends=variable in BENDS_AT_ZERO)
-            if knots is not None:
-                law = Law(equation, variable, knots, sizes[equation])
+            places = knots(samples, count, bends=variable in BENDS_AT_ZERO)
+            if places is not None:
+                law = Law(equation, variable, places, scale[equation])
                 found.append(_with_free_name(law, case.rig))
     return found
 
@@ -77,7 +77,7 @@ def _with_free_name(law: Law, rig: Rig) -> Law:
     return law
 
 
-def _sizes(case: Case) -> dict[str, float]:
+def sizes(case: Case) -> dict[str, float]:
     """Sizes of terms by equation; without those that the plant does not have."""
     values = case.rig.values
     travel = values.get("cylinder.stroke_m") or float(
@@ -112,7 +112,7 @@ def visited(case: Case, candidate: FittedCandidate) -> dict[str, FloatArray]:
     return {name: np.concatenate(columns) for name, columns in parts.items()}
 
 
-def _knots(samples: FloatArray, count: int, *, bends: bool) -> FloatArray | None:
+def knots(samples: FloatArray, count: int, *, bends: bool) -> FloatArray | None:
     """Knots over what was visited, shape (count,); None where the variable does not vary."""
     if samples.size < count:
         return None

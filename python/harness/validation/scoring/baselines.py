@@ -99,14 +99,11 @@ def lowest_bic(samples: Mapping[str, float | None]) -> Method:
     return method
 
 
-def largest_residual(case: ScoredCase) -> Findings | None:
-    """Blames the subsystem of the equation with the largest residual over its noise.
-
-    This needs measured pressures.
-    """
-    if not case.findings.residuals:
+def largest_gain(case: ScoredCase) -> Findings | None:
+    """Blames the subsystem of the equation in which terms of free form explain most."""
+    if not case.findings.equations:
         return None
-    subsystem, _ = max(case.findings.residuals, key=lambda residual: residual[1])
+    subsystem, _ = max(case.findings.equations, key=lambda equation: equation[1])
     return Findings("outside_catalogue", subsystem={subsystem: 1.0}, gap=case.findings.gap)
 
 
@@ -143,9 +140,9 @@ def baselines(
             "BIC", "lowest cost + k/2 ln n, n = 20 a second and output", lowest_bic(samples), cases
         ),
         Baseline(
-            "largest residual",
+            "largest gain of an equation",
             "equation that leaves most over its noise; needs pressures",
-            (_subsystem_first(_applied(largest_residual, cases)),),
+            (_subsystem_first(_applied(largest_gain, cases)),),
         ),
     )
 

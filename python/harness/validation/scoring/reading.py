@@ -62,8 +62,8 @@ class Findings:
         named effects, ambiguity set, candidates and effects not judged, from `which`.
     subsystem
         shares of the subsystems, from `where`.
-    residuals
-        for each equation its subsystem, and its residual over the noise.
+    equations
+        for each equation its subsystem, and the gain of terms in it, nats.
     calibration
         calibrated values by full name.
     gap
@@ -84,7 +84,7 @@ class Findings:
     candidates: tuple[Candidate, ...] = ()
     cannot_judge: frozenset[str] = frozenset()
     subsystem: Mapping[str, float] = field(default_factory=dict)
-    residuals: tuple[tuple[str, float], ...] = ()
+    equations: tuple[tuple[str, float], ...] = ()
     calibration: Mapping[str, Estimate] = field(default_factory=dict)
     gap: float | None = None
     of_explainable: Estimate | None = None
@@ -129,10 +129,10 @@ def _findings(file: DiagnosisFile) -> Findings:
         ),
         cannot_judge=frozenset(effect.id for effect in which.cannot_judge),
         subsystem=file.where.subsystem,
-        residuals=tuple(
-            (equation.subsystem, known(equation.residual.value) / equation.noise)
+        equations=tuple(
+            (equation.subsystem, equation.gain)
             for equation in file.where.equations
-            if equation.noise
+            if equation.gain is not None
         ),
         calibration={
             name: Value(value.found, value.ci90).estimate()

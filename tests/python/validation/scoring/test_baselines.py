@@ -7,7 +7,7 @@ from statsmodels.tools.eval_measures import bic as bic_of
 from ehsid.harness.validation.scoring.baselines import (
     baselines,
     best_fit,
-    largest_residual,
+    largest_gain,
     lowest_bic,
     refit_only,
 )
@@ -43,12 +43,12 @@ def test_ways_without_what_they_need_say_nothing() -> None:
     assert best_fit(bare) is None
     assert lowest_bic({"a1": N})(bare) is None
     assert lowest_bic({"a1": None})(case(findings(BIAS), BIAS)) is None
-    assert largest_residual(bare) is None
+    assert largest_gain(bare) is None
 
 
-def test_largest_residual_is_counted_in_its_noise() -> None:
-    subject = case(findings(BIAS, residuals=(("mechanics", 3.0), ("valve", 8.0))), BIAS)
-    found = largest_residual(subject)
+def test_largest_gain_is_counted_in_its_noise() -> None:
+    subject = case(findings(BIAS, equations=(("mechanics", 3.0), ("valve", 8.0))), BIAS)
+    found = largest_gain(subject)
     assert found is not None
     assert judge(subject.answer, found).subsystem_first
 
@@ -67,4 +67,4 @@ def test_all_ways_stand_beside_each_other() -> None:
     assert table["best fit in sample"]["effect first"].value == 0.0
     assert table["best fit in sample"]["effect where there is none"].value == 1.0
     assert table["refit only"]["effect where there is none"].value == 0.0
-    assert table["largest residual"]["subsystem first"].n == 0
+    assert table["largest gain of an equation"]["subsystem first"].n == 0
