@@ -32,6 +32,9 @@ CORNERS_HZ = (1.0, 5.0, 25.0)
 FIRST_SIZE = 0.1
 # Frequencies of the errors that count, as a multiple of the highest one that hats can follow.
 TIMES_HATS = 2
+# A variable that explains less by this share is as good; the first one in the order of the terms,
+# those that a table can have before rates, is taken.
+AS_GOOD = 0.05
 
 
 def unknown_input(terms: EquationTerms) -> UnknownInput:
@@ -190,5 +193,6 @@ def followed(
         shares[name] = 1.0 - float(np.sum(weight * (value - basis @ z) ** 2)) / whole
     if not shares:
         return next(iter(at)), 0.0
-    best = max(shares, key=lambda name: shares[name])
+    largest = max(shares.values())
+    best = next(name for name, share in shares.items() if share > largest - AS_GOOD)
     return best, min(max(shares[best], 0.0), 1.0)
