@@ -158,19 +158,6 @@ py::typing::List<SizesByName> starts(const EffectDescription& effect, const Mach
   return all;
 }
 
-py::typing::List<py::typing::List<SizesByName>> trials(const EffectDescription& effect,
-                                                       const MachineScale& machine) {
-  py::list all;
-  for (const std::vector<SizeVector>& trial : effect.trials(machine)) {
-    py::list columns;
-    for (const SizeVector& sizes : trial) {
-      columns.append(by_name(effect, sizes));
-    }
-    all.append(columns);
-  }
-  return all;
-}
-
 py::typing::Tuple<py::typing::Tuple<py::str, py::str>, py::ellipsis> not_below(
     const EffectDescription& effect) {
   py::list all;
@@ -379,9 +366,6 @@ has_valve : bool
           "What bounds the sizes that a record shows: all, begins_at, within, sensor_noise or "
           "high_pressures.")
       .def_property_readonly(
-          "retried", [](const EffectDescription& e) { return e.retried; },
-          "True where a trial is repeated at the size that it estimates.")
-      .def_property_readonly(
           "contains", [](const EffectDescription& e) { return text_or_none(e.contains); },
           "Id of the simpler effect that it contains, or None.")
       .def_property_readonly(
@@ -401,9 +385,6 @@ has_valve : bool
                              "Ids of the effects with which it does not commute in a log.")
       .def("starts", &starts, py::arg("machine"),
            "Sizes at which a fit starts: list of dict; empty where the record shows it without.")
-      .def("trials", &trials, py::arg("machine"),
-           "Sizes at which it is tried against residuals: of each trial a list of dict, one for "
-           "each factor.")
       .def(
           "matters",
           [](const EffectDescription& effect, const SizesByName& sizes,

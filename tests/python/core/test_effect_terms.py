@@ -248,9 +248,6 @@ def test_an_effect_tells_all_that_is_asked_of_it(effect: ehsid.EffectInfo) -> No
         assert all(low <= start[name] <= high for name, (low, high) in ranges.items())
     # The smaller of the sizes at which a fit starts may be one that every servo has.
     assert not effect.starts(MACHINE) or effect.matters(effect.starts(MACHINE)[-1], MACHINE)
-    for trial in effect.trials(MACHINE):
-        assert all(column.keys() == ranges.keys() for column in trial)
-    assert bool(effect.starts(MACHINE)) == bool(effect.trials(MACHINE))
     assert {*effect.does_not_commute} <= effects().keys()
     assert effect.nuisance is None or effect.nuisance in plant_parameters()
     for pair in effect.not_below:

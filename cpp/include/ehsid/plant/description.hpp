@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <functional>
 #include <tuple>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -24,7 +23,6 @@ struct EffectDescription {
   std::vector<ParameterInfo> parameters;
   std::vector<Need> needs;
   Reach reach;
-  bool retried;  // a trial is repeated at the size that it estimates
   const char* contains;
   const char* together_with;
   const char* nuisance;
@@ -32,7 +30,6 @@ struct EffectDescription {
   LogPlace log_place;
   std::vector<const char*> does_not_commute;
   std::function<std::vector<SizeVector>(const MachineScale&)> starts;
-  std::function<std::vector<std::vector<SizeVector>>(const MachineScale&)> trials;
   std::function<bool(const SizeVector&, const MachineScale&)> matters;
   /// Empty where the effect contains no other.
   std::function<SizeVector(const SizeVector&)> simplified;
@@ -41,11 +38,6 @@ struct EffectDescription {
 };
 
 namespace detail {
-
-template <class Effect, class = void>
-struct HasTrials : std::false_type {};
-template <class Effect>
-struct HasTrials<Effect, std::void_t<decltype(&Effect::trials)>> : std::true_type {};
 
 template <std::size_t N>
 SizeVector vector_of(const Sizes<N>& sizes) {
@@ -74,36 +66,12 @@ std::vector<SizeVector> starts_of(const MachineScale& machine) {
 }
 
 template <class Effect>
-std::vector<std::vector<SizeVector>> trials_of(const MachineScale& machine) {
-  std::vector<std::vector<SizeVector>> all;
-  const std::vector<SizeVector> starts = starts_of<Effect>(machine);
-  if constexpr (HasTrials<Effect>::value) {
-    for (const auto& trial : Effect::trials(machine)) {
-      std::vector<SizeVector>& columns = all.emplace_back(trial.size());
-      for (std::size_t i = 0; i < trial.size(); ++i) {
-        columns[i] = vector_of(trial[i]);
-      }
-    }
-  } else if (!Effect::kTrialSizes.empty()) {
-    for (const double size : Effect::kTrialSizes) {
-      SizeVector sizes = starts.front();
-      sizes.front() = size;
-      all.push_back({sizes});
-    }
-  } else if (!starts.empty()) {
-    all.push_back({starts.front()});
-  }
-  return all;
-}
-
-template <class Effect>
 EffectDescription describe() {
   constexpr std::size_t kSize = Effect::kParameters.size();
   EffectDescription all{Effect::kInfo,
                         {Effect::kParameters.begin(), Effect::kParameters.end()},
                         {Effect::kNeeds.begin(), Effect::kNeeds.end()},
                         Effect::kReach,
-                        !Effect::kTrialSizes.empty(),
                         Effect::kContains,
                         Effect::kTogetherWith,
                         Effect::kNuisance,
@@ -111,7 +79,6 @@ EffectDescription describe() {
                         Effect::kLogPlace,
                         {Effect::kDoesNotCommute.begin(), Effect::kDoesNotCommute.end()},
                         starts_of<Effect>,
-                        trials_of<Effect>,
                         [](const SizeVector& sizes, const MachineScale& machine) {
                           return Effect::matters(sizes_of<kSize>(sizes), machine);
                         },

@@ -111,9 +111,6 @@ void put(Value& /*place*/, Nothing /*value*/) {}
 ///                large one, so that one of them is within a factor of two or three of any relevant size. The cost of a
 ///                fit has no gradient with respect to an effect that is off. K = 0: the record shows it without a fit;
 ///   matters(sizes, m)  whether it is more than a servo without it has anyway: kInfo.least_size says what that is.
-/// It may have
-///   trials(m)    std::vector<std::vector<Sizes<N>>>: sizes at which it is tried against residuals, each trial with one
-///                set of sizes for every factor that is estimated; otherwise its first start is tried.
 template <class Scalar>
 struct Effect {
   /// False where all parameters are zero and none is varied: the plant then passes the effect over.
@@ -170,9 +167,6 @@ struct Effect {
   /// All that a record needs in order to show the effect.
   static constexpr std::array<Need, 0> kNeeds{};
   static constexpr Reach kReach = Reach::all;
-  /// Sizes of the first parameter at which the effect is tried, where the outputs are not proportional to it; the other
-  /// parameters are those of the first start.
-  static constexpr std::array<double, 0> kTrialSizes{};
   /// Id of the simpler effect which this one becomes if a term is removed; then it has
   /// simplified(), same() and grown(), too.
   static constexpr const char* kContains = nullptr;

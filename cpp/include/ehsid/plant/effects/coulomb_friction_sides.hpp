@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -34,11 +33,6 @@ struct CoulombFrictionSides : Effect<Scalar> {
     const double large = 0.03 * machine.force_n;
     const double small = 0.01 * machine.force_n;
     return {{{large, small}, {small, large}}};
-  }
-  /// Each direction has a factor of its own.
-  static std::vector<std::vector<Sizes<2>>> trials(const MachineScale& machine) {
-    const double size = 0.01 * machine.force_n;
-    return {{{size, 0.0}, {0.0, size}}};
   }
   /// With directions that are alike the effect is the same as Coulomb friction.
   static bool matters(const Sizes<2>& size, const MachineScale& machine) {

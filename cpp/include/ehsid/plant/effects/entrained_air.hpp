@@ -25,7 +25,6 @@ struct EntrainedAir : Effect<Scalar> {
   std::array<Scalar, 1> parameters{};
 
   static constexpr std::array kNeeds{Need::varying_pressures};
-  static constexpr std::array kTrialSizes{0.002, 0.01, 0.04};
   static constexpr std::array<Sizes<1>, 2> starts(const MachineScale& /*machine*/) {
     return {{{0.005}, {0.03}}};
   }

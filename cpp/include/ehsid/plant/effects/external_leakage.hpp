@@ -4,7 +4,6 @@
 #include <ehsid/plant/effect.hpp>
 
 #include <array>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -29,11 +28,6 @@ struct ExternalLeakage : Effect<Scalar> {
       return Sizes<2>{size, size};
     };
     return {{coefficients(0.01), coefficients(0.1)}};
-  }
-  /// Each chamber has a factor of its own.
-  static std::vector<std::vector<Sizes<2>>> trials(const MachineScale& machine) {
-    const double size = starts(machine)[0][0];
-    return {{{size, 0.0}, {0.0, size}}};
   }
   static bool matters(const Sizes<2>& size, const MachineScale& machine) {
     return (size[0] + size[1]) * machine.pressure_pa >= 0.01 * machine.full_flow_m3_s;

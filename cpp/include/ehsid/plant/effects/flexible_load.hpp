@@ -4,7 +4,6 @@
 #include <ehsid/plant/effect.hpp>
 
 #include <array>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -30,13 +29,6 @@ struct FlexibleLoad : Effect<Scalar> {
   static constexpr std::array kNeeds{Need::fast_commands};
   static constexpr std::array<Sizes<3>, 3> starts(const MachineScale& /*machine*/) {
     return {{{0.3, 8.0, 0.05}, {0.3, 25.0, 0.05}, {0.3, 70.0, 0.05}}};
-  }
-  static std::vector<std::vector<Sizes<3>>> trials(const MachineScale& /*machine*/) {
-    std::vector<std::vector<Sizes<3>>> all;
-    for (const double frequency_hz : {4.0, 5.5, 8.0, 11.0, 16.0, 22.0, 32.0, 45.0, 64.0, 90.0}) {
-      all.push_back({{0.1, frequency_hz, 0.05}});
-    }
-    return all;
   }
   static constexpr bool matters(const Sizes<3>& size, const MachineScale& /*machine*/) {
     return size[0] >= 0.05 && size[1] <= 150.0 && size[2] <= 0.7;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -34,13 +33,6 @@ struct LineResonance : Effect<Scalar> {
   static constexpr double kOil = 1e9;  // Pa
   static std::array<Sizes<3>, 3> starts(const MachineScale& machine) {
     return {{line(machine, 12.0, 0.05), line(machine, 35.0, 0.05), line(machine, 100.0, 0.05)}};
-  }
-  static std::vector<std::vector<Sizes<3>>> trials(const MachineScale& machine) {
-    std::vector<std::vector<Sizes<3>>> all;
-    for (const double frequency_hz : {4.0, 5.5, 8.0, 11.0, 16.0, 22.0, 32.0, 45.0, 64.0, 90.0}) {
-      all.push_back({line(machine, frequency_hz, 0.02)});
-    }
-    return all;
   }
   /// With the volume with which the full flow swings the pressure by a share of the supply's: dp = q / (w C).
   static Sizes<3> line(const MachineScale& machine, double frequency_hz, double swing) {

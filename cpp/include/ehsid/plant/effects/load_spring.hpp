@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cmath>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -31,11 +30,6 @@ struct LoadSpring : Effect<Scalar> {
   static std::array<Sizes<2>, 2> starts(const MachineScale& machine) {
     const double weak = 0.04 * machine.force_n / stroke_or(machine, kUnknownStroke);
     return {{{weak, 0.0}, {4.0 * weak, 0.0}}};
-  }
-  /// Stiffness and force have a factor each; the force is tried with that of the spring over 0.1 m.
-  static std::vector<std::vector<Sizes<2>>> trials(const MachineScale& machine) {
-    const double stiffness = starts(machine)[0][0];
-    return {{{stiffness, 0.0}, {0.0, 0.1 * stiffness}}};
   }
   static bool matters(const Sizes<2>& size, const MachineScale& machine) {
     return size[0] * stroke_or(machine, 1.0) >= 0.01 * machine.force_n;

@@ -5,7 +5,6 @@
 #include <ehsid/plant/effect.hpp>
 
 #include <array>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -37,9 +36,6 @@ struct MakeupCheck : Effect<Scalar> {
       return Sizes<2>{kSpring, share * machine.rated_flow_m3_s / kBar};
     };
     return {{valve(0.1), valve(0.6)}};
-  }
-  static std::vector<std::vector<Sizes<2>>> trials(const MachineScale& machine) {
-    return {{starts(machine)[0]}};
   }
   /// A valve that opens at vacuum only is none: there a cavity fills in ways that no simulator knows.
   static bool matters(const Sizes<2>& size, const MachineScale& machine) {

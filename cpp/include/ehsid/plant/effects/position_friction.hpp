@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cmath>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -32,11 +31,6 @@ struct PositionFriction : Effect<Scalar> {
   /// From half to one and a half of the friction at mid-stroke.
   static std::array<Sizes<2>, 2> starts(const MachineScale& machine) {
     return grown({0.02 * machine.force_n}, machine);
-  }
-  /// A factor for friction of one size, and a factor for friction that also rises.
-  static std::vector<std::vector<Sizes<2>>> trials(const MachineScale& machine) {
-    const double force = 0.01 * machine.force_n;
-    return {{{force, 0.0}, {force, force / stroke_or(machine, kUnknownStroke)}}};
   }
   /// Without a rise the effect is the same as Coulomb friction.
   static bool matters(const Sizes<2>& size, const MachineScale& machine) {

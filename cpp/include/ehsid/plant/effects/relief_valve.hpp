@@ -5,7 +5,6 @@
 #include <ehsid/plant/effect.hpp>
 
 #include <array>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -37,13 +36,6 @@ struct ReliefValve : Effect<Scalar> {
                       gain * machine.rated_flow_m3_s / machine.pressure_pa};
     };
     return {{valve(0.6, 0.5), valve(0.9, 3.0)}};
-  }
-  static std::vector<std::vector<Sizes<2>>> trials(const MachineScale& machine) {
-    std::vector<std::vector<Sizes<2>>> all;
-    for (const double share : {0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.15}) {
-      all.push_back({{share * machine.pressure_pa, machine.rated_flow_m3_s / machine.pressure_pa}});
-    }
-    return all;
   }
   static bool matters(const Sizes<2>& size, const MachineScale& machine) {
     return size[0] >= 0.5 * machine.pressure_pa &&

@@ -29,7 +29,6 @@ struct SensorBacklash : Effect<Scalar> {
   static constexpr LogPlace kLogPlace = LogPlace::position;
   static constexpr std::array kDoesNotCommute{"sensor_nonlinearity", "sensor_lag",
                                               "sensor_quantisation"};
-  static constexpr std::array kTrialSizes{5e-5, 1e-4, 2e-4, 4e-4};
   static constexpr std::array<Sizes<1>, 2> starts(const MachineScale& /*machine*/) {
     return {{{5e-5}, {2e-4}}};
   }

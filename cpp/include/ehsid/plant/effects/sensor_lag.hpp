@@ -27,7 +27,6 @@ struct SensorLag : Effect<Scalar> {
   static constexpr std::array kNeeds{Need::fast_commands};
   static constexpr LogPlace kLogPlace = LogPlace::position;
   static constexpr std::array kDoesNotCommute{"sensor_quantisation"};
-  static constexpr std::array kTrialSizes{0.002, 0.008};
   static constexpr std::array<Sizes<1>, 2> starts(const MachineScale& /*machine*/) {
     return {{{0.002}, {0.01}}};
   }

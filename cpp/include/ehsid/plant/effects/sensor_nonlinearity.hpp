@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -41,13 +40,6 @@ struct SensorNonlinearity : Effect<Scalar> {
     constexpr std::array shares{1.0, 0.6, 0.4, 0.25, 0.16};
     for (std::size_t i = 0; i < all.size(); ++i) {
       all[i] = {1e-3 * stroke, shares[i] * stroke};
-    }
-    return all;
-  }
-  static std::vector<std::vector<Sizes<2>>> trials(const MachineScale& machine) {
-    std::vector<std::vector<Sizes<2>>> all;
-    for (const Sizes<2>& start : starts(machine)) {
-      all.push_back({start});
     }
     return all;
   }

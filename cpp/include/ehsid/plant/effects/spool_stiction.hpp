@@ -5,7 +5,6 @@
 #include <ehsid/plant/effect.hpp>
 
 #include <array>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -32,15 +31,6 @@ struct SpoolStiction : Effect<Scalar> {
   static constexpr Reach kReach = Reach::within;
   static constexpr std::array<Sizes<2>, 2> starts(const MachineScale& /*machine*/) {
     return {{{0.015, 0.05}, {0.05, 0.3}}};
-  }
-  static std::vector<std::vector<Sizes<2>>> trials(const MachineScale& /*machine*/) {
-    std::vector<std::vector<Sizes<2>>> all;
-    for (const double rest : {0.02, 0.1, 0.5}) {
-      for (const double threshold : {0.01, 0.02, 0.04, 0.08}) {
-        all.push_back({{threshold, rest}});
-      }
-    }
-    return all;
   }
   static constexpr bool matters(const Sizes<2>& size, const MachineScale& /*machine*/) {
     return size[0] >= 0.004;

@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -39,15 +38,6 @@ struct StribeckFriction : Effect<Scalar> {
       return Sizes<3>{size, 1.7 * size, kTypicalVelocity};
     };
     return {{friction(0.01), friction(0.04)}};
-  }
-  /// At each velocity a factor for friction of one size, and a factor for what is left of it at rest only.
-  static std::vector<std::vector<Sizes<3>>> trials(const MachineScale& machine) {
-    const double size = starts(machine)[0][0];
-    std::vector<std::vector<Sizes<3>>> all;
-    for (const double velocity : {0.005, kTypicalVelocity, 0.08}) {
-      all.push_back({{size, size, velocity}, {0.0, size, velocity}});
-    }
-    return all;
   }
   /// Without a rise of the force towards rest the effect is the same as Coulomb friction.
   static bool matters(const Sizes<3>& size, const MachineScale& machine) {

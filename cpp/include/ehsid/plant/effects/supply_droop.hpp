@@ -4,7 +4,6 @@
 #include <ehsid/plant/effect.hpp>
 
 #include <array>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -33,9 +32,6 @@ struct SupplyDroop : Effect<Scalar> {
                       0.02 * machine.rated_flow_m3_s / (share * machine.pressure_pa)};
     };
     return {{droop(0.05), droop(0.2)}};
-  }
-  static std::vector<std::vector<Sizes<2>>> trials(const MachineScale& machine) {
-    return {{starts(machine)[0]}, {starts(machine)[1]}};
   }
   static bool matters(const Sizes<2>& size, const MachineScale& machine) {
     return size[0] * machine.full_flow_m3_s >= 0.01 * machine.pressure_pa;

@@ -24,7 +24,6 @@ struct TransportDelay : Effect<Scalar> {
 
   static constexpr std::array kNeeds{Need::fast_commands};
   static constexpr LogPlace kLogPlace = LogPlace::command;
-  static constexpr std::array kTrialSizes{0.001, 0.002, 0.004, 0.008};
   /// Not a multiple of an integration step: the delayed command would jump between two steps, and the sensitivity
   /// would be zero.
   static constexpr std::array<Sizes<1>, 2> starts(const MachineScale& /*machine*/) {

@@ -27,7 +27,6 @@ struct ValveDeadBand : Effect<Scalar> {
   static constexpr LogPlace kLogPlace = LogPlace::command;
   static constexpr std::array kDoesNotCommute{"valve_hysteresis", "valve_lag", "valve_null_bias",
                                               "valve_flow_saturation"};
-  static constexpr std::array kTrialSizes{0.01, 0.02, 0.04, 0.08};
   static constexpr std::array<Sizes<1>, 2> starts(const MachineScale& /*machine*/) {
     return {{{0.01}, {0.04}}};
   }

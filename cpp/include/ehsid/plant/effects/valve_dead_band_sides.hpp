@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cmath>
-#include <vector>
 
 namespace ehsid::plant {
 
@@ -36,14 +35,6 @@ struct ValveDeadBandSides : Effect<Scalar> {
                                               "valve_flow_saturation"};
   static constexpr std::array<Sizes<2>, 2> starts(const MachineScale& /*machine*/) {
     return {{{0.04, 0.01}, {0.01, 0.04}}};
-  }
-  /// Each side has a factor of its own.
-  static std::vector<std::vector<Sizes<2>>> trials(const MachineScale& /*machine*/) {
-    std::vector<std::vector<Sizes<2>>> all;
-    for (const double size : {0.01, 0.02, 0.04, 0.08}) {
-      all.push_back({{size, 0.0}, {0.0, size}});
-    }
-    return all;
   }
   /// With overlaps that are the same the effect is the same as the dead band.
   static bool matters(const Sizes<2>& size, const MachineScale& /*machine*/) {

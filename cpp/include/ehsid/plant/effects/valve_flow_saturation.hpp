@@ -27,7 +27,6 @@ struct ValveFlowSaturation : Effect<Scalar> {
 
   static constexpr std::array kNeeds{Need::large_commands};
   static constexpr Reach kReach = Reach::begins_at;
-  static constexpr std::array kTrialSizes{0.15, 0.3, 0.6, 1.2};
   static constexpr std::array<Sizes<1>, 2> starts(const MachineScale& /*machine*/) {
     return {{{0.2}, {0.6}}};
   }

@@ -26,7 +26,6 @@ struct ValveHysteresis : Effect<Scalar> {
   static constexpr std::array kNeeds{Need::command_reversals};
   static constexpr Reach kReach = Reach::within;
   static constexpr LogPlace kLogPlace = LogPlace::command;
-  static constexpr std::array kTrialSizes{0.01, 0.02, 0.04, 0.08};
   static constexpr std::array<Sizes<1>, 2> starts(const MachineScale& /*machine*/) {
     return {{{0.01}, {0.04}}};
   }

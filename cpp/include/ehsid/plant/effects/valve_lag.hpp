@@ -27,7 +27,6 @@ struct ValveLag : Effect<Scalar> {
   static constexpr std::array kNeeds{Need::fast_commands};
   static constexpr LogPlace kLogPlace = LogPlace::command;
   static constexpr std::array kDoesNotCommute{"valve_hysteresis"};
-  static constexpr std::array kTrialSizes{20.0, 40.0, 80.0};
   static constexpr std::array<Sizes<2>, 2> starts(const MachineScale& /*machine*/) {
     return {{{30.0, 0.8}, {100.0, 0.8}}};
   }

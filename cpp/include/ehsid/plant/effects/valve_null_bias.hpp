@@ -25,7 +25,6 @@ struct ValveNullBias : Effect<Scalar> {
 
   static constexpr const char* kNuisance = "nuisance.null_bias";
   static constexpr LogPlace kLogPlace = LogPlace::command;
-  static constexpr std::array kTrialSizes{0.01};
   static constexpr std::array<Sizes<1>, 2> starts(const MachineScale& /*machine*/) {
     return {{{0.01}, {-0.01}}};
   }
