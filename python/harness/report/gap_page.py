@@ -13,6 +13,7 @@ from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.schema import (
     Candidate,
     Diagnosis,
+    Estimate,
     FoundEffect,
     HowFar,
     NextExperiment,
@@ -134,10 +135,18 @@ def _remark(remark: Remark) -> Tagged:
     return Tagged(about + remark.what, "serious" if remark.serious else "")
 
 
+def _change(smaller: Estimate) -> tuple[Estimate, str]:
+    """A change of the gap as a positive number, and whether it became smaller or larger."""
+    if smaller.value >= 0.0:
+        return smaller, "smaller"
+    return Estimate(-smaller.value, -smaller.high, -smaller.low), "larger"
+
+
 def _gap(diagnosis: Diagnosis, gap: HowFar, kinds: Sequence[str]) -> list[Block]:
     """Returns the gap of each simulation, how much smaller it became, and the gap by output."""
     window_s = diagnosis.settings.get("window_s", 0.5)
     outputs = ", ".join(shown_channel(name)[0] for name in diagnosis.outputs)
+    change, word = _change(gap.from_nominal)
     if gap.of_explainable is not None and (diagnosis.effects or diagnosis.missing_laws):
         ends = f"90 % interval for other motions: {percent_ends(gap.of_explainable)}"
         if gap.of_explainable.high > 1.0:
@@ -150,9 +159,9 @@ def _gap(diagnosis: Diagnosis, gap: HowFar, kinds: Sequence[str]) -> list[Block]
         )
     else:
         key = KeyFigure(
-            percent(gap.from_nominal.value),
-            "smaller than the gap of the simulator as configured",
-            f"90 % interval: {percent_ends(gap.from_nominal)}",
+            percent(change.value),
+            f"{word} than the gap of the simulator as configured",
+            f"90 % interval: {percent_ends(change)}",
         )
     details: list[Block] = [
         Table(
@@ -163,8 +172,8 @@ def _gap(diagnosis: Diagnosis, gap: HowFar, kinds: Sequence[str]) -> list[Block]
                 for name, gaps in gap.per_output.items()
             ],
         ),
-        "Compared with the simulator as configured, the gap of the last simulation is smaller by "
-        f"{percent_interval(gap.from_nominal)}.",
+        "Compared with the simulator as configured, the gap of the last simulation is "
+        f"{word} by {percent_interval(change)}.",
     ]
     if gap.carries_over is not None:
         small, large = map(percent, gap.carries_over)

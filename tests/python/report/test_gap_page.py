@@ -123,6 +123,18 @@ def test_a_third_simulation_is_shown_only_where_something_was_added(verdict: Any
     assert ("with what was found" in page_of(verdict)) == added
 
 
+def test_a_gap_that_became_larger_is_called_larger() -> None:
+    diagnosis = made_diagnosis("parameters")
+    assert diagnosis.how_far is not None
+    for value, word in ((0.11, "smaller"), (-0.11, "larger")):
+        change = Estimate(value, value - 0.05, value + 0.05)
+        gap = replace(diagnosis.how_far, from_nominal=change)
+        _, text = read(render_diagnosis(replace(diagnosis, how_far=gap), RECORDS, "bench.toml"))
+        assert f"11 % {word} than the gap of the simulator as configured" in text
+        assert "interval: 6 to 16" in text
+        assert f"is {word} by 11" in text
+
+
 def test_next_experiment_comes_with_the_command_to_run() -> None:
     _, text = read(page_of("ambiguous"))
     assert "Slow triangle, 3 mm/s, 4 reversals." in text
