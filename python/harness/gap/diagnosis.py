@@ -174,7 +174,7 @@ def _diagnose(
         reasons=decision.reasons,
         where=where,
         effects=effects,
-        ambiguity_set=_ambiguity_set(selection, quantisation),
+        ambiguity_set=_ambiguity_set(selection, fitted_effects, quantisation),
         candidates=results.ranked_candidates(case, search_result, selection),
         cannot_judge=(
             *unidentifiable_effects(regimes, effect_ids, rig.plant),
@@ -216,15 +216,13 @@ def _quantisation_effect(
 
 
 def _ambiguity_set(
-    selection: Selection, quantisation: Sequence[FoundEffect]
+    selection: Selection, best: Sequence[FoundEffect], quantisation: Sequence[FoundEffect]
 ) -> tuple[tuple[str, ...], ...]:
+    """The sets in question; the effects of the best one, which is first, in the given order."""
     quantisation_ids = tuple(candidate.id for candidate in quantisation)
-    sets = (selection.best, *selection.equivalent)
-    return tuple(
-        (*candidate.effects, *quantisation_ids)
-        for candidate in sets
-        if candidate.effects or quantisation_ids
-    )
+    sets = [tuple(effect.id for effect in best)]
+    sets += [candidate.effects for candidate in selection.equivalent]
+    return tuple((*effects, *quantisation_ids) for effects in sets if effects or quantisation_ids)
 
 
 @dataclass(frozen=True, eq=False)

@@ -187,7 +187,9 @@ def selected_effects(
     values: Mapping[str, Estimate],
     of_all: float = 1.0,
 ) -> tuple[FoundEffect, ...]:
-    """Returns the effects of the best set, each with its share of the held-out gain.
+    """Returns the effects of the best set, most probable first, with shares of the held-out gain.
+
+    Effects whose probabilities agree to a hundredth keep the order in which they were found.
 
     of_all: share of all these effects together; laws without a name may have the rest.
     """
@@ -216,7 +218,7 @@ def selected_effects(
                 of_all * gains[effect] / total,
             )
         )
-    return tuple(effects)
+    return tuple(sorted(effects, key=lambda effect: -round(effect.probability, 2)))
 
 
 def ranked_candidates(

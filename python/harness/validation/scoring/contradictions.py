@@ -29,21 +29,20 @@ def contradictions(file: DiagnosisFile) -> tuple[str, ...]:
     if not candidates or any(each.standing is None for each in candidates):
         return ()
     reasons = " ".join(file.reasons)
-    named = tuple(effect.id for effect in file.which.effects if effect.id != QUANTISATION)
-    sets = [
-        tuple(name for name in names if name != QUANTISATION) for names in file.which.ambiguity_set
-    ]
+    named = frozenset(effect.id for effect in file.which.effects) - {QUANTISATION}
+    sets = {frozenset(names) - {QUANTISATION} for names in file.which.ambiguity_set}
     calibrated, nominal = known(file.how_far.calibrated), known(file.how_far.nominal)
     rules = {
         "exactly one set is named or sufficient, and it is the one of the verdict": [
-            tuple(each.effects) for each in candidates if each.standing in CHOSEN
+            frozenset(each.effects) for each in candidates if each.standing in CHOSEN
         ]
         == [named],
         "sets are marked exactly if their standing is in the set": all(
             each.in_confidence_set == (each.standing in IN_THE_SET) for each in candidates
         ),
-        "the ambiguity set holds the marked sets": set(sets) - {()}
-        == {tuple(each.effects) for each in candidates if each.in_confidence_set} - {()},
+        "the ambiguity set holds the marked sets": sets - {frozenset()}
+        == {frozenset(each.effects) for each in candidates if each.in_confidence_set}
+        - {frozenset()},
         "candidates are in the order of their scores": _ordered(candidates),
         "each set that is not in the set has a reason": all(
             each.why or each.standing in IN_THE_SET for each in candidates
@@ -51,7 +50,7 @@ def contradictions(file: DiagnosisFile) -> tuple[str, ...]:
         "a first candidate that is not in the set is explained": (
             candidates[0].in_confidence_set or "smallest errors" in reasons
         ),
-        "a set that explains much is named or explained": named != ()
+        "a set that explains much is named or explained": bool(named)
         or all(
             known(each.held_out_shrinkage) < MUCH_REMOVED or in_words(each.effects) in reasons
             for each in candidates[:2]
@@ -84,7 +83,7 @@ def _ordered(candidates: list[Candidate]) -> bool:
     )
 
 
-def _same_share(file: DiagnosisFile, named: tuple[str, ...]) -> bool:
+def _same_share(file: DiagnosisFile, named: frozenset[str]) -> bool:
     stated = file.how_far.shrinkage_of_explainable.value
     # Missing laws remove more than the named set does.
     if not named or stated is None or file.which.missing_law:

@@ -15,6 +15,7 @@ from made_candidates import CASE, FLOOR, candidate, search_result
 from ehsid.harness.gap.deciding import VALUES
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.effect_selection import select_effects
+from ehsid.harness.gap.inference.results import selected_effects
 from ehsid.harness.gap.inference.verdict import decide
 from ehsid.harness.gap.inference.words import chance, in_words, percent
 from ehsid.harness.gap.schema import CalibratedValue, Estimate, HowFar
@@ -231,3 +232,23 @@ def test_shares_and_probabilities_in_words() -> None:
         "more than 99 %",
         "more than 99 %",
     ]
+
+
+def test_the_effect_that_most_sets_have_is_named_first() -> None:
+    """Delay or dead band beside a lag of the sensor: that lag is the surest of the three."""
+    found = search_result(
+        candidate(rms=LARGE_GAP),
+        candidate("transport_delay", "sensor_lag", rms=HIDDEN),
+        candidate("valve_dead_band", "sensor_lag", rms=HIDDEN),
+    )
+    selection = select_effects(CASE, found)
+    assert set(selection.best.effects) == {"transport_delay", "sensor_lag"}
+    named = selected_effects(CASE, found, selection, {})
+    assert [effect.id for effect in named] == ["sensor_lag", "transport_delay"]
+    assert named[0].probability > named[1].probability
+    # Without another set both are as probable, and the order of the search stays.
+    pair = candidate("transport_delay", "sensor_lag", rms=HIDDEN)
+    alone = search_result(candidate(rms=LARGE_GAP), pair)
+    selection = select_effects(CASE, alone)
+    named = selected_effects(CASE, alone, selection, {})
+    assert [effect.id for effect in named] == list(selection.best.effects)
