@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import functools
-import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,65 +21,40 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from missing_laws import share
+from missing_laws import diagnosed, kept, share
 
 from ehsid.harness.files import write_text
-from ehsid.harness.gap import diagnose
 from ehsid.harness.parallel import run_tasks
-from ehsid.harness.records import read_record
-from ehsid.harness.rigs import read_rig
-from ehsid.harness.validation.reality.case import Sensors, make_case
 from ehsid.harness.validation.reality.later import LATER
-from ehsid.harness.validation.reality.writing import write_case
 from ehsid.harness.validation.scoring.judging import GAP_SIZES, is_exactly
 
 SEED = 23_000_000  # no check of `ehsid gap-check` has it
-GRADES = ("plain", "hard")
-SENSORS: tuple[Sensors, ...] = ("pressures", "pressures", "position")
-SECONDS, DT_S = 15.0, 1e-3
 
 
 def run_one(folder: Path, index: int) -> dict[str, Any]:
     """Makes, diagnoses and judges one machine, or reads what an earlier run wrote."""
-    kept = folder / f"{index:04d}.json"
-    if kept.exists():
-        read: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
-        return read
-    name = list(LATER)[index % len(LATER)]
-    turn = index // len(LATER)
-    case = make_case(
-        SEED + index,
-        GRADES[turn % len(GRADES)],
-        "one",
-        [name],
-        sensors=SENSORS[turn % len(SENSORS)],
-        seconds=SECONDS,
-        dt_s=DT_S,
-    )
-    place = folder / "records" / case.name
-    write_case(case, place)
-    rig = read_rig(place / "rig.toml")
-    train, validate = (read_record(place / f"{part}.csv") for part in ("train", "validate"))
-    diagnosis = diagnose([train], rig, validate=[validate])
-    far = diagnosis.how_far
-    found = {
-        effect.id: {key: value.value for key, value in effect.parameters.items()}
-        for effect in diagnosis.effects
-    }
-    result = {
-        "effect": name,
-        "sizes": case.answer["effects"][name],
-        "sensors": case.answer["sensors"],
-        "grade": case.answer["grade"],
-        "seed": case.answer["seed"],
-        "verdict": diagnosis.verdict,
-        "found": found,
-        "sets": [list(each) for each in diagnosis.ambiguity_set],
-        "gap": far.calibrated / far.noise_floor[1] if far else 0.0,
-        "seconds": diagnosis.seconds,
-    }
-    write_text(kept, json.dumps(result))
-    return result
+
+    def judged() -> dict[str, Any]:
+        name, turn = list(LATER)[index % len(LATER)], index // len(LATER)
+        case, diagnosis = diagnosed(folder, SEED + index, "one", name, turn)
+        far = diagnosis.how_far
+        return {
+            "effect": name,
+            "sizes": case.answer["effects"][name],
+            "sensors": case.answer["sensors"],
+            "grade": case.answer["grade"],
+            "seed": case.answer["seed"],
+            "verdict": diagnosis.verdict,
+            "found": {
+                effect.id: {key: value.value for key, value in effect.parameters.items()}
+                for effect in diagnosis.effects
+            },
+            "sets": [list(each) for each in diagnosis.ambiguity_set],
+            "gap": far.calibrated / far.noise_floor[1] if far else 0.0,
+            "seconds": diagnosis.seconds,
+        }
+
+    return kept(folder / f"{index:04d}.json", judged)
 
 
 def outcome(row: Mapping[str, Any]) -> str:

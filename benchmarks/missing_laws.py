@@ -33,7 +33,13 @@ from ehsid.harness.parallel import run_tasks
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.rigs.table_words import OF_TERM, OF_VARIABLE, TERM_WORDS, VARIABLE_WORDS
-from ehsid.harness.validation.reality.case import BEFORE_S, RealityCase, Sensors, make_case
+from ehsid.harness.validation.reality.case import (
+    BEFORE_S,
+    Kind,
+    RealityCase,
+    Sensors,
+    make_case,
+)
 from ehsid.harness.validation.reality.truth import Truth
 from ehsid.harness.validation.reality.unnamed import UNNAMED
 from ehsid.harness.validation.reality.writing import write_case
@@ -139,16 +145,32 @@ def judge(case: RealityCase, diagnosis: Diagnosis, name: str) -> dict[str, Any]:
 
 def run_one(folder: Path, index: int) -> dict[str, Any]:
     """Makes, diagnoses and judges one machine, or reads what an earlier run wrote."""
-    kept = folder / f"{index:04d}.json"
-    if kept.exists():
-        read: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
+
+    def judged() -> dict[str, Any]:
+        name, turn = list(UNNAMED)[index % len(UNNAMED)], index // len(UNNAMED)
+        return judge(*diagnosed(folder, SEED + index, "open", name, turn), name)
+
+    return kept(folder / f"{index:04d}.json", judged)
+
+
+def kept(file: Path, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """What an earlier run wrote, or what is made now and written."""
+    if file.exists():
+        read: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
         return read
-    name = list(UNNAMED)[index % len(UNNAMED)]
-    turn = index // len(UNNAMED)
+    result = make()
+    write_text(file, json.dumps(result))
+    return result
+
+
+def diagnosed(
+    folder: Path, seed: int, kind: Kind, name: str, turn: int
+) -> tuple[RealityCase, Diagnosis]:
+    """Makes and diagnoses one machine with an effect; its grade and sensors change by turns."""
     case = make_case(
-        SEED + index,
+        seed,
         GRADES[turn % len(GRADES)],
-        "open",
+        kind,
         [name],
         sensors=SENSORS[turn % len(SENSORS)],
         seconds=SECONDS,
@@ -158,9 +180,7 @@ def run_one(folder: Path, index: int) -> dict[str, Any]:
     write_case(case, place)
     rig = read_rig(place / "rig.toml")
     train, validate = (read_record(place / f"{part}.csv") for part in ("train", "validate"))
-    result = judge(case, diagnose([train], rig, validate=[validate]), name)
-    write_text(kept, json.dumps(result))
-    return result
+    return case, diagnose([train], rig, validate=[validate])
 
 
 def share(values: Sequence[bool]) -> str:

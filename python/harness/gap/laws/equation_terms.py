@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.laws.menu import BENDS_AT_ZERO, CHAMBERS, KNOTS, KNOTS_OF_TIME, knots, sizes
+from ehsid.harness.gap.laws.menu import KNOTS, knots, knots_over, sizes
 from ehsid.harness.gap.laws.trajectory import BY_DIRECTION, LOAD_PRESSURE, RATES, trajectories
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import descent
@@ -133,11 +133,7 @@ def _laws(case: Case, equation: str, here: Mapping[str, FloatArray]) -> tuple[La
     for variable in TABLES[equation]:
         if variable not in here:
             continue
-        samples = here[variable]
-        if variable in CHAMBERS:
-            samples = samples[samples > case.rig.values["supply.tank_pressure_pa"]]
-        count = KNOTS_OF_TIME if variable == "time_s" else KNOTS
-        places = knots(samples, count, bends=variable in BENDS_AT_ZERO)
+        places = knots_over(variable, here[variable], case.rig)
         if places is not None:
             # A rig may have a table of the same name already.
             laws.append(Law(equation, variable, places, sizes(case)[equation], "_missing"))

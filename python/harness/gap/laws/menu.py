@@ -10,9 +10,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-import ehsid
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.laws.trajectory import trajectories
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.law import Law
 from ehsid.harness.gap.model.machine import machine_scale
@@ -58,11 +58,7 @@ def laws(case: Case, candidate: FittedCandidate) -> list[Law]:
         for variable in variables:
             if equation not in scale or variable not in here:
                 continue
-            samples = here[variable]
-            if variable in CHAMBERS:
-                samples = samples[samples > case.rig.values["supply.tank_pressure_pa"]]
-            count = KNOTS_OF_TIME if variable == "time_s" else KNOTS
-            places = knots(samples, count, bends=variable in BENDS_AT_ZERO)
+            places = knots_over(variable, here[variable], case.rig)
             if places is not None:
                 law = Law(equation, variable, places, scale[equation])
                 found.append(_with_free_name(law, case.rig))
@@ -93,23 +89,19 @@ def sizes(case: Case) -> dict[str, float]:
 def visited(case: Case, candidate: FittedCandidate) -> dict[str, FloatArray]:
     """What the simulation of a candidate visits, by variable, all fitted records together."""
     problem = case.problem(candidate.effects, laws=candidate.laws)
-    values = problem.plant_values(candidate.x)[np.newaxis]
-    parts: dict[str, list[FloatArray]] = {"time_s": []}
-    for record in problem.records:
-        outputs, _ = ehsid.simulate_plant(
-            problem.rig.plant,
-            values,
-            record.record.column("command_v"),
-            dt_s=record.dt_s,
-            substeps=problem.substeps,
-            aligned=record.aligned,
-            tables=problem.rig.table_shapes(),
-        )
-        for name, column in zip(ehsid.plant_outputs(), outputs[0].T, strict=True):
-            if np.isfinite(column).all():
-                parts.setdefault(name, []).append(np.asarray(column, dtype=np.float64))
-        parts["time_s"].append(record.dt_s * np.arange(len(record.record), dtype=np.float64))
-    return {name: np.concatenate(columns) for name, columns in parts.items()}
+    records = trajectories(problem, candidate.x)
+    return {name: np.concatenate([here[name] for here in records]) for name in records[0]}
+
+
+def knots_over(variable: str, samples: FloatArray, rig: Rig) -> FloatArray | None:
+    """Knots of a table over a variable; None where it does not vary.
+
+    samples: of the variable. Below the tank pressure a chamber holds a cavity, which no table has.
+    """
+    if variable in CHAMBERS:
+        samples = samples[samples > rig.values["supply.tank_pressure_pa"]]
+    count = KNOTS_OF_TIME if variable == "time_s" else KNOTS
+    return knots(samples, count, bends=variable in BENDS_AT_ZERO)
 
 
 def knots(samples: FloatArray, count: int, *, bends: bool) -> FloatArray | None:
