@@ -83,7 +83,7 @@ class EquationTerms:
     equation
         name of the equation.
     gain
-        logarithm of their evidence above that of none, nats.
+        logarithm of their evidence above that of none, nats, >= 0.
     problem, x
         the fit with the terms over tables, with their sizes.
     sizes
@@ -176,7 +176,9 @@ def _fitted(
             variable: sizes(case)[equation] * math.sqrt(factor)
             for variable, factor in zip(variables, best.factors[len(problem.laws) :], strict=True)
         }
+    # Terms that are off are none: a fit that ended behind that has found nothing.
     gain = best.evidence - without
+    gain = gain if gain > 0.0 else 0.0
     return EquationTerms(equation, gain, problem, x, terms, sizes(case)[equation])
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +22,7 @@ from ehsid.harness.gap.laws.trajectory import trajectories
 from ehsid.harness.gap.model.hats import Hats, hats
 from ehsid.harness.gap.model.law import Law
 from ehsid.harness.gap.model.problem import Problem
-from ehsid.harness.gap.model.smoothing import Part, Smoothed, ornstein_uhlenbeck, smooth
+from ehsid.harness.gap.model.smoothing import Part, ornstein_uhlenbeck, smooth
 from ehsid.harness.gap.model.spectrum import BANDS
 from ehsid.harness.gap.schema import UnknownInput
 from ehsid.harness.parallel import run_together
@@ -43,22 +44,16 @@ def unknown_input(terms: EquationTerms) -> UnknownInput:
     of_records = [hats(record) for record in problem.records]
     here = trajectories(problem, x)
     parts, least, group, information, now = _linearised(terms, of_records, here)
-    tried = run_together(
-        [
-            lambda corner_hz=corner_hz: smooth(  # type: ignore[misc]
-                [
-                    replace(part, correlation=_correlation(own, corner_hz))
-                    for part, own in zip(parts, of_records, strict=True)
-                ],
-                least,
-                group,
-                FIRST_SIZE * terms.scale,
-                information,
-            )
-            for corner_hz in CORNERS_HZ
+    tasks = []
+    for corner_hz in CORNERS_HZ:
+        of_corner = [
+            replace(part, correlation=ornstein_uhlenbeck(own.count, own.spacing_s, corner_hz))
+            for part, own in zip(parts, of_records, strict=True)
         ]
-    )
-    best: Smoothed = max(tried, key=lambda each: each.evidence)
+        size = FIRST_SIZE * terms.scale
+        tasks.append(partial(smooth, of_corner, least, group, size, information))
+    tried = run_together(tasks)
+    best = max(tried, key=lambda each: each.evidence)
     values = [law + mean for law, mean in zip(now, best.means, strict=True)]
     at = {
         variable: np.concatenate(
@@ -89,10 +84,6 @@ def unknown_input(terms: EquationTerms) -> UnknownInput:
         at=at[follows],
         explained=explained,
     )
-
-
-def _correlation(own: Hats, corner_hz: float) -> FloatArray:
-    return ornstein_uhlenbeck(own.count, own.spacing_s, corner_hz)
 
 
 @dataclass(frozen=True, eq=False)
