@@ -11,8 +11,6 @@ FOLDER keeps each finished machine, so that an interrupted run goes on where it 
 
 from __future__ import annotations
 
-import argparse
-import functools
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -21,10 +19,9 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from missing_laws import diagnosed, kept, share
+from missing_laws import diagnosed, kept, options, run_all, share
 
 from ehsid.harness.files import write_text
-from ehsid.harness.parallel import run_tasks
 from ehsid.harness.validation.reality.later import LATER
 from ehsid.harness.validation.scoring.judging import GAP_SIZES, is_exactly
 
@@ -115,17 +112,10 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
 
 def main() -> None:
     """Runs the machines and prints the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
-    parser.add_argument("folder", type=Path, help="finished machines are kept here")
-    parser.add_argument("--count", type=int, default=48, help="number of machines")
+    parser = options(__doc__)
     parser.add_argument("--table", type=Path, help="file of the table")
     given = parser.parse_args()
-    given.folder.mkdir(parents=True, exist_ok=True)
-    tasks = [functools.partial(run_one, given.folder, index) for index in range(given.count)]
-    rows = run_tasks(tasks, lambda done: print(f"{100 * done:.0f} %", flush=True))
-    text = table(rows)
+    text = table(run_all(run_one, given.folder, given.count))
     print(text)
     if given.table is not None:
         write_text(given.table, text + "\n")

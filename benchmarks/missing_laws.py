@@ -284,18 +284,29 @@ def gallery(rows: Rows) -> Figure:
     return figure
 
 
-def main() -> None:
-    """Runs the machines and prints the table."""
+def options(description: str | None) -> argparse.ArgumentParser:
+    """Parser of the options that all such runs have."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+        description=description, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("folder", type=Path, help="finished machines are kept here")
     parser.add_argument("--count", type=int, default=48, help="number of machines")
+    return parser
+
+
+def run_all(one: Callable[[Path, int], dict[str, Any]], folder: Path, count: int) -> Rows:
+    """Runs so many machines, or reads them, and prints the progress."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tasks = [functools.partial(one, folder, index) for index in range(count)]
+    return run_tasks(tasks, lambda done: print(f"{100 * done:.0f} %", flush=True))
+
+
+def main() -> None:
+    """Runs the machines and prints the table."""
+    parser = options(__doc__)
     parser.add_argument("--pictures", type=Path, help="folder of the gallery and the table")
     given = parser.parse_args()
-    given.folder.mkdir(parents=True, exist_ok=True)
-    tasks = [functools.partial(run_one, given.folder, index) for index in range(given.count)]
-    rows = run_tasks(tasks, lambda done: print(f"{100 * done:.0f} %", flush=True))
+    rows = run_all(run_one, given.folder, given.count)
     text = table(rows)
     print(text)
     if given.pictures is not None:

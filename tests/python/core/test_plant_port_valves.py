@@ -62,3 +62,19 @@ def test_a_cavity_is_filled_again_through_the_valve() -> None:
     assert found[0] < 0.3 * cracks_at
     assert found[1:].max() < 10.0 * cracks_at
     assert found[1:].min() > 0.9 * cracks_at
+
+
+def test_a_make_up_valve_that_opens_at_vacuum_only_is_none() -> None:
+    """Sound machines whose chambers reach vacuum fitted best with one that opens 1.4 bar below."""
+    machine = ehsid.MachineScale(
+        force_n=4e4,
+        rated_flow_m3_s=8e-4,
+        full_flow_m3_s=8e-4,
+        pressure_pa=1.4e7,
+        stroke_m=0.3,
+        has_valve=True,
+    )
+    matters = EFFECTS["makeup_check"].matters
+    for pressure, is_one in ((3e4, True), (9e4, True), (1.35e5, False)):
+        sizes = {"pressure_pa": pressure, "flow_gain_m3_s_pa": 4e-9}
+        assert matters(sizes, machine) == is_one
