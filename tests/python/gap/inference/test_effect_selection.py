@@ -12,6 +12,7 @@ import math
 import pytest
 from made_candidates import CASE, FLOOR, candidate, search_result
 
+from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.deciding import VALUES
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.effect_selection import select_effects
@@ -252,3 +253,11 @@ def test_the_effect_that_most_sets_have_is_named_first() -> None:
     selection = select_effects(CASE, alone)
     named = selected_effects(CASE, alone, selection, {})
     assert [effect.id for effect in named] == list(selection.best.effects)
+
+
+def test_every_effect_reads_as_words() -> None:
+    assert in_words(["coulomb_friction_sides"]) == "Coulomb friction by direction"
+    for effect in catalogue():
+        words = in_words([effect])
+        assert "_" not in words
+        assert "sides" not in words
