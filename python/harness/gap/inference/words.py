@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-
 # Ids that do not read as words.
 WORDS = {
     "coulomb_friction_sides": "Coulomb friction by direction",
