@@ -17,6 +17,10 @@ from ehsid.harness.cli.lazy import Verb, lazy_group
 from ehsid.harness.cli.many_values import ManyValues
 
 VERBS = (
+    Verb(
+        "app",
+        "Open the workbench in the browser: from a log to the diagnosis, on this machine only.",
+    ),
     Verb("import", "Read a log of any kind, say what was taken for what, and keep it as a record."),
     Verb("estimate", "Estimate an ARX model recursively, with the code the firmware runs."),
     Verb(

@@ -13,12 +13,13 @@ import typer
 
 from ehsid.harness.cli.common import make_table, refuse
 from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.gap import check_excluded, read_for, told_apart
+from ehsid.harness.cli.gap import check_excluded, read_for
 from ehsid.harness.cli.gap_check import on
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import AsJson, Dask, ExcludedEffects, Workers
 from ehsid.harness.files import check_result_folder, result_folder
 from ehsid.harness.records import NO_HINTS, Hints
+from ehsid.harness.records.telling_apart import told_apart
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.text import printable
 

@@ -14,9 +14,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from ehsid.harness.cli.common import refuse
 from ehsid.harness.cli.usage import UsageError, usage_message
-
-# How the messages begin that pybind11 gives to values which a C++ type cannot hold.
-OF_PYBIND = ("incompatible function arguments", "incompatible constructor arguments")
+from ehsid.harness.error_words import error_words
 
 
 @dataclass(frozen=True)
@@ -69,8 +67,7 @@ class Verb:
 def errors_as_messages() -> Iterator[None]:
     """Makes bad input end in one message and exit code 2, and Ctrl-C in one line and 130.
 
-    There is no traceback. The errors of records, rigs, identification and simulation are all
-    ValueErrors. The others come from numbers, sizes and nesting that no check has foreseen.
+    There is no traceback; an error that is not due to the input has one.
     """
     try:
         yield
@@ -79,43 +76,11 @@ def errors_as_messages() -> Iterator[None]:
     except KeyboardInterrupt:
         typer.echo("ehsid: interrupted", err=True)
         raise typer.Exit(130) from None
-    except ValueError as error:
-        refuse(str(error))
-    except OSError as error:
-        refuse(_of_the_system(error))
-    except MemoryError as error:
-        why = str(error).rstrip(".") or "no more memory"
-        refuse(
-            f"the memory of this machine is not enough ({why}): expected a smaller task; "
-            "take shorter records or signals, a longer sampling time, or fewer --workers"
-        )
-    except OverflowError as error:
-        refuse(
-            f"a number is too large to compute with ({error}): expected ordinary numbers in SI "
-            "units; check the options and the rig file"
-        )
-    except RecursionError:
-        refuse(
-            "the input is nested too deeply: expected the few levels of the documented formats; "
-            "check the rig file"
-        )
-    except TypeError as error:
-        if not any(words in str(error) for words in OF_PYBIND):
+    except Exception as error:
+        words = error_words(error)
+        if words is None:
             raise
-        refuse(
-            f"a number does not fit its type ({str(error).splitlines()[0]}): expected whole "
-            "numbers below 2^31 and finite real numbers; check the options"
-        )
-
-
-def _of_the_system(error: OSError) -> str:
-    """Returns an error of the operating system as a message that names the file."""
-    if error.filename is None or error.strerror is None:
-        return str(error)
-    return (
-        f"{error.filename}: cannot be used ({error.strerror}): expected a path that can be read, "
-        "or written to; check it, and its permissions"
-    )
+        refuse(words)
 
 
 # The contexts and commands of click have the type `Any` here, because some versions of typer bring

@@ -13,12 +13,11 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from ehsid.harness.cli.common import write_figure
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_shown
 from ehsid.harness.cli.options import RECORD_HELP, AsJson
-from ehsid.harness.encoding import json_text, to_plain
-from ehsid.harness.files import result_folder, write_text
+from ehsid.harness.encoding import to_plain
+from ehsid.harness.files import result_folder
 
 if TYPE_CHECKING:
     from ehsid.harness.rig_check import RecordCheck
@@ -67,16 +66,17 @@ def rig_check_command(
 
     Example: ehsid rig check rig.toml run1.csv run2.mf4 --out check
     """
+    from ehsid.harness.report.rig_check_files import files_of, pictures_of, write_rig_check
     from ehsid.harness.rig_check import check_rig, rig_check_file
     from ehsid.harness.rigs import read_rig
 
     if len(records) > MOST_RECORDS:
         raise ValueError(f"{len(records)} records: expected at most {MOST_RECORDS}; name fewer")
-    pictures = [f"rig_check_{i + 1}.png" for i in range(len(records))]
+    pictures = pictures_of(len(records))
     placing = (
         nullcontext()
         if out is None
-        else result_folder(out, "rig-check", ["rig_check.json", *pictures], [rig_file, *records])
+        else result_folder(out, "rig-check", files_of(len(records)), [rig_file, *records])
     )
     with placing as folder:
         rig = read_rig(rig_file)
@@ -88,11 +88,7 @@ def rig_check_command(
         ]
         result = rig_check_file(rig.name, checks)
         if folder is not None:
-            from ehsid.harness.report.rig_check_figure import rig_check_figure
-
-            write_text(folder / "rig_check.json", json_text(result))
-            for name, check in zip(pictures, checks, strict=True):
-                write_figure(folder / name, rig_check_figure(check))
+            write_rig_check(folder, rig, checks)
     if as_json:
         typer.echo(json.dumps(to_plain(result), allow_nan=False))
         return

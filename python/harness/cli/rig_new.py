@@ -12,8 +12,8 @@ import typer
 
 from ehsid.harness.cli.common import make_table, refuse
 from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.rig_questions import EXAMPLES, QUESTIONS, Question, help_of
 from ehsid.harness.files import result_files, write_text
+from ehsid.harness.rigs.questions import EXAMPLES, QUESTIONS, Question, help_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -124,7 +124,7 @@ def _of_one_edge(
     known: dict[str, Quantity], over: DropOver | None, asked: bool, console: Console
 ) -> None:
     """Makes the rated drop that of one edge; asks, or says which was taken."""
-    from dataclasses import replace
+    from ehsid.harness.rigs.answers import of_one_edge
 
     drop = known.get("rated-drop")
     if drop is None:
@@ -135,9 +135,7 @@ def _of_one_edge(
         both = _yes(f"Is the drop of {drop.text} that over both edges, P to A and B to T?", console)
         over = DropOver.both if both else DropOver.edge
     if over is DropOver.both:
-        known["rated-drop"] = replace(
-            drop, value=0.5 * drop.value, text=f"half of {drop.text} over both edges"
-        )
+        known["rated-drop"] = of_one_edge(drop)
     elif over is None:
         console.print(
             f"note: the rated drop of {drop.text} was taken for one edge, P to A; if the data "
@@ -241,8 +239,7 @@ def rig_new_command(
         "pressure-noise": pressure_noise,
     }
     with result_files(out, "rig-new") as folder:
-        from ehsid.harness.rigs import parse_rig
-        from ehsid.harness.rigs.commented import commented_text
+        from ehsid.harness.rigs.answers import check_pairs, rig_file_text
         from ehsid.harness.rigs.new import axis_entries, ehs_entries
 
         known, asked = _known(plant, given, console)
@@ -258,17 +255,7 @@ def rig_new_command(
             if asked:
                 double_rod = double_rod or _yes("Is the rod on both sides of the piston?", console)
                 hoses = hoses or _yes("Do hoses connect valve and cylinder?", console)
-            for pair in (
-                ("line-length", "line-bore"),
-                ("accumulator-volume", "accumulator-precharge"),
-            ):
-                if len(known.keys() & pair) == 1:
-                    raise ValueError(
-                        f"--{pair[0]}, --{pair[1]}: expected both or neither; give the other one, "
-                        "too"
-                    )
+            check_pairs(known)
             entries = ehs_entries(known, double_rod=double_rod, hoses=hoses)
-        text = commented_text(name or out.stem, plant.value, entries)
-        parse_rig(text, source="rig new")
-        write_text(folder / out.name, text)
+        write_text(folder / out.name, rig_file_text(name or out.stem, plant.value, entries))
     _print(entries, out, console)

@@ -37,6 +37,7 @@ from ehsid.harness.records.wish import Wish
 
 if TYPE_CHECKING:
     from ehsid.harness.records.csv_format import CsvTable
+    from ehsid.harness.records.logs.log import Log
     from ehsid.harness.records.mat_format import MatTable
     from ehsid.harness.records.npz_format import NpzTable
     from ehsid.harness.records.parquet_format import ParquetTable
@@ -130,6 +131,22 @@ def read_record(
         if no_signal is not None and not log.series and not log.notes:
             raise no_signal
         return record_of(log, path, wish, name=name, sha256=sha256)
+
+
+def open_unread(path: Path) -> Log:
+    """Returns the log in a file as the file has it, before anything is guessed of it.
+
+    Raises
+    ------
+    RecordError
+        the file cannot be read.
+    """
+    from ehsid.harness.records.logs.opening import open_log
+
+    ending = ending_of(path) if not path.is_dir() else _folder_kind(path)
+    data, _ = _bytes(path, ending)
+    with bounded_memory(path) if ending in UNBOUNDED else nullcontext():
+        return open_log(data, path, ending)
 
 
 def _has_other_time(file_names: Sequence[str]) -> bool:

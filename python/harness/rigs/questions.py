@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What `ehsid rig new` asks for: options and questions, with units and reasons."""
+"""What is asked of a machine to make a rig file: questions with units, reasons and examples."""
 
 from __future__ import annotations
 

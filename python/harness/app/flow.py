@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: MIT
+"""The steps of the workbench, and what opens each: a step opens when the one before holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ehsid.harness.app.reading import reading_of
+from ehsid.harness.app.session import Session
+from ehsid.harness.catalogue.channels import COMMAND, POSITION
+from ehsid.harness.rigs import RigError, read_rig
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step: its key, its title, and what it is for in one sentence."""
+
+    key: str
+    title: str
+    purpose: str
+
+
+STEPS = (
+    Step("load", "Load", "Bring the logs of one machine, as they are."),
+    Step("map", "Map", "See which column was taken for which signal, and correct it."),
+    Step("rig", "Rig", "Describe the machine: cylinder, valve, supply and load."),
+    Step("check", "Check", "See what these records can show, before anything is fitted."),
+    Step("gap", "Gap", "Find where simulation and machine disagree, and which effect causes it."),
+)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Where a step stands.
+
+    Attributes
+    ----------
+    open
+        whether it can be entered.
+    done
+        whether its result holds.
+    why
+        why it is not open, or what its result lacks; "" where all is well.
+    """
+
+    open: bool
+    done: bool
+    why: str = ""
+
+
+def standings(session: Session) -> dict[str, Standing]:
+    """Returns where each step stands, by its key."""
+    found: dict[str, Standing] = {}
+    before = ""
+    for step in STEPS:
+        if before:
+            found[step.key] = Standing(False, False, before)
+            continue
+        lacks = _LACKS[step.key](session)
+        found[step.key] = Standing(True, not lacks, lacks)
+        before = f"{step.title} comes first: {lacks}" if lacks else ""
+    return found
+
+
+def next_step(session: Session) -> str:
+    """Returns the key of the first step whose result does not hold, else of the last one."""
+    found = standings(session)
+    return next((step.key for step in STEPS if not found[step.key].done), STEPS[-1].key)
+
+
+def _load_lacks(session: Session) -> str:
+    if not session.settings.records:
+        return "there is no record yet."
+    unread = [one.id for one in session.settings.records if reading_of(session, one) is None]
+    return f"{', '.join(unread)} is not read yet." if unread else ""
+
+
+def _map_lacks(session: Session) -> str:
+    for entry in session.settings.records:
+        reading = reading_of(session, entry)
+        if reading is None or reading.told != entry.told():
+            return f"{entry.id} is not read yet."
+        if reading.problem:
+            return f"{entry.id} could not be read as a record."
+        for channel, words in ((COMMAND, "command"), (POSITION, "position")):
+            if channel not in reading.channels:
+                return f"the {words} of {entry.id} is not known."
+        if reading.dt_s is None:
+            return f"the sampling time of {entry.id} is not known."
+    if all(entry.held_out for entry in session.settings.records):
+        return "every record is held out; at least one has to be fitted."
+    return ""
+
+
+def _rig_lacks(session: Session) -> str:
+    if not session.rig_file.exists():
+        return "the machine is not described yet."
+    try:
+        read_rig(session.rig_file)
+    except RigError as error:
+        return str(error)
+    return ""
+
+
+def _check_lacks(session: Session) -> str:
+    return _result_lacks(session, "check", "check/rig_check.json")
+
+
+def _gap_lacks(session: Session) -> str:
+    return _result_lacks(session, "gap", "gap/diagnosis.json")
+
+
+def _result_lacks(session: Session, key: str, file: str) -> str:
+    if not (session.folder / file).exists():
+        return "it was not run yet."
+    if session.settings.made_of.get(key) != session.digest(rig=True):
+        return "records or rig have changed since; run it again."
+    return ""
+
+
+_LACKS = {
+    "load": _load_lacks,
+    "map": _map_lacks,
+    "rig": _rig_lacks,
+    "check": _check_lacks,
+    "gap": _gap_lacks,
+}

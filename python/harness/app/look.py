@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""How the workbench looks: one style sheet for all parts, light and dark, and the page around."""
+
+from __future__ import annotations
+
+from html import escape
+from pathlib import Path
+
+import panel as pn
+from bokeh.plotting import figure
+
+from ehsid.harness.report.plotting import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from ehsid.harness.text import printable
+
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+THEMES = {
+    "light": {
+        "ground": "#f3f5f7", "paper": "#ffffff", "ink": "#1c2126", "soft": "#57606a",
+        "line": "#d0d7de", "accent": BLUE, "on": "#ffffff", "good": "#0b6b4d", "bad": "#a63d00",
+        "tint": "#e8f1f8",
+    },
+    "dark": {
+        "ground": "#12161a", "paper": "#1b2026", "ink": "#e6eaee", "soft": "#a3adb8",
+        "line": "#38424c", "accent": SKY, "on": "#0d1216", "good": "#4fc79b", "bad": "#ff9a5c",
+        "tint": "#1f2f3b",
+    },
+}  # fmt: skip
+
+
+STYLE = Path(__file__).parent / "style"
+WORDS, CONTROLS, STEPS, STEP_BUTTON = (
+    (STYLE / f"{name}.css").read_text(encoding="utf-8")
+    for name in ("words", "controls", "steps", "step_button")
+)
+
+
+def template() -> str:
+    """Returns the page around the parts, with the colours of both themes."""
+    rules = "\n  ".join(
+        f"{':root, ' if name == 'light' else ''}[data-theme={name}] {{ color-scheme: {name}; "
+        + " ".join(f"--{key}: {value};" for key, value in colours.items())
+        + " }"
+        for name, colours in THEMES.items()
+    )
+    return (STYLE / "page.html").read_text(encoding="utf-8").replace("THEME_RULES", rules)
+
+
+def words(html: str) -> pn.pane.HTML:
+    """Returns a part of the page made of HTML; what others wrote in it is escaped with `plain`."""
+    return pn.pane.HTML(html, stylesheets=[WORDS], sizing_mode="stretch_width", margin=(4, 0))
+
+
+def plain(text: object) -> str:
+    """Returns a text of others as HTML that says exactly this text."""
+    return escape(printable(str(text)))
+
+
+def table(headings: list[str], rows: list[list[str]], numbers: tuple[int, ...] = ()) -> str:
+    """Returns a table as HTML; the cells are HTML, the columns `numbers` stand to the right."""
+
+    def cell(tag: str, column: int, text: str) -> str:
+        kind = ' class="n"' if column in numbers else ""
+        return f"<{tag}{kind}>{text}</{tag}>"
+
+    head = "".join(cell("th", i, text) for i, text in enumerate(headings))
+    body = "".join(
+        f"<tr>{''.join(cell('td', i, text) for i, text in enumerate(row))}</tr>" for row in rows
+    )
+    return (
+        f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody>'
+        "</table></div>"
+    )
+
+
+def error(text: str) -> str:
+    """Returns a problem as HTML."""
+    return f'<div class="error" role="alert">{plain(text)}</div>' if text else ""
+
+
+def dress(plot: figure, theme: str) -> None:
+    """Gives a plot the colours of the theme."""
+    colours = THEMES[theme]
+    plot.background_fill_color = plot.border_fill_color = colours["paper"]
+    plot.outline_line_color = colours["line"]
+    for axis in plot.axis:
+        axis.axis_label_text_color = axis.major_label_text_color = colours["ink"]
+        axis.axis_label_text_font_style = "normal"
+        axis.axis_line_color = axis.major_tick_line_color = colours["soft"]
+        axis.minor_tick_line_color = None
+    for grid in plot.grid:
+        grid.grid_line_color = colours["line"]
+        grid.grid_line_alpha = 0.6
+    for legend in plot.legend:
+        legend.background_fill_color = colours["paper"]
+        legend.background_fill_alpha = 0.8
+        legend.label_text_color = colours["ink"]
+        legend.border_line_color = colours["line"]

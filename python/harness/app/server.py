@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: MIT
+"""The server of the workbench: on this machine only, and only for who has the token."""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import panel as pn
+from bokeh.server.auth_provider import AuthProvider
+from panel.io.server import get_server
+from tornado.ioloop import IOLoop
+from tornado.web import HTTPError, RequestHandler, stream_request_body
+
+from ehsid.harness.app.page import Page
+from ehsid.harness.app.session import RIG, Session, SessionError, free_name, safe_name
+from ehsid.harness.app.workbench import Workbench
+
+ADDRESS = "127.0.0.1"
+UPLOAD_LIMIT = 2 * 1024**3  # bytes of one file
+MESSAGE_LIMIT = 4 * 1024**2  # bytes of what a page sends otherwise
+COOKIE_S = 30 * 24 * 3600
+# Of the folder of a session, the page may fetch results only.
+SERVED = ("check/", "gap/", RIG)
+KINDS = {".html": "text/html", ".png": "image/png", ".json": "application/json"}
+NO_TOKEN = (
+    "This page needs the address that <code>ehsid app</code> printed, with its token. Copy it from "
+    "the terminal, or start <code>ehsid app</code> again."
+)
+# A report is a page of its own: it may run its scripts, and may not fetch anything.
+REPORT_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; font-src data:; sandbox allow-scripts allow-popups allow-downloads"
+)
+
+
+class _Token(AuthProvider):
+    """Lets in who came once by the address with the token, and has its cookie since."""
+
+    def __init__(self, cookie: str, token: str) -> None:
+        self.cookie, self.token = cookie, token
+        super().__init__()
+
+    def holds(self, handler: RequestHandler) -> bool:
+        """Whether a request has the cookie."""
+        given = handler.get_cookie(self.cookie) or ""
+        return hmac.compare_digest(given.encode(), self.token.encode())
+
+    @property
+    def get_user(self) -> Callable[[RequestHandler], str | None]:
+        return lambda handler: "user" if self.holds(handler) else None
+
+    @property
+    def login_url(self) -> str:
+        return "/login"
+
+    @property
+    def login_handler(self) -> type[RequestHandler]:
+        auth = self
+
+        class Login(RequestHandler):
+            """Takes the token from the address, and leads to the page without it."""
+
+            def get(self) -> None:
+                given = self.get_query_argument("token", "")
+                if hmac.compare_digest(given.encode(), auth.token.encode()):
+                    self.set_cookie(
+                        auth.cookie, auth.token, httponly=True, samesite="Strict", max_age=COOKIE_S
+                    )
+                    # A redirect would still count as coming from elsewhere, without the cookie.
+                    self.finish('<meta http-equiv="refresh" content="0; url=/">')
+                    return
+                self.set_status(403)
+                self.finish(f"<!doctype html><title>ehsid</title><p>{NO_TOKEN}</p>")
+
+        return Login
+
+
+class _Guarded(RequestHandler):
+    """A request for the files of a session."""
+
+    def initialize(self, auth: _Token, workbench: Workbench) -> None:
+        self.auth = auth
+        self.workbench = workbench
+
+    def prepare(self) -> None:
+        if not self.auth.holds(self):
+            raise HTTPError(403)
+
+    def session(self, name: str) -> Session:
+        """Returns the session of a name that exists."""
+        if name not in self.workbench.names():
+            raise HTTPError(404)
+        return self.workbench.opened(name)
+
+
+@stream_request_body
+class _Upload(_Guarded):
+    """Takes a file, piece by piece, into a session."""
+
+    def prepare(self) -> None:
+        super().prepare()
+        # No form of another site can send this header.
+        if self.request.headers.get("X-Ehsid") != "upload":
+            raise HTTPError(403)
+        self.request.connection.set_max_body_size(UPLOAD_LIMIT)  # type: ignore[union-attr]
+        if int(self.request.headers.get("Content-Length", "0")) > UPLOAD_LIMIT:
+            raise HTTPError(413)
+        session = self.session(self.path_args[0])
+        folder = session.folder / "logs"
+        folder.mkdir(exist_ok=True)
+        self._given = unquote(self.request.headers.get("X-Name", ""))
+        taken = {path.name for path in folder.iterdir()}
+        self._target = folder / free_name(safe_name(self._given), taken)
+        self._part = folder / f".{secrets.token_hex(8)}.part"
+        self._file = self._part.open("wb")
+
+    def data_received(self, chunk: bytes) -> None:
+        self._file.write(chunk)
+
+    def post(self, name: str) -> None:
+        self._file.close()
+        session = self.session(name)
+        try:
+            if self._target.suffix == ".toml":
+                self._part.replace(session.rig_file)
+                session.settings.rig.answers.clear()
+                session.save()
+            else:
+                self._part.replace(self._target)
+                self.workbench.read(session, session.add(self._target))
+        except SessionError as error:
+            self.set_status(400)
+            self.finish(str(error))
+            self._target.unlink(missing_ok=True)
+
+    def on_finish(self) -> None:
+        self._drop()
+
+    def on_connection_close(self) -> None:
+        self._drop()
+
+    def _drop(self) -> None:
+        """Leaves nothing of an upload that did not come to its end."""
+        if hasattr(self, "_file"):
+            self._file.close()
+            self._part.unlink(missing_ok=True)
+
+
+class _Result(_Guarded):
+    """Serves a result of a session."""
+
+    def get(self, name: str, path: str) -> None:
+        session = self.session(name)
+        file = (session.folder / path).resolve()
+        if not file.is_relative_to(session.folder) or not file.is_file():
+            raise HTTPError(404)
+        if not file.relative_to(session.folder).as_posix().startswith(SERVED):
+            raise HTTPError(404)
+        kind = KINDS.get(file.suffix, "text/plain")
+        self.set_header("Content-Type", f"{kind}; charset=utf-8")
+        self.set_header("Content-Security-Policy", REPORT_POLICY)
+        self.set_header("X-Content-Type-Options", "nosniff")
+        self.set_header("Cache-Control", "no-store")
+        if self.get_query_argument("download", ""):
+            self.set_header("Content-Disposition", f'attachment; filename="{file.name}"')
+        self.finish(file.read_bytes())
+
+
+def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
+    """Serves the workbench until the program is interrupted.
+
+    Parameters
+    ----------
+    folder
+        folder with the sessions.
+    port
+        number of the port; 0 takes a free one.
+    ready
+        called with the address, token included, as soon as it can be opened.
+
+    Raises
+    ------
+    OSError
+        the port is taken.
+    """
+    pn.extension(inline=True)
+    pn.config.raw_css = []
+    workbench = Workbench(folder)
+    # Cookies of one machine are shared by all its ports.
+    auth = _Token(f"ehsid_{secrets.token_hex(4)}", secrets.token_urlsafe(32))
+    about: dict[str, Any] = {"auth": auth, "workbench": workbench}
+    loop = IOLoop.current()
+    server = get_server(
+        {"/": lambda: Page(workbench).template},
+        port=port,
+        address=ADDRESS,
+        title="ehsid",
+        show=False,
+        start=False,
+        loop=loop,
+        auth_provider=auth,
+        include_cookies=[],
+        include_headers=["Host"],
+        websocket_max_message_size=MESSAGE_LIMIT,
+        check_unused_sessions_milliseconds=5000,
+        unused_session_lifetime_milliseconds=30000,
+        extra_patterns=[
+            (r"/upload/([^/]+)", _Upload, about),
+            (r"/result/([^/]+)/(.+)", _Result, about),
+        ],
+    )
+    # Only the address itself may open a websocket, not another name of this machine.
+    server._tornado._websocket_origins.clear()
+    server._tornado._websocket_origins.add(f"{ADDRESS}:{server.port}")
+    try:
+        server.start()
+        ready(f"http://{ADDRESS}:{server.port}/login?token={auth.token}")
+        loop.start()
+    finally:
+        workbench.close()
+        server.stop()

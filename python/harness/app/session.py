@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: MIT
+"""A session: a folder with the records of one machine, its rig, and all results.
+
+session.toml      what the user chose; written whole after every change
+logs/             files that were dropped on the page
+records/          the records as `ehsid import` writes them; what the later steps read
+looks/            signals as the page draws them; can be made again at any time
+rig.toml          the rig
+check/, gap/      results, as the commands write them
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+import threading
+import unicodedata
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import tomli_w
+
+from ehsid.harness.files import write_text
+
+SETTINGS = "session.toml"
+RIG = "rig.toml"
+MOST_RECORDS = 20
+LONGEST_NAME = 60
+# Names that some systems keep for devices.
+DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+
+
+class SessionError(ValueError):
+    """A session cannot be opened or changed; the message says how to mend it."""
+
+
+class Entry(msgspec.Struct):
+    """A record of the session.
+
+    Attributes
+    ----------
+    id
+        its name among the files of the session.
+    file
+        path of the log: below the folder of the session if relative.
+    held_out
+        whether the diagnosis judges by it and never fits it.
+    maps
+        for a channel the column of the log, such as "Stroke [mm]"; others are guessed.
+    dt_s
+        sampling time that the user states, s; None: as in the log.
+    """
+
+    id: str
+    file: str
+    held_out: bool = False
+    maps: dict[str, str] = msgspec.field(default_factory=dict)
+    dt_s: float | None = None
+
+    def told(self) -> str:
+        """Returns a digest of how the log is to be read."""
+        return _digest(msgspec.json.encode([self.file, self.maps, self.dt_s]))
+
+
+class RigAnswers(msgspec.Struct):
+    """What the user knows of the machine, in the units of engineers; see `rigs.answers`."""
+
+    plant: str = "ehs"
+    answers: dict[str, str] = msgspec.field(default_factory=dict)
+    double_rod: bool = False
+    hoses: bool = False
+    drop_over_both: bool = False
+
+
+class Settings(msgspec.Struct):
+    """Content of session.toml.
+
+    Attributes
+    ----------
+    version
+        of this layout.
+    records
+        in the order in which they were added.
+    rig
+        answers from which the rig was made.
+    made_of
+        for each result of a step the digest of what it was made of.
+    """
+
+    version: int = 1
+    records: list[Entry] = msgspec.field(default_factory=list)
+    rig: RigAnswers = msgspec.field(default_factory=RigAnswers)
+    made_of: dict[str, str] = msgspec.field(default_factory=dict)
+
+
+class Session:
+    """A session, open; several pages may show it, and each hears of every change."""
+
+    def __init__(self, folder: Path) -> None:
+        """Opens the session in a folder, or begins one there.
+
+        Raises
+        ------
+        SessionError
+            the folder cannot be used, or its session.toml is damaged.
+        """
+        self.folder = folder.resolve()
+        self._listeners: list[Callable[[], None]] = []
+        self._lock = threading.RLock()
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self.settings = self._read()
+        except OSError as error:
+            raise SessionError(
+                f"{folder}: cannot be used as the folder of a session ({error.strerror}): expected "
+                "a folder that can be written to; name another one"
+            ) from None
+
+    def _read(self) -> Settings:
+        path = self.folder / SETTINGS
+        if not path.exists():
+            return Settings()
+        try:
+            settings = msgspec.toml.decode(path.read_bytes(), type=Settings)
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            raise SessionError(
+                f"{path}: this is not the file of a session ({error}): expected a file that "
+                "`ehsid app` wrote; move it away to begin anew, the results beside it stay"
+            ) from None
+        for entry in settings.records:
+            if safe_name(entry.id) != entry.id:
+                raise SessionError(
+                    f"{path}: {entry.id!r} is no name of a record: expected a plain file name; "
+                    "correct the file, or move it away to begin anew"
+                )
+        return settings
+
+    @property
+    def name(self) -> str:
+        """Name of the folder."""
+        return self.folder.name
+
+    @property
+    def rig_file(self) -> Path:
+        """Path of the rig file, which need not exist yet."""
+        return self.folder / RIG
+
+    def listen(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Adds a function to be called after every change; returns one that removes it."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener)
+
+    def changed(self) -> None:
+        """Tells all pages that something has changed."""
+        for listener in list(self._listeners):
+            listener()
+
+    def save(self) -> None:
+        """Writes the settings, whole or not at all, and tells all pages."""
+        with self._lock:
+            plain = msgspec.to_builtins(self.settings)
+            for record in plain["records"]:
+                if record["dt_s"] is None:
+                    del record["dt_s"]
+            write_text(self.folder / SETTINGS, tomli_w.dumps(plain))
+        self.changed()
+
+    def log_of(self, entry: Entry) -> Path:
+        """Returns the path of the log of a record."""
+        return self.folder / entry.file  # an absolute path stays as it is
+
+    def record_of(self, entry: Entry) -> Path:
+        """Returns the path of the imported record, which need not exist yet."""
+        return self.folder / "records" / f"{entry.id}.parquet"
+
+    def look_of(self, entry: Entry) -> Path:
+        """Returns the folder with what the page draws of a record."""
+        return self.folder / "looks" / entry.id
+
+    def entry(self, record_id: str) -> Entry | None:
+        """Returns the record of this id; None if there is none."""
+        return next((one for one in self.settings.records if one.id == record_id), None)
+
+    def add(self, path: Path) -> Entry:
+        """Adds a log; a file below the folder of the session is named relative to it.
+
+        Raises
+        ------
+        SessionError
+            there is no such file, or there are too many.
+        """
+        path = path.expanduser().absolute()
+        if not path.exists():
+            raise SessionError(f"{path}: there is no such file or folder; check the path")
+        with self._lock:
+            if len(self.settings.records) >= MOST_RECORDS:
+                raise SessionError(
+                    f"{path.name}: there are {MOST_RECORDS} records already, the most that a "
+                    "session holds; remove one first"
+                )
+            inside = path.is_relative_to(self.folder)
+            file = str(path.relative_to(self.folder) if inside else path)
+            known = next((one for one in self.settings.records if one.file == file), None)
+            if known is not None:
+                return known
+            taken = {one.id for one in self.settings.records}
+            entry = Entry(free_name(safe_name(path.name.split(".")[0]), taken), file)
+            self.settings.records.append(entry)
+            self.save()
+            return entry
+
+    def remove(self, entry: Entry) -> None:
+        """Takes a record out of the session, with the copies that the session made of it."""
+        with self._lock:
+            self.settings.records.remove(entry)
+            if not Path(entry.file).is_absolute():
+                self.log_of(entry).unlink(missing_ok=True)
+            self.record_of(entry).unlink(missing_ok=True)
+            shutil.rmtree(self.look_of(entry), ignore_errors=True)
+            self.save()
+
+    def digest(self, *, rig: bool) -> str:
+        """Returns a digest of what results are made of: the records, and the rig if asked for."""
+        content = msgspec.json.encode(self.settings.records)
+        if rig and self.rig_file.exists():
+            content += self.rig_file.read_bytes()
+        return _digest(content)
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def safe_name(name: str) -> str:
+    """Returns a name of others as a plain file name: no folders, no controls, not too long."""
+    plain = unicodedata.normalize("NFC", name).replace("\\", "/").rpartition("/")[2]
+    plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in plain)
+    plain = plain.strip("._")[:LONGEST_NAME]
+    return f"file_{plain}" if not plain or DEVICES.fullmatch(plain) else plain
+
+
+def free_name(name: str, taken: set[str]) -> str:
+    """Returns the name, with a number behind it if it is taken; case does not matter."""
+    folded = {one.casefold() for one in taken}
+    number, free = 1, name
+    while free.casefold() in folded:
+        number += 1
+        free = f"{name}_{number}"
+    return free

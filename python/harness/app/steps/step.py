@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""What all steps have in common."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import panel as pn
+
+from ehsid.harness.app import look
+from ehsid.harness.app.jobs import Job, State
+
+if TYPE_CHECKING:
+    from ehsid.harness.app.page import Page
+
+
+class StepView:
+    """A step on a page: `layout` is shown, and `refresh` brings it up to date."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.session = page.session
+        self.workbench = page.workbench
+        self.layout = pn.Column(sizing_mode="stretch_width")
+
+    def refresh(self) -> None:
+        """Shows what has changed in the session or its jobs."""
+
+    def button(self, name: str, *, primary: bool = False) -> pn.widgets.Button:
+        """Returns a button in the look of the page."""
+        return pn.widgets.Button(
+            name=name,
+            button_type="primary" if primary else "default",
+            stylesheets=[look.CONTROLS],
+            margin=(4, 8, 4, 0),
+        )
+
+
+def progress(job: Job | None) -> str:
+    """Returns how a job goes as HTML; "" without one, and where it came to a good end."""
+    if job is None or job.state is State.done:
+        return ""
+    if job.state is State.cancelled:
+        return '<p class="soft">Cancelled. Earlier results are unchanged.</p>'
+    if not job.running:
+        return look.error(job.message)
+    left = "" if job.left_s is None else f", about {duration(job.left_s)} to go"
+    share = 100.0 * job.share
+    return (
+        f'<p role="status">{look.plain(job.what)}: {share:.0f} %, {duration(job.seconds)} so far'
+        f'{left}</p><div class="bar"><i style="width:{share:.1f}%"></i></div>'
+    )
+
+
+def duration(seconds: float) -> str:
+    """Returns a duration as people say it; it is rounded so that it does not flicker."""
+    if seconds < 60.0:
+        return f"{5.0 * round(seconds / 5.0):.0f} s" if seconds >= 10.0 else f"{seconds:.0f} s"
+    minutes = seconds / 60.0
+    return f"{minutes:.0f} min" if minutes < 90.0 else f"{minutes / 60.0:.1f} h"

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: MIT
+"""The workbench: the sessions in a folder and the jobs at work for them, without any page."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ehsid.harness.app.jobs import Job, State, Task
+from ehsid.harness.app.session import SETTINGS, Entry, Session, free_name, safe_name
+from ehsid.harness.app.tasks import check_task, gap_task, read_task
+
+FIRST = "machine"
+ERRORS = "errors.log"
+
+
+class Workbench:
+    """The sessions below a folder, each opened once, and their jobs.
+
+    Pages come and go; sessions and jobs stay until the workbench is closed.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+        self._sessions: dict[str, Session] = {}
+        self._jobs: dict[tuple[str, str], Job] = {}
+        self._unread: list[tuple[Session, Entry]] = []
+        self._lock = threading.RLock()
+        self._closed = False
+
+    def names(self) -> list[str]:
+        """Returns the names of the sessions, the one that was changed last in front."""
+        files = [
+            path
+            for path in self.folder.glob(f"*/{SETTINGS}")
+            if safe_name(path.parent.name) == path.parent.name
+        ]
+        return [path.parent.name for path in sorted(files, key=_changed_at, reverse=True)]
+
+    def opened(self, name: str) -> Session:
+        """Returns the session of a name; it is begun if there is none.
+
+        Raises
+        ------
+        SessionError
+            its folder cannot be used.
+        """
+        with self._lock:
+            name = safe_name(name)
+            if name not in self._sessions:
+                session = Session(self.folder / name)
+                if not (session.folder / SETTINGS).exists():
+                    session.save()
+                self._sessions[name] = session
+            return self._sessions[name]
+
+    def latest(self) -> Session:
+        """Returns the session that was changed last, or a new one."""
+        names = self.names()
+        return self.opened(names[0]) if names else self.opened(FIRST)
+
+    def begun(self, name: str) -> Session:
+        """Returns a new session of this name; a number is added where it is taken."""
+        return self.opened(free_name(safe_name(name or FIRST), set(self.names())))
+
+    def job(self, session: Session, key: str) -> Job | None:
+        """Returns the job of a session and a step that runs, or ran last."""
+        return self._jobs.get((session.name, key))
+
+    def read(self, session: Session, entry: Entry) -> None:
+        """Reads a log as soon as no other one is being read."""
+        with self._lock:
+            if not any(one is session and other.id == entry.id for one, other in self._unread):
+                self._unread.append((session, entry))
+            self._read_next()
+
+    def is_reading(self, session: Session) -> bool:
+        """Whether logs of the session are being read, or wait for it."""
+        job = self.job(session, "read")
+        waiting = any(one is session for one, _ in self._unread)
+        return waiting or (job is not None and job.running)
+
+    def _read_next(self) -> None:
+        with self._lock:
+            if self._closed or not self._unread:
+                return
+            if any(job.running for (_, key), job in self._jobs.items() if key == "read"):
+                return
+            session, entry = self._unread.pop(0)
+            self._start(session, "read", f"reading {entry.id}", read_task, entry.id)
+
+    def check(self, session: Session) -> None:
+        """Starts the check of rig and records."""
+        self._start(session, "check", "checking the rig against the records", check_task)
+
+    def diagnose(self, session: Session) -> None:
+        """Starts the diagnosis."""
+        self._start(session, "gap", f"diagnosing {session.name}", gap_task)
+
+    def _start(self, session: Session, key: str, what: str, task: Task, *args: Any) -> None:
+        with self._lock:
+            running = self.job(session, key)
+            if self._closed or (running is not None and running.running):
+                return
+            made_of = session.digest(rig=True)
+            log = session.folder / ERRORS
+            after = self._after(session, key, made_of)
+            self._jobs[session.name, key] = Job(
+                what, task, session.folder, *args, log=log, changed=after
+            )
+        session.changed()
+
+    def _after(self, session: Session, key: str, made_of: str) -> Callable[[], None]:
+        """Returns what is done after a change of a job."""
+
+        def changed() -> None:
+            job = self.job(session, key)
+            if job is None or job.running:
+                session.changed()
+                return
+            if job.state is State.done and key != "read":
+                session.settings.made_of[key] = made_of
+                session.save()
+            else:
+                session.changed()
+            if key == "read":
+                self._read_next()
+
+        return changed
+
+    def close(self) -> None:
+        """Cancels all jobs and waits for the end of their processes."""
+        with self._lock:
+            self._closed = True
+            self._unread.clear()
+            jobs = list(self._jobs.values())
+        for job in jobs:
+            if job.running:
+                job.cancel()
+
+
+def _changed_at(path: Path) -> float:
+    return path.stat().st_mtime

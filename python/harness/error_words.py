@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: MIT
+"""Errors as messages for people: what is wrong, what was expected, and how to mend it."""
+
+from __future__ import annotations
+
+# How the messages begin that pybind11 gives to values which a C++ type cannot hold.
+OF_PYBIND = ("incompatible function arguments", "incompatible constructor arguments")
+
+
+def error_words(error: BaseException) -> str | None:
+    """Returns the message of an error that is due to the input; None for a fault of the program.
+
+    The errors of records, rigs, identification and simulation are all ValueErrors. The others come
+    from numbers, sizes and nesting that no check has foreseen.
+    """
+    if isinstance(error, ValueError):
+        return str(error)
+    if isinstance(error, OSError):
+        return _of_the_system(error)
+    if isinstance(error, MemoryError):
+        why = str(error).rstrip(".") or "no more memory"
+        return (
+            f"the memory of this machine is not enough ({why}): expected a smaller task; "
+            "take shorter records or signals, a longer sampling time, or fewer --workers"
+        )
+    if isinstance(error, OverflowError):
+        return (
+            f"a number is too large to compute with ({error}): expected ordinary numbers in SI "
+            "units; check the options and the rig file"
+        )
+    if isinstance(error, RecursionError):
+        return (
+            "the input is nested too deeply: expected the few levels of the documented formats; "
+            "check the rig file"
+        )
+    if isinstance(error, TypeError) and any(words in str(error) for words in OF_PYBIND):
+        return (
+            f"a number does not fit its type ({str(error).splitlines()[0]}): expected whole "
+            "numbers below 2^31 and finite real numbers; check the options"
+        )
+    return None
+
+
+def _of_the_system(error: OSError) -> str:
+    """Returns an error of the operating system as a message that names the file."""
+    if error.filename is None or error.strerror is None:
+        return str(error)
+    return (
+        f"{error.filename}: cannot be used ({error.strerror}): expected a path that can be read, "
+        "or written to; check it, and its permissions"
+    )
