@@ -17,7 +17,7 @@ from contextlib import suppress
 from enum import StrEnum
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from ehsid.harness.error_words import error_words
 
@@ -27,11 +27,9 @@ SMOOTHING = 0.3  # weight of the newest estimate of the time to go
 LEAST_SHARE = 0.02  # of the work, from which the time to go is told
 
 
-class Task(Protocol):
-    """A function of a module, which a worker calls with the arguments and a function to report."""
-
-    def __call__(self, *args: Any, report: Callable[[float], None]) -> None:
-        """Does the work, and reports the share that is done, 0 to 1."""
+# A function of a module; called with its arguments, and with `report`, to which it tells the share
+# of the work that is done, 0 to 1.
+Task = Callable[..., None]
 
 
 class State(StrEnum):

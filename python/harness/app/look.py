@@ -12,7 +12,11 @@ from bokeh.plotting import figure
 from ehsid.harness.report.plotting import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from ehsid.harness.text import printable
 
-COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+# Colours of lines; blue and vermilion are too dark on a dark ground.
+COLOURS = {
+    "light": (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY),
+    "dark": (SKY, ORANGE, GREEN, PURPLE, VERMILION, BLUE),
+}
 THEMES = {
     "light": {
         "ground": "#f3f5f7", "paper": "#ffffff", "ink": "#1c2126", "soft": "#57606a",
@@ -48,6 +52,14 @@ def template() -> str:
 def words(html: str) -> pn.pane.HTML:
     """Returns a part of the page made of HTML; what others wrote in it is escaped with `plain`."""
     return pn.pane.HTML(html, stylesheets=[WORDS], sizing_mode="stretch_width", margin=(4, 0))
+
+
+def beside(*parts: pn.viewable.Viewable, least: str = "16rem") -> pn.FlexBox:
+    """Returns parts side by side, which share the width, and one below the other where it ends."""
+    for part in parts:
+        part.sizing_mode = None
+        part.styles = {"flex": f"1 1 {least}", "min-width": f"min({least}, 100%)"}
+    return pn.FlexBox(*parts, sizing_mode="stretch_width", gap="0 1.2rem", align_items="start")
 
 
 def plain(text: object) -> str:

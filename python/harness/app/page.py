@@ -80,7 +80,6 @@ class Page:
         template = pn.Template(look.template())
         template.add_variable("session_name", self.session.name)
         template.add_variable("other_words", f"{other} colours")
-        template.add_variable("other_theme", self._address(self.session.name, other))
         template.add_panel("sessions", self._make_sessions())
         template.add_panel("steps", self._steps)
         template.add_panel("step", self._step)
@@ -146,10 +145,15 @@ class Page:
         self._problem.object = look.error(text)
 
     def show(self, key: str) -> None:
-        """Opens a step."""
+        """Opens a step; one that is open stays as it is, so that no click on it is lost."""
+        if self._view is not None and key == self.key:
+            return
         self.key = key
+        if pn.state.location is not None:  # so that a reload leads back here
+            pn.state.location.update_query(session=self.session.name, step=key, theme=self.theme)
         step = next(one for one in STEPS if one.key == key)
         title = look.words(f'<h1>{step.title}</h1><p class="soft">{step.purpose}</p>')
+        self._onward.objects = []
         parts = [title, self._problem, self._onward, self._equivalent]
         try:
             self._view = VIEWS[key](self)
@@ -202,12 +206,8 @@ class Page:
                 stylesheets=[look.CONTROLS],
                 margin=0,
             )
-            button.on_click(self.told(lambda event: self._onward_to(following.key)))
+            button.on_click(self.told(lambda event: self.show(following.key)))
             self._onward.objects = [button]
-
-    def _onward_to(self, key: str) -> None:
-        self._onward.objects = []
-        self.show(key)
 
     def _show_equivalent(self) -> None:
         command = look.plain(shown_commands(self.session, self.key))

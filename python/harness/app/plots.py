@@ -55,7 +55,7 @@ def stacked(
     last = float(size - 1) if time_s is None else float(time_s[-1])
     first = 0.0 if time_s is None else float(time_s[0])
     shared = Range1d(first, max(last, first + 1e-9), bounds="auto")
-    plots, updates = [], []
+    plots, updates, colours = [], [], COLOURS[theme]
     for number, panel in enumerate(panels):
         bottom = number == len(panels) - 1
         plot = figure(
@@ -76,7 +76,7 @@ def stacked(
         for i, line in enumerate(panel.lines):
             source = ColumnDataSource({"x": [], "y": []})
             legend = {"legend_label": printable(line.name)} if len(panel.lines) > 1 else {}
-            plot.line("x", "y", source=source, color=COLOURS[i % len(COLOURS)], **legend)
+            plot.line("x", "y", source=source, color=colours[i % len(colours)], **legend)
             updates.append(_update(source, line, time_s))
         dress(plot, theme)
         plots.append(plot)

@@ -11,7 +11,7 @@ import numpy as np
 from ehsid.harness.app.downsampling import make_pyramid, store
 from ehsid.harness.app.session import Entry, Session
 from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.files import write_text
+from ehsid.harness.files import result_files, write_text
 from ehsid.harness.records import Hints, Record, RecordError
 from ehsid.harness.records.logs.log import Log
 from ehsid.harness.records.logs.mapping import parse_maps
@@ -117,9 +117,10 @@ def read_log(session: Session, entry: Entry) -> Reading:
     else:
         kind, columns = log.kind, _columns(log, folder)
         try:
-            record = read_record(path, required=(), hints=hints_of(entry))
             target.parent.mkdir(exist_ok=True)
-            target.write_bytes(record_bytes(record, target.name))
+            with result_files(target, "import", inputs=[path]) as new:
+                record = read_record(path, required=(), hints=hints_of(entry))
+                (new / target.name).write_bytes(record_bytes(record, target.name))
             reading = _of_record(record, entry, kind, columns, folder)
         except ValueError as error:
             reading = Reading(entry.told(), kind, columns, problem=str(error))

@@ -38,7 +38,7 @@ REPORT_POLICY = (
 )
 
 
-class _Token(AuthProvider):
+class _Token(AuthProvider):  # type: ignore[misc] # bokeh's types are left out
     """Lets in who came once by the address with the token, and has its cookie since."""
 
     def __init__(self, cookie: str, token: str) -> None:

@@ -238,7 +238,7 @@ def safe_name(name: str) -> str:
     plain = unicodedata.normalize("NFC", name).replace("\\", "/").rpartition("/")[2]
     plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in plain)
     plain = plain.strip("._")[:LONGEST_NAME]
-    return f"file_{plain}" if not plain or DEVICES.fullmatch(plain) else plain
+    return f"file_{plain}".rstrip("_") if not plain or DEVICES.fullmatch(plain) else plain
 
 
 def free_name(name: str, taken: set[str]) -> str:

@@ -27,6 +27,7 @@ class Workbench:
         self._sessions: dict[str, Session] = {}
         self._jobs: dict[tuple[str, str], Job] = {}
         self._unread: list[tuple[Session, Entry]] = []
+        self._read_now: tuple[str, str, str] | None = None  # session, record, and what was told
         self._lock = threading.RLock()
         self._closed = False
 
@@ -72,7 +73,8 @@ class Workbench:
     def read(self, session: Session, entry: Entry) -> None:
         """Reads a log as soon as no other one is being read."""
         with self._lock:
-            if not any(one is session and other.id == entry.id for one, other in self._unread):
+            waits = any(one is session and other.id == entry.id for one, other in self._unread)
+            if not waits and self._read_now != (session.name, entry.id, entry.told()):
                 self._unread.append((session, entry))
             self._read_next()
 
@@ -89,6 +91,7 @@ class Workbench:
             if any(job.running for (_, key), job in self._jobs.items() if key == "read"):
                 return
             session, entry = self._unread.pop(0)
+            self._read_now = (session.name, entry.id, entry.told())
             self._start(session, "read", f"reading {entry.id}", read_task, entry.id)
 
     def check(self, session: Session) -> None:
@@ -126,6 +129,7 @@ class Workbench:
             else:
                 session.changed()
             if key == "read":
+                self._read_now = None
                 self._read_next()
 
         return changed

@@ -23,7 +23,7 @@ RECORD = str(EXAMPLES / "data" / "hydraulic_crane.csv")
 CRANE = [RECORD, "--input", "valve_opening", "--output", "oil_pressure"]
 BENCH = str(EXAMPLES / "rigs" / "bench.toml")
 
-DRAWING = {"matplotlib", "bokeh", "jinja2"}
+DRAWING = {"matplotlib", "bokeh", "jinja2", "panel", "tornado"}
 LOGS = {"asammdf", "fastexcel", "h5py", "matio", "mcap", "nptdms", "rosbags"}
 HEAVY = (
     DRAWING

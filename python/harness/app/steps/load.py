@@ -49,20 +49,28 @@ class LoadStep(StepView):
         self._chosen = pn.widgets.Select(
             name="record", stylesheets=[look.CONTROLS], width=260, margin=(4, 8, 4, 0)
         )
-        self._columns = pn.widgets.MultiChoice(
-            name="columns to draw", stylesheets=[look.CONTROLS], sizing_mode="stretch_width"
+        self._columns = pn.widgets.CheckBoxGroup(
+            name="columns to draw",
+            inline=True,
+            stylesheets=[look.CONTROLS],
+            sizing_mode="stretch_width",
+            margin=(4, 0),
         )
         self._plots = pn.Column(sizing_mode="stretch_width")
         self._about = look.words("")
         self._shown: object = None
         self._chosen.param.watch(page.told(lambda event: self._preview()), "value")
         self._columns.param.watch(page.told(lambda event: self._draw()), "value")
+        for entry in self.session.settings.records:  # what a page that was closed has left
+            if reading_of(self.session, entry) is None:
+                self.workbench.read(self.session, entry)
         self.layout.objects = [
             look.words(DROP),
             pn.Row(self._path, add, sizing_mode="stretch_width"),
             self._status,
             self._records,
-            pn.Row(self._chosen, self._columns, sizing_mode="stretch_width"),
+            self._chosen,
+            self._columns,
             self._plots,
             self._about,
         ]
@@ -80,11 +88,6 @@ class LoadStep(StepView):
         """Shows the records, and what is known of them."""
         self._status.object = progress(self.workbench.job(self.session, "read"))
         entries = self.session.settings.records
-        for entry in entries:
-            if reading_of(self.session, entry) is None:
-                job = self.workbench.job(self.session, "read")
-                if job is None or job.state in ("running", "done"):
-                    self.workbench.read(self.session, entry)
         shown = [(entry.id, reading_of(self.session, entry)) for entry in entries]
         if shown == self._shown:
             return
@@ -98,7 +101,7 @@ class LoadStep(StepView):
         )
         self._preview()
 
-    def _line(self, entry: Entry) -> pn.Row:
+    def _line(self, entry: Entry) -> pn.FlexBox:
         reading = reading_of(self.session, entry)
         if reading is None:
             about = '<span class="soft">is being read</span>'
@@ -106,13 +109,13 @@ class LoadStep(StepView):
             about = look.error(reading.problem)
         else:
             rows = max((column.size for column in reading.columns), default=0)
-            about = (
-                f"{look.plain(reading.kind)}: {len(reading.columns)} columns, {rows:,} rows"
-            ).replace(",", " ", 0)
+            about = f"{look.plain(reading.kind)}: {len(reading.columns)} columns, {rows} rows"
         remove = self.button(f"Remove {entry.id}")
         remove.on_click(self.page.told(lambda event: self._remove(entry)))
         text = look.words(f"<b>{look.plain(Path(entry.file).name)}</b><br>{about}")
-        return pn.Row(text, remove, sizing_mode="stretch_width")
+        line = look.beside(text, remove, least="11rem")
+        remove.styles = {"flex": "0 0 auto"}
+        return line
 
     def _remove(self, entry: Entry) -> None:
         if entry in self.session.settings.records:

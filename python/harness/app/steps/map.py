@@ -61,7 +61,7 @@ class MapStep(StepView):
         self._held_out.param.watch(page.told(lambda event: self._hold_out(event.new)), "value")
         self._dt.param.watch(page.told(lambda event: self._set_step(event.new)), "value")
         self.layout.objects = [
-            pn.Row(self._chosen, self._held_out, sizing_mode="stretch_width"),
+            look.beside(self._chosen, self._held_out),
             self._status,
             self._rows,
             self._dt,
@@ -138,7 +138,7 @@ class MapStep(StepView):
         self._read.object = _how_read(reading)
         self._draw(entry, reading)
 
-    def _row(self, channel: str, entry: Entry, reading: Reading) -> pn.Row:
+    def _row(self, channel: str, entry: Entry, reading: Reading) -> pn.FlexBox:
         about = CHANNELS[channel]
         mapped = entry.maps.get(channel, "")
         name, unit = _split(mapped)
@@ -155,7 +155,7 @@ class MapStep(StepView):
         of = pn.widgets.Select(
             options=list(dict.fromkeys(units)),
             value=unit or AS_LOGGED,
-            width=130,
+            width=150,
             margin=(2, 12, 2, 0),
             stylesheets=[look.CONTROLS],
             name="unit",
@@ -165,11 +165,9 @@ class MapStep(StepView):
         column.param.watch(changed, "value")
         of.param.watch(changed, "value")
         text = look.words(f'<p class="small">{_taken(channel, reading)}</p>')
-        text.min_width = 220
-        return pn.Row(
-            pn.FlexBox(column, of, text, align_items="end", sizing_mode="stretch_width"),
-            sizing_mode="stretch_width",
-        )
+        text.sizing_mode = None
+        text.styles = {"flex": "1 1 16rem", "width": "auto"}
+        return pn.FlexBox(column, of, text, align_items="end", sizing_mode="stretch_width")
 
     def _draw(self, entry: Entry, reading: Reading) -> None:
         if reading.problem or not reading.channels:

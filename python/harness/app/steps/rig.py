@@ -9,9 +9,10 @@ import panel as pn
 
 from ehsid.harness.app import look
 from ehsid.harness.app.drawing import machine_svg
+from ehsid.harness.app.session import RIG
 from ehsid.harness.app.steps.step import StepView
 from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.files import write_text
+from ehsid.harness.files import result_files, write_text
 from ehsid.harness.rigs import RigError, read_rig
 from ehsid.harness.rigs.answers import answered, read_answer, rig_file_text
 from ehsid.harness.rigs.new import Entry, shown
@@ -32,8 +33,7 @@ class RigStep(StepView):
             name="machine", options=PLANTS, value=self._known.plant, stylesheets=[look.CONTROLS]
         )
         self._plant.param.watch(page.told(self._change_plant), "value")
-        self._form = pn.Column(sizing_mode="stretch_width", max_width=430)
-        self._beside = pn.Column(sizing_mode="stretch_width", min_width=300)
+        self._form = pn.Column()
         self._drawing, self._values = look.words(""), look.words("")
         self._shown: object = None
         self._build()
@@ -55,15 +55,14 @@ class RigStep(StepView):
         self._form.objects = [
             self._plant,
             look.words("<h2>Needed</h2>"),
-            *needed,
+            look.beside(*needed, least="13rem"),
             look.words('<h2>If known</h2><p class="soft small">Empty: a typical value.</p>'),
             *self._flags(),
-            *further,
+            look.beside(*further, least="13rem"),
         ]
-        self._beside.objects = [self._drawing, self._values]
-        self.layout.objects = [
-            pn.FlexBox(self._form, self._beside, sizing_mode="stretch_width", gap="1.5rem")
-        ]
+        beside = look.beside(self._form, self._drawing, least="24rem")
+        self._drawing.styles |= {"position": "sticky", "top": "1rem"}
+        self.layout.objects = [beside, self._values]
         self._redraw()
 
     def _field(self, question: Question) -> pn.Column:
@@ -128,7 +127,8 @@ class RigStep(StepView):
         if isinstance(entries, list):
             try:
                 text = rig_file_text(self.session.name, self._known.plant, entries)
-                write_text(self.session.rig_file, text)
+                with result_files(self.session.rig_file, "rig-new") as new:
+                    write_text(new / RIG, text)
             except RigError:
                 self.session.rig_file.unlink(missing_ok=True)
         else:
@@ -191,7 +191,7 @@ class RigStep(StepView):
             self._values.object = look.error(str(error))
             return
         rows = [
-            [look.plain(_meaning(key)), look.plain(shown(key, value)),
+            [_meaning(key), look.plain(shown(key, value)),
              f"± {100.0 * rig.uncertainty[key]:.3g} %" if key in rig.uncertainty else ""]
             for key, value in rig.values.items()
         ]  # fmt: skip
@@ -210,14 +210,18 @@ def _hint(question: Question) -> str:
 
 
 def _meaning(key: str) -> str:
+    """Returns the name of a value as the rig file has it, and what it means, as HTML."""
     parameter = plant_parameters().get(key)
-    return key if parameter is None else parameter.meaning
+    name = f"<code>{look.plain(key)}</code>"
+    if parameter is None:
+        return name
+    return f'{name}<br><span class="soft">{look.plain(parameter.meaning)}</span>'
 
 
 def _values(entries: list[Entry]) -> str:
     rows = [
         [
-            look.plain(_meaning(entry.key)),
+            _meaning(entry.key),
             look.plain(entry.shown),
             "" if entry.sigma is None else f"± {100.0 * entry.sigma:.3g} %",
             "given"
