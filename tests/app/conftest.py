@@ -57,13 +57,18 @@ class Served:
         return self.process.wait(30.0)
 
 
+def found_browser() -> str | None:
+    """Return the path of a Chromium of the system; None without one."""
+    return next((found for name in BROWSERS if (found := shutil.which(name))), None)
+
+
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
     pytest.importorskip("panel", reason="the extra app is not installed")
     playwright = pytest.importorskip(
         "playwright.sync_api", reason="the extra browser is not installed"
     )
-    path = next((found for name in BROWSERS if (found := shutil.which(name))), None)
+    path = found_browser()
     if path is None:
         pytest.skip("there is no Chromium: apt-get install chromium")
     with playwright.sync_playwright() as running:

@@ -26,10 +26,10 @@ ANSWERS = {
 
 
 def german_log(path: Path, seconds: float = 4.0, phase: float = 0.0) -> Path:
-    """Write the log of a logger with decimal commas and its own names."""
+    """Write the log of a logger with decimal commas and its own names; the bench has friction."""
     time_s = 1e-3 * np.arange(int(1e3 * seconds))
     command = 2.0 * np.sin(2.0 * np.pi * 1.3 * time_s + phase) + np.sign(np.sin(5.0 * time_s))
-    rig = read_rig(BENCH)
+    rig = read_rig(BENCH).with_values({"effects.coulomb_friction.force_n": 400.0})
     made = simulate(rig, command, dt_s=1e-3).record.columns
     noise = np.random.default_rng(int(10 * phase)).normal(0.0, 1e-2, time_s.size)
     columns = (

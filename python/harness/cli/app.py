@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib.util
 import webbrowser
 from pathlib import Path
@@ -50,4 +51,12 @@ def app_command(
         if not no_browser:
             webbrowser.open(address)
 
-    serve(folder, port, ready=ready)
+    try:
+        serve(folder, port, ready=ready)
+    except OSError as error:
+        if error.errno != errno.EADDRINUSE:
+            raise
+        refuse(
+            f"--port {port}: this port is taken by another program: expected a free one; name "
+            "another port, or leave the option out"
+        )

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""Makes the pictures of docs/app.md: python docs/app/make.py, with the extras app and browser."""
+
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+ROOT = Path(__file__).parents[2]
+sys.path[:0] = [str(ROOT / "tests" / "python"), str(ROOT / "tests" / "app")]
+
+from app_sessions import ANSWERS, german_log  # noqa: E402
+from conftest import Served, found_browser  # noqa: E402
+
+from ehsid.harness.rigs.questions import QUESTIONS  # noqa: E402
+
+OUT = Path(__file__).parent
+STEPS = ("Load", "Map", "Rig", "Check", "Gap")
+WIDTHS = {"": (1400, 1000), "phone_": (390, 844)}
+COLOURS = 128  # of a picture: enough for plots, and a quarter of the size
+
+
+def shoot(page: Any, step: str) -> None:
+    """Takes a picture of a step at both widths."""
+    for name, (width, height) in WIDTHS.items():
+        page.set_viewport_size({"width": width, "height": height})
+        page.wait_for_timeout(1500)
+        path = OUT / f"{name}{step.lower()}.png"
+        page.screenshot(path=path)
+        Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
+    page.set_viewport_size({"width": 1400, "height": 1000})
+
+
+def walk(page: Any, logs: list[Path]) -> None:
+    """Goes through all steps."""
+    page.get_by_text("Drop logs here").wait_for()
+    page.locator("input[type=file]").set_input_files([str(log) for log in logs])
+    for step, following in zip(STEPS, (*STEPS[1:], ""), strict=True):
+        page.get_by_role("heading", name=step, level=1).wait_for()
+        if step == "Rig":
+            words = {one.name: one.words for one in QUESTIONS["ehs"]}
+            for name, text in ANSWERS.items():
+                page.get_by_label(words[name], exact=True).fill(text)
+                page.keyboard.press("Tab")
+        if step == "Gap":
+            page.get_by_role("button", name="Start the diagnosis").click()
+            page.get_by_text("report, to be sent").wait_for()
+        else:
+            page.get_by_role("button", name=f"Next: {following}").wait_for()
+        shoot(page, step)
+        if following:
+            page.get_by_role("button", name=f"Next: {following}").click()
+
+
+def main() -> None:
+    """Makes all pictures."""
+    with tempfile.TemporaryDirectory() as top, sync_playwright() as playwright:
+        logs = [german_log(Path(top) / f"Lauf {i}.csv", 10.0, float(i)) for i in (1, 2)]
+        served = Served(Path(top) / "machines")
+        browser = playwright.chromium.launch(
+            executable_path=found_browser(), args=["--no-sandbox", "--disable-gpu"]
+        )
+        page = browser.new_page(viewport={"width": 1400, "height": 1000})
+        page.set_default_timeout(600_000)
+        page.goto(served.address)
+        walk(page, logs)
+        browser.close()
+        served.stop()
+
+
+if __name__ == "__main__":
+    main()

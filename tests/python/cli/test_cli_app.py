@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: MIT
+"""`ehsid app` where its packages are missing, and what it imports."""
+
+from __future__ import annotations
+
+import importlib.util
+import socket
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from ehsid.harness.cli import app
+
+
+def test_without_panel_it_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    found = importlib.util.find_spec
+
+    def without(name: str, *rest: Any) -> Any:
+        return None if name == "panel" else found(name, *rest)
+
+    monkeypatch.setattr("importlib.util.find_spec", without)
+    outcome = CliRunner().invoke(app, ["app", str(tmp_path / "machines")])
+    assert outcome.exit_code == 2
+    assert "pip install 'ehsid[app]'" in outcome.output
+    assert not (tmp_path / "machines").exists()
+
+
+def test_its_help_names_the_extra_without_importing_it() -> None:
+    outcome = CliRunner().invoke(app, ["app", "--help"], env={"COLUMNS": "200"})
+    assert outcome.exit_code == 0
+    assert "pip install 'ehsid[app,logs]'" in outcome.output
+
+
+def test_a_port_that_is_taken_is_told(tmp_path: Path) -> None:
+    pytest.importorskip("panel", reason="the extra app is not installed")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        command = [sys.executable, "-m", "ehsid", "app", str(tmp_path), "--port", port]
+        outcome = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert outcome.returncode == 2
+    assert f"--port {port}: this port is taken" in outcome.stderr
+    assert "Traceback" not in outcome.stderr
