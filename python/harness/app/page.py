@@ -7,7 +7,6 @@ import traceback
 from collections.abc import Callable
 from functools import wraps
 from typing import Any, ParamSpec
-from urllib.parse import urlencode
 
 import panel as pn
 
@@ -72,6 +71,8 @@ class Page:
 
     def _asked_for(self) -> Session:
         name = _argument("session")
+        if name == NEW:
+            return self.workbench.begun("")
         known = name in self.workbench.names()
         return self.workbench.opened(name) if known else self.workbench.latest()
 
@@ -86,9 +87,6 @@ class Page:
         template.title = f"{self.session.name} - ehsid"
         return template
 
-    def _address(self, session: str, theme: str) -> str:
-        return "?" + urlencode({"session": session, "theme": theme})
-
     def _make_sessions(self) -> pn.widgets.Select:
         names = self.workbench.names()
         chosen = pn.widgets.Select(
@@ -96,13 +94,7 @@ class Page:
             description="machine",
         )  # fmt: skip
 
-        def changed(event: Any) -> None:
-            name = self.workbench.begun("").name if event.new == NEW else event.new
-            if pn.state.location is not None:
-                pn.state.location.search = self._address(name, self.theme)
-                pn.state.location.reload = True
-
-        chosen.param.watch(self.told(changed), "value")
+        chosen.jscallback(value="ehsidGoTo({session: cb_obj.value, step: null})")
         return chosen
 
     def _make_buttons(self) -> dict[str, pn.widgets.Button]:
@@ -114,6 +106,7 @@ class Page:
                 stylesheets=[look.CONTROLS, look.STEP_BUTTON],
             )
             button.on_click(self.told(lambda event, key=step.key: self.show(key)))
+            button.js_on_click(code=_noted(step.key))
             buttons[step.key] = button
         self._steps.objects = list(buttons.values())
         return buttons
@@ -149,8 +142,6 @@ class Page:
         if self._view is not None and key == self.key:
             return
         self.key = key
-        if pn.state.location is not None:  # so that a reload leads back here
-            pn.state.location.update_query(session=self.session.name, step=key, theme=self.theme)
         step = next(one for one in STEPS if one.key == key)
         title = look.words(f'<h1>{step.title}</h1><p class="soft">{step.purpose}</p>')
         self._onward.objects = []
@@ -207,6 +198,7 @@ class Page:
                 margin=0,
             )
             button.on_click(self.told(lambda event: self.show(following.key)))
+            button.js_on_click(code=_noted(following.key))
             self._onward.objects = [button]
 
     def _show_equivalent(self) -> None:
@@ -218,6 +210,11 @@ class Page:
         )
         if self._equivalent.object != html:
             self._equivalent.object = html
+
+
+def _noted(key: str) -> str:
+    """Returns the script that notes a step in the address, so that a reload leads back to it."""
+    return f"ehsidNote({{step: '{key}'}})"
 
 
 def _argument(name: str) -> str:

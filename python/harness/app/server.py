@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import secrets
 from collections.abc import Callable
@@ -14,7 +15,9 @@ import panel as pn
 from bokeh.server.auth_provider import AuthProvider
 from panel.io.server import get_server
 from tornado.ioloop import IOLoop
+from tornado.iostream import StreamClosedError
 from tornado.web import HTTPError, RequestHandler, stream_request_body
+from tornado.websocket import WebSocketClosedError
 
 from ehsid.harness.app.page import Page
 from ehsid.harness.app.session import RIG, Session, SessionError, free_name, safe_name
@@ -171,6 +174,12 @@ class _Result(_Guarded):
         self.finish(file.read_bytes())
 
 
+def _of_the_loop(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Says nothing of a page that was closed while something was sent to it."""
+    if not isinstance(context.get("exception"), (WebSocketClosedError, StreamClosedError)):
+        loop.default_exception_handler(context)
+
+
 def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
     """Serves the workbench until the program is interrupted.
 
@@ -217,6 +226,7 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
     # Only the address itself may open a websocket, not another name of this machine.
     server._tornado._websocket_origins.clear()
     server._tornado._websocket_origins.add(f"{ADDRESS}:{server.port}")
+    loop.asyncio_loop.set_exception_handler(_of_the_loop)  # type: ignore[attr-defined]
     try:
         server.start()
         ready(f"http://{ADDRESS}:{server.port}/login?token={auth.token}")
