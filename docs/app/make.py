@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests" / "python"), str(ROOT / "tests" / "app")]
 
 from app_sessions import ANSWERS, german_log  # noqa: E402
-from conftest import Served, found_browser  # noqa: E402
+from served_workbench import Served, found_browser  # noqa: E402
 
 from ehsid.harness.rigs.questions import QUESTIONS  # noqa: E402
 
@@ -27,6 +27,7 @@ def shoot(page: Any, step: str) -> None:
     """Takes a picture of a step at both widths."""
     for name, (width, height) in WIDTHS.items():
         page.set_viewport_size({"width": width, "height": height})
+        page.evaluate("scrollTo(0, 0)")
         page.wait_for_timeout(1500)
         path = OUT / f"{name}{step.lower()}.png"
         page.screenshot(path=path)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from app_sessions import ANSWERS, BENCH, german_log
+from served_workbench import Served
 
 from ehsid.harness.app.session import Session
 from ehsid.harness.rigs.questions import QUESTIONS
@@ -245,8 +246,6 @@ def test_machines_are_side_by_side(page: Any, served: Any, tmp_path: Path) -> No
 def test_a_session_opens_again_in_a_new_program(
     page: Any, served: Any, tmp_path: Path, browser: Any
 ) -> None:
-    from conftest import Served
-
     drop(page, german_log(tmp_path / "run.csv", 0.5))
     press(page, "Next: Map")
     see(page, "500 samples")
