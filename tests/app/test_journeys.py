@@ -308,6 +308,7 @@ def test_each_step_shows_its_command(page: Any, tmp_path: Path) -> None:
 def refused(request: urllib.request.Request | str) -> int:
     with pytest.raises(urllib.error.HTTPError) as error:
         urllib.request.urlopen(request)
+    error.value.close()
     return error.value.code
 
 
