@@ -301,6 +301,7 @@ def test_steps_are_reached_by_keyboard(page: Any, tmp_path: Path) -> None:
 def test_each_step_shows_its_command(page: Any, tmp_path: Path) -> None:
     drop(page, german_log(tmp_path / "run.csv", 0.5))
     press(page, "Next: Map")
+    see(page, "500 samples")
     page.get_by_text("The command and the Python that do the same").click()
     see(page, "ehsid import logs/run.csv --out records/run.parquet")
 
