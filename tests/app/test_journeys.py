@@ -302,7 +302,7 @@ def test_each_step_shows_its_command(page: Any, tmp_path: Path) -> None:
     drop(page, german_log(tmp_path / "run.csv", 0.5))
     press(page, "Next: Map")
     see(page, "500 samples")
-    page.get_by_text("The command and the Python that do the same").click()
+    press(page, "The command and the Python that do the same")
     see(page, "ehsid import logs/run.csv --out records/run.parquet")
 
 

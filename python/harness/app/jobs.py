@@ -17,7 +17,7 @@ from contextlib import suppress
 from enum import StrEnum
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from ehsid.harness.error_words import error_words
 
@@ -27,9 +27,15 @@ SMOOTHING = 0.3  # weight of the newest estimate of the time to go
 LEAST_SHARE = 0.02  # of the work, from which the time to go is told
 
 
-# A function of a module; called with its arguments, and with `report`, to which it tells the share
-# of the work that is done, 0 to 1.
+# A function of a module; called with its arguments, and with `report`: see `Report`.
 Task = Callable[..., None]
+
+
+class Report(Protocol):
+    """What a task tells while it is at work."""
+
+    def __call__(self, share: float, stage: str = "") -> None:
+        """Tells the share that is done, 0 to 1, and what is done now; "" where that is the same."""
 
 
 class State(StrEnum):
@@ -53,6 +59,8 @@ class Job:
         where it is.
     share
         of the work that is done, 0 to 1.
+    stage
+        what is done now, in words; "" where the task does not tell.
     message
         why it failed or was lost; "" otherwise.
     """
@@ -76,6 +84,7 @@ class Job:
         self.what = what
         self.state = State.running
         self.share = 0.0
+        self.stage = ""
         self.message = ""
         self._began = time.monotonic()
         self._ended: float | None = None
@@ -132,7 +141,7 @@ class Job:
             except (EOFError, OSError):
                 break
             if kind == "share":
-                self._advance(value)
+                self._advance(*value)
             else:
                 self._end(State(kind), value)
         self._process.join()
@@ -145,8 +154,9 @@ class Job:
             "unchanged; start it again, with shorter records if it happens again.",
         )
 
-    def _advance(self, share: float) -> None:
+    def _advance(self, share: float, stage: str) -> None:
         if self.running:
+            self.stage = stage or self.stage
             self.share = max(self.share, min(1.0, share))
             if self.share >= LEAST_SHARE:
                 left = self.seconds * (1.0 - self.share) / self.share
@@ -171,8 +181,8 @@ def _work(sender: Connection, task: Task, args: tuple[Any, ...], log: Path, pare
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started it
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
 
-    def report(share: float) -> None:
-        sender.send(("share", float(share)))
+    def report(share: float, stage: str = "") -> None:
+        sender.send(("share", (float(share), stage)))
 
     try:
         task(*args, report=report)

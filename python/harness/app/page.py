@@ -31,6 +31,7 @@ VIEWS: dict[str, type[StepView]] = {
     "gap": GapStep,
 }
 NEW = "+ new machine"
+FOLD = "The command and the Python that do the same"
 
 P = ParamSpec("P")
 
@@ -57,6 +58,7 @@ class Page:
         self._buttons = self._make_buttons()
         self._problem = look.words("")
         self._equivalent = look.words("")
+        self._fold = self._make_fold()
         self._onward = pn.Row(margin=(10, 0))
         asked = _argument("step")
         found = standings(self.session)
@@ -111,6 +113,16 @@ class Page:
         self._steps.objects = list(buttons.values())
         return buttons
 
+    def _make_fold(self) -> pn.widgets.Toggle:
+        fold = pn.widgets.Toggle(name=FOLD, stylesheets=[look.CONTROLS], margin=(4, 0))
+
+        def turned(event: Any) -> None:
+            self._equivalent.visible = event.new
+
+        fold.param.watch(turned, "value")
+        self._equivalent.visible = False
+        return fold
+
     def told(self, handler: Callable[P, None]) -> Callable[P, None]:
         """Returns a handler whose errors are told on the page; it never shows a traceback."""
 
@@ -145,7 +157,7 @@ class Page:
         step = next(one for one in STEPS if one.key == key)
         title = look.words(f'<h1>{step.title}</h1><p class="soft">{step.purpose}</p>')
         self._onward.objects = []
-        parts = [title, self._problem, self._onward, self._equivalent]
+        parts = [title, self._problem, self._onward, self._fold, self._equivalent]
         try:
             self._view = VIEWS[key](self)
             parts.insert(2, self._view.layout)
@@ -204,10 +216,7 @@ class Page:
     def _show_equivalent(self) -> None:
         command = look.plain(shown_commands(self.session, self.key))
         code = look.plain(python(self.session, self.key))
-        html = (
-            "<details><summary>The command and the Python that do the same</summary>"
-            f"<pre>{command}</pre><pre>{code}</pre></details>"
-        )
+        html = f"<pre>{command}</pre><pre>{code}</pre>"
         if self._equivalent.object != html:
             self._equivalent.object = html
 

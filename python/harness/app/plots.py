@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Range1d
+from bokeh.models import ColumnDataSource, Legend, LegendItem, Range1d
 from bokeh.plotting import figure
 
 from ehsid.harness.app.downsampling import Pyramid
@@ -56,6 +56,7 @@ def stacked(
     first = 0.0 if time_s is None else float(time_s[0])
     shared = Range1d(first, max(last, first + 1e-9), bounds="auto")
     plots, updates, colours = [], [], COLOURS[theme]
+    told: set[str] = set()
     for number, panel in enumerate(panels):
         bottom = number == len(panels) - 1
         plot = figure(
@@ -73,11 +74,18 @@ def stacked(
         )
         plot.toolbar.logo = None
         plot.xaxis.visible = bottom
+        entries = []
         for i, line in enumerate(panel.lines):
             source = ColumnDataSource({"x": [], "y": []})
-            legend = {"legend_label": printable(line.name)} if len(panel.lines) > 1 else {}
-            plot.line("x", "y", source=source, color=colours[i % len(colours)], **legend)
+            drawn = plot.line("x", "y", source=source, color=colours[i % len(colours)])
+            entries.append(LegendItem(label=printable(line.name), renderers=[drawn]))
             updates.append(_update(source, line, time_s))
+        names = {line.name for line in panel.lines}
+        if len(names) > 1 and not names <= told:  # once for panels with the same lines
+            legend = Legend(items=entries, orientation="horizontal", padding=2, margin=2)
+            plot.add_layout(legend, "above")
+            plot.height += 30
+            told |= names
         dress(plot, theme)
         plots.append(plot)
     for update in updates:

@@ -3,17 +3,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 
+from ehsid.harness.app.jobs import Report
 from ehsid.harness.app.reading import read_log
 from ehsid.harness.app.session import Entry, Session
+from ehsid.harness.app.so_far import forget, keep
 from ehsid.harness.catalogue.channels import COMMAND, POSITION, TIME
 from ehsid.harness.files import result_folder, write_text
 from ehsid.harness.records import CHANNELS, Record, read_record
 from ehsid.harness.rigs import Rig, read_rig
+
+if TYPE_CHECKING:
+    from ehsid.harness.gap.schema import Stage
 
 REMARKS = "check/remarks.json"
 REQUIRED = (TIME, COMMAND, POSITION)
@@ -27,7 +32,7 @@ class Said(msgspec.Struct, frozen=True):
     serious: bool
 
 
-def read_task(folder: Path, record_id: str, *, report: Callable[[float], None]) -> None:
+def read_task(folder: Path, record_id: str, *, report: Report) -> None:
     """Reads a log of a session; see `read_log`."""
     session = Session(folder)
     entry = session.entry(record_id)
@@ -36,7 +41,7 @@ def read_task(folder: Path, record_id: str, *, report: Callable[[float], None]) 
     report(1.0)
 
 
-def check_task(folder: Path, *, report: Callable[[float], None]) -> None:
+def check_task(folder: Path, *, report: Report) -> None:
     """Compares rig and records, as `ehsid rig check --out check`, and passes them by the gate."""
     from ehsid.harness.gap.data.gate import gate
     from ehsid.harness.report.rig_check_files import files_of, write_rig_check
@@ -58,21 +63,33 @@ def check_task(folder: Path, *, report: Callable[[float], None]) -> None:
     report(1.0)
 
 
-def gap_task(folder: Path, *, report: Callable[[float], None]) -> None:
-    """Diagnoses the gap, as `ehsid gap --out gap`."""
-    from ehsid.harness.gap import diagnose
+def gap_task(folder: Path, *, report: Report) -> None:
+    """Diagnoses the gap, as `ehsid gap --out gap`, and keeps what is known so far."""
+    from ehsid.harness.gap import STAGES, Interim, diagnose
     from ehsid.harness.gap.diagnosis_file import RESULT_FILES
     from ehsid.harness.records.telling_apart import told_apart
     from ehsid.harness.report.diagnosis_files import write_diagnosis
 
+    past: list[Stage] = []
+
+    def watch(interim: Interim) -> None:
+        keep(folder, interim, past)
+        past.append(interim.stage)
+        report(0.0, STAGES[interim.stage])
+
     session = Session(folder)
+    forget(folder)
     with result_folder(folder / "gap", "gap", RESULT_FILES, _inputs(session)) as new:
         rig = read_rig(session.rig_file)
         entries = sorted(session.settings.records, key=lambda entry: entry.held_out)
         records = told_apart([_read(session, entry, rig) for entry in entries])
         fitted = sum(not entry.held_out for entry in entries)
-        diagnosis = diagnose(records[:fitted], rig, validate=records[fitted:], progress=report)
+        diagnosis = diagnose(
+            records[:fitted], rig, validate=records[fitted:], progress=report, watch=watch
+        )
+        report(1.0, "writing the report")
         write_diagnosis(new, diagnosis, records, str(session.rig_file))
+    forget(folder)
 
 
 def _inputs(session: Session) -> list[Path]:

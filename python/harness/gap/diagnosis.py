@@ -16,7 +16,11 @@ from ehsid.harness.gap.data.regimes import Regimes, visited
 from ehsid.harness.gap.deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
 from ehsid.harness.gap.design.next_experiment import next_experiment
 from ehsid.harness.gap.inference import results
-from ehsid.harness.gap.inference.candidates import calibrate_nuisances, decision_case
+from ehsid.harness.gap.inference.candidates import (
+    FittedCandidate,
+    calibrate_nuisances,
+    decision_case,
+)
 from ehsid.harness.gap.inference.decision import least_loss
 from ehsid.harness.gap.inference.effect_selection import Selection, select_effects
 from ehsid.harness.gap.inference.evidence import left
@@ -24,8 +28,9 @@ from ehsid.harness.gap.inference.identifiability import extrapolated_effects, un
 from ehsid.harness.gap.inference.localisation import localise
 from ehsid.harness.gap.inference.posterior import with_law
 from ehsid.harness.gap.inference.quantised import QUANTISATION, position_step
-from ehsid.harness.gap.inference.search import SearchResult, candidate_effects, search
+from ehsid.harness.gap.inference.search import Look, SearchResult, candidate_effects, search
 from ehsid.harness.gap.inference.verdict import Decision, decide
+from ehsid.harness.gap.interim import Watch, look_for
 from ehsid.harness.gap.laws.choosing import LawsFound, missing_laws
 from ehsid.harness.gap.laws.equation_shares import equation_shares
 from ehsid.harness.gap.laws.words import sentence
@@ -40,6 +45,7 @@ from ehsid.harness.gap.schema import (
     HowFar,
     NextExperiment,
     Remark,
+    Stage,
     Where,
 )
 from ehsid.harness.gap.thresholds import (
@@ -66,6 +72,7 @@ def diagnose(
     validate: Sequence[Record] = (),
     exclude: Sequence[str] = (),
     progress: Progress | None = None,
+    watch: Watch | None = None,
 ) -> Diagnosis:
     """Diagnoses where the gap of rig and records lies, what causes it, and how much it shrinks.
 
@@ -83,6 +90,8 @@ def diagnose(
         ids of effects that are not searched for.
     progress
         called with the share that is done, 0 to 1.
+    watch
+        called when a stage begins, with what is known then.
 
     Returns
     -------
@@ -97,7 +106,7 @@ def diagnose(
     if not records:
         raise ValueError("the diagnosis needs a record")
     with single_threaded_algebra():
-        return _diagnose(records, rig, validate, exclude, progress)
+        return _diagnose(records, rig, validate, exclude, progress, watch)
 
 
 def _diagnose(
@@ -106,6 +115,7 @@ def _diagnose(
     validate: Sequence[Record],
     exclude: Sequence[str],
     progress: Progress | None,
+    watch: Watch | None,
 ) -> Diagnosis:
     began = time.monotonic()
     remarks = gate([*records, *validate], rig)
@@ -123,19 +133,24 @@ def _diagnose(
     effect_ids = candidate_effects(rig, exclude)
     regimes = [visited(record, rig) for record in case.records]
     evaluation = _evaluate(
-        case, regimes, exclude, _sub_progress(progress, 0.0, 0.6 if validate else 0.9)
+        case,
+        regimes,
+        exclude,
+        _sub_progress(progress, 0.0, 0.6 if validate else 0.9),
+        look_for(watch, case),
     )
     if validate and _leaves_large_gap(evaluation):
         # The other records cannot show an effect that only the held-out records excite.
         # Therefore all records are fitted together.
         joint_case = make_case(rig, [*fitted, *held_out])
-        joint = _evaluate(joint_case, regimes, exclude, _sub_progress(progress, 0.6, 0.9))
-        joint = _with_missing_laws(joint, regimes)
+        look = look_for(watch, joint_case)
+        joint = _evaluate(joint_case, regimes, exclude, _sub_progress(progress, 0.6, 0.9), look)
+        joint = _with_missing_laws(joint, regimes, look)
         if joint.selection.posterior.outside < FIT_TOGETHER or joint.laws is not None:
             evaluation = joint
             remarks = (*remarks, Remark("", FITTED_TOGETHER))
     if evaluation.laws is None:
-        evaluation = _with_missing_laws(evaluation, regimes)
+        evaluation = _with_missing_laws(evaluation, regimes, look_for(watch, evaluation.case))
     case, search_result, laws = evaluation.case, evaluation.search_result, evaluation.laws
     selection, decision = evaluation.selection, evaluation.decision
     best, values = selection.best, evaluation.values
@@ -152,6 +167,8 @@ def _diagnose(
     if decision.verdict == "effects" and not fitted_effects:
         where = Where(subsystem={"sensor": 1.0})
     elif structural:
+        told = best if laws is None else laws.candidate
+        _tell(look_for(watch, case), "where", search_result, told)
         shares = {effect.id: effect.share_of_shrinkage for effect in fitted_effects}
         of_laws = [
             (table_subsystem(found.law.adds_to, found.law.of), found.share_of_shrinkage)
@@ -259,6 +276,12 @@ class _Evaluation:
         )
 
 
+def _tell(look: Look | None, stage: Stage, found: SearchResult, best: FittedCandidate) -> None:
+    """Tells that a stage begins after the search."""
+    if look is not None:
+        look(stage, found.nominal, found.calibrated, [best, *found.fitted()])
+
+
 def _leaves_large_gap(evaluation: _Evaluation) -> bool:
     """Whether the held-out records show a cause that the catalogue lacks, or the fitted records."""
     if evaluation.selection.posterior.outside < FIT_TOGETHER:
@@ -270,9 +293,13 @@ def _leaves_large_gap(evaluation: _Evaluation) -> bool:
 
 
 def _evaluate(
-    case: Case, regimes: Sequence[Regimes], exclude: Sequence[str], progress: Progress | None
+    case: Case,
+    regimes: Sequence[Regimes],
+    exclude: Sequence[str],
+    progress: Progress | None,
+    look: Look | None,
 ) -> _Evaluation:
-    search_result = search(case, exclude, progress)
+    search_result = search(case, exclude, progress, look)
     selection = select_effects(case, search_result)
     best = selection.best
     runs, reduction = results.held_out_results(
@@ -287,7 +314,9 @@ def _evaluate(
     )
 
 
-def _with_missing_laws(evaluation: _Evaluation, regimes: Sequence[Regimes]) -> _Evaluation:
+def _with_missing_laws(
+    evaluation: _Evaluation, regimes: Sequence[Regimes], look: Look | None
+) -> _Evaluation:
     """Adds the laws of a cause outside of the catalogue, as far as they can be told.
 
     The set that is then named is that of the effects that the laws do not make needless. Where
@@ -300,6 +329,7 @@ def _with_missing_laws(evaluation: _Evaluation, regimes: Sequence[Regimes]) -> _
     least = 2.0 * EFFECT if in_doubt else 0.0
     if kind != "outside" and not in_doubt:
         return evaluation
+    _tell(look, "laws", search_result, evaluation.selection.best)
     laws = missing_laws(case, search_result.calibrated, evaluation.selection.best)
     if laws is None or laws.evidence < least:
         return evaluation

@@ -18,6 +18,9 @@ from ehsid.harness.rigs.table_law import TableLaw
 Verdict = Literal[
     "no_gap", "parameters", "effects", "ambiguous", "outside_catalogue", "insufficient_data"
 ]
+# What a diagnosis does: it fits the values of the rig, each effect alone and briefly, the best of
+# them at length, then sets of them; it weighs the sets, looks for missing laws, and tells where.
+Stage = Literal["values", "alone", "at length", "together", "deciding", "laws", "where"]
 SUBSYSTEMS = ("valve", "hydraulics", "mechanics", "sensor", "timing")
 
 
@@ -400,6 +403,33 @@ class HeldOutRun:
     nominal: Mapping[str, FloatArray]
     calibrated: Mapping[str, FloatArray]
     augmented: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Interim:
+    """What is known when a stage of a diagnosis begins; none of it is a result yet.
+
+    Attributes
+    ----------
+    stage
+        what is done now.
+    runs
+        held-out data, measured and simulated: as configured, with the values of the rig fitted,
+        and with the set that is ahead so far.
+    how_far
+        the gaps of these simulations.
+    ahead
+        ids of the effects of the set that is ahead; none where the rig alone is.
+    sets
+        sets of effects that were fitted, each with the nrmse that it leaves on held-out data,
+        smallest first.
+    """
+
+    stage: Stage
+    runs: tuple[HeldOutRun, ...]
+    how_far: HowFar
+    ahead: tuple[str, ...]
+    sets: tuple[tuple[tuple[str, ...], float], ...]
 
 
 @dataclass(frozen=True, eq=False)

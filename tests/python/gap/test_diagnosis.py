@@ -7,7 +7,7 @@ import math
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any, cast, get_args
 
 import numpy as np
 import pytest
@@ -18,25 +18,52 @@ from made_diagnoses import FRICTION, bench, measured_record
 from ehsid.harness.gap import Diagnosis, diagnose
 from ehsid.harness.gap import diagnosis as diagnosis_module
 from ehsid.harness.gap.deciding import FIT_TOGETHER, WORSE_HELD_OUT
-from ehsid.harness.gap.schema import SUBSYSTEMS
+from ehsid.harness.gap.schema import SUBSYSTEMS, Interim, Stage
 from ehsid.harness.parallel import workers
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import Rig
 
 
 @cache
-def with_friction() -> Diagnosis:
+def with_friction_and_stages() -> tuple[Diagnosis, list[Interim]]:
     """The diagnosis of a rig with other values and Coulomb friction of 412 N: made_diagnoses."""
     progress_shares: list[float] = []
+    stages: list[Interim] = []
     diagnosis = diagnose(
         [measured_record("fit", 1, seconds=6.0, dt_s=1e-3)],
         bench(),
         validate=[measured_record("judge", 2, seconds=6.0, dt_s=1e-3)],
         progress=progress_shares.append,
+        watch=stages.append,
     )
     assert progress_shares == sorted(progress_shares)
     assert progress_shares[-1] == 1.0
-    return diagnosis
+    return diagnosis, stages
+
+
+def with_friction() -> Diagnosis:
+    return with_friction_and_stages()[0]
+
+
+@pytest.mark.slow
+def test_each_stage_tells_what_is_known() -> None:
+    diagnosis, stages = with_friction_and_stages()
+    names = list(dict.fromkeys(one.stage for one in stages))
+    assert names == [one for one in get_args(Stage) if one in names]
+    assert {"values", "alone", "at length", "deciding", "where"} <= set(names)
+    how_far = diagnosis.how_far
+    assert how_far is not None
+    first, *_, last = stages
+    assert first.how_far.augmented == first.how_far.calibrated == how_far.nominal
+    assert first.sets == () == first.ahead
+    assert last.ahead == ("coulomb_friction",)
+    assert last.how_far.augmented == pytest.approx(how_far.augmented)
+    assert dict(last.sets)["coulomb_friction",] == pytest.approx(how_far.augmented)
+    for stage in stages:
+        assert [run.record for run in stage.runs] == ["judge"]
+        assert stage.runs[0].augmented.keys() == diagnosis.runs[0].augmented.keys()
+        left = [gap for _, gap in stage.sets]
+        assert left == sorted(left)
 
 
 @pytest.mark.slow

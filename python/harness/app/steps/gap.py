@@ -10,6 +10,7 @@ import panel as pn
 
 from ehsid.harness.app import look
 from ehsid.harness.app.flow import standings
+from ehsid.harness.app.steps.so_far import SoFarView
 from ehsid.harness.app.steps.step import StepView, progress
 from ehsid.harness.gap.diagnosis_file import RESULT_FILES
 
@@ -38,10 +39,12 @@ class GapStep(StepView):
         self._cancel = self.button("Cancel")
         self._cancel.on_click(page.told(self._end))
         self._plan, self._status, self._result = (look.words("") for _ in range(3))
+        self._so_far = SoFarView(self.session.folder, page.theme)
         self.layout.objects = [
             self._plan,
             pn.Row(self._start, self._cancel),
             self._status,
+            self._so_far.layout,
             self._result,
         ]
         # The time that has passed goes on although nothing is reported.
@@ -76,7 +79,8 @@ class GapStep(StepView):
             '<span class="soft">It takes minutes. The page may be closed or reloaded meanwhile.'
             "</span></p>"
         )
-        html = self._found(standing.why if not running else "")
+        self._so_far.refresh(running=running)
+        html = "" if running else self._found(standing.why)
         if self._result.object != html:
             self._result.object = html
 

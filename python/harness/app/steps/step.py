@@ -48,7 +48,8 @@ def progress(job: Job | None) -> str:
     share = 100.0 * job.share
     return (
         f'<p role="status">{look.plain(job.what)}: {share:.0f} %, {duration(job.seconds)} so far'
-        f'{left}</p><div class="bar"><i style="width:{share:.1f}%"></i></div>'
+        f"{left}{f'; {look.plain(job.stage)}' if job.stage else ''}</p>"
+        f'<div class="bar"><i style="width:{share:.1f}%"></i></div>'
     )
 
 

@@ -31,6 +31,7 @@ from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.machine import effect_starts
 from ehsid.harness.gap.model.parameters import effect_parameters
 from ehsid.harness.gap.model.separation import contains
+from ehsid.harness.gap.schema import Stage
 from ehsid.harness.gap.thresholds import (
     AT_FLOOR,
     BEAM,
@@ -43,6 +44,9 @@ from ehsid.harness.gap.thresholds import (
 )
 from ehsid.harness.parallel import Progress, run_threads, run_together
 from ehsid.harness.rigs import Rig
+
+# Called when a stage begins: rig as configured, with its values fitted, sets, that ahead first.
+Look = Callable[[Stage, FittedCandidate, FittedCandidate, Sequence[FittedCandidate]], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,17 +92,24 @@ def candidate_effects(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
 
 
 def search(
-    case: Case, exclude: Sequence[str] = (), progress: Progress | None = None
+    case: Case,
+    exclude: Sequence[str] = (),
+    progress: Progress | None = None,
+    look: Look | None = None,
 ) -> SearchResult:
     """Fits all sets of effects that may explain the records; it decides only where to look."""
     staged = _StagedProgress(progress)
+    look = _no_look if look is None else look
     nominal = nominal_candidate(case)
+    look("values", nominal, nominal, [nominal])
     calibrated = calibrate(case)
     staged.done(0.1)
+    look("alone", nominal, calibrated, [calibrated])
     effect_ids = candidate_effects(case.rig, exclude)
     screened = _screen_extensions(
         case, [calibrated], effect_ids, staged.part(0.35), extra_x=[nominal.x]
     )
+    look("at length", nominal, calibrated, _by_held_out_cost(calibrated, *screened))
     single_effects = _refine_promising(case, screened, _total_cost(calibrated), staged.part(0.5))
     # The calibration alone gets the same chance: it starts again from the values of the rig that
     # the fits with the best effects have reached.
@@ -117,6 +128,7 @@ def search(
         parents = [each for each in front if _is_ahead_of_all_inside(case, each, contained)][:BEAM]
         if not parents:
             break
+        look("together", nominal, calibrated, _by_held_out_cost(*contained, *screened))
         extended = _screen_extensions(
             case, parents, effect_ids, staged.part(0.5 + 0.2 * count - 0.25)
         )
@@ -142,13 +154,22 @@ def search(
     refined += run_together(_spelled_out_tasks(case, effect_ids, refined, refined))
     calibrated, *refined = never_behind(case, without_small_effects(case, [calibrated, *refined]))
     staged.done(1.0)
+    look("deciding", nominal, calibrated, _by_held_out_cost(calibrated, *refined, *screened))
     return SearchResult(
         nominal, calibrated, tuple(sorted(refined, key=_held_out_cost)), tuple(screened)
     )
 
 
+def _no_look(*known: object) -> None:
+    """Nobody asked to be told."""
+
+
 def _held_out_cost(candidate: FittedCandidate) -> float:
     return candidate.held_out_cost
+
+
+def _by_held_out_cost(*candidates: FittedCandidate) -> list[FittedCandidate]:
+    return sorted(candidates, key=_held_out_cost)
 
 
 def _total_cost(candidate: FittedCandidate) -> float:

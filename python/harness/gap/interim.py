@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: MIT
+"""Tells what is known while a diagnosis is at work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from ehsid.harness.gap.inference import results
+from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.gap_reduction import mean_gap
+from ehsid.harness.gap.inference.search import Look
+from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.schema import Interim, Stage
+
+Watch = Callable[[Interim], None]
+
+STAGES: MappingProxyType[Stage, str] = MappingProxyType(
+    {
+        "values": "fitting the values of the rig",
+        "alone": "trying each effect alone, briefly",
+        "at length": "fitting the best effects at length",
+        "together": "trying effects together",
+        "deciding": "weighing the explanations",
+        "laws": "looking for laws that the catalogue lacks",
+        "where": "telling where the gap lies",
+    }
+)
+
+
+def look_for(watch: Watch | None, case: Case) -> Look | None:
+    """Returns what is called at the begin of each stage, so that `watch` is told what is known."""
+    if watch is None:
+        return None
+
+    def look(
+        stage: Stage,
+        nominal: FittedCandidate,
+        calibrated: FittedCandidate,
+        fitted: Sequence[FittedCandidate],
+    ) -> None:
+        runs, how_far = results.held_out_results(case, nominal, calibrated, fitted[0])
+        left: dict[tuple[str, ...], float] = {}
+        for candidate in fitted:
+            gap = mean_gap(candidate.sums)
+            if candidate.effects and np.isfinite(gap):
+                left[candidate.effects] = min(gap, left.get(candidate.effects, gap))
+        sets = sorted(left.items(), key=lambda one: one[1])
+        watch(Interim(stage, runs, how_far, fitted[0].effects, tuple(sets)))
+
+    return look
