@@ -13,27 +13,33 @@ from pathlib import Path
 
 import pytest
 
-from ehsid.harness.app.jobs import Job, State
+from ehsid.harness.app.jobs import Job, Report, State
 
 WAIT_S = 60.0
 
 
-def well(path: Path, *, report: Callable[[float], None]) -> None:
+def well(path: Path, *, report: Report) -> None:
     for share in (0.25, 0.5, 0.75):
         report(share)
         time.sleep(0.05)
     path.write_text("done")
 
 
-def badly(*, report: Callable[[float], None]) -> None:
+def in_stages(*, report: Report) -> None:
+    report(0.1, "fitting")
+    report(0.6)
+    report(0.7, "writing")
+
+
+def badly(*, report: Report) -> None:
     raise ValueError("rec.csv, row 7: expected a number; correct it")
 
 
-def wrongly(*, report: Callable[[float], None]) -> None:
+def wrongly(*, report: Report) -> None:
     raise KeyError("a fault")
 
 
-def for_ever(path: Path, *, report: Callable[[float], None]) -> None:
+def for_ever(path: Path, *, report: Report) -> None:
     path.write_text(str(os.getpid()))
     report(0.5)
     time.sleep(600.0)
@@ -68,6 +74,22 @@ def test_a_job_goes_on_and_ends(tmp_path: Path) -> None:
     assert shares == sorted(shares)
     assert {0.25, 0.5, 0.75, 1.0} <= set(shares)
     assert job.left_s is None
+
+
+def test_a_stage_is_told_until_the_next_one_begins(tmp_path: Path) -> None:
+    told: list[tuple[float, str]] = []
+    job: list[Job] = []
+    made = Job(
+        "reading run1",
+        in_stages,
+        log=tmp_path / "errors.log",
+        changed=lambda: told.extend((one.share, one.stage) for one in job),
+    )
+    job.append(made)
+    made.wait(WAIT_S)
+    assert told[-1] == (1.0, "writing")
+    assert (0.6, "writing") not in told
+    assert (0.7, "fitting") not in told
 
 
 def test_bad_input_is_told_in_its_own_words(tmp_path: Path) -> None:

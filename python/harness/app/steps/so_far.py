@@ -97,12 +97,11 @@ def _words(known: SoFar) -> str:
     if known.sets:
         rows = [[look.plain(_first_upper(in_words(ids))), _percent(gap)] for ids, gap in known.sets]
         html += look.table(["sets that were tried, so far", "gap that is left"], rows, (1,))
-    record = (
-        f"<p>Record {look.plain(known.runs[0].record)}; error: simulated minus measured.</p>"
-        if known.runs
-        else ""
-    )
-    return f'{html}<p class="soft">Not a result yet: what has more values always leaves a little less.</p>{record}'
+    html += '<p class="soft">Not a result yet: what has more values always leaves less.</p>'
+    if known.runs:
+        name = look.plain(known.runs[0].record)
+        html += f"<p>Held-out data of {name}; error: simulated minus measured.</p>"
+    return html
 
 
 def _bars(gaps: dict[str, float | None]) -> str:
