@@ -12,7 +12,7 @@ import panel as pn
 
 from ehsid.harness.app import look
 from ehsid.harness.app.equivalent import python, shown_commands
-from ehsid.harness.app.flow import STEPS, next_step, standings
+from ehsid.harness.app.flow import STEPS, Standing, Step, next_step, standings
 from ehsid.harness.app.session import Session
 from ehsid.harness.app.steps.check import CheckStep
 from ehsid.harness.app.steps.gap import GapStep
@@ -31,6 +31,8 @@ VIEWS: dict[str, type[StepView]] = {
     "gap": GapStep,
 }
 NEW = "+ new machine"
+# Notes the step of a button in the address, so that a reload leads back to it.
+NOTE = "ehsidNote({step: source.tags[0]})"
 FOLD = "The command and the Python that do the same"
 
 P = ParamSpec("P")
@@ -59,7 +61,8 @@ class Page:
         self._problem = look.words("")
         self._equivalent = look.words("")
         self._fold = self._make_fold()
-        self._onward = pn.Row(margin=(10, 0))
+        self._next, self._not_yet = self._make_next(), look.words("")
+        self._onward = pn.Row(self._next, self._not_yet, margin=(10, 0))
         asked = _argument("step")
         found = standings(self.session)
         self.key = asked if asked in found and found[asked].open else next_step(self.session)
@@ -105,10 +108,11 @@ class Page:
             button = pn.widgets.Button(
                 sizing_mode="stretch_width",
                 margin=0,
+                tags=[step.key],
                 stylesheets=[look.CONTROLS, look.STEP_BUTTON],
             )
             button.on_click(self.told(lambda event, key=step.key: self.show(key)))
-            button.js_on_click(code=_noted(step.key))
+            button.js_on_click(code=NOTE)
             buttons[step.key] = button
         self._steps.objects = list(buttons.values())
         return buttons
@@ -156,7 +160,6 @@ class Page:
         self.key = key
         step = next(one for one in STEPS if one.key == key)
         title = look.words(f'<h1>{step.title}</h1><p class="soft">{step.purpose}</p>')
-        self._onward.objects = []
         parts = [title, self._problem, self._onward, self._fold, self._equivalent]
         try:
             self._view = VIEWS[key](self)
@@ -191,27 +194,28 @@ class Page:
         except Exception as error:
             self.tell(error)
 
-    def _show_onward(self, found: dict[str, Any]) -> None:
-        keys = [step.key for step in STEPS]
-        place = keys.index(self.key)
-        if place + 1 == len(keys):
-            self._onward.objects = []
+    def _show_onward(self, found: dict[str, Standing]) -> None:
+        following = self._following()
+        may = following is not None and found[following.key].open
+        self._next.visible = may
+        self._not_yet.object = ""
+        if following is None:
             return
-        following = STEPS[place + 1]
-        if not found[following.key].open:
-            lacks = found[self.key].why
-            text = f'<p class="soft">{following.title} opens next: {look.plain(lacks)}</p>'
-            self._onward.objects = [look.words(text)]
-        elif not self._onward.objects or not isinstance(self._onward[0], pn.widgets.Button):
-            button = pn.widgets.Button(
-                name=f"Next: {following.title}",
-                button_type="primary",
-                stylesheets=[look.CONTROLS],
-                margin=0,
-            )
-            button.on_click(self.told(lambda event: self.show(following.key)))
-            button.js_on_click(code=_noted(following.key))
-            self._onward.objects = [button]
+        self._next.param.update(name=f"Next: {following.title}", tags=[following.key])
+        if not may:
+            why = look.plain(found[self.key].why)
+            self._not_yet.object = f'<p class="soft">{following.title} opens next: {why}</p>'
+
+    def _following(self) -> Step | None:
+        """Returns the step after the one that is open; None after the last one."""
+        place = [step.key for step in STEPS].index(self.key)
+        return STEPS[place + 1] if place + 1 < len(STEPS) else None
+
+    def _make_next(self) -> pn.widgets.Button:
+        button = pn.widgets.Button(button_type="primary", stylesheets=[look.CONTROLS], margin=0)
+        button.on_click(self.told(lambda event: self.show(button.tags[0])))
+        button.js_on_click(code=NOTE)
+        return button
 
     def _show_equivalent(self) -> None:
         command = look.plain(shown_commands(self.session, self.key))
@@ -219,11 +223,6 @@ class Page:
         html = f"<pre>{command}</pre><pre>{code}</pre>"
         if self._equivalent.object != html:
             self._equivalent.object = html
-
-
-def _noted(key: str) -> str:
-    """Returns the script that notes a step in the address, so that a reload leads back to it."""
-    return f"ehsidNote({{step: '{key}'}})"
 
 
 def _argument(name: str) -> str:

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Legend, LegendItem, Range1d
+from bokeh.layouts import column
+from bokeh.models import Column, ColumnDataSource, Legend, LegendItem, Range1d
 from bokeh.plotting import figure
 
 from ehsid.harness.app.downsampling import Pyramid
@@ -35,9 +36,7 @@ class Panel:
     lines: Sequence[Line]
 
 
-def stacked(
-    panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis: str
-) -> list[figure]:
+def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis: str) -> Column:
     """Returns plots one below the other, with one time axis.
 
     Parameters
@@ -98,7 +97,8 @@ def stacked(
 
     shared.on_change("start", moved)
     shared.on_change("end", moved)
-    return plots
+    # In one layout: Bokeh warns of a range that plots of several layouts share.
+    return column(*plots, sizing_mode="stretch_width", spacing=0)
 
 
 def _update(

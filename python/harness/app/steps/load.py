@@ -144,14 +144,7 @@ class LoadStep(StepView):
             for one in reading.columns
             if one.key and _label(one) in self._columns.value
         ]
-        self._plots.objects = (
-            [
-                pn.pane.Bokeh(plot, sizing_mode="stretch_width", margin=0)
-                for plot in stacked(panels, None, self.page.theme, "row")
-            ]
-            if panels
-            else []
-        )
+        self._plots.objects = [stacked(panels, None, self.page.theme, "row")] if panels else []
         rows = [
             [look.plain(one.name), look.plain(one.unit), f"{one.size}", _number(one.low),
              _number(one.high)]

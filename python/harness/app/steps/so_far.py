@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import panel as pn
-from bokeh.plotting import figure
+from bokeh.models import Column
 
 from ehsid.harness.app import look
 from ehsid.harness.app.downsampling import opened
@@ -33,7 +33,7 @@ class SoFarView:
         self._known = look.words("")
         self._plots = pn.Column(sizing_mode="stretch_width")
         self._folder: Path | None = None
-        self._drawn: list[figure] = []
+        self._drawn: Column | None = None
         self.layout = pn.Column(self._known, self._plots, sizing_mode="stretch_width")
 
     def refresh(self, *, running: bool) -> None:
@@ -41,7 +41,7 @@ class SoFarView:
         found = latest(self._session) if running else None
         if found is None:
             self._folder, self._known.object, self._plots.objects = None, "", []
-            self._drawn = []
+            self._drawn = None
             return
         folder, known = found
         if folder == self._folder:
@@ -51,16 +51,14 @@ class SoFarView:
         if known.stage == "values" or not known.runs:
             return
         plots = _plots(folder, known, self._theme)
-        if self._drawn:  # the range that is looked at stays
-            seen = self._drawn[0].x_range
-            plots[0].x_range.update(start=seen.start, end=seen.end)
+        if self._drawn is not None:  # the range that is looked at stays
+            seen = self._drawn.children[0].x_range
+            plots.children[0].x_range.update(start=seen.start, end=seen.end)
         self._drawn = plots
-        self._plots.objects = [
-            pn.pane.Bokeh(plot, sizing_mode="stretch_width", margin=0) for plot in plots
-        ]
+        self._plots.objects = [plots]
 
 
-def _plots(folder: Path, known: SoFar, theme: str) -> list[figure]:
+def _plots(folder: Path, known: SoFar, theme: str) -> Column:
     """Returns the plots of the first record: each output, and what the simulations miss of it."""
     time_s = np.load(folder / f"0_{TIME}.npy")
     kinds = {kind: words for kind, words in KINDS.items() if kind == "calibrated" or known.ahead}
