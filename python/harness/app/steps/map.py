@@ -52,6 +52,7 @@ class MapStep(StepView):
             stylesheets=[look.CONTROLS], margin=(4, 0),
         )  # fmt: skip
         self._status = look.words("")
+        self._columns = look.words("")
         self._rows = pn.Column(sizing_mode="stretch_width")
         self._read = look.words("")
         self._plots = pn.Column(sizing_mode="stretch_width")
@@ -63,6 +64,7 @@ class MapStep(StepView):
         self.layout.objects = [
             look.beside(self._chosen, self._held_out),
             self._status,
+            self._columns,
             self._rows,
             self._dt,
             self._read,
@@ -134,6 +136,7 @@ class MapStep(StepView):
         self._held_out.value = entry.held_out
         self._dt.value = "" if entry.dt_s is None else f"{1e3 * entry.dt_s:.12g}"
         self._quiet = False
+        self._columns.object = _columns(reading)
         self._rows.objects = [self._row(channel, entry, reading) for channel in CHANNELS]
         self._read.object = _how_read(reading)
         self._draw(entry, reading)
@@ -150,6 +153,7 @@ class MapStep(StepView):
             margin=(2, 8, 2, 0),
             stylesheets=[look.CONTROLS],
             name=f"{about.words}",
+            tags=[f"column of {channel}"],  # by which a column that is dropped finds it
         )
         units = [AS_LOGGED, *UNITS[about.unit], *([unit] if unit else [])]
         of = pn.widgets.Select(
@@ -164,7 +168,10 @@ class MapStep(StepView):
         changed = self.page.told(lambda event: self._set_map(channel, column.value, of.value))
         column.param.watch(changed, "value")
         of.param.watch(changed, "value")
-        text = look.words(f'<p class="small">{_taken(channel, reading)}</p>')
+        text = look.words(
+            f'<p class="small target" ondragover="ehsidOver(event)" ondragleave="ehsidLeft(event)" '
+            f"ondrop=\"ehsidTake(event, 'column of {channel}')\">{_taken(channel, reading)}</p>"
+        )
         text.sizing_mode = None
         text.styles = {"flex": "1 1 16rem", "width": "auto"}
         return pn.FlexBox(column, of, text, align_items="end", sizing_mode="stretch_width")
@@ -199,6 +206,20 @@ def _split(text: str) -> tuple[str, str]:
         name, _, unit = text[:-1].rpartition(" [")
         return name, unit
     return text, ""
+
+
+def _columns(reading: Reading) -> str:
+    """Returns the columns of the log, each to be dragged to a signal, as HTML."""
+    chips = "".join(
+        f'<li draggable="true" data-column="{look.plain(column.name)}" '
+        f'ondragstart="ehsidDrag(event)">{look.plain(column.name)}'
+        f"{f' <small>{look.plain(column.unit)}</small>' if column.unit else ''}</li>"
+        for column in reading.columns
+    )
+    return (
+        '<p class="soft small">Columns of the log. Drag one to the signal that it is, or choose it '
+        f'there.</p><ul class="chips">{chips}</ul>'
+    )
 
 
 def _taken(channel: str, reading: Reading) -> str:
