@@ -90,10 +90,21 @@ def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis
     for update in updates:
         update(first, last)
 
-    def moved(attribute: str, old: object, new: object) -> None:
-        del attribute, old, new
+    waits = False
+
+    def follow() -> None:
+        nonlocal waits
+        waits = False
         for update in updates:
             update(float(shared.start), float(shared.end))
+
+    def moved(attribute: str, old: object, new: object) -> None:
+        """Both ends move one after the other, and a wheel turns often: drawn once for all."""
+        nonlocal waits
+        del attribute, old, new
+        if not waits and shared.document is not None:
+            waits = True
+            shared.document.add_next_tick_callback(follow)
 
     shared.on_change("start", moved)
     shared.on_change("end", moved)
