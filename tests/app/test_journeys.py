@@ -3,17 +3,22 @@
 
 from __future__ import annotations
 
+import http.client
 import os
 import re
 import signal
+import socket
+import time
 import urllib.error
 import urllib.request
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from app_sessions import ANSWERS, BENCH, german_log
+from log_files import write_excel, write_mat_structure, write_mf4
 from served_workbench import Served
 
 from ehsid.harness.app.session import Session
@@ -46,9 +51,8 @@ def session_of(served: Any, name: str = "machine") -> Session:
     return Session(served.folder / name)
 
 
-def test_from_a_german_log_to_the_check_in_four_clicks(
-    page: Any, served: Any, tmp_path: Path
-) -> None:
+def test_from_a_german_log_to_the_verdict(page: Any, served: Any, tmp_path: Path) -> None:
+    """Six clicks, seven answers, and no file written by hand."""
     drop(page, german_log(tmp_path / "Prüfstand 7.csv"))
     press(page, "Next: Map")
     see(page, "Weg [mm]")
@@ -58,8 +62,55 @@ def test_from_a_german_log_to_the_check_in_four_clicks(
     see(page, "Saved as rig.toml")
     press(page, "Next: Check")
     see(page, "Nothing in the records contradicts the rig.")
+    press(page, "Next: Gap")
+    press(page, "Start the diagnosis")
+    see(page, "fitting the best effects at length")
+    see(page, "The gap is due to Coulomb friction")
+    inside = page.frame_locator("iframe")
+    inside.get_by_text("Measured and simulated").first.wait_for()
+    assert page.get_by_role("button", name="Start the diagnosis again").is_enabled()
+    assert session_of(served).settings.made_of.keys() == {"check", "gap"}
+
+
+@pytest.mark.parametrize("write", [write_mf4, write_mat_structure, write_excel])
+def test_a_log_of_another_kind_is_read(
+    page: Any, tmp_path: Path, write: Callable[[Path], Path]
+) -> None:
+    path = write(tmp_path)
+    drop(page, path)
+    see(page, re.compile(r"\d columns, \d+ rows"))
+    press(page, "Next: Map")
+    see(page, re.compile(r"\d+ samples, every 1 ms|\d+ samples"))
+
+
+def test_a_held_out_record_judges(page: Any, served: Any, tmp_path: Path) -> None:
+    logs = [german_log(tmp_path / f"run{i}.csv", 0.5, float(i)) for i in (1, 2)]
+    drop(page, *logs)
+    press(page, "Next: Map")
+    see(page, "500 samples")
+    box = page.get_by_label("hold this record out")
+    box.check()
+    page.get_by_label("record", exact=True).select_option("run2")
+    page.locator("input[type=checkbox]:not(:checked)").wait_for()
+    box.check()
+    see(page, "every record is held out; at least one has to be fitted")
+    box.uncheck()
+    page.get_by_role("button", name="Next: Rig").wait_for()
+    assert [one.held_out for one in session_of(served).settings.records] == [True, False]
+
+
+def test_a_result_counts_until_records_change(page: Any, tmp_path: Path) -> None:
+    drop(page, german_log(tmp_path / "run.csv", 2.0), BENCH)
+    page.get_by_role("button", name="Next: Map").wait_for()
+    press(page, "3 Rig")
+    press(page, "Next: Check")
     page.get_by_role("button", name="Next: Gap").wait_for()
-    assert session_of(served).settings.made_of.keys() == {"check"}
+    press(page, "1 Load")
+    drop(page, german_log(tmp_path / "more.csv", 2.0, 1.0))
+    page.locator("button:disabled", has_text="Gap").wait_for()
+    press(page, "4 Check")
+    page.get_by_role("heading", name="more", level=2).wait_for()
+    page.get_by_role("button", name="Next: Gap").wait_for()
 
 
 def test_a_wrong_file_is_told_and_can_be_removed(page: Any, tmp_path: Path) -> None:
@@ -281,18 +332,18 @@ def test_dark_colours_stay_over_a_reload(page: Any) -> None:
     assert sum(map(int, re.findall(r"\d+", ground))) < 150
 
 
-@pytest.mark.parametrize("width", [390, 700, 1400])
-def test_no_step_is_wider_than_the_window(page: Any, tmp_path: Path, width: int) -> None:
-    page.set_viewport_size({"width": width, "height": 844})
-    drop(
-        page, german_log(tmp_path / "run.csv", 2.0), german_log(tmp_path / "b.csv", 2.0, 1.0), BENCH
-    )
+def test_no_step_is_wider_than_the_window(page: Any, tmp_path: Path) -> None:
+    """A phone, and a window of 1400 px magnified by 200, 150, 125 and 100 %."""
+    logs = [german_log(tmp_path / f"{name}.csv", 2.0, i) for i, name in enumerate(("run", "b"))]
+    drop(page, *logs, BENCH)
     page.get_by_role("button", name="Next: Map").wait_for()
     for step in ("Load", "Map", "Rig", "Check"):
         page.get_by_role("button", name=re.compile(rf"\d  ?{step}")).click()
         page.get_by_role("heading", name=step, level=1).wait_for()
-        page.wait_for_timeout(500)
-        assert page.evaluate("document.documentElement.scrollWidth") <= width, step
+        for width in (390, 700, 933, 1120, 1400):
+            page.set_viewport_size({"width": width, "height": 844})
+            page.wait_for_timeout(300)
+            assert page.evaluate("document.documentElement.scrollWidth") <= width, (step, width)
 
 
 def test_steps_are_reached_by_keyboard(page: Any, tmp_path: Path) -> None:
@@ -346,3 +397,37 @@ def test_an_upload_without_the_header_of_the_page_is_refused(page: Any, served: 
     send = "async () => (await fetch('/upload/machine', {method: 'POST', body: 'x'})).status"
     assert page.evaluate(send) == 403
     assert not list(served.folder.glob("machine/logs/*"))
+
+
+def test_an_upload_that_breaks_off_leaves_nothing(page: Any, served: Any) -> None:
+    cookies = "; ".join(f"{one['name']}={one['value']}" for one in page.context.cookies())
+    host, _, port = served.root.rpartition("/")[2].partition(":")
+    with socket.create_connection((host, int(port))) as line:
+        head = (
+            f"POST /upload/machine HTTP/1.1\r\nHost: {host}:{port}\r\nCookie: {cookies}\r\n"
+            "X-Ehsid: upload\r\nX-Name: cut.csv\r\nContent-Length: 1000000\r\n\r\n"
+        )
+        line.sendall(head.encode() + b"time_s,command_v\n" * 100)
+        logs = served.folder / "machine" / "logs"
+        until(lambda: list(logs.glob(".*.part")))
+    until(lambda: not list(logs.iterdir()))
+    assert session_of(served).settings.records == []
+
+
+def test_a_file_that_is_too_large_is_refused_before_it_is_sent(page: Any, served: Any) -> None:
+    cookies = "; ".join(f"{one['name']}={one['value']}" for one in page.context.cookies())
+    connection = http.client.HTTPConnection(served.root.rpartition("/")[2])
+    connection.putrequest("POST", "/upload/machine")
+    size = str(3 * 1024**3)
+    for name, value in {"Cookie": cookies, "X-Ehsid": "upload", "Content-Length": size}.items():
+        connection.putheader(name, value)
+    connection.endheaders()
+    assert connection.getresponse().status == 413
+    connection.close()
+
+
+def until(condition: Callable[[], object]) -> None:
+    end = time.monotonic() + 30.0
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)

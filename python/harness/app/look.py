@@ -62,6 +62,17 @@ def beside(*parts: pn.viewable.Viewable, least: str = "16rem") -> pn.FlexBox:
     return pn.FlexBox(*parts, sizing_mode="stretch_width", gap="0 1.2rem", align_items="start")
 
 
+def tick(text: str, value: bool) -> pn.widgets.CheckBoxGroup:
+    """Returns a box to be ticked; its value is a list, empty where it is not ticked.
+
+    The text is a part of the box, for who clicks on it and who hears it read, as Panel's Checkbox
+    does not have it.
+    """
+    return pn.widgets.CheckBoxGroup(
+        options={text: True}, value=[True] * value, stylesheets=[CONTROLS], margin=(4, 0)
+    )
+
+
 def plain(text: object) -> str:
     """Returns a text of others as HTML that says exactly this text."""
     return escape(printable(str(text)))

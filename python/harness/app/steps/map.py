@@ -36,17 +36,13 @@ class MapStep(StepView):
 
     def __init__(self, page: Any) -> None:
         super().__init__(page)
-        names = [entry.id for entry in self.session.settings.records]
         self._chosen = pn.widgets.Select(
-            name="record", options=names, visible=len(names) > 1, width=260,
-            stylesheets=[look.CONTROLS], margin=(4, 8, 4, 0),
-        )  # fmt: skip
-        self._held_out = pn.widgets.Checkbox(
-            name="hold this record out: the diagnosis judges by it and never fits it",
-            visible=len(names) > 1,
-            stylesheets=[look.CONTROLS],
-            margin=(22, 8, 4, 0),
+            name="record", width=260, stylesheets=[look.CONTROLS], margin=(4, 8, 4, 0)
         )
+        self._held_out = look.tick(
+            "hold this record out: the diagnosis judges by it and never fits it", False
+        )
+        self._held_out.margin = (22, 8, 4, 0)
         self._dt = pn.widgets.TextInput(
             name="sampling time in ms (empty: as in the log)", width=260,
             stylesheets=[look.CONTROLS], margin=(4, 0),
@@ -59,7 +55,9 @@ class MapStep(StepView):
         self._shown: object = None
         self._quiet = False
         self._chosen.param.watch(page.told(lambda event: self._choose()), "value")
-        self._held_out.param.watch(page.told(lambda event: self._hold_out(event.new)), "value")
+        self._held_out.param.watch(
+            page.told(lambda event: self._hold_out(bool(event.new))), "value"
+        )
         self._dt.param.watch(page.told(lambda event: self._set_step(event.new)), "value")
         self.layout.objects = [
             look.beside(self._chosen, self._held_out),
@@ -120,6 +118,7 @@ class MapStep(StepView):
     def refresh(self) -> None:
         """Shows how the chosen record was read."""
         self._status.object = progress(self.workbench.job(self.session, "read"))
+        self._offer_records()
         entry = self._entry()
         if entry is None:
             return
@@ -133,13 +132,21 @@ class MapStep(StepView):
             return
         self._shown = shown
         self._quiet = True
-        self._held_out.value = entry.held_out
+        self._held_out.value = [True] * entry.held_out
         self._dt.value = "" if entry.dt_s is None else f"{1e3 * entry.dt_s:.12g}"
         self._quiet = False
         self._columns.object = _columns(reading)
         self._rows.objects = [self._row(channel, entry, reading) for channel in CHANNELS]
         self._read.object = _how_read(reading)
         self._draw(entry, reading)
+
+    def _offer_records(self) -> None:
+        """Follows the records of the session, to which other pages and uploads add."""
+        names = [entry.id for entry in self.session.settings.records]
+        if names != self._chosen.options:
+            kept = self._chosen.value if self._chosen.value in names else next(iter(names), None)
+            self._chosen.param.update(options=names, value=kept)
+        self._chosen.visible = self._held_out.visible = len(names) > 1
 
     def _row(self, channel: str, entry: Entry, reading: Reading) -> pn.FlexBox:
         about = CHANNELS[channel]

@@ -82,7 +82,7 @@ class RigStep(StepView):
         self._fields[question.name], self._problems[question.name] = field, problem
         return pn.Column(field, problem, sizing_mode="stretch_width", margin=(0, 0, 6, 0))
 
-    def _flags(self) -> list[pn.widgets.Checkbox]:
+    def _flags(self) -> list[pn.widgets.CheckBoxGroup]:
         if self._known.plant != "ehs":
             return []
         flags = (
@@ -92,12 +92,10 @@ class RigStep(StepView):
         )
         boxes = []
         for name, words in flags:
-            box = pn.widgets.Checkbox(
-                name=words, value=getattr(self._known, name), stylesheets=[look.CONTROLS],
-                margin=(4, 0),
-            )  # fmt: skip
+            box = look.tick(words, getattr(self._known, name))
             box.param.watch(
-                self.page.told(lambda event, name=name: self._set_flag(name, event.new)), "value"
+                self.page.told(lambda event, name=name: self._set_flag(name, bool(event.new))),
+                "value",
             )
             boxes.append(box)
         return boxes
