@@ -18,6 +18,7 @@ from ehsid.harness.app.steps.check import CheckStep
 from ehsid.harness.app.steps.gap import GapStep
 from ehsid.harness.app.steps.load import LoadStep
 from ehsid.harness.app.steps.map import MapStep
+from ehsid.harness.app.steps.next import NextStep
 from ehsid.harness.app.steps.rig import RigStep
 from ehsid.harness.app.steps.step import StepView
 from ehsid.harness.app.workbench import ERRORS, Workbench
@@ -29,6 +30,7 @@ VIEWS: dict[str, type[StepView]] = {
     "rig": RigStep,
     "check": CheckStep,
     "gap": GapStep,
+    "next": NextStep,
 }
 NEW = "+ new machine"
 
@@ -137,6 +139,10 @@ class Page:
             )
         self._problem.object = look.error(text)
 
+    def say(self, text: str) -> None:
+        """Shows above the step what was done."""
+        self._problem.object = f'<p class="verdict" role="status">{look.plain(text)}</p>'
+
     def show(self, key: str) -> None:
         """Opens a step; one that is open stays as it is, so that no click on it is lost."""
         if self._view is not None and key == self.key:
@@ -187,8 +193,8 @@ class Page:
             return
         following = STEPS[place + 1]
         if not found[following.key].open:
-            lacks = found[self.key].why
-            text = f'<p class="soft">{following.title} opens next: {look.plain(lacks)}</p>'
+            lacks = f"{following.title} opens when this step holds: {found[self.key].why}"
+            text = f'<p class="soft">{look.plain(lacks)}</p>'
             self._onward.objects = [look.words(text)]
         elif not self._onward.objects or not isinstance(self._onward[0], pn.widgets.Button):
             button = pn.widgets.Button(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ehsid.harness.app.jobs import Job, State, Task
+from ehsid.harness.app.next_tasks import header_task, package_task
 from ehsid.harness.app.session import SETTINGS, Entry, Session, free_name, safe_name
 from ehsid.harness.app.tasks import check_task, gap_task, read_task
 
@@ -101,6 +102,14 @@ class Workbench:
     def diagnose(self, session: Session) -> None:
         """Starts the diagnosis."""
         self._start(session, "gap", f"diagnosing {session.name}", gap_task)
+
+    def make_header(self, session: Session) -> None:
+        """Starts to make the firmware header."""
+        self._start(session, "header", "making the header", header_task)
+
+    def pack(self, session: Session) -> None:
+        """Starts to pack the session into one archive."""
+        self._start(session, "package", f"packing {session.name}", package_task)
 
     def _start(self, session: Session, key: str, what: str, task: Task, *args: Any) -> None:
         with self._lock:
