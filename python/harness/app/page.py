@@ -52,7 +52,7 @@ class Page:
 
     def __init__(self, workbench: Workbench) -> None:
         self.workbench = workbench
-        self.theme = "dark" if _argument("theme") == "dark" else "light"
+        self.theme = "dark" if argument("theme") == "dark" else "light"
         self.session = self._asked_for()
         self._steps = pn.Column(stylesheets=[look.STEPS], sizing_mode="stretch_width")
         self._step = pn.Column(sizing_mode="stretch_width")
@@ -60,7 +60,7 @@ class Page:
         self._problem = look.words("")
         self._equivalent = look.words("")
         self._onward = pn.Row(margin=(10, 0))
-        asked = _argument("step")
+        asked = argument("step")
         found = standings(self.session)
         self.key = asked if asked in found and found[asked].open else next_step(self.session)
         self._view: StepView | None = None
@@ -72,17 +72,15 @@ class Page:
         self.show(self.key)
 
     def _asked_for(self) -> Session:
-        name = _argument("session")
+        name = argument("session")
         if name == NEW:
             return self.workbench.begun("")
         known = name in self.workbench.names()
         return self.workbench.opened(name) if known else self.workbench.latest()
 
     def _make_template(self) -> pn.Template:
-        other = "light" if self.theme == "dark" else "dark"
-        template = pn.Template(look.template())
+        template = look.template("page", self.theme)
         template.add_variable("session_name", self.session.name)
-        template.add_variable("other_words", f"{other} colours")
         template.add_panel("sessions", self._make_sessions())
         template.add_panel("steps", self._steps)
         template.add_panel("step", self._step)
@@ -223,7 +221,7 @@ def _noted(key: str) -> str:
     return f"ehsidNote({{step: '{key}'}})"
 
 
-def _argument(name: str) -> str:
+def argument(name: str) -> str:
     """Returns an argument of the address of the page; "" without it."""
     values = (pn.state.session_args or {}).get(name)
     return values[0].decode(errors="replace") if values else ""

@@ -21,6 +21,7 @@ from tornado.iostream import StreamClosedError
 from tornado.web import HTTPError, RequestHandler, stream_request_body
 from tornado.websocket import WebSocketClosedError
 
+from ehsid.harness.app.machines_view import MachinesView
 from ehsid.harness.app.page import Page
 from ehsid.harness.app.session import RIG, Session, SessionError, free_name, safe_name
 from ehsid.harness.app.workbench import Workbench
@@ -218,7 +219,10 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
     about: dict[str, Any] = {"auth": auth, "workbench": workbench}
     loop = IOLoop.current()
     server = get_server(
-        {"/": lambda: Page(workbench).template},
+        {
+            "/": lambda: Page(workbench).template,
+            "/machines": lambda: MachinesView(workbench).template,
+        },
         port=port,
         address=ADDRESS,
         title="ehsid",
