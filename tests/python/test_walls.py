@@ -78,7 +78,7 @@ ROOMS: dict[str, set[str]] = {
     "excitation": set(),
     "identification": {"records"},
     "estimation": {"identification"},
-    "simulation": {"records", "rigs"},
+    "simulation": {"excitation", "records", "rigs"},
     "gap/tables": {"records", "rigs"},
     "gap/data": {"gap/tables", "records", "rigs", "simulation"},
     "rig_check": {"gap/data", "gap/tables", "records", "rigs", "simulation"},

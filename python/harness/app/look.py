@@ -32,14 +32,14 @@ THEMES = {
 
 
 STYLE = Path(__file__).parent / "style"
-WORDS, CONTROLS, STEPS, STEP_BUTTON = (
+WORDS, CONTROLS, STEPS, STEP_BUTTON, PLAYGROUND = (
     (STYLE / f"{name}.css").read_text(encoding="utf-8")
-    for name in ("words", "controls", "steps", "step_button")
+    for name in ("words", "controls", "steps", "step_button", "playground")
 )
 
 
 # Pages of their own, by their address: each is reached from the head of all others.
-VIEWS = {"": "Workbench", "machines": "Machines"}
+VIEWS = {"": "Workbench", "machines": "Machines", "playground": "Playground"}
 
 
 def template(name: str, theme: str) -> pn.Template:

@@ -23,6 +23,7 @@ from tornado.websocket import WebSocketClosedError
 
 from ehsid.harness.app.machines_view import MachinesView
 from ehsid.harness.app.page import Page
+from ehsid.harness.app.playground_view import PlaygroundView
 from ehsid.harness.app.session import RIG, Session, SessionError, free_name, safe_name
 from ehsid.harness.app.workbench import Workbench
 
@@ -222,6 +223,7 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
         {
             "/": lambda: Page(workbench).template,
             "/machines": lambda: MachinesView(workbench).template,
+            "/playground": lambda: PlaygroundView(workbench).template,
         },
         port=port,
         address=ADDRESS,

@@ -37,20 +37,25 @@ class View:
         self.template.add_panel("view", whole)
         self.template.title = f"{self.title} - ehsid"
 
-    def told(self, handler: Callable[P, None]) -> Callable[P, None]:
-        """Returns a handler whose errors are told on the page; it never shows a traceback."""
+    def told(self, handler: Callable[P, None], *, keep: bool = False) -> Callable[P, None]:
+        """Returns a handler whose errors are told on the page; it never shows a traceback.
+
+        `keep` leaves the earlier message as it is, for what runs without a click.
+        """
 
         @wraps(handler)
         def safely(*args: P.args, **kwargs: P.kwargs) -> None:
             try:
-                self.problem.object = ""
+                if not keep:
+                    self.problem.object = ""
                 handler(*args, **kwargs)
             except Exception as error:
-                self.problem.object = look.error(self._words(error))
+                self.problem.object = look.error(self.words_of(error))
 
         return safely
 
-    def _words(self, error: Exception) -> str:
+    def words_of(self, error: Exception) -> str:
+        """Returns an error in words; a fault of the program is written down."""
         text = error_words(error)
         if text is not None:
             return text

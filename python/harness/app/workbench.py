@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ehsid.harness.app.jobs import Job, State, Task
+from ehsid.harness.app.lesson import lesson_task
 from ehsid.harness.app.next_tasks import PACKAGE, header_task, package_task
 from ehsid.harness.app.session import (
     SETTINGS,
@@ -119,6 +120,10 @@ class Workbench:
     def pack(self, session: Session) -> None:
         """Starts to pack the session into one archive."""
         self._start(session, "package", f"packing {session.name}", package_task)
+
+    def hide(self, session: Session) -> None:
+        """Starts to make a lesson of a session that has a rig and no records."""
+        self._start(session, "lesson", "hiding an effect", lesson_task)
 
     def _start(self, session: Session, key: str, what: str, task: Task, *args: Any) -> None:
         with self._lock:
