@@ -22,7 +22,7 @@ SIGNALS = {
     "pressure_b_pa": "pressure B",
 }
 COLUMNS = 700  # pixel columns that are filled
-HEIGHT = 165
+HEIGHT = 138
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,10 @@ class PlaygroundView(View):
 
     key = "playground"
     title = "Playground"
-    purpose = "See what an effect does: the same command with and without it."
+    purpose = (
+        "See what an effect does: the same command with and without it. Further down, an effect "
+        "can be hidden for you to find."
+    )
 
     def __init__(self, workbench: Workbench) -> None:
         super().__init__(workbench)
