@@ -12,13 +12,14 @@ from playwright.sync_api import sync_playwright
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests" / "python"), str(ROOT / "tests" / "app")]
 
+from app_diagnosed import diagnosed_session  # noqa: E402
 from app_sessions import ANSWERS, german_log  # noqa: E402
 from served_workbench import Served, found_browser  # noqa: E402
 
 from ehsid.harness.rigs.questions import QUESTIONS  # noqa: E402
 
 OUT = Path(__file__).parent
-STEPS = ("Load", "Map", "Rig", "Check", "Gap")
+STEPS = ("Load", "Map", "Rig", "Check", "Gap", "Next")
 WIDTHS = {"": (1400, 1000), "phone_": (390, 844)}
 COLOURS = 128  # of a picture: enough for plots, and a quarter of the size
 
@@ -49,11 +50,29 @@ def walk(page: Any, logs: list[Path]) -> None:
         if step == "Gap":
             page.get_by_role("button", name="Start the diagnosis").click()
             page.get_by_text("report, to be sent").wait_for()
-        else:
+        if following:
             page.get_by_role("button", name=f"Next: {following}").wait_for()
+        else:
+            page.get_by_role("button", name="Make the header").click()
+            page.get_by_label("Preview of the header").wait_for()
         shoot(page, step)
         if following:
             page.get_by_role("button", name=f"Next: {following}").click()
+
+
+def views(page: Any, folder: Path) -> None:
+    """Shows the pages beside the steps."""
+    for name, verdict in (("Presse 8", "ambiguous"), ("Presse 9", "no_gap")):
+        diagnosed_session(folder / name.replace(" ", "_"), verdict)
+    page.get_by_role("link", name="Machines").click()
+    page.get_by_role("link", name="Presse_9").wait_for()
+    shoot(page, "Machines")
+    page.get_by_role("link", name="Playground").click()
+    page.get_by_text("Switch an effect on").wait_for()
+    for effect in ("Valve dead band", "Load spring"):
+        page.get_by_role("checkbox", name=effect, exact=True).check()
+        page.get_by_text("simulated in").wait_for()
+    shoot(page, "Playground")
 
 
 def main() -> None:
@@ -68,6 +87,7 @@ def main() -> None:
         page.set_default_timeout(600_000)
         page.goto(served.address)
         walk(page, logs)
+        views(page, Path(top) / "machines")
         browser.close()
         served.stop()
 

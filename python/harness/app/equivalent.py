@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 import shlex
 
+from ehsid.harness.app.equivalent_next import next_commands, next_python
 from ehsid.harness.app.session import RIG, Entry, Session
 
 
@@ -150,6 +151,7 @@ _COMMANDS = {
     "rig": _rig_commands,
     "check": _check_commands,
     "gap": _gap_commands,
+    "next": next_commands,
 }
 _PYTHON = {
     "load": _load_python,
@@ -157,4 +159,5 @@ _PYTHON = {
     "rig": _rig_python,
     "check": _check_python,
     "gap": _gap_python,
+    "next": next_python,
 }

@@ -26,6 +26,7 @@ STEPS = (
     Step("rig", "Rig", "Describe the machine: cylinder, valve, supply and load."),
     Step("check", "Check", "See what these records can show, before anything is fitted."),
     Step("gap", "Gap", "Find where simulation and machine disagree, and which effect causes it."),
+    Step("next", "Next", "Use what was found: experiment, rig file, firmware header, report."),
 )
 
 
@@ -110,6 +111,11 @@ def _gap_lacks(session: Session) -> str:
     return _result_lacks(session, "gap", "gap/diagnosis.json")
 
 
+def _next_lacks(session: Session) -> str:
+    del session  # all that it offers is there as soon as the diagnosis holds
+    return ""
+
+
 def _result_lacks(session: Session, key: str, file: str) -> str:
     if not (session.folder / file).exists():
         return "it was not run yet."
@@ -124,4 +130,5 @@ _LACKS = {
     "rig": _rig_lacks,
     "check": _check_lacks,
     "gap": _gap_lacks,
+    "next": _next_lacks,
 }

@@ -32,21 +32,32 @@ THEMES = {
 
 
 STYLE = Path(__file__).parent / "style"
-WORDS, CONTROLS, STEPS, STEP_BUTTON = (
+WORDS, CONTROLS, STEPS, STEP_BUTTON, PLAYGROUND = (
     (STYLE / f"{name}.css").read_text(encoding="utf-8")
-    for name in ("words", "controls", "steps", "step_button")
+    for name in ("words", "controls", "steps", "step_button", "playground")
 )
 
 
-def template() -> str:
-    """Returns the page around the parts, with the colours of both themes."""
+# Pages of their own, by their address: each is reached from the head of all others.
+VIEWS = {"": "Workbench", "machines": "Machines", "playground": "Playground"}
+
+
+def template(name: str, theme: str) -> pn.Template:
+    """Returns the page around the parts, `page` or `view`, with the colours of both themes."""
     rules = "\n  ".join(
-        f"{':root, ' if name == 'light' else ''}[data-theme={name}] {{ color-scheme: {name}; "
-        + " ".join(f"--{key}: {value};" for key, value in colours.items())
+        f"{':root, ' if key == 'light' else ''}[data-theme={key}] {{ color-scheme: {key}; "
+        + " ".join(f"--{colour}: {value};" for colour, value in colours.items())
         + " }"
-        for name, colours in THEMES.items()
+        for key, colours in THEMES.items()
     )
-    return (STYLE / "page.html").read_text(encoding="utf-8").replace("THEME_RULES", rules)
+    html = (STYLE / f"{name}.html").read_text(encoding="utf-8").replace("THEME_RULES", rules)
+    for place, script in (("THEME_SCRIPT", "theme"), ("VIEW_SCRIPT", "sort")):
+        html = html.replace(place, (STYLE / f"{script}.js").read_text(encoding="utf-8"))
+    made = pn.Template(html)
+    made.add_variable("theme", theme)
+    made.add_variable("other_words", f"{'light' if theme == 'dark' else 'dark'} colours")
+    made.add_variable("views", VIEWS)
+    return made
 
 
 def words(html: str) -> pn.pane.HTML:

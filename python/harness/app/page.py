@@ -18,6 +18,7 @@ from ehsid.harness.app.steps.check import CheckStep
 from ehsid.harness.app.steps.gap import GapStep
 from ehsid.harness.app.steps.load import LoadStep
 from ehsid.harness.app.steps.map import MapStep
+from ehsid.harness.app.steps.next import NextStep
 from ehsid.harness.app.steps.rig import RigStep
 from ehsid.harness.app.steps.step import StepView
 from ehsid.harness.app.workbench import ERRORS, Workbench
@@ -29,6 +30,7 @@ VIEWS: dict[str, type[StepView]] = {
     "rig": RigStep,
     "check": CheckStep,
     "gap": GapStep,
+    "next": NextStep,
 }
 NEW = "+ new machine"
 # Notes the step of a button in the address, so that a reload leads back to it.
@@ -53,7 +55,7 @@ class Page:
 
     def __init__(self, workbench: Workbench) -> None:
         self.workbench = workbench
-        self.theme = "dark" if _argument("theme") == "dark" else "light"
+        self.theme = "dark" if argument("theme") == "dark" else "light"
         self.session = self._asked_for()
         self._steps = pn.Column(stylesheets=[look.STEPS], sizing_mode="stretch_width")
         self._step = pn.Column(sizing_mode="stretch_width")
@@ -63,7 +65,7 @@ class Page:
         self._fold = self._make_fold()
         self._next, self._not_yet = self._make_next(), look.words("")
         self._onward = pn.Row(self._next, self._not_yet, margin=(10, 0))
-        asked = _argument("step")
+        asked = argument("step")
         found = standings(self.session)
         self.key = asked if asked in found and found[asked].open else next_step(self.session)
         self._view: StepView | None = None
@@ -75,17 +77,15 @@ class Page:
         self.show(self.key)
 
     def _asked_for(self) -> Session:
-        name = _argument("session")
+        name = argument("session")
         if name == NEW:
             return self.workbench.begun("")
         known = name in self.workbench.names()
         return self.workbench.opened(name) if known else self.workbench.latest()
 
     def _make_template(self) -> pn.Template:
-        other = "light" if self.theme == "dark" else "dark"
-        template = pn.Template(look.template())
+        template = look.template("page", self.theme)
         template.add_variable("session_name", self.session.name)
-        template.add_variable("other_words", f"{other} colours")
         template.add_panel("sessions", self._make_sessions())
         template.add_panel("steps", self._steps)
         template.add_panel("step", self._step)
@@ -153,6 +153,10 @@ class Page:
             )
         self._problem.object = look.error(text)
 
+    def say(self, text: str) -> None:
+        """Shows above the step what was done."""
+        self._problem.object = f'<p class="verdict" role="status">{look.plain(text)}</p>'
+
     def show(self, key: str) -> None:
         """Opens a step; one that is open stays as it is, so that no click on it is lost."""
         if self._view is not None and key == self.key:
@@ -203,8 +207,8 @@ class Page:
             return
         self._next.param.update(name=f"Next: {following.title}", tags=[following.key])
         if not may:
-            why = look.plain(found[self.key].why)
-            self._not_yet.object = f'<p class="soft">{following.title} opens next: {why}</p>'
+            lacks = f"{following.title} opens when this step holds: {found[self.key].why}"
+            self._not_yet.object = f'<p class="soft">{look.plain(lacks)}</p>'
 
     def _following(self) -> Step | None:
         """Returns the step after the one that is open; None after the last one."""
@@ -225,7 +229,7 @@ class Page:
             self._equivalent.object = html
 
 
-def _argument(name: str) -> str:
+def argument(name: str) -> str:
     """Returns an argument of the address of the page; "" without it."""
     values = (pn.state.session_args or {}).get(name)
     return values[0].decode(errors="replace") if values else ""

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import asyncio
 import hmac
+import os
 import secrets
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -19,7 +21,9 @@ from tornado.iostream import StreamClosedError
 from tornado.web import HTTPError, RequestHandler, stream_request_body
 from tornado.websocket import WebSocketClosedError
 
+from ehsid.harness.app.machines_view import MachinesView
 from ehsid.harness.app.page import Page
+from ehsid.harness.app.playground_view import PlaygroundView
 from ehsid.harness.app.session import RIG, Session, SessionError, free_name, safe_name
 from ehsid.harness.app.workbench import Workbench
 
@@ -28,8 +32,14 @@ UPLOAD_LIMIT = 2 * 1024**3  # bytes of one file
 MESSAGE_LIMIT = 4 * 1024**2  # bytes of what a page sends otherwise
 COOKIE_S = 30 * 24 * 3600
 # Of the folder of a session, the page may fetch results only.
-SERVED = ("check/", "gap/", RIG)
-KINDS = {".html": "text/html", ".png": "image/png", ".json": "application/json"}
+SERVED = ("check/", "gap/", "firmware/", "package/", RIG)
+KINDS = {
+    ".html": "text/html",
+    ".png": "image/png",
+    ".json": "application/json",
+    ".zip": "application/zip",
+}
+PIECE = 2**20  # bytes that are sent at once
 NO_TOKEN = (
     "This page needs the address that <code>ehsid app</code> printed, with its token. Copy it from "
     "the terminal, or start <code>ehsid app</code> again."
@@ -157,7 +167,7 @@ class _Upload(_Guarded):
 class _Result(_Guarded):
     """Serves a result of a session."""
 
-    def get(self, name: str, path: str) -> None:
+    async def get(self, name: str, path: str) -> None:
         session = self.session(name)
         file = (session.folder / path).resolve()
         if not file.is_relative_to(session.folder) or not file.is_file():
@@ -165,13 +175,18 @@ class _Result(_Guarded):
         if not file.relative_to(session.folder).as_posix().startswith(SERVED):
             raise HTTPError(404)
         kind = KINDS.get(file.suffix, "text/plain")
-        self.set_header("Content-Type", f"{kind}; charset=utf-8")
+        charset = "" if kind == "application/zip" else "; charset=utf-8"
+        self.set_header("Content-Type", kind + charset)
         self.set_header("Content-Security-Policy", REPORT_POLICY)
         self.set_header("X-Content-Type-Options", "nosniff")
         self.set_header("Cache-Control", "no-store")
         if self.get_query_argument("download", ""):
             self.set_header("Content-Disposition", f'attachment; filename="{file.name}"')
-        self.finish(file.read_bytes())
+        with file.open("rb") as source, suppress(StreamClosedError):
+            self.set_header("Content-Length", str(os.fstat(source.fileno()).st_size))
+            while piece := source.read(PIECE):  # an archive may be larger than the memory
+                self.write(piece)
+                await self.flush()
 
 
 def _of_the_loop(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -205,7 +220,11 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
     about: dict[str, Any] = {"auth": auth, "workbench": workbench}
     loop = IOLoop.current()
     server = get_server(
-        {"/": lambda: Page(workbench).template},
+        {
+            "/": lambda: Page(workbench).template,
+            "/machines": lambda: MachinesView(workbench).template,
+            "/playground": lambda: PlaygroundView(workbench).template,
+        },
         port=port,
         address=ADDRESS,
         title="ehsid",

@@ -7,6 +7,8 @@ records/          the records as `ehsid import` writes them; what the later step
 looks/            signals as the page draws them; can be made again at any time
 rig.toml          the rig
 check/, gap/      results, as the commands write them
+firmware/         the header for the firmware
+package/          everything as one archive; can be made again at any time
 """
 
 from __future__ import annotations
@@ -74,6 +76,24 @@ class RigAnswers(msgspec.Struct):
     drop_over_both: bool = False
 
 
+class Firmware(msgspec.Struct):
+    """What the firmware header is made of.
+
+    Attributes
+    ----------
+    record
+        id of the record; "" until one is chosen.
+    name
+        namespace in C++, prefix in C.
+    c
+        whether it is C instead of C++.
+    """
+
+    record: str = ""
+    name: str = "servo"
+    c: bool = False
+
+
 class Settings(msgspec.Struct):
     """Content of session.toml.
 
@@ -85,6 +105,8 @@ class Settings(msgspec.Struct):
         in the order in which they were added.
     rig
         answers from which the rig was made.
+    firmware
+        what the firmware header is made of.
     made_of
         for each result of a step the digest of what it was made of.
     """
@@ -92,6 +114,7 @@ class Settings(msgspec.Struct):
     version: int = 1
     records: list[Entry] = msgspec.field(default_factory=list)
     rig: RigAnswers = msgspec.field(default_factory=RigAnswers)
+    firmware: Firmware = msgspec.field(default_factory=Firmware)
     made_of: dict[str, str] = msgspec.field(default_factory=dict)
 
 

@@ -3,17 +3,28 @@
 
 from __future__ import annotations
 
+import shutil
 import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from ehsid.harness.app.jobs import Job, State, Task
-from ehsid.harness.app.session import SETTINGS, Entry, Session, free_name, safe_name
+from ehsid.harness.app.lesson import lesson_task
+from ehsid.harness.app.next_tasks import PACKAGE, header_task, package_task
+from ehsid.harness.app.session import (
+    SETTINGS,
+    Entry,
+    Session,
+    SessionError,
+    free_name,
+    safe_name,
+)
 from ehsid.harness.app.tasks import check_task, gap_task, read_task
 
 FIRST = "machine"
 ERRORS = "errors.log"
+REMOVED = "removed"  # below the folder of the sessions: those that were removed
 
 
 class Workbench:
@@ -64,7 +75,7 @@ class Workbench:
 
     def begun(self, name: str) -> Session:
         """Returns a new session of this name; a number is added where it is taken."""
-        return self.opened(free_name(safe_name(name or FIRST), set(self.names())))
+        return self.opened(free_name(safe_name(name or FIRST), {*self.names(), REMOVED}))
 
     def job(self, session: Session, key: str) -> Job | None:
         """Returns the job of a session and a step that runs, or ran last."""
@@ -102,8 +113,22 @@ class Workbench:
         """Starts the diagnosis."""
         self._start(session, "gap", f"diagnosing {session.name}", gap_task)
 
+    def make_header(self, session: Session) -> None:
+        """Starts to make the firmware header."""
+        self._start(session, "header", "making the header", header_task)
+
+    def pack(self, session: Session) -> None:
+        """Starts to pack the session into one archive."""
+        self._start(session, "package", f"packing {session.name}", package_task)
+
+    def hide(self, session: Session) -> None:
+        """Starts to make a lesson of a session that has a rig and no records."""
+        self._start(session, "lesson", "hiding an effect", lesson_task)
+
     def _start(self, session: Session, key: str, what: str, task: Task, *args: Any) -> None:
         with self._lock:
+            if self._sessions.get(session.name) is not session:  # it was removed meanwhile
+                return
             running = self.job(session, key)
             if self._closed or (running is not None and running.running):
                 return
@@ -133,6 +158,66 @@ class Workbench:
                 self._read_next()
 
         return changed
+
+    def rename(self, name: str, wish: str) -> str:
+        """Gives a session another name, made plain; returns it.
+
+        Raises
+        ------
+        SessionError
+            there is no such session, it is at work, or the name is taken.
+        """
+        with self._lock:
+            session = self._resting(name)
+            new = safe_name(wish.strip())
+            taken = {path.name.casefold() for path in self.folder.iterdir()} - {name.casefold()}
+            if not wish.strip() or new.casefold() in taken | {REMOVED}:
+                raise SessionError(
+                    f"{wish.strip() or 'nothing'}: cannot be the name of {name}: expected one that "
+                    "no other machine or file of the folder has; choose another name"
+                )
+            shutil.rmtree(session.folder / PACKAGE, ignore_errors=True)  # it has the name before
+            self._move(session, self.folder / new)
+            self._sessions[new] = session
+        session.changed()
+        return new
+
+    def remove(self, name: str) -> Path:
+        """Moves a session out of the way, into the folder `REMOVED`; returns where it is now.
+
+        Raises
+        ------
+        SessionError
+            there is no such session, or it is at work.
+        """
+        with self._lock:
+            session = self._resting(name)
+            folder = self.folder / REMOVED
+            folder.mkdir(exist_ok=True)
+            target = folder / free_name(name, {path.name for path in folder.iterdir()})
+            self._move(session, target)
+            return target
+
+    def _resting(self, name: str) -> Session:
+        """Returns a session that nothing is at work for."""
+        if name not in self.names():
+            raise SessionError(f"{name}: there is no such machine any more; reload the page")
+        session = self.opened(name)
+        running = [job.what for (of, _), job in self._jobs.items() if of == name and job.running]
+        if running:
+            raise SessionError(
+                f"{name}: cannot be moved while work is under way ({', '.join(running)}): expected "
+                "a machine at rest; cancel the work, or wait for its end"
+            )
+        return session
+
+    def _move(self, session: Session, target: Path) -> None:
+        """Moves the folder of a session, which is then known under no name."""
+        name = session.name
+        session.folder.rename(target)
+        session.folder = target
+        del self._sessions[name]
+        self._jobs = {key: job for key, job in self._jobs.items() if key[0] != name}
 
     def close(self) -> None:
         """Cancels all jobs and waits for the end of their processes."""

@@ -21,39 +21,21 @@ from ehsid.harness.cli.policy_option import (
     make_policy,
 )
 from ehsid.harness.files import result_files, write_text
-from ehsid.harness.manifest import sha256_of
 
 if TYPE_CHECKING:
-    from ehsid.harness.deploy.export import Export
     from ehsid.harness.identification import ArxOrders, IoData
 
 
 def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: bool) -> ArxOrders:
     """Returns the given orders (default 3, 3, 1) or those that offline identification chooses."""
-    from ehsid.harness.identification import ArxOrders, identify
+    from ehsid.harness.deploy.export import chosen_orders
+    from ehsid.harness.identification import ArxOrders
 
-    if not choose:
-        defaults = zip(given, (3, 3, 1), strict=True)
-        na, nb, nk = (default if value is None else value for value, default in defaults)
-        return ArxOrders(na, nb, nk, offset=offset)
-    return identify(data, offset=offset, remove_means=not offset).chosen.orders
-
-
-def _provenance(path: Path, data: IoData, export: Export) -> list[str]:
-    """Returns lines that say where the numbers come from; the record is named without folder."""
-    sampled = "" if data.dt_s is None else f" at {data.dt_s:.6g} s"
-    scale = export.configuration.scaling.position_scale
-    deviation = math.sqrt(export.model.noise_variance) * scale
-    return [
-        f"Record {path.name}, {data.n_samples} samples{sampled},",
-        f"sha256 {sha256_of(path)};" if path.is_file() else "a folder;",
-        f"command: {data.input_name}, position: {data.output_name}, in the units of the record.",
-        f"Offline model: {export.configuration.orders}, least squares over "
-        f"{export.model.n_rows} equations,",
-        f"deviation of the residuals {deviation:.4g}. P_0 is its covariance times "
-        f"{export.inflation:.4g}:",
-        f"the model counts for {export.counts_for:.0f} samples. A reset goes back to a vague P.",
-    ]
+    if choose:
+        return chosen_orders(data, offset=offset)
+    defaults = zip(given, (3, 3, 1), strict=True)
+    na, nb, nk = (default if value is None else value for value, default in defaults)
+    return ArxOrders(na, nb, nk, offset=offset)
 
 
 def export_command(
@@ -105,14 +87,7 @@ def export_command(
 
     Example: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
     """
-    from ehsid.harness.deploy.export import (
-        GoldenTrace,
-        check_name,
-        configure_from_record,
-        liveliest,
-        render_c_header,
-        render_header,
-    )
+    from ehsid.harness.deploy.export import FILE_NAMES, check_name, header_of_record
 
     check_name(name)
     if choose and any(value is not None for value in (na, nb, nk)):
@@ -120,32 +95,23 @@ def export_command(
     if inflation is not None and not 1.0 <= inflation < math.inf:
         raise ValueError(f"--inflation {inflation:g}: expected a finite number of at least 1")
     policy = make_policy(forgetting, lambda0, setting)
-    path = out or Path(f"servo_configuration.{'h' if c else 'hpp'}")
+    path = out or Path(FILE_NAMES[c])
     with result_files(path, "export", inputs=[record]) as folder:
         data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
         with about(record):
             orders = _orders(data, (na, nb, nk), choose, offset)
-            export = configure_from_record(
-                data, orders, forgetting=policy, inflation=inflation, reset=reset
+            header = header_of_record(
+                record,
+                data,
+                orders,
+                forgetting=policy,
+                inflation=inflation,
+                reset=reset,
+                name=name,
+                c=c,
             )
-        provenance = _provenance(record, data, export)
-        if c:
-            text = render_c_header(
-                export.configuration, name=name, dt_s=data.dt_s, provenance=provenance
-            )
-            tested = "no self-test"
-        else:
-            trace = GoldenTrace.of(export.configuration, *liveliest(data))
-            text = render_header(
-                export.configuration, trace, name=name, dt_s=data.dt_s, provenance=provenance
-            )
-            tested = f"self-test over {trace.command.size} samples"
-        write_text(folder / path.name, text)
-    Console().print(
-        f"{path}: {orders}, {policy!r}; started from {export.model.n_rows} equations that count "
-        f"for {export.counts_for:.0f} samples; {tested}",
-        soft_wrap=True,
-    )
+        write_text(folder / path.name, header.text)
+    Console().print(f"{path}: {header.summary}", soft_wrap=True)
     if policy.forgets_the_start:
         *others, last = (
             name for name, info in POLICIES.items() if not info.policy().forgets_the_start

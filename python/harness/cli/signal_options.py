@@ -10,14 +10,7 @@ import numpy as np
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.cli.options import SignalName
-from ehsid.harness.excitation import (
-    chirp,
-    fit_to_travel,
-    odd_multisine,
-    prbs,
-    random_steps,
-    triangle,
-)
+from ehsid.harness.excitation import fit_to_travel, named_signal
 from ehsid.harness.records.limits import SAMPLES
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import PositionController, command_limit, velocity_gain
@@ -65,7 +58,9 @@ class SignalOptions:
         if not 0.0 < peak < math.inf:
             raise ValueError(f"--amplitude {peak:g}: expected a finite number > 0")
         top_hz = min(top_hz, 0.2 / self.dt)
-        return _signal(self.signal, self.samples, self.dt, peak=peak, top_hz=top_hz, seed=self.seed)
+        return named_signal(
+            self.signal, self.samples, self.dt, peak=peak, top_hz=top_hz, seed=self.seed
+        )
 
 
 def start_position(rig: Rig, position0: float | None) -> float:
@@ -123,24 +118,3 @@ def as_reference(
     default = 0.03 * rig.values.get("cylinder.stroke_m", 0.3)
     signal = options.make(default=default, top_hz=max(2.0, 2.0 * bandwidth_hz))
     return start_position(rig, position0) + signal
-
-
-def _signal(
-    name: SignalName, n: int, dt_s: float, *, peak: float, top_hz: float, seed: int
-) -> FloatArray:
-    """Returns a signal with this peak that excites up to about `top_hz`, shape (n,)."""
-    rng = np.random.default_rng(seed)
-    duration = n * dt_s
-    low = max(top_hz / 200.0, 2.0 / duration)
-    match name:
-        case SignalName.multisine:
-            return odd_multisine(n, dt_s, band_hz=(low, top_hz), peak=peak, rng=rng).samples
-        case SignalName.prbs:
-            return prbs(n, amplitude=peak, hold=max(1, round(0.4 / (top_hz * dt_s))))
-        case SignalName.steps:
-            hold = (max(1, round(1.0 / (top_hz * dt_s))), max(1, round(10.0 / (top_hz * dt_s))))
-            return random_steps(n, amplitude=peak, hold=hold, rng=rng)
-        case SignalName.chirp:
-            return chirp(n, dt_s, amplitude=peak, band_hz=(low, top_hz))
-        case SignalName.triangle:
-            return triangle(n, dt_s, amplitude=peak, period_s=duration / 4.0)

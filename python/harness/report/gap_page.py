@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -45,6 +44,7 @@ from ehsid.harness.report.gap_words import (
     value_name,
 )
 from ehsid.harness.report.law_section import missing_law_section
+from ehsid.harness.report.next_words import again_command, experiment_steps, experiment_words
 from ehsid.harness.report.page import (
     Bars,
     Beside,
@@ -384,29 +384,21 @@ def _next(coming: NextExperiment | None, records: Sequence[RecordLine], rig_file
     title = "The next experiment"
     if coming is None:
         return Section(title, [])
-    rivals = " from ".join(effect_set(tuple(names.split("+"))) for names in coming.separates)
     fitted = [record.file for record in records if record.role != "held out"]
-    judged = [part for r in records if r.role == "held out" for part in ("--validate", r.file)]
-    again = ["ehsid", "gap", *fitted, "new.csv", "--rig", rig_file, *judged, "--out", "again"]
+    judged = [record.file for record in records if record.role == "held out"]
     return Section(
         title,
         [
-            f"{first_upper(coming.description)}. It is made to separate {rivals}, and will do so "
-            f"with a predicted probability of {percent(coming.power)}.",
+            experiment_words(coming.description, coming.separates, coming.power),
             *next_plots(coming.record),
             Items(
                 [
-                    "Put the rod where the predicted position begins, and send the column "
-                    "command_v of next_experiment.csv to the valve amplifier as it stands, sample "
-                    "by sample. It keeps inside the stroke and the limits that the rig file "
-                    "states; keep the emergency stop at hand all the same.",
-                    f"Log {', '.join(shown_channel(name)[0] for name in coming.sensors)} with the "
-                    "command, as in the records so far.",
+                    *experiment_steps(coming.sensors),
                     "Diagnose again with the new record beside the old ones:",
                 ],
                 numbered=True,
             ),
-            Code(shlex.join(again)),
+            Code(again_command(fitted, judged, rig_file)),
         ],
     )
 

@@ -13,6 +13,7 @@ from ehsid.harness.simulation.controller import (
     velocity_gain,
     with_integral,
 )
+from ehsid.harness.simulation.inside import inside_stroke
 from ehsid.harness.simulation.outputs import draw_noise
 from ehsid.harness.simulation.run import SimulationError, SimulationRun, simulate
 from ehsid.harness.simulation.settings import parse_settings
@@ -26,6 +27,7 @@ __all__ = [
     "WindowedRun",
     "command_limit",
     "draw_noise",
+    "inside_stroke",
     "measured_states",
     "parse_settings",
     "simulate",

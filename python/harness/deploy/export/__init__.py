@@ -9,17 +9,27 @@
 from ehsid.harness.deploy.export.c_header import render_c_header
 from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Seed
 from ehsid.harness.deploy.export.header import check_name, float32_literal, render_header
+from ehsid.harness.deploy.export.of_record import (
+    FILE_NAMES,
+    Header,
+    chosen_orders,
+    header_of_record,
+)
 from ehsid.harness.deploy.export.seeding import Export, configure_from_record
 from ehsid.harness.deploy.export.trace import GoldenTrace, liveliest
 
 __all__ = [
+    "FILE_NAMES",
     "EstimatorConfiguration",
     "Export",
     "GoldenTrace",
+    "Header",
     "Seed",
     "check_name",
+    "chosen_orders",
     "configure_from_record",
     "float32_literal",
+    "header_of_record",
     "liveliest",
     "render_c_header",
     "render_header",

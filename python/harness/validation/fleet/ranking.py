@@ -153,12 +153,13 @@ def read_fleet(out: Path, names: Iterable[str], refused: Mapping[str, str] | Non
 
 def _read(path: Path) -> Machine:
     try:
-        return _machine(path.parent.name, read_diagnosis_file(path))
+        return machine_of(path.parent.name, read_diagnosis_file(path))
     except ValueError as error:
         raise ValueError(f"{error}; remove its folder and start again") from None
 
 
-def _machine(name: str, file: DiagnosisFile) -> Machine:
+def machine_of(name: str, file: DiagnosisFile) -> Machine:
+    """Returns the summary of a diagnosis."""
     how_far, which = file.how_far, file.which
     low, high = map(known, how_far.noise_floor)
     calibrated = known(how_far.calibrated)

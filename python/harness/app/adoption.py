@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: MIT
+"""Takes over the rig that a diagnosis found: as the rig of the machine, or of a new one."""
+
+from __future__ import annotations
+
+from ehsid.harness.app.session import RIG, Session, SessionError, free_name
+from ehsid.harness.app.workbench import Workbench
+from ehsid.harness.files import write_text
+from ehsid.harness.rigs import read_rig
+
+FOUND = "gap/rig.augmented.toml"
+BEFORE = "rig.before"
+
+
+def use_as_rig(session: Session) -> str:
+    """Makes the found rig that of the machine, and keeps the rig before; returns its file name.
+
+    The results then no longer belong to the rig, and have to be made again.
+
+    Raises
+    ------
+    SessionError
+        the diagnosis has left no rig.
+    """
+    text = _found(session)
+    taken = {path.stem for path in session.folder.glob(f"{BEFORE}*.toml")}
+    kept = f"{free_name(BEFORE, taken)}.toml"
+    write_text(session.folder / kept, session.rig_file.read_text(encoding="utf-8"))
+    write_text(session.rig_file, text)
+    session.settings.rig.answers.clear()  # the form no longer makes this rig
+    session.save()
+    return kept
+
+
+def as_new_machine(workbench: Workbench, session: Session) -> Session:
+    """Begins a machine that has the found rig and no records yet.
+
+    Raises
+    ------
+    SessionError
+        the diagnosis has left no rig.
+    """
+    text = _found(session)
+    made = workbench.begun(f"{session.name}_found")
+    write_text(made.folder / RIG, text)
+    made.save()
+    return made
+
+
+def _found(session: Session) -> str:
+    path = session.folder / FOUND
+    if not path.is_file():
+        raise SessionError(f"{path}: the diagnosis has left no rig file; run the diagnosis again")
+    read_rig(path)  # raises RigError for a file that someone has damaged
+    return path.read_text(encoding="utf-8")

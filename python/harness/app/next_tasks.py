@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: MIT
+"""The work of the step Next: the firmware header, and everything as one archive."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+
+from ehsid.harness.app.session import SETTINGS, Session, SessionError
+from ehsid.harness.catalogue.channels import COMMAND, POSITION
+from ehsid.harness.files import replacing, result_files, write_text
+from ehsid.harness.records import read_record
+
+FIRMWARE, PACKAGE = "firmware", "package"
+MADE = "header.json"
+# Of a session, the archive has what cannot be made again in a moment.
+PACKED = (
+    *(SETTINGS, "rig*.toml", "logs/**/*", "records/**/*", "check/**/*", "gap/**/*"),
+    f"{FIRMWARE}/**/*",
+)
+PIECE = 2**20  # bytes
+
+
+class HeaderMade(msgspec.Struct, frozen=True):
+    """What a header was made of.
+
+    Attributes
+    ----------
+    record
+        id of the record.
+    told
+        digest of how its log was read; see `Entry.told`.
+    file
+        name of the header.
+    summary
+        what it holds, in one line.
+    """
+
+    record: str
+    told: str
+    file: str
+    summary: str
+
+
+def header_task(folder: Path, *, report: Callable[[float], None]) -> None:
+    """Makes a firmware header, as `ehsid export --identify`."""
+    import ehsid
+    from ehsid.harness.deploy.export import FILE_NAMES, chosen_orders, header_of_record
+    from ehsid.harness.identification import IoData
+
+    session = Session(folder)
+    wish = session.settings.firmware
+    entry = session.entry(wish.record)
+    if entry is None:
+        raise SessionError(f"{wish.record}: there is no such record in this session; choose one")
+    path, file = session.record_of(entry), FILE_NAMES[wish.c]
+    (folder / FIRMWARE).mkdir(exist_ok=True)
+    with result_files(folder / FIRMWARE / file, "export", inputs=[path]) as new:
+        data = IoData.from_record(read_record(path, columns=[COMMAND, POSITION]), COMMAND, POSITION)
+        report(0.1)
+        orders = chosen_orders(data)
+        report(0.8)
+        header = header_of_record(
+            path, data, orders, forgetting=ehsid.FRatio(), name=wish.name, c=wish.c
+        )
+        write_text(new / file, header.text)
+    made = HeaderMade(entry.id, entry.told(), file, header.summary)
+    write_text(folder / FIRMWARE / MADE, msgspec.json.encode(made).decode())
+    report(1.0)
+
+
+def package_task(folder: Path, *, report: Callable[[float], None]) -> None:
+    """Packs the session into one archive, which opens again where it is unpacked."""
+    files = packed_files(folder)
+    whole = sum(path.stat().st_size for path in files) or 1
+    target = folder / PACKAGE / f"{folder.name}.zip"
+    target.parent.mkdir(exist_ok=True)
+    done = 0
+    with replacing(target) as unfinished, zipfile.ZipFile(unfinished, "w") as archive:
+        for path in files:
+            name = f"{folder.name}/{path.relative_to(folder).as_posix()}"
+            about = zipfile.ZipInfo.from_file(path, name)
+            # Parquet is compressed already.
+            packed = path.suffix == ".parquet"
+            about.compress_type = zipfile.ZIP_STORED if packed else zipfile.ZIP_DEFLATED
+            with path.open("rb") as source, archive.open(about, "w") as into:
+                while piece := source.read(PIECE):
+                    into.write(piece)
+                    done += len(piece)
+                    report(done / whole)
+
+
+def packed_files(folder: Path) -> list[Path]:
+    """Returns the files of a session that belong into its archive, those of links left out."""
+    found = {path for pattern in PACKED for path in folder.glob(pattern)}
+    return sorted(path for path in found if path.is_file() and not path.is_symlink())

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: MIT
+"""Sessions for tests whose diagnosis is made up, so that nothing has to be fitted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from app_sessions import BENCH, german_log, read_session
+from made_diagnoses import made_diagnosis
+
+from ehsid.harness.app.session import Session
+from ehsid.harness.report.diagnosis_files import write_diagnosis
+
+
+def diagnosed_session(folder: Path, verdict: str = "ambiguous", seconds: float = 1.0) -> Session:
+    """Return a session with one record, the bench as its rig, and a diagnosis that holds."""
+    (folder / "logs").mkdir(parents=True)
+    log = german_log(folder / "logs" / "run.csv", seconds)
+    session = read_session(folder, log)
+    session.rig_file.write_bytes(BENCH.read_bytes())
+    for name in ("check", "gap"):
+        (folder / name).mkdir()
+        session.settings.made_of[name] = session.digest(rig=True)
+    (folder / "check" / "rig_check.json").write_text("{}")
+    write_diagnosis(folder / "gap", made_diagnosis(verdict), [], "rig.toml")
+    session.save()
+    return session
