@@ -138,7 +138,10 @@ ROOMS: dict[str, set[str]] = {
     "studies": {
         *("deploy", "excitation", "identification", "records", "report", "rigs", "simulation"),
     },
-    "app": {"gap", "gap/data", "gap/tables", "records", "report", "rig_check", "rigs"},
+    "app": {
+        *("estimation", "gap", "gap/data", "gap/tables", "identification", "records", "report"),
+        *("rig_check", "rigs"),
+    },
 }
 # Of gap: what comes out, as data and as a file, and the numbers that decide.
 TABLES = {"deciding.py", "diagnosis_file.py", "schema.py", "thresholds.py"}

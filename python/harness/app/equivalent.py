@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 import shlex
 
+from ehsid.harness.app.model_equivalent import model_commands, model_python
 from ehsid.harness.app.session import RIG, Entry, Session
 
 
@@ -149,6 +150,7 @@ _COMMANDS = {
     "map": _map_commands,
     "rig": _rig_commands,
     "check": _check_commands,
+    "model": model_commands,
     "gap": _gap_commands,
 }
 _PYTHON = {
@@ -156,5 +158,6 @@ _PYTHON = {
     "map": _map_python,
     "rig": _rig_python,
     "check": _check_python,
+    "model": model_python,
     "gap": _gap_python,
 }

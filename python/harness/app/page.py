@@ -18,6 +18,7 @@ from ehsid.harness.app.steps.check import CheckStep
 from ehsid.harness.app.steps.gap import GapStep
 from ehsid.harness.app.steps.load import LoadStep
 from ehsid.harness.app.steps.map import MapStep
+from ehsid.harness.app.steps.model import ModelStep
 from ehsid.harness.app.steps.rig import RigStep
 from ehsid.harness.app.steps.step import StepView
 from ehsid.harness.app.workbench import ERRORS, Workbench
@@ -28,6 +29,7 @@ VIEWS: dict[str, type[StepView]] = {
     "map": MapStep,
     "rig": RigStep,
     "check": CheckStep,
+    "model": ModelStep,
     "gap": GapStep,
 }
 NEW = "+ new machine"
@@ -191,15 +193,20 @@ class Page:
             text = f'<p class="soft">{following.title} opens next: {look.plain(lacks)}</p>'
             self._onward.objects = [look.words(text)]
         elif not self._onward.objects or not isinstance(self._onward[0], pn.widgets.Button):
-            button = pn.widgets.Button(
-                name=f"Next: {following.title}",
-                button_type="primary",
-                stylesheets=[look.CONTROLS],
-                margin=0,
-            )
-            button.on_click(self.told(lambda event: self.show(following.key)))
-            button.js_on_click(code=_noted(following.key))
-            self._onward.objects = [button]
+            ways = [(following, f"Next: {following.title}")]
+            if following.optional:
+                beyond = STEPS[place + 2]
+                ways.append((beyond, f"Next: {beyond.title}, without {following.title}"))
+            self._onward.objects = [self._way(step.key, words) for step, words in ways]
+
+    def _way(self, key: str, words: str) -> pn.widgets.Button:
+        """Returns a button that leads to a step."""
+        button = pn.widgets.Button(
+            name=words, button_type="primary", stylesheets=[look.CONTROLS], margin=(0, 8, 0, 0)
+        )
+        button.on_click(self.told(lambda event: self.show(key)))
+        button.js_on_click(code=_noted(key))
+        return button
 
     def _show_equivalent(self) -> None:
         command = look.plain(shown_commands(self.session, self.key))

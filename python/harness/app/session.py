@@ -6,7 +6,7 @@ logs/             files that were dropped on the page
 records/          the records as `ehsid import` writes them; what the later steps read
 looks/            signals as the page draws them; can be made again at any time
 rig.toml          the rig
-check/, gap/      results, as the commands write them
+check/, model/, gap/  results, as the commands write them
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from pathlib import Path
 import msgspec
 import tomli_w
 
+from ehsid.harness.catalogue.channels import COMMAND, POSITION
 from ehsid.harness.files import write_text
 
 SETTINGS = "session.toml"
@@ -74,6 +75,43 @@ class RigAnswers(msgspec.Struct):
     drop_over_both: bool = False
 
 
+class ModelChoice(msgspec.Struct):
+    """What is identified, and how the estimator runs that the firmware has.
+
+    Attributes
+    ----------
+    record
+        id of the record; "" is the first one.
+    input_name, output_name
+        columns of the record.
+    orders, delays
+        to be tried by the identification, such as "2-5".
+    na, nb, nk
+        orders and delay of the estimator; an identification puts those in that it has found.
+    method
+        recursion, a key of `METHODS`.
+    policy
+        forgetting policy, a key of `POLICIES`.
+    settings
+        settings of the policy by their names in Python; those not named have their defaults.
+    reset
+        whether the estimator begins anew where the RMSE shows a change.
+    """
+
+    record: str = ""
+    input_name: str = COMMAND
+    output_name: str = POSITION
+    orders: str = "2-5"
+    delays: str = "1-5"
+    na: int = 3
+    nb: int = 3
+    nk: int = 1
+    method: str = "rls"
+    policy: str = "exponential"
+    settings: dict[str, float] = msgspec.field(default_factory=dict)
+    reset: bool = True
+
+
 class Settings(msgspec.Struct):
     """Content of session.toml.
 
@@ -85,6 +123,8 @@ class Settings(msgspec.Struct):
         in the order in which they were added.
     rig
         answers from which the rig was made.
+    model
+        choices for the step Model.
     made_of
         for each result of a step the digest of what it was made of.
     """
@@ -92,6 +132,7 @@ class Settings(msgspec.Struct):
     version: int = 1
     records: list[Entry] = msgspec.field(default_factory=list)
     rig: RigAnswers = msgspec.field(default_factory=RigAnswers)
+    model: ModelChoice = msgspec.field(default_factory=ModelChoice)
     made_of: dict[str, str] = msgspec.field(default_factory=dict)
 
 
@@ -220,6 +261,24 @@ class Session:
             self.record_of(entry).unlink(missing_ok=True)
             shutil.rmtree(self.look_of(entry), ignore_errors=True)
             self.save()
+
+    def modelled(self) -> Entry | None:
+        """Returns the record of which a model is made; None if there is no record."""
+        chosen = self.entry(self.settings.model.record)
+        return chosen or next(iter(self.settings.records), None)
+
+    def made_from(self, key: str) -> str:
+        """Returns a digest of what the result of a step or a job is made of."""
+        entry, model = self.modelled(), self.settings.model
+        if key not in ("identify", "estimate") or entry is None:
+            return self.digest(rig=True)
+        said: list[object] = [entry.id, entry.told(), model.input_name, model.output_name]
+        if key == "identify":
+            said += [model.orders, model.delays]
+        else:
+            said += [model.na, model.nb, model.nk, model.method, model.policy, model.settings]
+            said.append(model.reset)
+        return _digest(msgspec.json.encode(said))
 
     def digest(self, *, rig: bool) -> str:
         """Returns a digest of what results are made of: the records, and the rig if asked for."""
