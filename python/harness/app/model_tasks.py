@@ -41,8 +41,6 @@ def identify_task(folder: Path, *, report: Callable[[float], None]) -> None:
 
 def estimate_task(folder: Path, *, report: Callable[[float], None]) -> None:
     """Estimates recursively, as `ehsid estimate --out model`."""
-    from ehsid.harness.report.model_files import write_estimation
-
     session = Session(folder)
     entry = _entry(session)
     inputs = [session.record_of(entry)]
@@ -50,10 +48,13 @@ def estimate_task(folder: Path, *, report: Callable[[float], None]) -> None:
         data, record = io_data(session)
         report(0.1)
         result = estimated(session, data)
-        report(0.5)
-        write_estimation(new, result, data.dt_s, record.origin)
+        # The page shows this at once; the figure of a long record takes much longer.
         look = estimate_look.look_of(session, record, result, data)
         estimate_look.write_look(session, look)
+        report(0.5)
+        from ehsid.harness.report.model_files import write_estimation
+
+        write_estimation(new, result, data.dt_s, record.origin)
     report(1.0)
 
 

@@ -53,11 +53,8 @@ class Recursive(StepView):
         self._method = self._select("recursion", methods, "method")
         self._policy = self._select("forgetting policy", list(POLICIES), "policy")
         self._about = look.words("")
-        self._reset = pn.widgets.Checkbox(
-            name="reset where the RMSE shows a change", value=self._choice.reset,
-            stylesheets=[look.CONTROLS], margin=(8, 0),
-        )  # fmt: skip
-        self._reset.param.watch(page.told(lambda event: self._choose("reset", event.new)), "value")
+        resets = {"where the RMSE shows a change": True, "never": False}
+        self._reset = self._select("reset", resets, "reset")
         self._sliders = pn.FlexBox(sizing_mode="stretch_width", gap="0 1.2rem")
         self._write = self.button("Write estimate.json and its figure")
         self._write.on_click(page.told(lambda event: self.workbench.estimate(self.session)))
@@ -71,10 +68,9 @@ class Recursive(StepView):
         self.layout.objects = [
             title,
             look.beside(*self._orders.values(), least="6rem"),
-            look.beside(self._method, self._policy, least="16rem"),
+            look.beside(self._method, self._policy, self._reset, least="14rem"),
             self._about,
             self._sliders,
-            self._reset,
             self._status,
             self._outcome,
             self._drawn,
@@ -194,11 +190,12 @@ class Recursive(StepView):
     def _estimate_apart(self) -> None:
         """Shows what the process of its own gave; it is started once for each choice."""
         key = self.session.made_from("estimate")
+        if key == self._shown:
+            return
         found = read_look(self.session)
         if found is not None and found.figures.made_from == key:
-            if key != self._shown:
-                self._shown = key
-                self._show(found, None)
+            self._shown = key
+            self._show(found, None)
         elif self._asked != key:
             self._asked = key
             self.workbench.estimate(self.session)
