@@ -6,11 +6,10 @@ from __future__ import annotations
 import json
 
 import ehsid
-from ehsid.harness.app.session import ModelChoice, Session
+from ehsid.harness.app.session import MOST_COEFFICIENTS, MOST_DELAY, ModelChoice, Session
 from ehsid.harness.catalogue.policies import POLICIES, policies_of
 from ehsid.harness.estimation import Recursion, structure
 
-MOST_COEFFICIENTS, MOST_DELAY = 6, 20  # that the estimator has, see ehsid.ServoEstimator
 # Factors are of interest near 1, where each step doubles or halves the memory or so.
 FACTORS = (
     *(0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.92, 0.94, 0.95, 0.96, 0.97, 0.98, 0.985, 0.99),
@@ -68,24 +67,11 @@ def recursion_of(choice: ModelChoice) -> Recursion:
     Raises
     ------
     ValueError
-        there is no such policy or setting, or it is outside its range.
+        a setting is outside its range.
     """
-    info = POLICIES.get(choice.policy)
-    if info is None or choice.policy not in policies_of(choice.method):
-        raise ValueError(
-            f"policy {choice.policy!r} with the recursion {choice.method!r}: expected one of "
-            f"{', '.join(policies_of(choice.method))}; choose it again"
-        )
-    known = [setting.name for setting in info.settings]
-    unknown = [name for name in choice.settings if name not in known]
-    if unknown:
-        raise ValueError(
-            f"setting {unknown[0]!r} of the policy {choice.policy}: expected one of "
-            f"{', '.join(known)}; choose the policy again"
-        )
     return Recursion(
         structure(choice.na, choice.nb, choice.nk, choice.method),
-        info.policy(**choice.settings),
+        POLICIES[choice.policy].policy(**choice.settings),
         reset=choice.reset,
         method=choice.method,
     )

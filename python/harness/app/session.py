@@ -23,12 +23,14 @@ import msgspec
 import tomli_w
 
 from ehsid.harness.catalogue.channels import COMMAND, POSITION
+from ehsid.harness.catalogue.policies import METHODS, POLICIES, policies_of
 from ehsid.harness.files import write_text
 
 SETTINGS = "session.toml"
 RIG = "rig.toml"
 MOST_RECORDS = 20
 LONGEST_NAME = 60
+MOST_COEFFICIENTS, MOST_DELAY = 6, 20  # that the estimator has, see ehsid.ServoEstimator
 # Names that some systems keep for devices.
 DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 
@@ -110,6 +112,28 @@ class ModelChoice(msgspec.Struct):
     policy: str = "exponential"
     settings: dict[str, float] = msgspec.field(default_factory=dict)
     reset: bool = True
+
+    def __post_init__(self) -> None:
+        """Checks what someone may have edited in the file.
+
+        Raises
+        ------
+        ValueError
+            there is no such structure, recursion, policy or setting.
+        """
+        if not (1 <= min(self.na, self.nb) <= max(self.na, self.nb) <= MOST_COEFFICIENTS):
+            raise ValueError(f"na, nb: expected 1 to {MOST_COEFFICIENTS}")
+        if not 0 <= self.nk <= MOST_DELAY:
+            raise ValueError(f"nk: expected 0 to {MOST_DELAY}")
+        if self.method not in METHODS:
+            raise ValueError(f"method {self.method!r}: expected one of {', '.join(METHODS)}")
+        taken = policies_of(self.method)
+        if self.policy not in taken:
+            raise ValueError(f"policy {self.policy!r}: expected one of {', '.join(taken)}")
+        known = [setting.name for setting in POLICIES[self.policy].settings]
+        unknown = [name for name in self.settings if name not in known]
+        if unknown:
+            raise ValueError(f"setting {unknown[0]!r}: expected one of {', '.join(known)}")
 
 
 class Settings(msgspec.Struct):

@@ -18,7 +18,7 @@ from ehsid.harness.app.model_choice import (
     slider_values,
     value_of,
 )
-from ehsid.harness.app.session import ModelChoice, Session
+from ehsid.harness.app.session import ModelChoice, Session, SessionError
 from ehsid.harness.catalogue.policies import POLICIES
 
 SETTINGS = [(name, one) for name, info in POLICIES.items() for one in info.settings]
@@ -54,18 +54,25 @@ def test_a_recursion_that_does_not_take_a_policy_changes_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changed", "words"),
+    ("line", "words"),
     [
-        ({"policy": "none"}, "expected one of constant, exponential"),
-        ({"policy": "f-ratio", "method": "oe"}, "expected one of constant, exponential;"),
-        ({"settings": {"eta": 1.0}}, "expected one of lambda0, lambda_initial"),
+        ("policy = 'none'", "policy 'none': expected one of constant, exponential"),
+        ("policy = 'f-ratio'\nmethod = 'oe'", "'f-ratio': expected one of constant, exponential"),
+        ("method = 'best'", "method 'best': expected one of rls, riv"),
+        ("settings = { eta = 1.0 }", "setting 'eta': expected one of lambda0, lambda_initial"),
+        ("nb = 7", "na, nb: expected 1 to 6"),
+        ("nk = 21", "nk: expected 0 to 20"),
     ],
 )
-def test_a_choice_that_was_edited_by_hand_is_refused(
-    changed: dict[str, object], words: str
-) -> None:
-    with pytest.raises(ValueError, match=words):
-        recursion_of(ModelChoice(**changed))
+def test_a_choice_that_was_edited_by_hand_is_refused(tmp_path: Path, line: str, words: str) -> None:
+    (tmp_path / "session.toml").write_text(f"version = 1\n[model]\n{line}\n")
+    with pytest.raises(SessionError, match=words):
+        Session(tmp_path)
+
+
+def test_a_setting_outside_its_range_is_refused() -> None:
+    with pytest.raises(ValueError, match="lambda0"):
+        recursion_of(ModelChoice(settings={"lambda0": 2.0}))
 
 
 @pytest.fixture

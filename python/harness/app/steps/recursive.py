@@ -12,8 +12,6 @@ from ehsid.harness.app import estimate_words, look
 from ehsid.harness.app.estimate_look import EstimateLook, look_of, read_look
 from ehsid.harness.app.estimate_plots import EstimatePlots
 from ehsid.harness.app.model_choice import (
-    MOST_COEFFICIENTS,
-    MOST_DELAY,
     set_method,
     set_policy,
     slider_values,
@@ -21,6 +19,7 @@ from ehsid.harness.app.model_choice import (
 )
 from ehsid.harness.app.model_tasks import estimated, io_data
 from ehsid.harness.app.reading import reading_of
+from ehsid.harness.app.session import MOST_COEFFICIENTS, MOST_DELAY
 from ehsid.harness.app.steps.step import StepView, progress
 from ehsid.harness.catalogue.policies import METHODS, POLICIES, policies_of
 from ehsid.harness.identification import IoData
@@ -39,7 +38,8 @@ class Recursive(StepView):
         self._choice = self.session.settings.model
         self._read: tuple[object, IoData, Record] | None = None
         self._plots: EstimatePlots | None = None
-        self._shown = self._asked = self._built = ""
+        self._moved: dict[str, pn.widgets.DiscreteSlider] = {}
+        self._shown = self._asked = ""
         self._quiet = False
         self._orders = {
             name: self._select(name, list(range(least, most + 1)), name)
@@ -140,11 +140,15 @@ class Recursive(StepView):
             f'<p class="soft small">{choice.method} is right with {METHODS[choice.method].noise}. '
             f"{choice.policy}: {look.plain(info.summary)} ({look.plain(info.source)}).</p>"
         )
-        if self._built != choice.policy:
-            self._built = choice.policy
-            self._sliders.objects = [self._slider(setting) for setting in info.settings]
+        values = {setting.name: value_of(choice, setting) for setting in info.settings}
+        # A slider that is moved stays as it is, so that it keeps the focus of the keyboard.
+        if {name: slider.value for name, slider in self._moved.items()} != values:
+            self._moved = {one.name: self._slider(one) for one in info.settings}
+            self._sliders.objects = [
+                _explained(self._moved[setting.name], setting.meaning) for setting in info.settings
+            ]
 
-    def _slider(self, setting: Any) -> pn.Column:
+    def _slider(self, setting: Any) -> pn.widgets.DiscreteSlider:
         value = value_of(self._choice, setting)
         unit = "" if setting.unit == "1" else f" in {setting.unit}"
         slider = pn.widgets.DiscreteSlider(
@@ -160,10 +164,7 @@ class Recursive(StepView):
             self.page.told(lambda event: self._slide(setting.name, event.new)), "value"
         )
         slider.param.watch(self.page.told(lambda event: self.session.save()), "value_throttled")
-        meaning = look.words(f'<p class="soft small">{look.plain(setting.meaning)}</p>')
-        held = pn.Column(slider, meaning)
-        held.styles = {"flex": "1 1 18rem", "min-width": "min(18rem, 100%)"}
-        return held
+        return slider
 
     def _estimate(self) -> None:
         """Runs the estimator in this process, and shows what it gives."""
@@ -234,3 +235,9 @@ class Recursive(StepView):
             for name in ESTIMATION_FILES
         )
         self._links.object = f"<p>Written: {links}{stale}.</p>"
+
+
+def _explained(slider: pn.widgets.DiscreteSlider, meaning: str) -> pn.Column:
+    held = pn.Column(slider, look.words(f'<p class="soft small">{look.plain(meaning)}</p>'))
+    held.styles = {"flex": "1 1 18rem", "min-width": "min(18rem, 100%)"}
+    return held
