@@ -27,8 +27,10 @@ def shoot(page: Any, step: str) -> None:
     """Takes a picture of a step at both widths."""
     for name, (width, height) in WIDTHS.items():
         page.set_viewport_size({"width": width, "height": height})
-        title = page.get_by_role("heading", name=step, exact=True)
-        title.evaluate("title => title.scrollIntoView()")
+        page.evaluate("scrollTo(0, 0)")
+        if step not in STEPS:  # the second part of a step
+            part = page.get_by_role("heading", name=step, exact=True)
+            part.evaluate("part => part.scrollIntoView()")
         page.wait_for_timeout(1500)
         path = OUT / f"{name}{step.lower()}.png"
         page.screenshot(path=path)
