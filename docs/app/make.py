@@ -19,7 +19,7 @@ from served_workbench import Served, found_browser  # noqa: E402
 from ehsid.harness.rigs.questions import QUESTIONS  # noqa: E402
 
 OUT = Path(__file__).parent
-STEPS = ("Load", "Map", "Rig", "Check", "Gap", "Next")
+STEPS = ("Load", "Map", "Rig", "Check", "Model", "Gap", "Next")
 WIDTHS = {"": (1400, 1000), "phone_": (390, 844)}
 COLOURS = 128  # of a picture: enough for plots, and a quarter of the size
 
@@ -29,6 +29,9 @@ def shoot(page: Any, step: str) -> None:
     for name, (width, height) in WIDTHS.items():
         page.set_viewport_size({"width": width, "height": height})
         page.evaluate("scrollTo(0, 0)")
+        if step not in STEPS:  # the second part of a step
+            part = page.get_by_role("heading", name=step, exact=True)
+            part.evaluate("part => part.scrollIntoView()")
         page.wait_for_timeout(1500)
         path = OUT / f"{name}{step.lower()}.png"
         page.screenshot(path=path)
@@ -47,17 +50,22 @@ def walk(page: Any, logs: list[Path]) -> None:
             for name, text in ANSWERS.items():
                 page.get_by_label(words[name], exact=True).fill(text)
                 page.keyboard.press("Tab")
+        if step == "Model":
+            page.get_by_role("button", name="Identify").click()
+            page.get_by_text("Orders tried").wait_for()
         if step == "Gap":
             page.get_by_role("button", name="Start the diagnosis").click()
             page.get_by_text("report, to be sent").wait_for()
         if following:
-            page.get_by_role("button", name=f"Next: {following}").wait_for()
+            page.get_by_role("button", name=f"Next: {following}", exact=True).wait_for()
         else:
             page.get_by_role("button", name="Make the header").click()
             page.get_by_label("Preview of the header").wait_for()
         shoot(page, step)
+        if step == "Model":  # its second part is below the first one
+            shoot(page, "Recursive")
         if following:
-            page.get_by_role("button", name=f"Next: {following}").click()
+            page.get_by_role("button", name=f"Next: {following}", exact=True).click()
 
 
 def views(page: Any, folder: Path) -> None:

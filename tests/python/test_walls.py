@@ -139,8 +139,8 @@ ROOMS: dict[str, set[str]] = {
         *("deploy", "excitation", "identification", "records", "report", "rigs", "simulation"),
     },
     "app": {
-        *("deploy", "excitation", "gap", "gap/data", "gap/tables", "identification", "records"),
-        *("report", "rig_check", "rigs", "simulation", "validation/fleet"),
+        *("deploy", "estimation", "excitation", "gap", "gap/data", "gap/tables", "identification"),
+        *("records", "report", "rig_check", "rigs", "simulation", "validation/fleet"),
     },
 }
 # Of gap: what comes out, as data and as a file, and the numbers that decide.

@@ -105,9 +105,11 @@ def make_pyramid(values: FloatArray) -> Pyramid:
 
 def store(pyramid: Pyramid, folder: Path, key: str) -> None:
     """Writes a pyramid into a folder, to be opened without reading it."""
-    np.save(folder / f"{key}.0.npy", pyramid.values)
-    for number, level in enumerate(pyramid.levels, start=1):
-        np.save(folder / f"{key}.{number}.npy", level)
+    for number, level in enumerate((pyramid.values, *pyramid.levels)):
+        # A page may draw from the earlier file, which has to stay whole as long as it is open.
+        new = folder / f"{key}.new.npy"
+        np.save(new, level)
+        new.replace(folder / f"{key}.{number}.npy")
 
 
 def opened(folder: Path, key: str) -> Pyramid:

@@ -7,6 +7,7 @@ import os
 import shlex
 
 from ehsid.harness.app.equivalent_next import next_commands, next_python
+from ehsid.harness.app.model_equivalent import model_commands, model_python
 from ehsid.harness.app.session import RIG, Entry, Session
 
 
@@ -150,6 +151,7 @@ _COMMANDS = {
     "map": _map_commands,
     "rig": _rig_commands,
     "check": _check_commands,
+    "model": model_commands,
     "gap": _gap_commands,
     "next": next_commands,
 }
@@ -158,6 +160,7 @@ _PYTHON = {
     "map": _map_python,
     "rig": _rig_python,
     "check": _check_python,
+    "model": model_python,
     "gap": _gap_python,
     "next": next_python,
 }

@@ -10,14 +10,17 @@ from ehsid.harness.app.session import Session
 from ehsid.harness.catalogue.channels import COMMAND, POSITION
 from ehsid.harness.rigs import RigError, read_rig
 
+IDENTIFIED = "model/identify.json"
+
 
 @dataclass(frozen=True)
 class Step:
-    """A step: its key, its title, and what it is for in one sentence."""
+    """A step: its key and title, what it is for in one sentence, and whether it may be left out."""
 
     key: str
     title: str
     purpose: str
+    optional: bool = False
 
 
 STEPS = (
@@ -25,6 +28,7 @@ STEPS = (
     Step("map", "Map", "See which column was taken for which signal, and correct it."),
     Step("rig", "Rig", "Describe the machine: cylinder, valve, supply and load."),
     Step("check", "Check", "See what these records can show, before anything is fitted."),
+    Step("model", "Model", "Fit a linear model, and run the estimator of the firmware.", True),
     Step("gap", "Gap", "Find where simulation and machine disagree, and which effect causes it."),
     Step("next", "Next", "Use what was found: experiment, rig file, firmware header, report."),
 )
@@ -50,7 +54,7 @@ class Standing:
 
 
 def standings(session: Session) -> dict[str, Standing]:
-    """Returns where each step stands, by its key."""
+    """Returns where each step stands, by its key; a step that may be left out opens the next."""
     found: dict[str, Standing] = {}
     before = ""
     for step in STEPS:
@@ -59,14 +63,15 @@ def standings(session: Session) -> dict[str, Standing]:
             continue
         lacks = _LACKS[step.key](session)
         found[step.key] = Standing(True, not lacks, lacks)
-        before = f"{step.title} comes first: {lacks}" if lacks else ""
+        before = f"{step.title} comes first: {lacks}" if lacks and not step.optional else ""
     return found
 
 
 def next_step(session: Session) -> str:
-    """Returns the key of the first step whose result does not hold, else of the last one."""
+    """Returns the key of the first needed step whose result does not hold, else of the last one."""
     found = standings(session)
-    return next((step.key for step in STEPS if not found[step.key].done), STEPS[-1].key)
+    needed = (step.key for step in STEPS if not step.optional)
+    return next((key for key in needed if not found[key].done), STEPS[-1].key)
 
 
 def _load_lacks(session: Session) -> str:
@@ -107,6 +112,14 @@ def _check_lacks(session: Session) -> str:
     return _result_lacks(session, "check", "check/rig_check.json")
 
 
+def _model_lacks(session: Session) -> str:
+    if not (session.folder / IDENTIFIED).exists():
+        return "no model was identified yet."
+    if session.settings.made_of.get("identify") != session.made_from("identify"):
+        return "the record or the choices have changed since; identify again."
+    return ""
+
+
 def _gap_lacks(session: Session) -> str:
     return _result_lacks(session, "gap", "gap/diagnosis.json")
 
@@ -129,6 +142,7 @@ _LACKS = {
     "map": _map_lacks,
     "rig": _rig_lacks,
     "check": _check_lacks,
+    "model": _model_lacks,
     "gap": _gap_lacks,
     "next": _next_lacks,
 }

@@ -84,6 +84,15 @@ def tick(text: str, value: bool) -> pn.widgets.CheckBoxGroup:
     )
 
 
+def side_by_side(*parts: pn.viewable.Viewable, least: str = "22rem") -> pn.Column:
+    """Returns parts in columns of one width, as `beside`; plots need this one to know theirs."""
+    # At most two columns: a third one of 40 % has no room.
+    columns = f"repeat(auto-fit, minmax(min(max({least}, 40%), 100%), 1fr))"
+    grid = f"display: grid !important; grid-template-columns: {columns}; gap: 0 1.2rem;"
+    rules = f":host {{ {grid} }}"
+    return pn.Column(*parts, stylesheets=[rules], sizing_mode="stretch_width")
+
+
 def plain(text: object) -> str:
     """Returns a text of others as HTML that says exactly this text."""
     return escape(printable(str(text)))

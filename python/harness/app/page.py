@@ -12,12 +12,13 @@ import panel as pn
 
 from ehsid.harness.app import look
 from ehsid.harness.app.equivalent import python, shown_commands
-from ehsid.harness.app.flow import STEPS, Standing, Step, next_step, standings
+from ehsid.harness.app.flow import STEPS, Standing, next_step, standings
 from ehsid.harness.app.session import Session
 from ehsid.harness.app.steps.check import CheckStep
 from ehsid.harness.app.steps.gap import GapStep
 from ehsid.harness.app.steps.load import LoadStep
 from ehsid.harness.app.steps.map import MapStep
+from ehsid.harness.app.steps.model import ModelStep
 from ehsid.harness.app.steps.next import NextStep
 from ehsid.harness.app.steps.rig import RigStep
 from ehsid.harness.app.steps.step import StepView
@@ -29,6 +30,7 @@ VIEWS: dict[str, type[StepView]] = {
     "map": MapStep,
     "rig": RigStep,
     "check": CheckStep,
+    "model": ModelStep,
     "gap": GapStep,
     "next": NextStep,
 }
@@ -63,8 +65,8 @@ class Page:
         self._problem = look.words("")
         self._equivalent = look.words("")
         self._fold = self._make_fold()
-        self._next, self._not_yet = self._make_next(), look.words("")
-        self._onward = pn.Row(self._next, self._not_yet, margin=(10, 0))
+        self._ways, self._not_yet = [self._make_way() for _ in range(2)], look.words("")
+        self._onward = pn.Row(*self._ways, self._not_yet, margin=(10, 0))
         asked = argument("step")
         found = standings(self.session)
         self.key = asked if asked in found and found[asked].open else next_step(self.session)
@@ -199,24 +201,27 @@ class Page:
             self.tell(error)
 
     def _show_onward(self, found: dict[str, Standing]) -> None:
-        following = self._following()
-        may = following is not None and found[following.key].open
-        self._next.visible = may
+        following = STEPS[[step.key for step in STEPS].index(self.key) + 1 :]
+        ways = []
         self._not_yet.object = ""
-        if following is None:
-            return
-        self._next.param.update(name=f"Next: {following.title}", tags=[following.key])
-        if not may:
-            lacks = f"{following.title} opens when this step holds: {found[self.key].why}"
+        if following and found[following[0].key].open:
+            ways.append((following[0], f"Next: {following[0].title}"))
+            if following[0].optional:
+                without = f"Next: {following[1].title}, without {following[0].title}"
+                ways.append((following[1], without))
+        elif following:
+            lacks = f"{following[0].title} opens when this step holds: {found[self.key].why}"
             self._not_yet.object = f'<p class="soft">{look.plain(lacks)}</p>'
+        for button, (step, words) in zip(self._ways, ways, strict=False):
+            button.param.update(name=words, tags=[step.key])
+        for number, button in enumerate(self._ways):
+            button.visible = number < len(ways)
 
-    def _following(self) -> Step | None:
-        """Returns the step after the one that is open; None after the last one."""
-        place = [step.key for step in STEPS].index(self.key)
-        return STEPS[place + 1] if place + 1 < len(STEPS) else None
-
-    def _make_next(self) -> pn.widgets.Button:
-        button = pn.widgets.Button(button_type="primary", stylesheets=[look.CONTROLS], margin=0)
+    def _make_way(self) -> pn.widgets.Button:
+        """Returns a button that leads to the step in its tags."""
+        button = pn.widgets.Button(
+            button_type="primary", stylesheets=[look.CONTROLS], margin=(0, 8, 0, 0)
+        )
         button.on_click(self.told(lambda event: self.show(button.tags[0])))
         button.js_on_click(code=NOTE)
         return button

@@ -6,6 +6,7 @@ from __future__ import annotations
 import threading
 
 import panel as pn
+from bokeh.layouts import column
 
 from ehsid.harness.app import look
 from ehsid.harness.app.effect_sliders import EffectSliders
@@ -88,10 +89,8 @@ class PlaygroundView(View):
         if not self._drawn.objects:
             names = list(self._without.columns)
             self._plots: PlaygroundPlots = make_plots(names, self.theme)
-            self._drawn.objects = [
-                pn.pane.Bokeh(plot, sizing_mode="stretch_width", margin=0)
-                for plot in self._plots.plots
-            ]
+            plots = self._plots.plots
+            self._drawn.objects = [column(*plots, sizing_mode="stretch_width", spacing=0)]
         self._compute()
 
     def _compute(self) -> None:

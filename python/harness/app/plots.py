@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from bokeh.layouts import column
 from bokeh.models import Column, ColumnDataSource, Legend, LegendItem, Range1d
 from bokeh.plotting import figure
 
-from ehsid.harness.app.downsampling import Pyramid
 from ehsid.harness.app.look import COLOURS, dress
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.text import printable
@@ -19,13 +19,37 @@ from ehsid.harness.text import printable
 COLUMNS = 1200  # pixel columns that are filled
 
 
+class Signal(Protocol):
+    """A pyramid, or what stands for one."""
+
+    @property
+    def values(self) -> FloatArray:
+        """See `Pyramid.values`."""
+
+    def view(self, first: int, last: int, columns: int) -> tuple[FloatArray, FloatArray]:
+        """See `Pyramid.view`."""
+
+
 @dataclass(frozen=True)
 class Line:
-    """A signal to draw: its name, its samples, and the factor to the unit that is shown."""
+    """A signal to draw.
+
+    Attributes
+    ----------
+    name
+        in the legend.
+    pyramid
+        its samples.
+    factor
+        to the unit that is shown.
+    band
+        lower and upper end of a band around it, of as many samples; None draws none.
+    """
 
     name: str
-    pyramid: Pyramid
+    pyramid: Signal
     factor: float = 1.0
+    band: tuple[Signal, Signal] | None = None
 
 
 @dataclass(frozen=True)
@@ -36,7 +60,26 @@ class Panel:
     lines: Sequence[Line]
 
 
-def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis: str) -> Column:
+@dataclass(frozen=True)
+class Stack:
+    """Plots one below the other.
+
+    Attributes
+    ----------
+    layout
+        all of them, to be shown: Bokeh warns of a range that plots of several layouts share.
+    plots
+        each of them, from top to bottom.
+    draw
+        draws what is seen anew, after signals have changed.
+    """
+
+    layout: Column
+    plots: list[figure]
+    draw: Callable[[], None]
+
+
+def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis: str) -> Stack:
     """Returns plots one below the other, with one time axis.
 
     Parameters
@@ -76,7 +119,12 @@ def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis
         entries = []
         for i, line in enumerate(panel.lines):
             source = ColumnDataSource({"x": [], "y": []})
-            drawn = plot.line("x", "y", source=source, color=colours[i % len(colours)])
+            colour = colours[i % len(colours)]
+            if line.band is not None:
+                ends = ColumnDataSource({"x": [], "low": [], "high": []})
+                plot.varea("x", "low", "high", source=ends, fill_color=colour, fill_alpha=0.15)
+                updates.append(_band_update(ends, line.band, line.factor, time_s))
+            drawn = plot.line("x", "y", source=source, color=colour)
             entries.append(LegendItem(label=printable(line.name), renderers=[drawn]))
             updates.append(_update(source, line, time_s))
         names = {line.name for line in panel.lines}
@@ -87,12 +135,10 @@ def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis
             told |= names
         dress(plot, theme)
         plots.append(plot)
-    for update in updates:
-        update(first, last)
 
     waits = False
 
-    def follow() -> None:
+    def draw() -> None:
         nonlocal waits
         waits = False
         for update in updates:
@@ -104,12 +150,23 @@ def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis
         del attribute, old, new
         if not waits and shared.document is not None:
             waits = True
-            shared.document.add_next_tick_callback(follow)
+            shared.document.add_next_tick_callback(draw)
 
+    draw()
     shared.on_change("start", moved)
     shared.on_change("end", moved)
-    # In one layout: Bokeh warns of a range that plots of several layouts share.
-    return column(*plots, sizing_mode="stretch_width", spacing=0)
+    return Stack(column(*plots, sizing_mode="stretch_width", spacing=0), plots, draw)
+
+
+def legend_above(plot: figure) -> None:
+    """Puts the legend above a plot, where it hides nothing."""
+    (legend,) = plot.legend
+    plot.center.remove(legend)
+    plot.add_layout(legend, "above")
+    legend.orientation = "horizontal"
+    legend.border_line_alpha = 0.0
+    legend.padding = legend.margin = 0
+    legend.location = "left"
 
 
 def _update(
@@ -118,13 +175,37 @@ def _update(
     """Returns a function that puts the points between two times into a source."""
 
     def update(start: float, end: float) -> None:
-        if time_s is None:
-            first, last = int(np.floor(start)), int(np.ceil(end)) + 1
-        else:
-            first = int(np.searchsorted(time_s, start)) - 1
-            last = int(np.searchsorted(time_s, end)) + 1
-        at, values = line.pyramid.view(first, last, COLUMNS)
-        x = at if time_s is None else np.asarray(time_s[at.astype(np.int64)])
+        x, values = _seen(line.pyramid, time_s, start, end)
         source.data = {"x": x, "y": line.factor * values}
 
     return update
+
+
+def _band_update(
+    source: ColumnDataSource,
+    band: tuple[Signal, Signal],
+    factor: float,
+    time_s: FloatArray | None,
+) -> Callable[[float, float], None]:
+    """Returns a function that puts the band between two times into a source."""
+
+    def update(start: float, end: float) -> None:
+        x, low = _seen(band[0], time_s, start, end)
+        _, high = _seen(band[1], time_s, start, end)
+        known = np.isfinite(low) & np.isfinite(high)  # an area does not leave out what is missing
+        source.data = {"x": x[known], "low": factor * low[known], "high": factor * high[known]}
+
+    return update
+
+
+def _seen(
+    signal: Signal, time_s: FloatArray | None, start: float, end: float
+) -> tuple[FloatArray, FloatArray]:
+    """Returns places on the time axis and values of the points between two times."""
+    if time_s is None:
+        first, last = int(np.floor(start)), int(np.ceil(end)) + 1
+    else:
+        first = int(np.searchsorted(time_s, start)) - 1
+        last = int(np.searchsorted(time_s, end)) + 1
+    at, values = signal.view(first, last, COLUMNS)
+    return at if time_s is None else np.asarray(time_s[at.astype(np.int64)]), values

@@ -32,7 +32,7 @@ UPLOAD_LIMIT = 2 * 1024**3  # bytes of one file
 MESSAGE_LIMIT = 4 * 1024**2  # bytes of what a page sends otherwise
 COOKIE_S = 30 * 24 * 3600
 # Of the folder of a session, the page may fetch results only.
-SERVED = ("check/", "gap/", "firmware/", "package/", RIG)
+SERVED = ("check/", "model/", "gap/", "firmware/", "package/", RIG)
 KINDS = {
     ".html": "text/html",
     ".png": "image/png",

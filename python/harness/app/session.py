@@ -6,7 +6,7 @@ logs/             files that were dropped on the page
 records/          the records as `ehsid import` writes them; what the later steps read
 looks/            signals as the page draws them; can be made again at any time
 rig.toml          the rig
-check/, gap/      results, as the commands write them
+check/, model/, gap/  results, as the commands write them
 firmware/         the header for the firmware
 package/          everything as one archive; can be made again at any time
 """
@@ -24,12 +24,15 @@ from pathlib import Path
 import msgspec
 import tomli_w
 
+from ehsid.harness.catalogue.channels import COMMAND, POSITION
+from ehsid.harness.catalogue.policies import METHODS, POLICIES, policies_of
 from ehsid.harness.files import write_text
 
 SETTINGS = "session.toml"
 RIG = "rig.toml"
 MOST_RECORDS = 20
 LONGEST_NAME = 60
+MOST_COEFFICIENTS, MOST_DELAY = 6, 20  # that the estimator has, see ehsid.ServoEstimator
 # Names that some systems keep for devices.
 DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 
@@ -76,6 +79,65 @@ class RigAnswers(msgspec.Struct):
     drop_over_both: bool = False
 
 
+class ModelChoice(msgspec.Struct):
+    """What is identified, and how the estimator runs that the firmware has.
+
+    Attributes
+    ----------
+    record
+        id of the record; "" is the first one.
+    input_name, output_name
+        columns of the record.
+    orders, delays
+        to be tried by the identification, such as "2-5".
+    na, nb, nk
+        orders and delay of the estimator; an identification puts those in that it has found.
+    method
+        recursion, a key of `METHODS`.
+    policy
+        forgetting policy, a key of `POLICIES`.
+    settings
+        settings of the policy by their names in Python; those not named have their defaults.
+    reset
+        whether the estimator begins anew where the RMSE shows a change.
+    """
+
+    record: str = ""
+    input_name: str = COMMAND
+    output_name: str = POSITION
+    orders: str = "2-5"
+    delays: str = "1-5"
+    na: int = 3
+    nb: int = 3
+    nk: int = 1
+    method: str = "rls"
+    policy: str = "exponential"
+    settings: dict[str, float] = msgspec.field(default_factory=dict)
+    reset: bool = True
+
+    def __post_init__(self) -> None:
+        """Checks what someone may have edited in the file.
+
+        Raises
+        ------
+        ValueError
+            there is no such structure, recursion, policy or setting.
+        """
+        if not (1 <= min(self.na, self.nb) <= max(self.na, self.nb) <= MOST_COEFFICIENTS):
+            raise ValueError(f"na, nb: expected 1 to {MOST_COEFFICIENTS}")
+        if not 0 <= self.nk <= MOST_DELAY:
+            raise ValueError(f"nk: expected 0 to {MOST_DELAY}")
+        if self.method not in METHODS:
+            raise ValueError(f"method {self.method!r}: expected one of {', '.join(METHODS)}")
+        taken = policies_of(self.method)
+        if self.policy not in taken:
+            raise ValueError(f"policy {self.policy!r}: expected one of {', '.join(taken)}")
+        known = [setting.name for setting in POLICIES[self.policy].settings]
+        unknown = [name for name in self.settings if name not in known]
+        if unknown:
+            raise ValueError(f"setting {unknown[0]!r}: expected one of {', '.join(known)}")
+
+
 class Firmware(msgspec.Struct):
     """What the firmware header is made of.
 
@@ -105,6 +167,8 @@ class Settings(msgspec.Struct):
         in the order in which they were added.
     rig
         answers from which the rig was made.
+    model
+        choices for the step Model.
     firmware
         what the firmware header is made of.
     made_of
@@ -114,6 +178,7 @@ class Settings(msgspec.Struct):
     version: int = 1
     records: list[Entry] = msgspec.field(default_factory=list)
     rig: RigAnswers = msgspec.field(default_factory=RigAnswers)
+    model: ModelChoice = msgspec.field(default_factory=ModelChoice)
     firmware: Firmware = msgspec.field(default_factory=Firmware)
     made_of: dict[str, str] = msgspec.field(default_factory=dict)
 
@@ -243,6 +308,24 @@ class Session:
             self.record_of(entry).unlink(missing_ok=True)
             shutil.rmtree(self.look_of(entry), ignore_errors=True)
             self.save()
+
+    def modelled(self) -> Entry | None:
+        """Returns the record of which a model is made; None if there is no record."""
+        chosen = self.entry(self.settings.model.record)
+        return chosen or next(iter(self.settings.records), None)
+
+    def made_from(self, key: str) -> str:
+        """Returns a digest of what the result of a step or a job is made of."""
+        entry, model = self.modelled(), self.settings.model
+        if key not in ("identify", "estimate") or entry is None:
+            return self.digest(rig=True)
+        said: list[object] = [entry.id, entry.told(), model.input_name, model.output_name]
+        if key == "identify":
+            said += [model.orders, model.delays]
+        else:
+            said += [model.na, model.nb, model.nk, model.method, model.policy, model.settings]
+            said.append(model.reset)
+        return _digest(msgspec.json.encode(said))
 
     def digest(self, *, rig: bool) -> str:
         """Returns a digest of what results are made of: the records, and the rig if asked for."""

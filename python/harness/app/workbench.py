@@ -11,6 +11,8 @@ from typing import Any
 
 from ehsid.harness.app.jobs import Job, State, Task
 from ehsid.harness.app.lesson import lesson_task
+from ehsid.harness.app.model_choice import adopt_found
+from ehsid.harness.app.model_tasks import estimate_task, identify_task
 from ehsid.harness.app.next_tasks import PACKAGE, header_task, package_task
 from ehsid.harness.app.session import (
     SETTINGS,
@@ -113,6 +115,17 @@ class Workbench:
         """Starts the diagnosis."""
         self._start(session, "gap", f"diagnosing {session.name}", gap_task)
 
+    def identify(self, session: Session) -> None:
+        """Starts the identification of a model."""
+        self._start(session, "identify", "identifying a model", identify_task)
+
+    def estimate(self, session: Session) -> None:
+        """Starts the recursive estimation; one that is at work is ended, as its choices are old."""
+        running = self.job(session, "estimate")
+        if running is not None and running.running:
+            running.cancel()
+        self._start(session, "estimate", "running the estimator", estimate_task)
+
     def make_header(self, session: Session) -> None:
         """Starts to make the firmware header."""
         self._start(session, "header", "making the header", header_task)
@@ -132,7 +145,7 @@ class Workbench:
             running = self.job(session, key)
             if self._closed or (running is not None and running.running):
                 return
-            made_of = session.digest(rig=True)
+            made_of = session.made_from(key)
             log = session.folder / ERRORS
             after = self._after(session, key, made_of)
             self._jobs[session.name, key] = Job(
@@ -150,6 +163,8 @@ class Workbench:
                 return
             if job.state is State.done and key != "read":
                 session.settings.made_of[key] = made_of
+                if key == "identify":
+                    adopt_found(session)
                 session.save()
             else:
                 session.changed()

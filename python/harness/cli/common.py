@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Functions that several commands share: reading of signals, errors, writing of results."""
+"""Functions that several commands share: reading of signals, errors, tables."""
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,41 +11,17 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 import typer
 from rich.table import Table
 
-from ehsid.harness.files import write_text
 from ehsid.harness.text import printable
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ehsid.harness.identification import IoData
     from ehsid.harness.records import Hints, Origin
-
-
-# Beyond these a search over orders and delays takes hours, and its models have no meaning.
-MOST_ORDER, MOST_DELAY = 50, 1000
 
 
 def refuse(message: str) -> NoReturn:
     """Prints an error message on stderr and ends the program with exit code 2."""
     typer.echo(f"ehsid: {printable(message)}", err=True)
     raise typer.Exit(2)
-
-
-def parse_range(text: str, option: str, most: int) -> range:
-    """Returns the range that a text such as "2-5" or "3" names, upper end included.
-
-    Raises
-    ------
-    ValueError
-        the text is no range of whole numbers from 0 to `most`.
-    """
-    match = re.fullmatch(r"([0-9]{1,9})(?:-([0-9]{1,9}))?", text.strip())
-    low, high = (int(match[1]), int(match[2] or match[1])) if match else (0, -1)
-    if not low <= high <= most:
-        raise ValueError(
-            f"{option} {text!r}: expected a number or a range such as 2-5, at most {most}"
-        )
-    return range(low, high + 1)
 
 
 def check_signals(input_name: str, output_name: str) -> None:
@@ -93,11 +67,6 @@ def read_io(
     return IoData.from_record(record, input_name, output_name), record.origin
 
 
-def with_reading(results: dict[str, Any], origin: Origin | None) -> dict[str, Any]:
-    """Returns results as JSON has them, with what was taken for what in a log as "reading"."""
-    return results if origin is None else {**results, "reading": origin.to_dict()}
-
-
 @contextmanager
 def about(path: Path) -> Iterator[None]:
     """Puts the path of the record in front of the message of a ValueError of the block."""
@@ -125,17 +94,6 @@ def check_ending(out: Path) -> None:
             f"{', '.join('.' + ending for ending in sorted(FORMATS))}; name the file with one of "
             "them"
         ) from None
-
-
-def write_results(folder: Path, stem: str, results: dict[str, Any], figure: Figure) -> None:
-    """Writes STEM.json and STEM.png into a folder."""
-    write_text(folder / f"{stem}.json", json.dumps(results, indent=2, allow_nan=False) + "\n")
-    write_figure(folder / f"{stem}.png", figure)
-
-
-def write_figure(path: Path, figure: Figure) -> None:
-    """Writes a figure as PNG."""
-    figure.savefig(path, dpi=120, format="png")
 
 
 def make_table(

@@ -16,8 +16,6 @@ from ehsid.harness.cli.common import (
     about,
     make_table,
     read_io,
-    with_reading,
-    write_results,
 )
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
@@ -33,29 +31,11 @@ from ehsid.harness.cli.options import (
 )
 from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 from ehsid.harness.files import result_folder
+from ehsid.harness.report.model_file_names import ESTIMATION_FILES
 
 if TYPE_CHECKING:
     from ehsid.harness.estimation import EstimationResult, Recursion
     from ehsid.harness.records import Hints
-
-
-_NOT_WHITE = "The residuals are not white (statistic {:.4g}, at most 22.5 expected): "
-_OF_THE_SENSOR = (
-    "the intervals, though widened, may not hold. Reasons: coloured noise of the sensor, wrong "
-    "orders or delay, friction, saturation; with a disturbance of the servo itself take the method "
-    "`armax` or `rls`."
-)
-_WHY_NOT_WHITE = {
-    "rls": "the parameters are biased, and their intervals, though widened, may not hold. The "
-    "usual reason is noise on the measured output; the methods `riv` and `oe` stay correct there. "
-    "Other reasons: a coloured disturbance (method `armax`), wrong orders or delay, friction, "
-    "saturation.",
-    "riv": _OF_THE_SENSOR,
-    "oe": _OF_THE_SENSOR,
-    "armax": "the parameters may be biased, and their intervals, though widened, may not hold. "
-    "Reasons: noise of the sensor (methods `riv` and `oe`), wrong orders or delay, friction, "
-    "saturation.",
-}
 
 
 class Method(StrEnum):
@@ -132,14 +112,12 @@ def estimate_command(
     """
     import ehsid
     from ehsid.harness.cli.estimate_folder import estimate_folder, is_folder_of_records
-    from ehsid.harness.estimation import Recursion
-    from ehsid.harness.identification import ArxOrders
+    from ehsid.harness.estimation import Recursion, structure
     from ehsid.harness.parallel import single_threaded_algebra
 
     hints = hints_of(maps, sampling_time)
     recursion = Recursion(
-        # The mean of a record is not the position of rest: running models sum up the difference.
-        ArxOrders(na, nb, nk, offset=method is not Method.rls),
+        structure(na, nb, nk, method.value),
         make_policy(forgetting, lambda0, setting),
         reset=reset and not textbook,
         guards=ehsid.RlsOptions.textbook() if textbook else None,
@@ -163,19 +141,21 @@ def _estimate_record(
 ) -> None:
     """Estimates one record; `signals` are the names of its input and its output."""
     from ehsid.harness.estimation import estimate
+    from ehsid.harness.estimation.words import not_white_words
+    from ehsid.harness.records.origin import with_reading
 
-    names = ("estimate.json", "estimate.png")
     with (
-        nullcontext() if out is None else result_folder(out, "estimate", names, [record]) as folder
+        nullcontext()
+        if out is None
+        else result_folder(out, "estimate", ESTIMATION_FILES, [record]) as folder
     ):
         data, origin = read_io(record, *signals, hints)
         with about(record):
             result = estimate(data, **vars(recursion))
         if folder is not None:
-            from ehsid.harness.report.model_figures import estimation_figure
+            from ehsid.harness.report.model_files import write_estimation
 
-            figure = estimation_figure(result, data.dt_s)
-            write_results(folder, "estimate", with_reading(result.to_dict(), origin), figure)
+            write_estimation(folder, result, data.dt_s, origin)
     if as_json:
         typer.echo(json.dumps(with_reading(result.to_dict(), origin), allow_nan=False))
         return
@@ -190,4 +170,4 @@ def _estimate_record(
         f"one-step fit and RMSE leave out the first {result.n_start} equations"
     )
     if not result.residuals_white:
-        console.print(_NOT_WHITE.format(result.whiteness) + _WHY_NOT_WHITE[result.method])
+        console.print(not_white_words(result))

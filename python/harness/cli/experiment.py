@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 import ehsid
-from ehsid.harness.cli.common import MOST_DELAY, MOST_ORDER, parse_range, refuse
+from ehsid.harness.cli.common import refuse
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RigOrPublished
@@ -72,6 +72,7 @@ def experiment_command(
         write_report,
     )
     from ehsid.harness.identification import Preprocessing
+    from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
     from ehsid.harness.rigs import read_rig
     from ehsid.harness.rigs.published import published_rig
 

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import ehsid
-from ehsid.harness.cli.common import with_reading
 from ehsid.harness.cli.log_options import read_shown
 from ehsid.harness.encoding import to_plain
 from ehsid.harness.files import write_text
 from ehsid.harness.identification import ArxOrders, IoData, Preprocessing, fit_arx
 from ehsid.harness.records import NO_HINTS, Hints
+from ehsid.harness.records.origin import with_reading
 from ehsid.harness.report.page import Page, Section, write_page, write_pictures
 from ehsid.harness.report.reading_section import reading_section
 from ehsid.harness.rigs import Rig

@@ -9,17 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ehsid.harness.catalogue.policies import POLICIES
 from ehsid.harness.cli.common import about, read_io
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import InputColumn, OutputColumn, RecordFile, Reset
-from ehsid.harness.cli.policy_option import (
-    POLICIES,
-    Lambda0,
-    PolicyName,
-    PolicySettings,
-    make_policy,
-)
+from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 from ehsid.harness.files import result_files, write_text
 
 if TYPE_CHECKING:

@@ -12,26 +12,18 @@ import typer
 from rich.table import Table
 
 from ehsid.harness.cli.common import (
-    MOST_DELAY,
-    MOST_ORDER,
     about,
     make_table,
-    parse_range,
     read_io,
-    with_reading,
-    write_figure,
-    write_results,
 )
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RecordFile
 from ehsid.harness.files import result_folder
+from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
 
 if TYPE_CHECKING:
-    from ehsid.harness.identification import IdentificationResult, IoData
-
-
-FILES = ("identify.json", "identify.png", "identify_bode.png")
+    from ehsid.harness.identification import IdentificationResult
 
 
 def _table(result: IdentificationResult) -> Table:
@@ -51,25 +43,6 @@ def _table(result: IdentificationResult) -> Table:
     headings = ("order", "nk", "one-step %", "simulated %", "FPE", "loss", "AIC", "MDL")
     title = "fit on the validation half; the chosen order is marked"
     return make_table(headings, rows, title=title)
-
-
-def _write_bode(path: Path, result: IdentificationResult, data: IoData) -> str:
-    """Draws the frequency response of the chosen model with its margins.
-
-    Returns the limit of stability under proportional control in words.
-    """
-    from ehsid.harness.identification import frequency_response, power_band, response_grid
-    from ehsid.harness.identification.loop import analyse_loop
-    from ehsid.harness.identification.systems import to_control
-    from ehsid.harness.report.bode import bode_figure
-    from ehsid.harness.report.loop_blocks import limit_words
-
-    model, dt_s = result.chosen.model, data.dt_s
-    grid = response_grid(result.n_validation, dt_s or 1.0)
-    response = frequency_response(model, grid, dt_s or 1.0)
-    loop, band = analyse_loop(to_control(model, dt_s)), power_band(data)
-    write_figure(path, bode_figure(response, None, dt_s, band, loop))
-    return limit_words(loop, dt_s, band)
 
 
 def identify_command(
@@ -92,9 +65,13 @@ def identify_command(
     ehsid identify log.mf4 --map "command_v=Valve" --map "position_m=Stroke \[mm]"
     """
     from ehsid.harness.identification import identify
+    from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
+    from ehsid.harness.records.origin import with_reading
 
     with (
-        nullcontext() if out is None else result_folder(out, "identify", FILES, [record]) as folder
+        nullcontext()
+        if out is None
+        else result_folder(out, "identify", IDENTIFICATION_FILES, [record]) as folder
     ):
         wanted_orders = parse_range(orders, "--orders", MOST_ORDER)
         wanted_delays = parse_range(delays, "--delays", MOST_DELAY)
@@ -110,11 +87,9 @@ def identify_command(
             *result.advice,
         ]
         if folder is not None:
-            from ehsid.harness.report.model_figures import identification_figure
+            from ehsid.harness.report.model_files import write_identification
 
-            plain = with_reading(result.to_dict(), origin)
-            write_results(folder, "identify", plain, identification_figure(result))
-            lines.append(_write_bode(folder / FILES[2], result, data))
+            lines.append(write_identification(folder, result, data, origin))
     if as_json:
         typer.echo(json.dumps(with_reading(result.to_dict(), origin), allow_nan=False))
         return

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import ehsid
+from ehsid.harness.catalogue.policies import POLICIES
 
-POLICIES = {info.id.replace("_", "-"): info for info in ehsid.policies()}
 # The setting that --lambda0 stands for, by the name of the policy.
 LAMBDA0 = {"constant": "lambda_", "exponential": "lambda0"}
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from ehsid.harness.cli.common import check_ending, make_table, write_figure
+from ehsid.harness.cli.common import check_ending, make_table
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, hints_of, read_shown
 from ehsid.harness.cli.options import AsJson, SignalName
@@ -189,6 +189,7 @@ def simulate_command(
                 assert volts is not None
                 run = simulate(rig, volts, dt_s=step, position0_m=position0, **settings)
         if out is not None and folder is not None:
+            from ehsid.harness.report.plotting import write_figure
             from ehsid.harness.report.record_figure import record_figure
 
             (folder / out.name).write_bytes(record_bytes(run.record, out.name))

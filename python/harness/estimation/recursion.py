@@ -145,6 +145,14 @@ class Recursion:
         )
 
 
+def structure(na: int, nb: int, nk: int, method: str) -> ArxOrders:
+    """Returns the structure of a model as the method needs it: all but "rls" have a constant term.
+
+    The mean of a record is not the position of rest: running models sum up the difference.
+    """
+    return ArxOrders(na, nb, nk, offset=method != "rls")
+
+
 def scaling_of(data: IoData) -> ehsid.Scaling:
     """Returns a scaling with the means of the record as offsets, the standard deviations as scales.
 

@@ -137,3 +137,8 @@ def toml_string(text: str) -> str:
     """Returns a text as a basic string of TOML."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in escaped) + '"'
+
+
+def with_reading(results: dict[str, Any], origin: Origin | None) -> dict[str, Any]:
+    """Returns results as JSON has them, with what was taken for what in a log as "reading"."""
+    return results if origin is None else {**results, "reading": origin.to_dict()}

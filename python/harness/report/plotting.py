@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -128,3 +129,8 @@ def kept_samples(
             places.append(begins + np.argmin(padded.reshape(stretches, stretch), axis=1))
     kept = np.unique(np.concatenate(places))
     return np.asarray(kept[kept < size], dtype=np.int64)
+
+
+def write_figure(path: Path, figure: Figure) -> None:
+    """Writes a figure as PNG."""
+    figure.savefig(path, dpi=120, format="png")

@@ -144,7 +144,9 @@ class LoadStep(StepView):
             for one in reading.columns
             if one.key and _label(one) in self._columns.value
         ]
-        self._plots.objects = [stacked(panels, None, self.page.theme, "row")] if panels else []
+        self._plots.objects = (
+            [stacked(panels, None, self.page.theme, "row").layout] if panels else []
+        )
         rows = [
             [look.plain(one.name), look.plain(one.unit), f"{one.size}", _number(one.low),
              _number(one.high)]

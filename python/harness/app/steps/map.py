@@ -204,7 +204,7 @@ class MapStep(StepView):
             time_s = np.load(folder / f"{TIME}.npy", mmap_mode="r")
         drawn = [Panel(label, lines) for label, lines in panels.items()]
         axis = "sample" if time_s is None else "time in s"
-        self._plots.objects = [stacked(drawn, time_s, self.page.theme, axis)]
+        self._plots.objects = [stacked(drawn, time_s, self.page.theme, axis).layout]
 
 
 def _split(text: str) -> tuple[str, str]:

@@ -90,7 +90,7 @@ class NextStep(StepView):
         self._steps.object = ""
         if coming is not None:
             self._now.object += experiment_words_html(coming)
-            self._plots.objects = experiment_plots(folder, self.page.theme)
+            self._plots.objects = [experiment_plots(folder, self.page.theme)]
             self._steps.object = experiment_steps_html(self.session, coming)
         self._rig.object = rig_changes_html(
             self.session.rig_file, folder / "rig.augmented.toml", found

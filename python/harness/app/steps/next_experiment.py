@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import panel as pn
+from bokeh.models import Column
 
 from ehsid.harness.app import look
 from ehsid.harness.app.downsampling import make_pyramid
@@ -25,7 +25,7 @@ def experiment_words_html(coming: NextExperiment) -> str:
     return f"<h2>The next experiment</h2><p>{look.plain(text)}</p>"
 
 
-def experiment_plots(folder: Path, theme: str) -> list[pn.pane.Bokeh]:
+def experiment_plots(folder: Path, theme: str) -> Column:
     """Returns plots of the command and of the predicted position over the time.
 
     Parameters
@@ -41,10 +41,7 @@ def experiment_plots(folder: Path, theme: str) -> list[pn.pane.Bokeh]:
         for name, label in LABELS.items()
         if name in record.columns
     ]
-    return [
-        pn.pane.Bokeh(plot, sizing_mode="stretch_width", margin=0)
-        for plot in stacked(panels, record.time_s, theme, "time in s")
-    ]
+    return stacked(panels, record.time_s, theme, "time in s").layout
 
 
 def experiment_steps_html(session: Session, coming: NextExperiment) -> str:

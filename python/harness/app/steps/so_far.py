@@ -73,7 +73,7 @@ def _plots(folder: Path, known: SoFar, theme: str) -> Column:
         errors = [line(kind + ERROR, of) for kind, of in kinds.items()]
         panels.append(Panel(f"{words} in {unit}", [*simulated, line("measured", "measured")]))
         panels.append(Panel(f"error in {unit}", errors))
-    return stacked(panels, time_s, theme, "time in s")
+    return stacked(panels, time_s, theme, "time in s").layout
 
 
 def _words(known: SoFar) -> str:

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""What the page says of a recursive estimation, as HTML."""
+
+from __future__ import annotations
+
+import re
+
+from ehsid.harness.app.estimate_look import MOST_RESETS, Estimated
+from ehsid.harness.app.look import plain, table
+from ehsid.harness.app.shown_units import coefficient, column
+from ehsid.harness.arrays import FloatArray
+
+MOST_TIMES = 6  # of resets that are named
+CODE, CODE_TAG = re.compile("`([a-z]+)`"), r"<code>\1</code>"
+
+
+def outcome(found: Estimated, time_s: FloatArray) -> str:
+    """Says whether the estimate has converged, its figures, and what to try."""
+    output = column(found.output_name)
+    if found.simulated is None:
+        simulated = "its simulation diverges"
+    elif found.simulated < 0.0:
+        simulated = f"its simulation is worse than a constant ({found.simulated:.1f} %)"
+    else:
+        simulated = f"its simulation fits {found.simulated:.1f} %"
+    converged = (
+        '<span class="good">✓</span> The estimate has converged.'
+        if found.converged
+        else '<span class="bad">✗</span> The estimate has not converged.'
+    )
+    text = (
+        f'<p role="status">{converged} RMSE of the prediction by one step '
+        f"<b>{plain(output.text(found.rmse))}</b>, fit {found.one_step:.2f} %; with the "
+        f"coefficients of the end {simulated}. {_resets(found, time_s)}</p>"
+    )
+    if found.skipped:
+        text += (
+            f"<p>{found.skipped} of {found.n_samples} samples carried no information and left the "
+            "coefficients as they were.</p>"
+        )
+    if found.tries:
+        items = "".join(f"<li>{plain(one)}</li>" for one in found.tries)
+        text += f"<p>What to try:</p><ul>{items}</ul>"
+    if found.not_white:
+        return text + f"<p>{CODE.sub(CODE_TAG, plain(found.not_white))}</p>"
+    return text + "<p>The residuals are white: nothing contradicts the deviations.</p>"
+
+
+def at_the_end(found: Estimated) -> str:
+    """Returns the coefficients at the end of the record as a table."""
+    rows = []
+    for name, value, deviation in zip(found.names, found.theta, found.deviations, strict=True):
+        shown = coefficient(name, found.input_name, found.output_name)
+        spread = "" if deviation is None else f"± {shown.factor * deviation:.2g}"
+        rows.append([plain(name), f"{shown.factor * value:.5g}", spread, plain(shown.unit)])
+    return table(["at the end", "value", "1-sigma", "unit"], rows, (1, 2))
+
+
+def _resets(found: Estimated, time_s: FloatArray) -> str:
+    count = len(found.reset_samples)
+    if not count:
+        return "There was no reset."
+    times = ", ".join(f"{time_s[one]:.4g} s" for one in found.reset_samples[:MOST_TIMES])
+    more = " and later" if count > MOST_TIMES else ""
+    number = f"{MOST_RESETS} or more" if count == MOST_RESETS else f"{count}"
+    plural = "s" * (count != 1)
+    return f"The RMSE showed a change {number} time{plural}, with a reset at {times}{more}."

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: MIT
+"""Plots of an identified model: poles and zeros, residual tests, and the Bode diagram."""
+
+from __future__ import annotations
+
+import numpy as np
+from bokeh.models import (
+    AdaptiveTicker,
+    BasicTickFormatter,
+    BoxAnnotation,
+    Range1d,
+    Span,
+    WheelZoomTool,
+)
+from bokeh.plotting import figure
+
+from ehsid.harness.app.look import COLOURS, THEMES, dress
+from ehsid.harness.app.model_look import Bode, Correlation, Root
+from ehsid.harness.app.plots import legend_above
+
+HEIGHT = 300
+FARTHEST = 2.0  # from z = 0, that the plot of poles and zeros reaches
+MARGIN_DB, MARGIN_DEG = 6.0, 60.0  # a band is very wide where the data hardly determine the model
+
+
+def poles_plot(poles: list[Root], zeros: list[Root], theme: str) -> figure:
+    """Returns poles and zeros in the z plane with the unit circle."""
+    ink, colours = THEMES[theme], COLOURS[theme]
+    places = [*poles, *zeros]
+    # A zero far away, which delays make, must not shrink the circle to a point.
+    reach = min(max([1.25, *(1.15 * np.hypot(one.real, one.imag) for one in places)]), FARTHEST)
+    plot = figure(
+        height=HEIGHT + 60,
+        sizing_mode="stretch_width",
+        match_aspect=True,
+        aspect_scale=1,
+        x_range=Range1d(-reach, reach),
+        y_range=Range1d(-reach, reach),
+        tools="pan,box_zoom,reset,hover",
+        tooltips=[("place", "@x{0.0000} @y{+0.0000} j"), ("modulus", "@modulus{0.00000}")],
+        x_axis_label="real part of z",
+        y_axis_label="imaginary part of z",
+    )
+    angle = np.linspace(0.0, 2.0 * np.pi, 361)
+    plot.line(np.cos(angle), np.sin(angle), color=ink["soft"])
+    for dimension in ("width", "height"):
+        plot.add_layout(Span(location=0.0, dimension=dimension, line_color=ink["line"]))
+    for roots, words, marker, colour in (
+        (poles, "poles", "x", colours[1]),
+        (zeros, "zeros", "circle", colours[0]),
+    ):
+        if roots:
+            plot.scatter(
+                "x", "y", marker=marker, size=12, line_color=colour, line_width=2.5,
+                fill_alpha=0.0, legend_label=words,
+                source={
+                    "x": [one.real for one in roots],
+                    "y": [one.imag for one in roots],
+                    "modulus": [float(np.hypot(one.real, one.imag)) for one in roots],
+                },
+            )  # fmt: skip
+    beyond = sum(max(abs(one.real), abs(one.imag)) > reach for one in places)
+    if beyond:
+        plot.title.text = f"{beyond} outside of the plot: see the table"
+    return _finished(plot, theme)
+
+
+def correlation_plot(test: Correlation, label: str, theme: str) -> figure:
+    """Returns the correlation of a residual test lag by lag, with the band of a single lag."""
+    colours = COLOURS[theme]
+    largest = max(3.0 * test.band, 1.15 * max(map(abs, test.values)))
+    lowest = -max(1.5 * test.band, -1.15 * min(test.values))
+    plot = figure(
+        height=HEIGHT - 60,
+        sizing_mode="stretch_width",
+        y_range=Range1d(lowest, largest),
+        tools="reset",
+        toolbar_location=None,
+        x_axis_label="lag in samples",
+        y_axis_label=label,
+    )
+    plot.add_layout(
+        BoxAnnotation(
+            bottom=-test.band, top=test.band, fill_color=colours[0], fill_alpha=0.15, line_alpha=0.0
+        )
+    )
+    plot.add_layout(Span(location=0.0, dimension="width", line_color=THEMES[theme]["soft"]))
+    lags, values = np.array(test.lags), np.array(test.values)
+    inside = np.abs(values) <= test.band
+    for which, words, colour in (
+        (inside, "inside the 99 % band", colours[0]),
+        (~inside, "outside", colours[1]),
+    ):
+        if which.any():
+            at, high = lags[which], values[which]
+            plot.segment(at, 0.0, at, high, line_width=4, color=colour, legend_label=words)
+    return _finished(plot, theme)
+
+
+def bode_plots(bode: Bode, gain_unit: str, theme: str) -> list[figure]:
+    """Returns magnitude and phase over the frequency in Hz; grey is what the input did not excite.
+
+    Parameters
+    ----------
+    bode
+        the response.
+    gain_unit
+        unit of the magnitude 1, which is 0 dB; "" where it is not known.
+    theme
+        key of `THEMES`.
+    """
+    f = bode.frequency_hz
+    shared = Range1d(f[0], f[-1], bounds=(f[0], f[-1]))
+    reference = f" re 1 {gain_unit}" if gain_unit else ""
+    panels = (
+        (f"magnitude in dB{reference}", bode.magnitude_db, bode.magnitude_low, bode.magnitude_high,
+         MARGIN_DB),
+        ("phase in degrees", bode.phase_deg, bode.phase_low, bode.phase_high, MARGIN_DEG),
+    )  # fmt: skip
+    plots = []
+    for number, (label, middle, low, high, margin) in enumerate(panels):
+        plot = figure(
+            height=HEIGHT - 70 + 40 * number,
+            sizing_mode="stretch_width",
+            x_axis_type="log",
+            x_range=shared,
+            y_range=Range1d(min(middle) - margin, max(middle) + margin),
+            tools="xpan,reset",
+            toolbar_location=None if number else "above",
+            y_axis_label=label,
+            x_axis_label="frequency in Hz" if number else None,
+            min_border_left=70,
+        )
+        plot.add_tools(WheelZoomTool(dimensions="width"))
+        plot.xaxis.formatter = BasicTickFormatter()
+        plot.xaxis.visible = number == 1
+        if number == 1:
+            plot.yaxis.ticker = AdaptiveTicker(mantissas=[1.8, 4.5, 9.0])
+        for left, right in ((None, bode.excited_hz[0]), (bode.excited_hz[1], None)):
+            grey = BoxAnnotation(left=left, right=right, fill_alpha=0.18, line_alpha=0.0)
+            grey.fill_color = THEMES[theme]["soft"]
+            plot.add_layout(grey)
+        colour = COLOURS[theme][0]
+        plot.varea(f, low, high, fill_color=colour, fill_alpha=0.25)
+        plot.line(f, middle, color=colour, line_width=2)
+        plots.append(_finished(plot, theme))
+    return plots
+
+
+def _finished(plot: figure, theme: str) -> figure:
+    plot.toolbar.logo = None
+    if plot.legend:
+        legend_above(plot)
+    plot.title.text_color = THEMES[theme]["soft"]
+    plot.title.text_font_style = "normal"
+    dress(plot, theme)
+    return plot

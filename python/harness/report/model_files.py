@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: MIT
+"""The files of an offline identification and of a recursive estimation."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from ehsid.harness.estimation import EstimationResult
+from ehsid.harness.files import write_text
+from ehsid.harness.identification import (
+    IdentificationResult,
+    IoData,
+    frequency_response,
+    power_band,
+    response_grid,
+)
+from ehsid.harness.identification.loop import analyse_loop
+from ehsid.harness.identification.systems import to_control
+from ehsid.harness.records import Origin
+from ehsid.harness.records.origin import with_reading
+from ehsid.harness.report.bode import bode_figure
+from ehsid.harness.report.loop_blocks import limit_words
+from ehsid.harness.report.model_figures import estimation_figure, identification_figure
+from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
+from ehsid.harness.report.plotting import write_figure
+
+
+def write_identification(
+    folder: Path, result: IdentificationResult, data: IoData, origin: Origin | None
+) -> str:
+    """Writes the files of an identification.
+
+    Parameters
+    ----------
+    folder
+        to write into.
+    result, data
+        the identification, and what it was made of.
+    origin
+        how the log became a record; None for a record.
+
+    Returns
+    -------
+    The limit of stability of the chosen model under proportional control, in words.
+    """
+    _write(
+        folder, "identify", with_reading(result.to_dict(), origin), identification_figure(result)
+    )
+    model, dt_s = result.chosen.model, data.dt_s
+    grid = response_grid(result.n_validation, dt_s or 1.0)
+    response = frequency_response(model, grid, dt_s or 1.0)
+    loop, band = analyse_loop(to_control(model, dt_s)), power_band(data)
+    figure = bode_figure(response, None, dt_s, band, loop)
+    write_figure(folder / IDENTIFICATION_FILES[2], figure)
+    return limit_words(loop, dt_s, band)
+
+
+def write_estimation(
+    folder: Path, result: EstimationResult, dt_s: float | None, origin: Origin | None
+) -> None:
+    """Writes the files of a recursive estimation; the parameters are as above."""
+    plain = with_reading(result.to_dict(), origin)
+    _write(folder, "estimate", plain, estimation_figure(result, dt_s))
+
+
+def _write(folder: Path, stem: str, results: dict[str, Any], figure: Figure) -> None:
+    text = json.dumps(results, indent=2, allow_nan=False) + "\n"
+    write_text(folder / f"{stem}.json", text)
+    write_figure(folder / f"{stem}.png", figure)

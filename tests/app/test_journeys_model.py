@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: MIT
+"""Journeys through the step Model. One workbench serves all, each with a session of its own."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from app_sessions import BENCH, german_log, read_session
+from served_workbench import Served
+
+from ehsid.harness.app.session import Session
+from ehsid.harness.app.tasks import check_task
+from ehsid.harness.records import make_record, write_record
+
+pytestmark = pytest.mark.slow
+MANY = ("2-50", "1-60")  # orders and delays whose search takes minutes
+
+
+def checked(session: Session) -> Session:
+    """Return the session with a rig and a check that holds."""
+    session.rig_file.write_bytes(BENCH.read_bytes())
+    session.save()
+    check_task(session.folder, report=lambda share: None)
+    session.settings.made_of["check"] = session.digest(rig=True)
+    session.save()
+    return session
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory, browser: Any) -> Iterator[Served]:
+    top = tmp_path_factory.mktemp("journeys_model")
+    checked(read_session(top / "made", german_log(top / "run.csv", 3.0)))
+    (top / "machines").mkdir()
+    made = Served(top / "machines")
+    yield made
+    made.stop()
+    assert "Traceback" not in made.log.read_text()
+
+
+@pytest.fixture
+def machine(served: Served) -> Session:
+    """A session in which the step Model is open."""
+    name = f"press_{len(list(served.folder.iterdir()))}"
+    shutil.copytree(served.folder.parent / "made", served.folder / name)
+    return Session(served.folder / name)
+
+
+@pytest.fixture
+def page(served: Served, browser: Any, machine: Session) -> Iterator[Any]:
+    context = browser.new_context(viewport={"width": 1400, "height": 900})
+    made = context.new_page()
+    made.set_default_timeout(60_000)
+    problems: list[str] = []
+    made.on("pageerror", lambda error: problems.append(str(error)))
+    made.goto(served.address)
+    made.get_by_role("link", name="colours").wait_for()
+    reach(made, served, machine)
+    yield made
+    context.close()
+    assert problems == []
+    assert not (machine.folder / "errors.log").exists()
+
+
+def reach(page: Any, served: Served, machine: Session, step: str = "model") -> None:
+    page.goto(f"{served.root}/?theme=light&session={machine.name}&step={step}")
+    page.get_by_role("heading", name=step.capitalize(), level=1).wait_for()
+
+
+def press(page: Any, name: str) -> None:
+    page.get_by_role("button", name=name).click()
+
+
+def see(page: Any, text: str | re.Pattern[str]) -> None:
+    page.get_by_text(text).first.wait_for()
+
+
+def fill(page: Any, label: str, text: str) -> None:
+    field = page.get_by_label(label, exact=True)
+    field.fill(text)
+    field.press("Tab")
+
+
+def kept(machine: Session) -> Any:
+    """Return the choices as they are in the file."""
+    return Session(machine.folder).settings.model
+
+
+def test_a_model_is_identified_and_the_estimator_takes_its_orders(
+    page: Any, machine: Session
+) -> None:
+    press(page, "Identify")
+    see(page, re.compile(r"Order \d with a delay of \d samples? \(\d ms\)"))
+    for words in ("Velocity gain", "Frequency response", "The residual is", "Orders tried"):
+        see(page, words)
+    page.get_by_role("button", name="5 Model ✓").wait_for()
+    page.get_by_role("button", name="Next: Gap").wait_for()
+    found = page.get_by_text(re.compile(r"Order \d with")).inner_text()
+    order, delay = re.findall(r"\d+", found)[:2]
+    choice = kept(machine)
+    assert (choice.na, choice.nb, choice.nk) == (int(order), int(order), int(delay))
+    assert page.get_by_label("nk", exact=True).input_value() == delay
+    fetch = "async (path) => (await fetch(path)).status"
+    for name in ("identify.json", "identify.png", "identify_bode.png"):
+        assert page.evaluate(fetch, f"/result/{machine.name}/model/{name}") == 200
+
+
+def test_the_step_may_be_left_out(page: Any, served: Served, machine: Session) -> None:
+    reach(page, served, machine, "check")
+    press(page, "Next: Gap, without Model")
+    page.get_by_role("heading", name="Gap", level=1).wait_for()
+    press(page, "5 Model")
+    press(page, "Next: Gap")
+    page.get_by_role("heading", name="Gap", level=1).wait_for()
+
+
+def test_the_estimate_follows_a_slider_and_the_choice_stays(page: Any, machine: Session) -> None:
+    figures = page.get_by_text(re.compile("RMSE of the prediction"))
+    handle = page.get_by_role("slider").first
+    for shown in ("0.985", "0.98", "0.97"):
+        before = figures.inner_text()
+        handle.press("ArrowLeft")
+        see(page, f"lambda0: {shown}")
+        page.get_by_text(before).wait_for(state="detached")
+    changed = figures.inner_text()
+    page.reload()
+    see(page, "lambda0: 0.97")
+    see(page, changed)
+    assert kept(machine).settings == {"lambda0": 0.97}
+
+
+def test_a_recursion_offers_only_the_policies_that_it_takes(page: Any, machine: Session) -> None:
+    page.get_by_label("forgetting policy").select_option("f-ratio")
+    see(page, "critical_ratio: 3.3")
+    see(page, "forgets where recent errors")
+    page.get_by_label("recursion").select_option("riv: instrumental variables")
+    see(page, "riv is right with noise of the position sensor")
+    see(page, "lambda_initial: 0.95")
+    offered = page.get_by_label("forgetting policy").locator("option").all_inner_texts()
+    assert offered == ["constant", "exponential"]
+    see(page, "offset")
+    assert (kept(machine).method, kept(machine).policy) == ("riv", "exponential")
+
+
+def test_the_files_of_an_estimate_are_written_as_the_command_shows(
+    page: Any, machine: Session
+) -> None:
+    page.get_by_label("reset", exact=True).select_option("never")
+    page.get_by_label("na", exact=True).select_option("2")
+    press(page, "Write estimate.json and its figure")
+    page.get_by_role("link", name="estimate.json").wait_for()
+    assert (machine.folder / "model" / "estimate.png").exists()
+    page.get_by_text("The command and the Python that do the same").click()
+    see(page, re.compile(r"ehsid estimate records/run.parquet .* --na 2 .* --no-reset --out model"))
+
+
+def test_orders_that_are_no_range_are_told_and_not_taken(page: Any, machine: Session) -> None:
+    fill(page, "orders to try", "5-2")
+    see(page, "expected a number or a range such as 2-5, at most 50")
+    assert kept(machine).orders == "2-5"
+    fill(page, "orders to try", "2-3")
+    page.get_by_text("expected a number or a range").wait_for(state="detached")
+    press(page, "Identify")
+    see(page, re.compile(r"Order [23] with"))
+    assert page.get_by_role("cell", name=re.compile("^5")).count() == 0
+
+
+def long_search(page: Any) -> None:
+    fill(page, "orders to try", MANY[0])
+    fill(page, "delays to try, in samples", MANY[1])
+    press(page, "Identify")
+    see(page, re.compile("identifying a model: .* so far"))
+
+
+def test_an_identification_is_cancelled(page: Any, machine: Session) -> None:
+    long_search(page)
+    page.reload()
+    see(page, re.compile("identifying a model: .* so far"))
+    press(page, "Cancel")
+    see(page, "Cancelled. Earlier results are unchanged.")
+    assert page.get_by_role("button", name="Identify").is_enabled()
+    assert not (machine.folder / "model" / "identify.json").exists()
+
+
+def test_a_lost_worker_is_told_in_words(page: Any, served: Served) -> None:
+    long_search(page)
+    for pid in workers(served.process.pid):
+        os.kill(pid, signal.SIGKILL)
+    see(page, "the process that did the work has ended")
+    assert page.get_by_role("button", name="Identify").is_enabled()
+
+
+def workers(parent: int) -> list[int]:
+    """Return the worker processes of a process, without the one that tracks resources."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = path.read_text().rpartition(")")[2].split()
+            command = path.with_name("cmdline").read_text()
+        except OSError:
+            continue
+        if int(fields[1]) == parent and "spawn_main" in command:
+            found.append(int(path.parent.name))
+    assert found
+    return found
+
+
+def replaced(machine: Session, samples: int) -> None:
+    """Put a record of white noise with so many samples in place of the record."""
+    rng = np.random.default_rng(1)
+    u = rng.normal(size=samples)
+    columns = {
+        "time_s": 1e-3 * np.arange(samples),
+        "command_v": u,
+        "position_m": 1e-5 * np.cumsum(u) + 1e-6 * rng.normal(size=samples),
+    }
+    write_record(make_record(columns), machine.record_of(machine.settings.records[0]))
+
+
+def test_a_record_that_is_too_short_is_told(page: Any, served: Served, machine: Session) -> None:
+    replaced(machine, 40)
+    press(page, "Identify")
+    see(page, re.compile("expected at least .* record longer"))
+    page.get_by_label("na", exact=True).select_option("4")
+    page.reload()
+    see(page, re.compile("expected more than .* record longer, or take lower orders"))
+
+
+@pytest.mark.parametrize("width", [390, 1400])
+def test_the_step_is_not_wider_than_the_window(page: Any, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 844})
+    press(page, "Identify")
+    see(page, "Orders tried")
+    page.get_by_label("recursion").select_option("armax: extended least squares")
+    see(page, "armax is right with")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
