@@ -117,7 +117,7 @@ class Target:
 
 
 class FakeDevice:
-    """A `Target` in a thread, at one end of a pair of sockets; see `hil_line.Device`."""
+    """A `Target` in a thread, at one end of a pair of sockets; see `relay.Device`."""
 
     def __init__(self, target: Target) -> None:
         self.target = target

@@ -78,7 +78,7 @@ ROOMS: dict[str, set[str]] = {
     "excitation": set(),
     "identification": {"records"},
     "estimation": {"identification"},
-    "simulation": {"records", "rigs"},
+    "simulation": {"excitation", "records", "rigs"},
     "gap/tables": {"records", "rigs"},
     "gap/data": {"gap/tables", "records", "rigs", "simulation"},
     "rig_check": {"gap/data", "gap/tables", "records", "rigs", "simulation"},
@@ -138,7 +138,10 @@ ROOMS: dict[str, set[str]] = {
     "studies": {
         *("deploy", "excitation", "identification", "records", "report", "rigs", "simulation"),
     },
-    "app": {"gap", "gap/data", "gap/tables", "records", "report", "rig_check", "rigs"},
+    "app": {
+        *("deploy", "gap", "gap/data", "gap/tables", "identification", "records", "report"),
+        *("rig_check", "rigs", "simulation"),
+    },
 }
 # Of gap: what comes out, as data and as a file, and the numbers that decide.
 TABLES = {"deciding.py", "diagnosis_file.py", "schema.py", "thresholds.py"}

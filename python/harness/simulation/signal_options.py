@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.cli.options import SignalName
 from ehsid.harness.excitation import (
     chirp,
     fit_to_travel,
@@ -20,7 +19,11 @@ from ehsid.harness.excitation import (
 )
 from ehsid.harness.records.limits import SAMPLES
 from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import PositionController, command_limit, velocity_gain
+from ehsid.harness.simulation.controller import (
+    PositionController,
+    command_limit,
+    velocity_gain,
+)
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,7 @@ class SignalOptions:
     Attributes
     ----------
     signal
-        kind of signal.
+        kind of signal: multisine, prbs, steps, chirp or triangle.
     duration, dt
         length and sampling time, s.
     amplitude
@@ -39,7 +42,7 @@ class SignalOptions:
         seed of the random numbers.
     """
 
-    signal: SignalName
+    signal: str
     duration: float
     dt: float
     amplitude: float | None
@@ -125,22 +128,23 @@ def as_reference(
     return start_position(rig, position0) + signal
 
 
-def _signal(
-    name: SignalName, n: int, dt_s: float, *, peak: float, top_hz: float, seed: int
-) -> FloatArray:
+def _signal(name: str, n: int, dt_s: float, *, peak: float, top_hz: float, seed: int) -> FloatArray:
     """Returns a signal with this peak that excites up to about `top_hz`, shape (n,)."""
     rng = np.random.default_rng(seed)
     duration = n * dt_s
     low = max(top_hz / 200.0, 2.0 / duration)
     match name:
-        case SignalName.multisine:
+        case "multisine":
             return odd_multisine(n, dt_s, band_hz=(low, top_hz), peak=peak, rng=rng).samples
-        case SignalName.prbs:
+        case "prbs":
             return prbs(n, amplitude=peak, hold=max(1, round(0.4 / (top_hz * dt_s))))
-        case SignalName.steps:
+        case "steps":
             hold = (max(1, round(1.0 / (top_hz * dt_s))), max(1, round(10.0 / (top_hz * dt_s))))
             return random_steps(n, amplitude=peak, hold=hold, rng=rng)
-        case SignalName.chirp:
+        case "chirp":
             return chirp(n, dt_s, amplitude=peak, band_hz=(low, top_hz))
-        case SignalName.triangle:
+        case "triangle":
             return triangle(n, dt_s, amplitude=peak, period_s=duration / 4.0)
+    raise ValueError(
+        f"{name}: there is no such test signal: expected multisine, prbs, steps, chirp or triangle"
+    )
