@@ -38,15 +38,22 @@ WORDS, CONTROLS, STEPS, STEP_BUTTON = (
 )
 
 
-def template() -> str:
-    """Returns the page around the parts, with the colours of both themes."""
+def template(contents: str = "") -> str:
+    """Returns the page around the parts, with the colours of both themes.
+
+    `contents` names a file of style/ whose contents stand in the place of those of the steps.
+    """
     rules = "\n  ".join(
         f"{':root, ' if name == 'light' else ''}[data-theme={name}] {{ color-scheme: {name}; "
         + " ".join(f"--{key}: {value};" for key, value in colours.items())
         + " }"
         for name, colours in THEMES.items()
     )
-    return (STYLE / "page.html").read_text(encoding="utf-8").replace("THEME_RULES", rules)
+    page = (STYLE / "page.html").read_text(encoding="utf-8").replace("THEME_RULES", rules)
+    if contents:
+        head, begin, _ = page.partition("{% block contents %}")
+        page = head + begin + (STYLE / contents).read_text(encoding="utf-8")
+    return page
 
 
 def words(html: str) -> pn.pane.HTML:

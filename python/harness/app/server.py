@@ -19,6 +19,10 @@ from tornado.iostream import StreamClosedError
 from tornado.web import HTTPError, RequestHandler, stream_request_body
 from tornado.websocket import WebSocketClosedError
 
+from ehsid.harness.app.live.page import LivePage
+from ehsid.harness.app.live.runs import FOLDER as LIVE_FOLDER
+from ehsid.harness.app.live.runs import SERVED as LIVE_SERVED
+from ehsid.harness.app.live.runs import LiveRuns
 from ehsid.harness.app.page import Page
 from ehsid.harness.app.session import RIG, Session, SessionError, free_name, safe_name
 from ehsid.harness.app.workbench import Workbench
@@ -100,6 +104,17 @@ class _Guarded(RequestHandler):
             raise HTTPError(404)
         return self.workbench.opened(name)
 
+    def send(self, file: Path) -> None:
+        """Sends a result; a report may run its own scripts, and fetch nothing."""
+        kind = KINDS.get(file.suffix, "text/plain")
+        self.set_header("Content-Type", f"{kind}; charset=utf-8")
+        self.set_header("Content-Security-Policy", REPORT_POLICY)
+        self.set_header("X-Content-Type-Options", "nosniff")
+        self.set_header("Cache-Control", "no-store")
+        if self.get_query_argument("download", ""):
+            self.set_header("Content-Disposition", f'attachment; filename="{file.name}"')
+        self.finish(file.read_bytes())
+
 
 @stream_request_body
 class _Upload(_Guarded):
@@ -164,14 +179,23 @@ class _Result(_Guarded):
             raise HTTPError(404)
         if not file.relative_to(session.folder).as_posix().startswith(SERVED):
             raise HTTPError(404)
-        kind = KINDS.get(file.suffix, "text/plain")
-        self.set_header("Content-Type", f"{kind}; charset=utf-8")
-        self.set_header("Content-Security-Policy", REPORT_POLICY)
-        self.set_header("X-Content-Type-Options", "nosniff")
-        self.set_header("Cache-Control", "no-store")
-        if self.get_query_argument("download", ""):
-            self.set_header("Content-Disposition", f'attachment; filename="{file.name}"')
-        self.finish(file.read_bytes())
+        self.send(file)
+
+
+class _LiveResult(_Guarded):
+    """Serves a result of a run on the page Live."""
+
+    def get(self, name: str, path: str) -> None:
+        folder = self.workbench.folder / LIVE_FOLDER
+        file = (folder / name / path).resolve()
+        if not file.is_file() or not LIVE_SERVED.fullmatch(_below(file, folder)):
+            raise HTTPError(404)
+        self.send(file)
+
+
+def _below(file: Path, folder: Path) -> str:
+    """Returns the path of a file below a folder; "" where it is elsewhere."""
+    return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else ""
 
 
 def _of_the_loop(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -200,12 +224,13 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
     pn.extension(inline=True)
     pn.config.raw_css = []
     workbench = Workbench(folder)
+    live = LiveRuns(workbench)
     # Cookies of one machine are shared by all its ports.
     auth = _Token(f"ehsid_{secrets.token_hex(4)}", secrets.token_urlsafe(32))
     about: dict[str, Any] = {"auth": auth, "workbench": workbench}
     loop = IOLoop.current()
     server = get_server(
-        {"/": lambda: Page(workbench).template},
+        {"/": lambda: Page(workbench).template, "/live": lambda: LivePage(live).template},
         port=port,
         address=ADDRESS,
         title="ehsid",
@@ -221,6 +246,7 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
         extra_patterns=[
             (r"/upload/([^/]+)", _Upload, about),
             (r"/result/([^/]+)/(.+)", _Result, about),
+            (r"/live-result/(run_\d+)/(.+)", _LiveResult, about),
         ],
     )
     # Only the address itself may open a websocket, not another name of this machine.
@@ -232,5 +258,6 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
         ready(f"http://{ADDRESS}:{server.port}/login?token={auth.token}")
         loop.start()
     finally:
+        live.close()
         workbench.close()
         server.stop()
