@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Makes the pictures of docs/app.md: python docs/app/make.py, with the extras app and browser."""
 
+import shutil
 import sys
 import tempfile
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +15,12 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests" / "python"), str(ROOT / "tests" / "app")]
 
 from app_sessions import ANSWERS, german_log  # noqa: E402
+from estimating_target import EstimatingTarget  # noqa: E402
+from hil_firmware import ON_TARGET  # noqa: E402
+from hil_target import FakeDevice  # noqa: E402
 from served_workbench import Served, found_browser  # noqa: E402
 
+from ehsid.harness.deploy.hil.relay import relayed  # noqa: E402
 from ehsid.harness.rigs.questions import QUESTIONS  # noqa: E402
 
 OUT = Path(__file__).parent
@@ -56,6 +62,29 @@ def walk(page: Any, logs: list[Path]) -> None:
             page.get_by_role("button", name=f"Next: {following}").click()
 
 
+def live(page: Any, root: str) -> None:
+    """Takes pictures of a run on the firmware in QEMU, or on a target in Python without it."""
+    with ExitStack() as stack:
+        page.goto(f"{root}/live")
+        page.get_by_role("heading", name="Live", level=1).wait_for()
+        if ON_TARGET.exists() and shutil.which("qemu-system-arm"):
+            page.get_by_label("target", exact=True).select_option("firmware in QEMU")
+            page.get_by_label("firmware image, an ELF file").fill(str(ON_TARGET))
+        else:
+            relay = stack.enter_context(relayed(FakeDevice(EstimatingTarget())))
+            page.get_by_label("serial port or address", exact=True).fill(relay.port)
+        page.get_by_label("duration in s").fill("200")
+        page.get_by_role("button", name="Start", exact=True).click()
+        page.get_by_role("button", name="Store a snapshot").click()
+        page.wait_for_timeout(15_000)
+        for fault in ("Lose a frame", "Damage a bit", "Delay by 1 s"):
+            page.get_by_role("button", name=fault).click()
+            page.wait_for_timeout(2_000)
+        shoot(page, "Live")
+        page.get_by_role("button", name="Stop").click()
+        page.get_by_text("bit for bit").first.wait_for()
+
+
 def main() -> None:
     """Makes all pictures."""
     with tempfile.TemporaryDirectory() as top, sync_playwright() as playwright:
@@ -68,6 +97,7 @@ def main() -> None:
         page.set_default_timeout(600_000)
         page.goto(served.address)
         walk(page, logs)
+        live(page, served.root)
         browser.close()
         served.stop()
 

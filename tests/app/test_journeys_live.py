@@ -10,6 +10,7 @@ import shutil
 import signal
 import socket
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from served_workbench import Served, children, found_browser
 from ehsid.harness.app.live.ring import RingReader
 from ehsid.harness.deploy.hil.relay import Relay, relayed
 
+Error = pytest.importorskip("playwright.sync_api").Error
 pytestmark = pytest.mark.slow
 BEGUN = "The run goes on. Target: fake"
 
@@ -39,7 +41,7 @@ def live(tmp_path_factory: pytest.TempPathFactory, browser: Any) -> Iterator[Ser
 def page(live: Served, browser: Any) -> Iterator[Any]:
     context = browser.new_context(viewport={"width": 1400, "height": 900})
     made = context.new_page()
-    made.set_default_timeout(60_000)
+    made.set_default_timeout(30_000)
     problems: list[str] = []
     made.on("pageerror", lambda error: problems.append(str(error)))
     made.goto(live.address)
@@ -47,9 +49,12 @@ def page(live: Served, browser: Any) -> Iterator[Any]:
     made.get_by_role("heading", name="Live", level=1).wait_for()
     yield made
     stop = made.get_by_role("button", name="Stop")
-    if stop.is_visible():
-        stop.click()
-        made.get_by_role("button", name="Start", exact=True).wait_for()
+    with suppress(Error):  # the run ends by itself where its target has gone before
+        if stop.is_visible():
+            stop.click(timeout=2_000)
+    made.get_by_role("button", name="Start", exact=True).or_(
+        made.get_by_role("heading", name="Load", level=1)
+    ).wait_for()
     context.close()
     assert problems == []
 
@@ -68,10 +73,19 @@ def see(page: Any, text: str | re.Pattern[str]) -> None:
     page.get_by_text(text).first.wait_for()
 
 
-def start(page: Any, address: str, seconds: str = "600", *, real_time: bool = True) -> None:
+def ordinary(page: Any, seconds: str = "200") -> None:
+    """Fill in what makes sense, whatever was chosen before."""
+    page.get_by_label("rig", exact=True).select_option("the rig of the published experiment")
+    page.get_by_label("duration in s").fill(seconds)
+    page.get_by_label("sampling time in ms").fill("20")
+    page.get_by_label("amplitude in V").fill("")
+    page.get_by_label("effects of the simulated machine").fill("")
+
+
+def start(page: Any, address: str, seconds: str = "200", *, real_time: bool = True) -> None:
     page.get_by_label("target", exact=True).select_option("serial port or address")
     page.get_by_label("serial port or address", exact=True).fill(address)
-    page.get_by_label("duration in s").fill(seconds)
+    ordinary(page, seconds)
     pace = "in real time" if real_time else "as fast as it goes"
     page.get_by_label("pace", exact=True).select_option(pace)
     press(page, "Start")
@@ -119,7 +133,7 @@ def test_a_run_survives_a_reload_and_every_page_shows_it(
     press(other, "Stop")
     see(page, "bit for bit those of this host")
     other.close()
-    assert 0 < result(live)["runs"][0]["samples"] < 30_000
+    assert 0 < result(live)["runs"][0]["samples"] < 10_000
 
 
 def test_the_estimator_begins_anew_and_goes_on_from_a_snapshot(
@@ -150,9 +164,6 @@ def test_faults_of_the_line_are_counted_and_corrected(
     see(page, "Fault: Damage a bit, on the way to host.")
     press(page, "Delay by 1 s")
     see(page, "Fault: Delay by 1 s, on the way to host.")
-    page.wait_for_function(
-        "() => document.body.innerText.length >= 0", timeout=1000
-    )  # the page still answers
     assert not page.get_by_role("button", name="Reset the board").is_visible()
     press(page, "Stop")
     see(page, "bit for bit those of this host")
@@ -198,16 +209,10 @@ def test_a_target_that_goes_away_leaves_the_samples(page: Any, live: Served) -> 
     ],
 )
 def test_what_is_wrong_in_the_form_is_told(page: Any, fields: dict[str, str], says: str) -> None:
+    ordinary(page, "4")
     page.get_by_label("target", exact=True).select_option("serial port or address")
-    page.get_by_label("rig", exact=True).select_option("the rig of the published experiment")
-    usual = {
-        "serial port or address": "loop://",
-        "duration in s": "4",
-        "sampling time in ms": "20",
-        "amplitude in V": "",
-        "effects of the simulated machine": "",
-    }
-    for name, text in {**usual, **fields}.items():
+    page.get_by_label("serial port or address", exact=True).fill("loop://")
+    for name, text in fields.items():
         field = page.get_by_label(name, exact=True)
         if name == "rig":
             field.select_option(text)
@@ -222,6 +227,7 @@ def test_what_is_wrong_in_the_form_is_told(page: Any, fields: dict[str, str], sa
 def test_an_image_that_is_none_is_told(page: Any, tmp_path: Path) -> None:
     image = tmp_path / "notes.elf"
     image.write_text("hello")
+    ordinary(page)
     page.get_by_label("target", exact=True).select_option("firmware in QEMU")
     page.get_by_label("firmware image, an ELF file").fill(str(image))
     press(page, "Start")
@@ -261,7 +267,7 @@ def test_the_end_of_the_program_keeps_the_samples(tmp_path: Path, browser: Any) 
     served = Served(tmp_path / "machines")
     with relayed(FakeDevice(EstimatingTarget())) as relay:
         page = browser.new_page()
-        page.set_default_timeout(60_000)
+        page.set_default_timeout(30_000)
         page.goto(served.address)
         page.get_by_role("link", name="Live", exact=True).click()
         start(page, relay.port)
@@ -286,7 +292,7 @@ def test_the_firmware_in_qemu_and_a_reset_of_its_board(page: Any, live: Served) 
         )
     page.get_by_label("target", exact=True).select_option("firmware in QEMU")
     page.get_by_label("firmware image, an ELF file").fill(str(hil_firmware.ON_TARGET))
-    page.get_by_label("duration in s").fill("600")
+    ordinary(page)
     press(page, "Start")
     see(page, "Target: mps2-an386")
     press(page, "Reset the board")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import Any
 
@@ -138,8 +138,7 @@ class LivePage:
         self._restoring = pn.FlexBox(self._snapshots, self._restore, align_items="end")
         self._way = self._select("where the fault comes", list(WAYS))
         faults = [
-            self._button(words, lambda kind=kind: runs.wish("fault", kind, WAYS[self._way.value]))
-            for kind, words in FAULTS.items()
+            self._button(words, partial(self._disturb, kind)) for kind, words in FAULTS.items()
         ]
         self._board = self._button("Reset the board", lambda: runs.wish("reset board"))
         self._faults = pn.Column(
@@ -160,6 +159,9 @@ class LivePage:
             self._restoring,
             self._faults,
         )
+
+    def _disturb(self, kind: str) -> None:
+        self._runs.wish("fault", kind, WAYS[self._way.value])
 
     def _told(self, handler: Callable[[Any], None]) -> Callable[[Any], None]:
         """Returns a handler whose errors are told on the page; it never shows a traceback."""
@@ -212,6 +214,7 @@ class LivePage:
         _set(self._start, visible=not running)
         _set(self._stop, visible=running)
         _set(self._fold, visible=not running)
+        self._open(folder, told)
         begun = running and self._ring is not None and self._ring.count > 0
         _set(self._controls, visible=begun)
         _set(self._faults, visible=told.faults)
@@ -220,7 +223,6 @@ class LivePage:
         if self._snapshots.options != told.snapshots:
             newest = told.snapshots[-1] if told.snapshots else None
             self._snapshots.param.update(options=told.snapshots, value=newest)
-        self._open(folder, told)
         self._draw(told, running=running)
         ended = folder is not None and not running
         result = ended_html(folder, told) if ended and folder is not None else ""

@@ -77,8 +77,8 @@ class Watch(Recording):
             self._restarts = restarts
             self._begin(self._plan)
         self._estimator.step(result.command_v, outputs["position_m"])
-        ours = np.float32(self._estimator.theta_hat)
-        self.agrees &= ours.tobytes() == np.float32(result.theta).tobytes()
+        ours = np.asarray(self._estimator.theta_hat, dtype=np.float32)
+        self.agrees &= ours.tobytes() == np.asarray(result.theta, dtype=np.float32).tobytes()
         self.time_s, self._theta = time_s, result.theta
         values = {
             "time_s": time_s,

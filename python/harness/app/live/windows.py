@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from ehsid.harness.app.live.told import COLUMNS
 from ehsid.harness.arrays import FloatArray
@@ -64,7 +65,7 @@ def drawn(rows: FloatArray, columns: int) -> Drawn:
     )
 
 
-def _extremes(values: FloatArray, starts: FloatArray) -> FloatArray:
+def _extremes(values: FloatArray, starts: npt.NDArray[np.int64]) -> FloatArray:
     low, high = np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
     return np.stack([low, high], axis=1).ravel()
 

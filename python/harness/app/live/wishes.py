@@ -47,7 +47,7 @@ class Wishes:
             kind, *values = self._control.recv()
             try:
                 wish = self._carry_out(kind, values) or wish
-            except (HilError, OSError) as error:
+            except (ValueError, OSError) as error:
                 self._tell(str(error))
         if wish is not None:
             self._watch.begin(wish)

@@ -38,6 +38,9 @@ class Device(Protocol):
         """Ends the connection."""
 
 
+Waited = socket.socket | Device  # that `select` waits for
+
+
 class _Direction:
     """Frames on their way."""
 
@@ -117,7 +120,8 @@ class Relay:
     def _serve(self) -> None:
         """Waits for hosts; frames of a device that nobody listens to pass the hook and are lost."""
         while True:
-            ready, _, _ = select.select([self._ended, self._listening, self.device], [], [])
+            ends: list[Waited] = [self._ended, self._listening, self.device]
+            ready, _, _ = select.select(ends, [], [])
             if self._ended in ready and not self._ended.recv(1):
                 return
             if self._listening in ready:
@@ -137,9 +141,8 @@ class Relay:
         there, back = self._directions
         while True:
             waits = [wait for d in self._directions if (wait := d.wait_s()) is not None]
-            ready, _, _ = select.select(
-                [self._ended, host, self.device], [], [], min(waits, default=None)
-            )
+            ends: list[Waited] = [self._ended, host, self.device]
+            ready, _, _ = select.select(ends, [], [], min(waits, default=None))
             if self._ended in ready:
                 return bool(self._ended.recv(1))
             with self._lock:

@@ -7,6 +7,7 @@ the same samples, so its covariance is that of the target as long as both agree 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -19,8 +20,12 @@ from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Se
 from ehsid.harness.deploy.hil.errors import HilError
 from ehsid.harness.encoding import json_text
 from ehsid.harness.files import write_text
+from ehsid.harness.identification import IdentificationError
 
 ENDING = ".snapshot.json"
+# P comes rounded to float32 and may then not be positive definite. A share of its variances on the
+# diagonal makes it so; the smallest one that does is taken.
+SHARES = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)
 
 
 @dataclass(frozen=True)
@@ -84,15 +89,17 @@ def taken(
     Raises
     ------
     HilError
-        target and host do not agree, so that the covariance of the target is not known.
+        target and host do not agree, so that the covariance of the target is not known; or it is
+        not positive definite, also not with a share of its variances.
     """
-    if np.asarray(theta, dtype=np.float32).tobytes() != np.float32(estimator.theta_hat).tobytes():
+    ours, theirs = (np.asarray(one, dtype=np.float32) for one in (estimator.theta_hat, theta))
+    if ours.tobytes() != theirs.tobytes():
         raise HilError(
             "no snapshot: the parameters of the target are not those of this host on the same "
             "samples, so its covariance is not known; build the firmware with -ffp-contract=off "
             "and the version of this ehsid"
         )
-    seed = Seed.from_covariance(estimator.theta_hat, estimator.P, estimator.residual_variance)
+    seed = _seed(estimator)
     orders, scaling = configuration.orders, configuration.scaling
     return Snapshot(
         schema_version=1,
@@ -110,6 +117,20 @@ def taken(
         u=tuple(tuple(map(float, row)) for row in seed.u),
         d=tuple(map(float, seed.d)),
         noise_variance=seed.noise_variance,
+    )
+
+
+def _seed(estimator: ehsid.ServoEstimator) -> Seed:
+    covariance = np.asarray(estimator.P, dtype=np.float64)
+    variances = np.diag(np.diag(covariance))
+    for share in SHARES:
+        with suppress(IdentificationError):
+            return Seed.from_covariance(
+                estimator.theta_hat, covariance + share * variances, estimator.residual_variance
+            )
+    raise HilError(
+        "no snapshot: the parameters are not told apart well enough yet, so that their covariance "
+        "is singular; wait until the signals have moved more"
     )
 
 

@@ -155,3 +155,16 @@ def test_position_control_follows_the_reference(tmp_path: Path) -> None:
 def test_another_machine_is_of_the_same_kind() -> None:
     with pytest.raises(ValueError, match='a plant "axis"'):
         with_machine(plan_of(), read_rig(AXIS))
+
+
+def test_a_snapshot_can_be_taken_at_any_sample() -> None:
+    """The covariance comes rounded to float32, and is then often not positive definite."""
+    plan = plan_of()
+    configuration = plan.configuration.estimator
+    estimator = configuration.estimator()
+    for k in range(60):
+        estimator.step(plan.direct_v[k], 0.15 + 1e-3 * np.sin(k))
+        theta = tuple(map(float, estimator.theta_hat))
+        snapshot = taken(estimator, configuration, theta, rig=RIG.name, time_s=0.0)
+        deviation = restored(snapshot, configuration).estimator().standard_deviation
+        np.testing.assert_allclose(deviation, estimator.standard_deviation, rtol=1e-3)
