@@ -36,8 +36,7 @@ PERIOD_MS = 200
 WINDOWS = {"the last 5 s": 5.0, "the last 20 s": 20.0, "the last 2 min": 120.0,
            "as long as is kept": float("inf")}  # fmt: skip
 WAYS = {"on the way to the target": TO_TARGET, "on the way to the host": TO_HOST}
-MOST_ROWS = 10**9  # more than any ring holds
-FIRST_ROWS = 100  # for the numbers, however short the window is
+RECENT = 1000  # samples, over which the rate is counted
 PURPOSE = (
     '<h1>Live</h1><p class="soft">A run with the hardware in the loop: the machine is simulated '
     "here, the controller and the estimator run on the target. The run goes on when this page is "
@@ -67,7 +66,8 @@ class LivePage:
         self._signals, self._estimates = (pn.Column(sizing_mode="stretch_width") for _ in "se")
         self._plots: LivePlots | None = None
         self._ring: RingReader | None = None
-        self._shown: tuple[Path | None, int] = (None, -1)
+        self._shown: Path | None = None  # the run of the plots
+        self._stamp: tuple[float, ...] = ()  # of the picture that is shown
         self._start = self._button("Start", self._begin, primary=True)
         self._stop = self._button("Stop", self._end)
         self._machine = self._button("Make a machine of this record", self._make_machine)
@@ -241,14 +241,14 @@ class LivePage:
             self._plots = self._ring = None
             _set(self._signals, objects=[])
             _set(self._estimates, objects=[])
-        elif folder != self._shown[0] or self._plots is None:
+        elif folder != self._shown or self._plots is None:
             self._ring = RingReader(ring)
             self._plots = LivePlots(
                 told.parameters, reference=told.position_control, theme=self.theme
             )
             self._signals.objects = [self._plots.signals]
             self._estimates.objects = [self._plots.estimates]
-            self._shown = (folder, -1)
+            self._shown, self._stamp = folder, ()
         _set(self._window, visible=self._plots is not None)
 
     def _draw(self, told: Told, *, running: bool) -> None:
@@ -256,15 +256,20 @@ class LivePage:
         if self._ring is None or self._plots is None:
             _set(self._numbers, object="")
             return
-        length_s = WINDOWS[self._window.value]
-        stamp = hash((self._ring.count, length_s))
-        if self._shown[1] == stamp or self._ring.count == 0:
+        count, length_s = self._ring.count, WINDOWS[self._window.value]
+        if count == 0:
             return
-        self._shown = (self._shown[0], stamp)
-        wanted = length_s / told.dt_s if length_s < float("inf") else MOST_ROWS
-        rows = self._ring.newest(max(FIRST_ROWS, int(wanted)))
-        _set(self._numbers, object=numbers_html(rows, told, running=running))
-        self._plots.update(drawn(rows[-max(1, int(wanted)) :], COLUMNS))
+        _set(
+            self._numbers,
+            object=numbers_html(self._ring.newest(RECENT), told, running=running),
+        )
+        wanted = min(count, length_s / told.dt_s)
+        # A new picture is worth its work as soon as a new pixel column has come.
+        step = max(1, int(wanted) // COLUMNS) if running else 1
+        stamp = count // step, step, length_s
+        if stamp != self._stamp:
+            self._stamp = stamp
+            self._plots.update(drawn(self._ring.newest(max(1, int(wanted))), COLUMNS))
 
     def _show_equivalent(self, folder: Path | None) -> None:
         if folder is None:
