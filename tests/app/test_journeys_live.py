@@ -75,7 +75,7 @@ def see(page: Any, text: str | re.Pattern[str]) -> None:
 
 def ordinary(page: Any, seconds: str = "200") -> None:
     """Fill in what makes sense, whatever was chosen before."""
-    page.get_by_label("rig", exact=True).select_option("the rig of the published experiment")
+    page.get_by_label("rig", exact=True).select_option("published experiment")
     page.get_by_label("duration in s").fill(seconds)
     page.get_by_label("sampling time in ms").fill("20")
     page.get_by_label("amplitude in V").fill("")

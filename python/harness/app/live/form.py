@@ -12,7 +12,7 @@ from ehsid.harness.app.live.layout import in_columns
 from ehsid.harness.app.live.settings import MACHINES, POLICIES, SIGNALS, LiveSettings
 from ehsid.harness.app.workbench import Workbench
 
-PUBLISHED, OTHER = "the rig of the published experiment", "another rig file"
+PUBLISHED, OTHER = "published experiment", "another rig file"
 TARGETS = {"serial port or address": False, "firmware in QEMU": True}
 LOOPS = {"open loop": False, "position control": True}
 PACES = {"in real time": True, "as fast as it goes": False}
@@ -31,7 +31,7 @@ TYPED = {
     "duration_s": ("duration in s", "60"),
     "dt_ms": ("sampling time in ms", "20"),
     "amplitude": ("amplitude in V", "a tenth of the rated one"),
-    "bandwidth_hz": ("bandwidth of the position loop in Hz", "at most 2"),
+    "bandwidth_hz": ("bandwidth of the loop in Hz", "at most 2"),
     "seed": ("seed of signal and noise", "0"),
 }
 
@@ -83,9 +83,9 @@ class LiveForm:
         field = self._fields
         self.layout = pn.Column(
             look.words("<h2>Target</h2>"),
-            self._row("emulated", "port", "baud", "image", "machine"),
+            self._row("emulated", "port", "baud", "image", "machine", least="19rem"),
             look.words("<h2>Machine, which is simulated here</h2>"),
-            in_columns(self._rig, field["rig"], field["effects"]),
+            in_columns(self._rig, field["rig"], field["effects"], least="19rem"),
             look.words(f"<h2>Run</h2>{ABOUT_LOOPS}"),
             self._row("position_control", "signal", "amplitude", "duration_s", "dt_ms", "seed"),
             self._row("forgetting", "real_time", "bandwidth_hz", "retune"),
@@ -93,8 +93,8 @@ class LiveForm:
         )
         self._show()
 
-    def _row(self, *names: str) -> pn.Column:
-        return in_columns(*(self._fields[name] for name in names))
+    def _row(self, *names: str, least: str = "14rem") -> pn.Column:
+        return in_columns(*(self._fields[name] for name in names), least=least)
 
     def _show(self) -> None:
         """Shows the fields that the choices need."""

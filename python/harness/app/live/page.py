@@ -144,7 +144,7 @@ class LivePage:
         self._faults = pn.Column(
             look.words(
                 "<h2>Faults of the line</h2><p class='soft'>Each press puts one fault into the "
-                "next frame. The protocol corrects it, and the counts below show it.</p>"
+                "next frame. The protocol corrects it, and the counts above show it.</p>"
             ),
             self._way,
             pn.FlexBox(*faults, self._board),

@@ -88,8 +88,9 @@ class LivePlots:
             colour = look.COLOURS[theme][i]
             plot.line("x", column, source=self._signals, color=colour, line_width=1.5, **legend)
         look.dress(plot, theme)
-        for one in plot.legend:
-            one.orientation, one.location = "horizontal", "top_left"
+        for one in plot.legend:  # above the curves, so that it hides none
+            one.orientation, one.border_line_color, one.padding = "horizontal", None, 2
+            plot.add_layout(one, "above")
         return plot
 
     def _estimate_plot(self, number: int, theme: str) -> figure:
