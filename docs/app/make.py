@@ -29,14 +29,14 @@ WIDTHS = {"": (1400, 1000), "phone_": (390, 844)}
 COLOURS = 128  # of a picture: enough for plots, and a quarter of the size
 
 
-def shoot(page: Any, step: str) -> None:
-    """Takes a picture of a step at both widths."""
+def shoot(page: Any, step: str, *, whole: bool = False) -> None:
+    """Takes a picture of a step at both widths; the wide one has the whole page if asked for."""
     for name, (width, height) in WIDTHS.items():
         page.set_viewport_size({"width": width, "height": height})
         page.evaluate("scrollTo(0, 0)")
         page.wait_for_timeout(1500)
         path = OUT / f"{name}{step.lower()}.png"
-        page.screenshot(path=path)
+        page.screenshot(path=path, full_page=whole and not name)
         Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
     page.set_viewport_size({"width": 1400, "height": 1000})
 
@@ -73,6 +73,9 @@ def live(page: Any, root: str) -> None:
         else:
             relay = stack.enter_context(relayed(FakeDevice(EstimatingTarget())))
             page.get_by_label("serial port or address", exact=True).fill(relay.port)
+        page.get_by_label("loop", exact=True).select_option("position control")
+        page.get_by_label("bandwidth of the loop in Hz").fill("0.5")
+        page.get_by_label("sampling time in ms").fill("10")
         page.get_by_label("duration in s").fill("200")
         page.get_by_role("button", name="Start", exact=True).click()
         page.get_by_role("button", name="Store a snapshot").click()
@@ -80,7 +83,7 @@ def live(page: Any, root: str) -> None:
         for fault in ("Lose a frame", "Damage a bit", "Delay by 1 s"):
             page.get_by_role("button", name=fault).click()
             page.wait_for_timeout(2_000)
-        shoot(page, "Live")
+        shoot(page, "Live", whole=True)
         page.get_by_role("button", name="Stop").click()
         page.get_by_text("bit for bit").first.wait_for()
 
