@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Makes the pictures of docs/app.md: python docs/app/make.py, with the extras app and browser."""
 
+import shutil
 import sys
 import tempfile
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +16,12 @@ sys.path[:0] = [str(ROOT / "tests" / "python"), str(ROOT / "tests" / "app")]
 
 from app_diagnosed import diagnosed_session  # noqa: E402
 from app_sessions import ANSWERS, german_log  # noqa: E402
+from estimating_target import EstimatingTarget  # noqa: E402
+from hil_firmware import ON_TARGET  # noqa: E402
+from hil_target import FakeDevice  # noqa: E402
 from served_workbench import Served, found_browser  # noqa: E402
 
+from ehsid.harness.deploy.hil.relay import relayed  # noqa: E402
 from ehsid.harness.rigs.questions import QUESTIONS  # noqa: E402
 
 OUT = Path(__file__).parent
@@ -24,8 +30,8 @@ WIDTHS = {"": (1400, 1000), "phone_": (390, 844)}
 COLOURS = 128  # of a picture: enough for plots, and a quarter of the size
 
 
-def shoot(page: Any, step: str) -> None:
-    """Takes a picture of a step at both widths."""
+def shoot(page: Any, step: str, *, whole: bool = False) -> None:
+    """Takes a picture of a step at both widths; the wide one has the whole page if asked for."""
     for name, (width, height) in WIDTHS.items():
         page.set_viewport_size({"width": width, "height": height})
         page.evaluate("scrollTo(0, 0)")
@@ -34,7 +40,7 @@ def shoot(page: Any, step: str) -> None:
             part.evaluate("part => part.scrollIntoView()")
         page.wait_for_timeout(1500)
         path = OUT / f"{name}{step.lower()}.png"
-        page.screenshot(path=path)
+        page.screenshot(path=path, full_page=whole and not name)
         Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
     page.set_viewport_size({"width": 1400, "height": 1000})
 
@@ -83,6 +89,32 @@ def views(page: Any, folder: Path) -> None:
     shoot(page, "Playground")
 
 
+def live(page: Any, root: str) -> None:
+    """Takes pictures of a run on the firmware in QEMU, or on a target in Python without it."""
+    with ExitStack() as stack:
+        page.goto(f"{root}/live")
+        page.get_by_role("heading", name="Live", level=1).wait_for()
+        if ON_TARGET.exists() and shutil.which("qemu-system-arm"):
+            page.get_by_label("target", exact=True).select_option("firmware in QEMU")
+            page.get_by_label("firmware image, an ELF file").fill(str(ON_TARGET))
+        else:
+            relay = stack.enter_context(relayed(FakeDevice(EstimatingTarget())))
+            page.get_by_label("serial port or address", exact=True).fill(relay.port)
+        page.get_by_label("loop", exact=True).select_option("position control")
+        page.get_by_label("bandwidth of the loop in Hz").fill("0.5")
+        page.get_by_label("sampling time in ms").fill("10")
+        page.get_by_label("duration in s").fill("200")
+        page.get_by_role("button", name="Start", exact=True).click()
+        page.get_by_role("button", name="Store a snapshot").click()
+        page.wait_for_timeout(15_000)
+        for fault in ("Lose a frame", "Damage a bit", "Delay by 1 s"):
+            page.get_by_role("button", name=fault).click()
+            page.wait_for_timeout(2_000)
+        shoot(page, "Live", whole=True)
+        page.get_by_role("button", name="Stop").click()
+        page.get_by_text("bit for bit").first.wait_for()
+
+
 def main() -> None:
     """Makes all pictures."""
     with tempfile.TemporaryDirectory() as top, sync_playwright() as playwright:
@@ -96,6 +128,7 @@ def main() -> None:
         page.goto(served.address)
         walk(page, logs)
         views(page, Path(top) / "machines")
+        live(page, served.root)
         browser.close()
         served.stop()
 

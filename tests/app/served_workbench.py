@@ -56,3 +56,18 @@ class Served:
 def found_browser() -> str | None:
     """Return the path of a Chromium of the system; None without one."""
     return next((found for name in BROWSERS if (found := shutil.which(name))), None)
+
+
+def children(parent: int) -> list[int]:
+    """Return the worker processes of a process, without the one that tracks resources."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = path.read_text().rpartition(")")[2].split()
+            command = path.with_name("cmdline").read_text()
+        except OSError:
+            continue
+        if int(fields[1]) == parent and "spawn_main" in command:
+            found.append(int(path.parent.name))
+    assert found
+    return found

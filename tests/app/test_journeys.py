@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from app_sessions import ANSWERS, BENCH, german_log
 from log_files import write_excel, write_mat_structure, write_mf4
-from served_workbench import Served
+from served_workbench import Served, children
 
 from ehsid.harness.app.session import Session
 from ehsid.harness.rigs.questions import QUESTIONS
@@ -251,30 +251,15 @@ def test_a_diagnosis_survives_a_reload_and_is_cancelled(
 
 def test_a_lost_worker_is_told_in_words(page: Any, served: Any, tmp_path: Path) -> None:
     ready_for_the_gap(page, tmp_path)
-    for pid in _children(served.process.pid):
+    for pid in children(served.process.pid):
         os.kill(pid, signal.SIGKILL)
     see(page, "the process that did the work has ended")
     assert page.get_by_role("button", name="Start the diagnosis").is_enabled()
 
 
-def _children(parent: int) -> list[int]:
-    """Return the worker processes of a process, without the one that tracks resources."""
-    found = []
-    for path in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = path.read_text().rpartition(")")[2].split()
-            command = path.with_name("cmdline").read_text()
-        except OSError:
-            continue
-        if int(fields[1]) == parent and "spawn_main" in command:
-            found.append(int(path.parent.name))
-    assert found
-    return found
-
-
 def test_the_end_of_the_program_ends_its_workers(page: Any, served: Any, tmp_path: Path) -> None:
     ready_for_the_gap(page, tmp_path)
-    workers = _children(served.process.pid)
+    workers = children(served.process.pid)
     served.stop()
     for pid in workers:
         with pytest.raises(ProcessLookupError):

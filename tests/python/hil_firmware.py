@@ -2,11 +2,8 @@
 """The firmware of examples/firmware/servo behind the relay: on this host, and emulated."""
 
 import os
-import socket
 import subprocess
 from pathlib import Path
-
-from ehsid.harness.deploy.hil import Emulator
 
 ROOT = Path(__file__).parents[2]
 # By gcc for `script/test --quick`, by clang for the whole: the one that was built last.
@@ -53,32 +50,3 @@ class HostDevice:
     def close(self) -> None:
         self._process.kill()
         self._process.communicate()
-
-
-class EmulatedDevice:
-    """On the emulated Cortex-M4F."""
-
-    def __init__(self, image: Path = ON_TARGET) -> None:
-        self._emulator = Emulator(image)
-        port = int(self._emulator.port.rpartition(":")[2])
-        self._socket = socket.create_connection(("127.0.0.1", port))
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-
-    def fileno(self) -> int:
-        return self._socket.fileno()
-
-    def read(self) -> bytes:
-        data = self._socket.recv(4096)
-        if not data:
-            raise RuntimeError(f"QEMU ended: {self._emulator.last_words()}")
-        return data
-
-    def write(self, data: bytes) -> None:
-        self._socket.sendall(data)
-
-    def reset(self) -> None:
-        self._emulator.reset()
-
-    def close(self) -> None:
-        self._socket.close()
-        self._emulator.close()

@@ -117,7 +117,7 @@ class Target:
 
 
 class FakeDevice:
-    """A `Target` in a thread, at one end of a pair of sockets; see `hil_line.Device`."""
+    """A `Target` in a thread, at one end of a pair of sockets; see `relay.Device`."""
 
     def __init__(self, target: Target) -> None:
         self.target = target
@@ -153,9 +153,16 @@ class FakeDevice:
         if data:
             self._own.sendall(data)
 
+    def _received(self) -> bytes:
+        try:
+            return self._own.recv(4096)
+        except ConnectionResetError:
+            return b""
+
     def _serve(self) -> None:
         begun = b""
-        while data := self._own.recv(4096):
+        # A host that has gone with bytes unread resets the connection.
+        while data := self._received():
             *frames, begun = (begun + data).split(b"\0")
             for frame in filter(None, frames):
                 with self._lock:

@@ -23,14 +23,16 @@ from pathlib import Path
 
 import numpy as np
 from hil_firmware import HostDevice
-from hil_line import TO_TARGET, Passing, Relay, Seeded, relayed
+from hil_line import Seeded
 
 import ehsid
 from ehsid.harness.deploy.hil import Kind, Session, decode, open_line
 from ehsid.harness.deploy.hil.comparison import compare
 from ehsid.harness.deploy.hil.errors import BadFrame
+from ehsid.harness.deploy.hil.faults import TO_TARGET, Passing
 from ehsid.harness.deploy.hil.plan import Plan, position_plan
 from ehsid.harness.deploy.hil.recording import RECORD, Recording
+from ehsid.harness.deploy.hil.relay import Relay, relayed
 from ehsid.harness.deploy.hil.run import MOST_RESTARTS, run_plan
 from ehsid.harness.excitation import random_steps
 from ehsid.harness.rigs import read_rig

@@ -39,7 +39,7 @@ WORDS, CONTROLS, STEPS, STEP_BUTTON, PLAYGROUND = (
 
 
 # Pages of their own, by their address: each is reached from the head of all others.
-VIEWS = {"": "Workbench", "machines": "Machines", "playground": "Playground"}
+VIEWS = {"": "Workbench", "machines": "Machines", "playground": "Playground", "live": "Live"}
 
 
 def template(name: str, theme: str) -> pn.Template:

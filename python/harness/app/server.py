@@ -21,6 +21,10 @@ from tornado.iostream import StreamClosedError
 from tornado.web import HTTPError, RequestHandler, stream_request_body
 from tornado.websocket import WebSocketClosedError
 
+from ehsid.harness.app.live.page import LivePage
+from ehsid.harness.app.live.runs import FOLDER as LIVE_FOLDER
+from ehsid.harness.app.live.runs import SERVED as LIVE_SERVED
+from ehsid.harness.app.live.runs import LiveRuns
 from ehsid.harness.app.machines_view import MachinesView
 from ehsid.harness.app.page import Page
 from ehsid.harness.app.playground_view import PlaygroundView
@@ -110,6 +114,22 @@ class _Guarded(RequestHandler):
             raise HTTPError(404)
         return self.workbench.opened(name)
 
+    async def send(self, file: Path) -> None:
+        """Sends a result; a report may run its own scripts, and fetch nothing."""
+        kind = KINDS.get(file.suffix, "text/plain")
+        charset = "" if kind == "application/zip" else "; charset=utf-8"
+        self.set_header("Content-Type", kind + charset)
+        self.set_header("Content-Security-Policy", REPORT_POLICY)
+        self.set_header("X-Content-Type-Options", "nosniff")
+        self.set_header("Cache-Control", "no-store")
+        if self.get_query_argument("download", ""):
+            self.set_header("Content-Disposition", f'attachment; filename="{file.name}"')
+        with file.open("rb") as source, suppress(StreamClosedError):
+            self.set_header("Content-Length", str(os.fstat(source.fileno()).st_size))
+            while piece := source.read(PIECE):  # an archive may be larger than the memory
+                self.write(piece)
+                await self.flush()
+
 
 @stream_request_body
 class _Upload(_Guarded):
@@ -174,19 +194,23 @@ class _Result(_Guarded):
             raise HTTPError(404)
         if not file.relative_to(session.folder).as_posix().startswith(SERVED):
             raise HTTPError(404)
-        kind = KINDS.get(file.suffix, "text/plain")
-        charset = "" if kind == "application/zip" else "; charset=utf-8"
-        self.set_header("Content-Type", kind + charset)
-        self.set_header("Content-Security-Policy", REPORT_POLICY)
-        self.set_header("X-Content-Type-Options", "nosniff")
-        self.set_header("Cache-Control", "no-store")
-        if self.get_query_argument("download", ""):
-            self.set_header("Content-Disposition", f'attachment; filename="{file.name}"')
-        with file.open("rb") as source, suppress(StreamClosedError):
-            self.set_header("Content-Length", str(os.fstat(source.fileno()).st_size))
-            while piece := source.read(PIECE):  # an archive may be larger than the memory
-                self.write(piece)
-                await self.flush()
+        await self.send(file)
+
+
+class _LiveResult(_Guarded):
+    """Serves a result of a run on the page Live."""
+
+    async def get(self, name: str, path: str) -> None:
+        folder = self.workbench.folder / LIVE_FOLDER
+        file = (folder / name / path).resolve()
+        if not file.is_file() or not LIVE_SERVED.fullmatch(_below(file, folder)):
+            raise HTTPError(404)
+        await self.send(file)
+
+
+def _below(file: Path, folder: Path) -> str:
+    """Returns the path of a file below a folder; "" where it is elsewhere."""
+    return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else ""
 
 
 def _of_the_loop(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -215,6 +239,7 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
     pn.extension(inline=True)
     pn.config.raw_css = []
     workbench = Workbench(folder)
+    live = LiveRuns(workbench)
     # Cookies of one machine are shared by all its ports.
     auth = _Token(f"ehsid_{secrets.token_hex(4)}", secrets.token_urlsafe(32))
     about: dict[str, Any] = {"auth": auth, "workbench": workbench}
@@ -224,6 +249,7 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
             "/": lambda: Page(workbench).template,
             "/machines": lambda: MachinesView(workbench).template,
             "/playground": lambda: PlaygroundView(workbench).template,
+            "/live": lambda: LivePage(live).template,
         },
         port=port,
         address=ADDRESS,
@@ -240,6 +266,7 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
         extra_patterns=[
             (r"/upload/([^/]+)", _Upload, about),
             (r"/result/([^/]+)/(.+)", _Result, about),
+            (r"/live-result/(run_\d+)/(.+)", _LiveResult, about),
         ],
     )
     # Only the address itself may open a websocket, not another name of this machine.
@@ -251,5 +278,6 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
         ready(f"http://{ADDRESS}:{server.port}/login?token={auth.token}")
         loop.start()
     finally:
+        live.close()
         workbench.close()
         server.stop()

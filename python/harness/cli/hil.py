@@ -109,25 +109,24 @@ def hil_command(
     Example: ehsid hil --port /dev/ttyACM0 --rig rig.toml --loop position --real-time
     """
     from ehsid.harness.cli.hil_runs import (
-        UNFINISHED,
         HilOptions,
-        copy_samples,
-        file_names,
         run_all,
         show,
         target,
-        write_reports,
+        write_all,
     )
-    from ehsid.harness.cli.signal_options import SignalOptions
+    from ehsid.harness.deploy.hil.loop import LoopRun
     from ehsid.harness.deploy.hil.plan import WATCHDOG_MS
     from ehsid.harness.deploy.hil.result_file import Provenance
     from ehsid.harness.deploy.hil.session import Session
     from ehsid.harness.deploy.hil.transport import open_line
     from ehsid.harness.encoding import json_text
     from ehsid.harness.identification import ArxOrders
+    from ehsid.harness.report.hil_files import UNFINISHED, copy_samples, file_names
     from ehsid.harness.rigs import read_rig
     from ehsid.harness.rigs.published import published_rig
     from ehsid.harness.simulation import parse_settings
+    from ehsid.harness.simulation.signal_options import SignalOptions
 
     began = time.monotonic()
     if not 0.0 < dt < math.inf:
@@ -135,13 +134,16 @@ def hil_command(
     rig = published_rig() if rig_file is None else read_rig(rig_file)
     options = HilOptions(
         loop,
-        SignalOptions(excitation, duration, dt, amplitude, seed),
-        bandwidth,
-        make_policy(forgetting, lambda0, setting),
-        ArxOrders(na, nb, nk, offset=True),
-        retune,
-        parse_settings(effect or []),
-        WATCHDOG_MS + (round(2000.0 * dt) if real_time else 0),
+        LoopRun(
+            loop is HilLoop.position,
+            SignalOptions(excitation, duration, dt, amplitude, seed),
+            bandwidth,
+            make_policy(forgetting, lambda0, setting),
+            ArxOrders(na, nb, nk, offset=True),
+            retune,
+            parse_settings(effect or []),
+            WATCHDOG_MS + (round(2000.0 * dt) if real_time else 0),
+        ),
     )
     plans = options.plans(rig, rig if actual is None else read_rig(actual))
     console = Console(stderr=True)
@@ -165,13 +167,13 @@ def hil_command(
             ehsid_version=ehsid.__version__,
             rig="published" if rig_file is None else str(rig_file),
             actual=None if actual is None else str(actual),
-            effects=dict(options.values),
+            effects=dict(options.run.values),
             line=f"{qemu} in QEMU, {machine}" if port is None else port,
             loop=loop.value,
             seed=seed,
             seconds=round(time.monotonic() - began, 1),
         )
-        file = write_reports(folder, identity, runs, provenance)
+        file = write_all(folder, identity, runs, provenance)
         copy_samples(samples, folder)
     shutil.rmtree(samples, ignore_errors=True)
     if as_json:

@@ -132,15 +132,15 @@ def simulate_command(
     """
     import numpy as np
 
-    from ehsid.harness.cli.signal_options import (
+    from ehsid.harness.records.writing import record_bytes
+    from ehsid.harness.rigs import read_rig
+    from ehsid.harness.simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
+    from ehsid.harness.simulation.signal_options import (
         SignalOptions,
         as_command,
         as_reference,
         check_start,
     )
-    from ehsid.harness.records.writing import record_bytes
-    from ehsid.harness.rigs import read_rig
-    from ehsid.harness.simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
 
     if (command is None) == (excitation is None):
         raise ValueError(

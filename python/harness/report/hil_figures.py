@@ -32,10 +32,10 @@ def _limits(curves: npt.NDArray[np.floating[Any]]) -> tuple[float, float]:
 
 
 def _events(axes: Axes, run: RunResult) -> None:
-    """Marks the restarts of the target and a change of the plant with vertical lines."""
+    """Marks with vertical lines where target or estimator began anew, or the plant changed."""
     if run.plan.change_at is not None:
         axes.axvline(run.plan.change_at * run.plan.dt_s, color=GREY, linewidth=1.0)
-    for sample in run.restarts:
+    for sample in (*run.restarts, *run.begun):
         axes.axvline(sample * run.plan.dt_s, color=VERMILION, linewidth=1.0, linestyle=":")
 
 

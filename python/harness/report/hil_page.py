@@ -48,6 +48,11 @@ def lead(identity: Identity, runs: Runs) -> list[str]:
         if run.restarts:
             where = ", ".join(str(sample) for sample in run.restarts)
             sentences.append(f"{name}: the target was reset before sample {where} and went on.")
+        if run.begun:
+            where = ", ".join(map(str, sorted(run.begun)))
+            sentences.append(
+                f"{name}: the user let the estimator begin anew before sample {where}."
+            )
     return sentences
 
 

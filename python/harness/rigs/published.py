@@ -8,12 +8,17 @@ from importlib.resources import files
 from ehsid.harness.rigs.reading import parse_rig
 from ehsid.harness.rigs.rig import Rig
 
+NAME = "published.toml"
+
 
 def published_rig() -> Rig:
     """Returns the rig of the published experiment.
 
     Values that the paper does not give are chosen, see published.toml beside this file.
     """
-    name = "published.toml"
-    text = files("ehsid.harness.rigs").joinpath(name).read_text(encoding="utf-8")
-    return parse_rig(text, source=name)
+    return parse_rig(published_text(), source=NAME)
+
+
+def published_text() -> str:
+    """Returns the rig file of the published experiment."""
+    return files("ehsid.harness.rigs").joinpath(NAME).read_text(encoding="utf-8")

@@ -16,13 +16,14 @@ from pathlib import Path
 import hil_firmware
 import pytest
 from hil_firmware import HostDevice
-from hil_line import TO_HOST, TO_TARGET, Passing, Relay, relayed, undisturbed
 from interrupts import interruptible
 from published_schemas import check_file
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import app
 from ehsid.harness.deploy.hil import Kind, decode, encode
+from ehsid.harness.deploy.hil.faults import TO_HOST, TO_TARGET, Passing, undisturbed
+from ehsid.harness.deploy.hil.relay import Relay, relayed
 from ehsid.harness.records import read_record
 from ehsid.harness.studies.published import DT_S
 

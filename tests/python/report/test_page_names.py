@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
-from hil_line import relayed
 from hil_runs import TIMEOUT_S
 from hil_target import FakeDevice, Target
 from identification_truth import model16
@@ -35,6 +34,7 @@ from ehsid.harness.deploy.hil import Session, encode, open_line
 from ehsid.harness.deploy.hil.comparison import compare
 from ehsid.harness.deploy.hil.plan import Plan, open_plan
 from ehsid.harness.deploy.hil.recording import Recording
+from ehsid.harness.deploy.hil.relay import relayed
 from ehsid.harness.deploy.hil.run import run_plan
 from ehsid.harness.gap.diagnosis_file import diagnosis_text
 from ehsid.harness.gap.schema import Diagnosis, Remark

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,18 +90,21 @@ def replay(
     configuration: EstimatorConfiguration,
     command_v: FloatArray,
     position_m: FloatArray,
-    restarts: Sequence[int] = (),
+    begun: Mapping[int, EstimatorConfiguration] | None = None,
 ) -> Replay:
-    """Runs the host's float32 estimator over N samples, with a new one at each of `restarts`."""
+    """Runs the host's float32 estimator over N samples, with a new one at each sample of `begun`.
+
+    The new one has the settings that stand there.
+    """
     estimator = configuration.estimator()
     theta = np.empty((command_v.size, estimator.n), dtype=np.float32)
     deviation = np.empty_like(theta)
     scalars = np.empty((command_v.size, len(SCALARS)), dtype=np.float32)
     status = np.empty(command_v.size, dtype=np.uint8)
-    anew = frozenset(restarts)
+    anew = {} if begun is None else begun
     for k, (command, position) in enumerate(zip(command_v, position_m, strict=True)):
         if k in anew:
-            estimator = configuration.estimator()
+            estimator = anew[k].estimator()
         status[k] = estimator.step(command, position)
         theta[k] = estimator.theta_hat
         deviation[k] = estimator.standard_deviation
@@ -111,7 +114,10 @@ def replay(
 
 def compare(run: RunResult) -> Agreement:
     """Compares the results of the target with those of the host on the same data."""
-    host = replay(run.plan.configuration.estimator, run.command_v, run.position_m, run.restarts)
+    configuration = run.plan.configuration.estimator
+    # A target that was reset begins with the settings of the plan, whatever was wished before.
+    begun = {**run.begun, **dict.fromkeys(run.restarts, configuration)}
+    host = replay(configuration, run.command_v, run.position_m, begun)
     theta = np.array([result.theta for result in run.results], dtype=np.float32)
     scalars = np.array(
         [[getattr(result, name) for name in SCALARS.values()] for result in run.results],

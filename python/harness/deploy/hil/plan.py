@@ -86,6 +86,16 @@ class Plan:
         """First sample for which `change` holds; None without a change."""
         return self.samples // 2 if self.change else None
 
+    def cut(self, samples: int) -> Plan:
+        """Returns the plan of the first samples; a plan with a change of the plant has no such."""
+        assert not self.change
+        return replace(
+            self,
+            direct_v=self.direct_v[:samples],
+            reference_m=self.reference_m[:samples],
+            noise=self.noise[:samples],
+        )
+
     @property
     def reference_speed_m_s(self) -> FloatArray:
         """Reference speed from each sample to the next, m/s, shape (N,); zero at the last one."""

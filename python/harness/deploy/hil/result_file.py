@@ -90,6 +90,8 @@ class Run:
         errors on the line that were corrected.
     target_resets_before_samples
         numbers of the samples before which the target was reset and configured anew.
+    estimator_begun_before_samples
+        numbers of the samples before which the user let the estimator begin anew.
     """
 
     name: str
@@ -115,6 +117,7 @@ class Run:
     largest_difference: float
     line: Counters
     target_resets_before_samples: tuple[int, ...]
+    estimator_begun_before_samples: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -205,4 +208,5 @@ def _run(name: str, run: RunResult, agreement: Agreement) -> Run:
         largest_difference=agreement.largest,
         line=run.counters,
         target_resets_before_samples=run.restarts,
+        estimator_begun_before_samples=tuple(sorted(run.begun)),
     )

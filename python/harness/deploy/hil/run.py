@@ -10,21 +10,23 @@ not depend on the line and its speed.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
 import ehsid
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.parameters import parameter_keys
+from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
 from ehsid.harness.deploy.hil.answers import Result
 from ehsid.harness.deploy.hil.errors import HilError, TargetReset
 from ehsid.harness.deploy.hil.plan import Plan
 from ehsid.harness.deploy.hil.recording import Recording
 from ehsid.harness.deploy.hil.requests import Sample
 from ehsid.harness.deploy.hil.session import Counters, Session
+from ehsid.harness.deploy.hil.steering import Steer, Stopped
 from ehsid.harness.simulation.outputs import OUTPUTS, OUTPUTS_OF, as_measured
 from ehsid.harness.simulation.run import prepare
 
@@ -49,6 +51,8 @@ class RunResult:
         errors on the line during this run.
     seconds
         duration of the run on the wall clock, s.
+    begun
+        settings with which the user let the estimator begin anew, by the number of the sample.
     """
 
     plan: Plan
@@ -58,6 +62,7 @@ class RunResult:
     restarts: tuple[int, ...]
     counters: Counters
     seconds: float
+    begun: Mapping[int, EstimatorConfiguration] = field(default_factory=dict)
 
 
 Progress = Callable[[int, Result, Counters], None]
@@ -70,6 +75,7 @@ def run_plan(
     *,
     real_time: bool = False,
     progress: Progress | None = None,
+    steer: Steer | None = None,
 ) -> RunResult:
     """Configures the target, starts it, and carries out the plan.
 
@@ -90,6 +96,8 @@ def run_plan(
         line allows.
     progress
         called after each sample.
+    steer
+        the user's wishes during the run; not for a plan with a change of the plant.
 
     Raises
     ------
@@ -109,6 +117,7 @@ def run_plan(
     results: list[Result] = []
     positions = np.empty(plan.samples)
     restarts: list[int] = []
+    begun: dict[int, EstimatorConfiguration] = {}
     before = replace(session.counters)
     began = time.monotonic()
     _begin(session, plan, 0)
@@ -133,6 +142,9 @@ def run_plan(
             )
             if real_time:
                 time.sleep(max(0.0, began + k * plan.dt_s - time.monotonic()))
+            if steer is not None and (wish := steer(k)) is not None:
+                begun[k] = wish
+                _begin_anew(session, plan, wish, k)
             result = _answer(session, plan, sample, restarts)
             if len(result.theta) != n_parameters:
                 raise HilError(
@@ -153,6 +165,10 @@ def run_plan(
             plant.advance(result.command_v)
             if progress is not None:
                 progress(k + 1, result, counters)
+    except Stopped:
+        if not results:
+            raise HilError(f"{plan.name}: the run was stopped before its first sample") from None
+        plan, positions = plan.cut(len(results)), positions[: len(results)]
     except HilError:
         raise  # without further requests the watchdog of the target closes the valve
     except BaseException:
@@ -169,6 +185,7 @@ def run_plan(
         tuple(restarts),
         _since(session.counters, before),
         time.monotonic() - began,
+        begun,
     )
 
 
@@ -196,6 +213,19 @@ def _begin(session: Session, plan: Plan, first: int) -> None:
     session.hello()
     session.configure(plan.configuration)
     session.start(first)
+
+
+def _begin_anew(
+    session: Session, plan: Plan, estimator: EstimatorConfiguration, first: int
+) -> None:
+    """Lets the estimator begin anew; the valve is closed for the time of three requests."""
+    wanted = replace(plan, configuration=replace(plan.configuration, estimator=estimator))
+    try:
+        session.stop()
+        session.configure(wanted.configuration)
+        session.start(first)
+    except TargetReset:
+        _restart(session, wanted, first)
 
 
 def _answer(session: Session, plan: Plan, sample: Sample, restarts: list[int]) -> Result:

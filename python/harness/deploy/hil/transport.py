@@ -30,10 +30,13 @@ class Line:
     ----------
     name
         name of the port, as the caller gave it.
+    sent
+        number of frames that were sent.
     """
 
     def __init__(self, port: serial.Serial, name: str) -> None:
         self.name = name
+        self.sent = 0
         self._port = port
         self._frame = bytearray()  # first part of a frame whose end has not arrived yet
         self._received = bytearray()
@@ -61,6 +64,7 @@ class Line:
         """
         try:
             self._port.write(data)
+            self.sent += 1
         except serial.SerialTimeoutException as error:
             raise HilError(
                 f"{self.name}: the line has taken nothing for {WRITE_TIMEOUT_S:g} s; is flow "

@@ -8,8 +8,8 @@ from dataclasses import replace
 import hil_firmware
 import numpy as np
 import pytest
-from hil_firmware import EmulatedDevice, HostDevice
-from hil_line import TO_TARGET, Device, Passing, Relay, Seeded, relayed, undisturbed
+from hil_firmware import ON_TARGET, HostDevice
+from hil_line import Seeded
 from hil_runs import NEVER_MS, PATIENT, TIMEOUT_S, configuration, estimates, run, sample, wait_until
 
 from ehsid.harness.deploy.export import Seed
@@ -25,6 +25,9 @@ from ehsid.harness.deploy.hil import (
     decode,
     open_line,
 )
+from ehsid.harness.deploy.hil.devices import EmulatedDevice
+from ehsid.harness.deploy.hil.faults import TO_TARGET, Passing, undisturbed
+from ehsid.harness.deploy.hil.relay import Device, Relay, relayed
 
 SAMPLES = 40
 
@@ -45,7 +48,7 @@ def emulated() -> Device:
             "no firmware for the Cortex-M4F; build it: cmake --preset arm && "
             "cmake --build --preset arm"
         )
-    return EmulatedDevice()
+    return EmulatedDevice(ON_TARGET)
 
 
 @pytest.fixture(

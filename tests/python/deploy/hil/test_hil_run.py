@@ -10,14 +10,16 @@ import hil_firmware
 import numpy as np
 import pytest
 from hil_firmware import HostDevice
-from hil_line import TO_TARGET, Passing, Relay, Seeded, relayed, undisturbed
+from hil_line import Seeded
 from hil_runs import PATIENT, TIMEOUT_S
 from hil_target import FakeDevice, Target
 
 from ehsid.harness.deploy.hil import HilError, Identity, Kind, Line, Session, decode, open_line
 from ehsid.harness.deploy.hil.comparison import compare, rmse
+from ehsid.harness.deploy.hil.faults import TO_TARGET, Passing, undisturbed
 from ehsid.harness.deploy.hil.plan import Plan, position_plan
 from ehsid.harness.deploy.hil.recording import ESTIMATES, RECORD, Recording
+from ehsid.harness.deploy.hil.relay import Relay, relayed
 from ehsid.harness.deploy.hil.run import MOST_RESTARTS, RunResult, run_plan
 from ehsid.harness.excitation import random_steps
 from ehsid.harness.records import read_record

@@ -3,6 +3,7 @@
 
 import math
 import os
+import random
 import socket
 import struct
 import threading
@@ -11,9 +12,8 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 
-import hil_line
 import pytest
-from hil_line import FAULTS, TO_HOST, TO_TARGET, Passing, Relay, Seeded, relayed, undisturbed
+from hil_line import Seeded
 from hil_runs import PATIENT, TIMEOUT_S, configuration, estimates, run, sample, wait_until
 from hil_target import FakeDevice, Target
 from hypothesis import given, settings
@@ -31,6 +31,15 @@ from ehsid.harness.deploy.hil import (
 )
 from ehsid.harness.deploy.hil import session as session_module
 from ehsid.harness.deploy.hil.answers import Done
+from ehsid.harness.deploy.hil.faults import (
+    FAULTS,
+    TO_HOST,
+    TO_TARGET,
+    Passing,
+    fault,
+    undisturbed,
+)
+from ehsid.harness.deploy.hil.relay import Relay, relayed
 from ehsid.harness.deploy.hil.requests import Resume
 from ehsid.harness.identification import ArxOrders
 
@@ -96,12 +105,12 @@ def test_one_fault_after_the_other(
 ) -> None:
     """Every third frame of one direction, so that each kind of request and answer meets it."""
     session = bench.session()
-    rng = hil_line.random.Random(0)
+    rng = random.Random(0)
 
     def every_third(way: str, number: int, frame: bytes) -> Passing:
         if way != direction or number % 3 != 2:
             return undisturbed(way, number, frame)
-        return hil_line.fault(kind, frame, rng, 2 * TIMEOUT_S)
+        return fault(kind, frame, rng, 2 * TIMEOUT_S)
 
     bench.relay.disturb(every_third)
     assert estimates(run(session, SAMPLES)) == sound

@@ -9,11 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.cli.options import SignalName
 from ehsid.harness.excitation import fit_to_travel, named_signal
 from ehsid.harness.records.limits import SAMPLES
 from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import PositionController, command_limit, velocity_gain
+from ehsid.harness.simulation.controller import (
+    PositionController,
+    command_limit,
+    velocity_gain,
+)
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,7 @@ class SignalOptions:
     Attributes
     ----------
     signal
-        kind of signal.
+        kind of signal: multisine, prbs, steps, chirp or triangle.
     duration, dt
         length and sampling time, s.
     amplitude
@@ -32,7 +35,7 @@ class SignalOptions:
         seed of the random numbers.
     """
 
-    signal: SignalName
+    signal: str
     duration: float
     dt: float
     amplitude: float | None
