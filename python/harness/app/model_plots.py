@@ -18,7 +18,7 @@ from ehsid.harness.app.look import COLOURS, THEMES, dress
 from ehsid.harness.app.model_look import Bode, Correlation, Root
 from ehsid.harness.app.plots import legend_above
 
-HEIGHT = 300
+HEIGHT, CIRCLE, BESIDE = 300, 260, 95  # in pixels; beside the circle: axis and tools
 FARTHEST = 2.0  # from z = 0, that the plot of poles and zeros reaches
 MARGIN_DB, MARGIN_DEG = 6.0, 60.0  # a band is very wide where the data hardly determine the model
 
@@ -30,10 +30,10 @@ def poles_plot(poles: list[Root], zeros: list[Root], theme: str) -> figure:
     # A zero far away, which delays make, must not shrink the circle to a point.
     reach = min(max([1.25, *(1.15 * np.hypot(one.real, one.imag) for one in places)]), FARTHEST)
     plot = figure(
-        height=HEIGHT + 60,
-        sizing_mode="stretch_width",
-        match_aspect=True,
-        aspect_scale=1,
+        width=CIRCLE + BESIDE,
+        height=CIRCLE + BESIDE,
+        frame_width=CIRCLE,  # of one size both ways, so that the circle is round
+        frame_height=CIRCLE,
         x_range=Range1d(-reach, reach),
         y_range=Range1d(-reach, reach),
         tools="pan,box_zoom,reset,hover",

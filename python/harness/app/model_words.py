@@ -46,7 +46,7 @@ def figures(found: Identified) -> str:
         + table(["", "value", "1-sigma", "unit"], rows, (1, 2))
         + "<h2>Poles</h2>"
         + table(
-            ["pole z", "|z|", "1-sigma", "f in Hz", "damping"],
+            ["pole z", "|z|", "1-sigma", "f in Hz", "ξ"],
             [_pole(one) for one in found.poles if one.imag >= 0.0],
             (0, 1, 2, 3, 4),
         )

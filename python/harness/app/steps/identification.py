@@ -170,7 +170,7 @@ class Identification(StepView):
                 look.words(model_words.figures(found)),
                 pn.Column(
                     look.words("<h2>Poles and zeros</h2>"),
-                    _pane(poles_plot(found.poles, found.zeros, theme)),
+                    pn.pane.Bokeh(poles_plot(found.poles, found.zeros, theme), margin=0),
                     sizing_mode="stretch_width",
                 ),
             ),
