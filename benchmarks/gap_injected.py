@@ -65,6 +65,10 @@ def sizes_of(effect: str, record: Record, rig: Rig) -> list[dict[str, float]]:
         "load_force": [{"force_n": 0.04 * force_n}, {"force_n": -0.12 * force_n}],
         "gain": [{"factor": 1.05}, {"factor": 0.9}],
         "valve_dead_band": [{"overlap": 0.02}, {"overlap": 0.05}],
+        "valve_dead_band_sides": [
+            {"overlap_a": 0.02, "overlap_b": 0.05},
+            {"overlap_a": 0.06, "overlap_b": 0.01},
+        ],
         "valve_null_bias": [{"offset": 0.015}, {"offset": -0.04}],
         "valve_lag": [
             {"bandwidth_hz": 50.0, "damping": 0.8},
@@ -74,6 +78,10 @@ def sizes_of(effect: str, record: Record, rig: Rig) -> list[dict[str, float]]:
         "transport_delay": [{"delay_s": 0.003}, {"delay_s": 0.008}],
         "position_bias": [{"offset_m": 5.0 * size_m}, {"offset_m": -20.0 * size_m}],
         "sensor_backlash": [{"half_width_m": 0.5 * size_m}, {"half_width_m": 1.5 * size_m}],
+        "sensor_nonlinearity": [
+            {"amplitude_m": size_m, "period_m": 0.5 * travel_m},
+            {"amplitude_m": 4.0 * size_m, "period_m": travel_m},
+        ],
         "sensor_lag": [{"time_constant_s": 0.003}, {"time_constant_s": 0.008}],
         "position_delay": [{"delay_s": 0.004}, {"delay_s": 0.01}],
         "sensor_quantisation": [{"step_m": 0.25 * size_m}, {"step_m": size_m}],

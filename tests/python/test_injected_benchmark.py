@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+"""benchmarks/gap_injected.py: every effect that can be put in has sizes there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from ehsid.harness.records import read_record
+from ehsid.harness.rigs import read_rig
+from ehsid.harness.simulation.injection import injectable
+
+ROOT = Path(__file__).parents[2]
+EMPS = ROOT / "tests" / "python" / "data" / "emps"
+
+
+@pytest.mark.parametrize("plant", ["ehs", "axis"])
+def test_each_effect_has_sizes_within_its_limits(
+    plant: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
+    from gap_injected import sizes_of
+
+    record, rig = read_record(EMPS / "emps.csv"), read_rig(EMPS / "emps.rig.toml")
+    for effect, limits in injectable(plant).items():
+        for sizes in sizes_of(effect, record, rig):
+            assert sizes.keys() == limits.keys(), effect
+            for name, size in sizes.items():
+                assert limits[name][0] <= size <= limits[name][1], (effect, name)
