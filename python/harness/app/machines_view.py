@@ -64,8 +64,9 @@ class MachinesView(View):
         )
         self.layout.objects = [self._table, self._changes]
         self._ask(False)
-        self.refresh()
-        pn.state.add_periodic_callback(self.refresh, period=LOOK_MS)
+        look_again = self.told(self.refresh, keep=True)
+        look_again()
+        pn.state.add_periodic_callback(look_again, period=LOOK_MS)
 
     def _rename(self, event: Any) -> None:
         del event
