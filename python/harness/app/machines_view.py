@@ -120,7 +120,7 @@ def table_html(rows: list[MachineRow], theme: str) -> str:
     if not rows:
         return f"<p>There is no machine in this folder yet.</p>{new}"
     head = "".join(
-        f'<th{" class=n" if number else ""}><button class="sort" aria-label="{words}" '
+        f'<th{" class=n" if number else ""}><button class="sort" '
         f'onclick="ehsidSort(this)">{words}</button></th>'
         for words, number in COLUMNS
     )
