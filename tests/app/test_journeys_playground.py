@@ -73,6 +73,17 @@ def test_a_rig_file_that_is_damaged_is_told_and_the_page_stays(page: Any, served
     assert "Traceback" not in page.content()
 
 
+def test_a_lesson_that_is_damaged_is_told_and_the_rest_works(page: Any, served: Any) -> None:
+    folder = served.folder / "lesson"
+    folder.mkdir()
+    (folder / "lesson.json").write_text('{"seed": 7}')
+    (folder / "session.toml").write_text("records = 3")
+    page.goto(f"{served.root}/playground?theme=light")
+    page.get_by_role("alert").filter(has_text="not the file of a session").wait_for()
+    switch(page, "Load force")
+    page.get_by_text(re.compile("simulated in")).wait_for()
+
+
 def hide(page: Any) -> None:
     page.get_by_role("button", name="Hide an effect").click()
     page.get_by_role("button", name="Guess, and start the diagnosis").wait_for(timeout=120_000)

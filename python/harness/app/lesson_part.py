@@ -60,8 +60,9 @@ class LessonPart:
             self._outcome,
             sizing_mode="stretch_width",
         )
-        self.refresh()
-        pn.state.add_periodic_callback(view.told(self.refresh, keep=True), period=LOOK_MS)
+        look_again = view.told(self.refresh, keep=True)
+        look_again()
+        pn.state.add_periodic_callback(look_again, period=LOOK_MS)
 
     def _begin(self, event: Any) -> None:
         del event

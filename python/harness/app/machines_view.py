@@ -64,8 +64,9 @@ class MachinesView(View):
         )
         self.layout.objects = [self._table, self._changes]
         self._ask(False)
-        self.refresh()
-        pn.state.add_periodic_callback(self.refresh, period=LOOK_MS)
+        look_again = self.told(self.refresh, keep=True)
+        look_again()
+        pn.state.add_periodic_callback(look_again, period=LOOK_MS)
 
     def _rename(self, event: Any) -> None:
         del event
@@ -119,7 +120,7 @@ def table_html(rows: list[MachineRow], theme: str) -> str:
     if not rows:
         return f"<p>There is no machine in this folder yet.</p>{new}"
     head = "".join(
-        f'<th{" class=n" if number else ""}><button class="sort" aria-label="{words}" '
+        f'<th{" class=n" if number else ""}><button class="sort" '
         f'onclick="ehsidSort(this)">{words}</button></th>'
         for words, number in COLUMNS
     )
