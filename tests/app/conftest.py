@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -27,12 +27,26 @@ def browser() -> Iterator[Any]:
         made.close()
 
 
+@pytest.fixture(scope="session")
+def workbenches(browser: Any) -> Iterator[list[Served]]:
+    """The programs that were started, the last one at work; a start takes seconds."""
+    started: list[Served] = []
+    yield started
+    for made in started:
+        made.stop()
+
+
 @pytest.fixture
-def served(tmp_path: Path, browser: Any) -> Iterator[Served]:
-    made = Served(tmp_path / "machines")
+def served(workbenches: list[Served], tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """A workbench without machines; a journey may stop it."""
+    if not workbenches or workbenches[-1].process.poll() is not None:
+        workbenches.append(Served(tmp_path_factory.mktemp("workbench") / "machines"))
+    made = workbenches[-1]
+    before = len(made.log.read_text())
     yield made
-    made.stop()
-    assert "Traceback" not in made.log.read_text()
+    shutil.rmtree(made.folder)
+    made.folder.mkdir()
+    assert "Traceback" not in made.log.read_text()[before:]
 
 
 @pytest.fixture

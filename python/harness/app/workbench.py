@@ -63,12 +63,27 @@ class Workbench:
         """
         with self._lock:
             name = safe_name(name)
+            if name in self._sessions and not self._sessions[name].folder.is_dir():
+                self._forget(name)
             if name not in self._sessions:
                 session = Session(self.folder / name)
                 if not (session.folder / SETTINGS).exists():
                     session.save()
                 self._sessions[name] = session
             return self._sessions[name]
+
+    def _forget(self, name: str) -> None:
+        """Ends the work for a session whose folder someone has removed."""
+        session = self._sessions.pop(name)
+        self._unread = [one for one in self._unread if one[0] is not session]
+        for key, job in list(self._jobs.items()):
+            if key[0] == name:
+                del self._jobs[key]
+                if job.running:
+                    job.cancel()
+        if self._read_now is not None and self._read_now[0] == name:
+            self._read_now = None
+        self._read_next()
 
     def latest(self) -> Session:
         """Returns the session that was changed last, or a new one."""
@@ -93,9 +108,10 @@ class Workbench:
 
     def is_reading(self, session: Session) -> bool:
         """Whether logs of the session are being read, or wait for it."""
-        job = self.job(session, "read")
-        waiting = any(one is session for one, _ in self._unread)
-        return waiting or (job is not None and job.running)
+        with self._lock:  # between two logs none waits and none is read, for a moment
+            job = self.job(session, "read")
+            waiting = any(one is session for one, _ in self._unread)
+            return waiting or (job is not None and job.running)
 
     def _read_next(self) -> None:
         with self._lock:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -40,6 +41,22 @@ def test_the_first_session_is_begun_and_then_opened_again(workbench: Workbench) 
     os.utime(first.folder / "session.toml", (2e9, 2e9))
     assert workbench.latest() is first
     assert set(workbench.names()) == {"machine", "a", "machine_2"}
+
+
+def test_a_machine_whose_folder_was_removed_begins_anew(workbench: Workbench) -> None:
+    session = workbench.latest()
+    log = german_log(session.folder.parent / "run.csv", 0.5)
+    workbench.read(session, session.add(log))
+    job = workbench.job(session, "read")
+    shutil.rmtree(session.folder)
+    again = workbench.latest()
+    assert again is not session
+    assert again.settings.records == []
+    assert job is not None
+    assert not job.running
+    assert workbench.job(again, "read") is None
+    workbench.read(again, again.add(log))  # the end of the other job does not stand in the way
+    until(lambda: reading_of(again, entry_of(again)) is not None)
 
 
 def test_a_name_cannot_lead_out_of_the_folder(workbench: Workbench) -> None:
