@@ -10,6 +10,12 @@ from typing import Any
 import pytest
 from served_workbench import Served, found_browser
 
+# As root in a container, and without the browser's own requests to its maker.
+OPTIONS = [
+    "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
@@ -21,8 +27,7 @@ def browser() -> Iterator[Any]:
     if path is None:
         pytest.skip("there is no Chromium: apt-get install chromium")
     with playwright.sync_playwright() as running:
-        options = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
-        made = running.chromium.launch(executable_path=path, args=options)
+        made = running.chromium.launch(executable_path=path, args=OPTIONS)
         yield made
         made.close()
 

@@ -58,7 +58,7 @@ def test_the_rig_that_was_found_becomes_that_of_the_machine(page: Any, session: 
     page.get_by_role("heading", name="Rig", level=1).wait_for()
     assert session.rig_file.read_bytes() == found
     assert (session.folder / "rig.before.toml").read_bytes() == BENCH.read_bytes()
-    assert page.get_by_role("button", name="6 Next").is_disabled()
+    assert page.get_by_role("button", name="7 Next").is_disabled()
 
 
 def test_a_new_machine_begins_with_the_rig_that_was_found(page: Any, session: Session) -> None:
@@ -110,5 +110,5 @@ def test_next_stays_closed_without_a_diagnosis(page: Any, served: Any) -> None:
     (made.folder / "gap" / "diagnosis.json").unlink()
     page.goto(f"{served.root}/?session=press&step=next&theme=light")
     page.get_by_role("heading", name="Gap", level=1).wait_for()
-    assert page.get_by_role("button", name="6 Next").is_disabled()
+    assert page.get_by_role("button", name="7 Next").is_disabled()
     see(page, "Next opens when this step holds: it was not run yet.")

@@ -199,6 +199,7 @@ class Session:
         self._lock = threading.RLock()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
+            self._seen = self._stamp()
             self.settings = self._read()
         except OSError as error:
             raise SessionError(
@@ -224,6 +225,18 @@ class Session:
                     "correct the file, or move it away to begin anew"
                 )
         return settings
+
+    def _stamp(self) -> tuple[int, str] | None:
+        """What tells one folder and its session.toml from others; None without them."""
+        try:
+            return self.folder.stat().st_ino, _digest((self.folder / SETTINGS).read_bytes())
+        except OSError:
+            return None
+
+    @property
+    def is_current(self) -> bool:
+        """Whether session.toml is as it was read or written here; else someone has exchanged it."""
+        return self._seen == self._stamp()
 
     @property
     def name(self) -> str:
@@ -253,6 +266,7 @@ class Session:
                 if record["dt_s"] is None:
                     del record["dt_s"]
             write_text(self.folder / SETTINGS, tomli_w.dumps(plain))
+            self._seen = self._stamp()
         self.changed()
 
     def log_of(self, entry: Entry) -> Path:

@@ -63,7 +63,7 @@ class Workbench:
         """
         with self._lock:
             name = safe_name(name)
-            if name in self._sessions and not self._sessions[name].folder.is_dir():
+            if name in self._sessions and not self._sessions[name].is_current:
                 self._forget(name)
             if name not in self._sessions:
                 session = Session(self.folder / name)
@@ -73,7 +73,7 @@ class Workbench:
             return self._sessions[name]
 
     def _forget(self, name: str) -> None:
-        """Ends the work for a session whose folder someone has removed."""
+        """Ends the work for a session that someone has removed, edited or exchanged."""
         session = self._sessions.pop(name)
         self._unread = [one for one in self._unread if one[0] is not session]
         for key, job in list(self._jobs.items()):

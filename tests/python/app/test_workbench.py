@@ -59,6 +59,15 @@ def test_a_machine_whose_folder_was_removed_begins_anew(workbench: Workbench) ->
     until(lambda: reading_of(again, entry_of(again)) is not None)
 
 
+def test_a_session_that_was_edited_is_read_again(workbench: Workbench) -> None:
+    session = workbench.latest()
+    file = session.folder / "session.toml"
+    assert workbench.latest() is session
+    file.write_text(file.read_text().replace('plant = "ehs"', 'plant = "axis"'))
+    assert session.settings.rig.plant == "ehs"
+    assert workbench.latest().settings.rig.plant == "axis"
+
+
 def test_a_name_cannot_lead_out_of_the_folder(workbench: Workbench) -> None:
     assert workbench.opened("../../x").folder.parent == workbench.folder
 
