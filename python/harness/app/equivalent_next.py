@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+from ehsid.harness.app.model_choice import recursion_of
+from ehsid.harness.app.model_equivalent import export_options
 from ehsid.harness.app.session import Session
+from ehsid.harness.catalogue.channels import COMMAND, POSITION
 
 HEADERS = {False: "firmware/servo_configuration.hpp", True: "firmware/servo_configuration.h"}
 
@@ -17,7 +20,8 @@ def next_commands(session: Session) -> list[list[str]]:
     name = [] if wish.name == "servo" else ["--name", wish.name]
     c = ["--c"] if wish.c else []
     out = ["--out", HEADERS[wish.c]]
-    return [["ehsid", "export", record, "--identify", *name, *c, *out]]
+    how = export_options(session) if wish.like_model else ["--identify"]
+    return [["ehsid", "export", record, *how, *name, *c, *out]]
 
 
 def next_python(session: Session) -> list[str]:
@@ -25,16 +29,24 @@ def next_python(session: Session) -> list[str]:
     wish = session.settings.firmware
     if not wish.record:
         return ["# Choose a record to make the header of."]
+    names, orders, forgetting = (COMMAND, POSITION), "chosen_orders(data)", "ehsid.FRatio()"
+    imported = ["from ehsid.harness.identification import IoData"]
+    if wish.like_model:
+        choice, recursion = session.settings.model, recursion_of(session.settings.model)
+        names = (choice.input_name, choice.output_name)
+        orders = f"ArxOrders({choice.na}, {choice.nb}, {choice.nk})"
+        forgetting = f"ehsid.{recursion.forgetting!r}, reset={choice.reset}"
+        imported = ["from ehsid.harness.identification import ArxOrders, IoData"]
     return [
         "from pathlib import Path",
         "import ehsid",
         "from ehsid.harness.deploy.export import chosen_orders, header_of_record",
-        "from ehsid.harness.identification import IoData",
+        *imported,
         "from ehsid.harness.records import read_record",
         "",
         f"path = Path({f'records/{wish.record}.parquet'!r})",
-        "data = IoData.from_record(read_record(path), 'command_v', 'position_m')",
-        "header = header_of_record(path, data, chosen_orders(data), forgetting=ehsid.FRatio(), "
+        f"data = IoData.from_record(read_record(path), {names[0]!r}, {names[1]!r})",
+        f"header = header_of_record(path, data, {orders}, forgetting={forgetting}, "
         f"name={wish.name!r}, c={wish.c})",
         f"Path({HEADERS[wish.c]!r}).write_text(header.text, encoding='utf-8')",
     ]

@@ -14,22 +14,29 @@ def model_commands(session: Session) -> list[list[str]]:
     choice, entry = session.settings.model, session.modelled()
     if entry is None:
         return []
-    common = [f"records/{entry.id}.parquet", "--input", choice.input_name]
-    common += ["--output", choice.output_name]
+    record = f"records/{entry.id}.parquet"
+    columns = ["--input", choice.input_name, "--output", choice.output_name]
+    tried = ["--orders", choice.orders, "--delays", choice.delays]
+    estimator = [*export_options(session), "--method", choice.method]
+    return [
+        ["ehsid", "identify", record, *columns, *tried, "--out", "model"],
+        ["ehsid", "estimate", record, *estimator, "--out", "model"],
+    ]
+
+
+def export_options(session: Session) -> list[str]:
+    """Returns columns, orders, forgetting and reset as options of `estimate` and `export`."""
+    choice = session.settings.model
     members = {one.name: one.member for one in POLICIES[choice.policy].settings}
     settings = [
         word
         for name, value in choice.settings.items()
         for word in ("--setting", f"{members[name]}={value:.12g}")
     ]
-    estimator = ["--na", f"{choice.na}", "--nb", f"{choice.nb}", "--nk", f"{choice.nk}"]
-    estimator += ["--forgetting", choice.policy, *settings, "--method", choice.method]
-    estimator += [] if choice.reset else ["--no-reset"]
-    tried = ["--orders", choice.orders, "--delays", choice.delays]
-    return [
-        ["ehsid", "identify", *common, *tried, "--out", "model"],
-        ["ehsid", "estimate", *common, *estimator, "--out", "model"],
-    ]
+    orders = ["--na", f"{choice.na}", "--nb", f"{choice.nb}", "--nk", f"{choice.nk}"]
+    columns = ["--input", choice.input_name, "--output", choice.output_name]
+    reset = [] if choice.reset else ["--no-reset"]
+    return [*columns, *orders, "--forgetting", choice.policy, *settings, *reset]
 
 
 def model_python(session: Session) -> list[str]:

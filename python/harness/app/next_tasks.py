@@ -46,25 +46,33 @@ class HeaderMade(msgspec.Struct, frozen=True):
 
 
 def header_task(folder: Path, *, report: Callable[[float], None]) -> None:
-    """Makes a firmware header, as `ehsid export --identify`."""
+    """Makes a firmware header, as `ehsid export`."""
     import ehsid
+    from ehsid.harness.app.model_choice import recursion_of
     from ehsid.harness.deploy.export import FILE_NAMES, chosen_orders, header_of_record
     from ehsid.harness.identification import IoData
 
     session = Session(folder)
-    wish = session.settings.firmware
+    wish, choice = session.settings.firmware, session.settings.model
+    names = (choice.input_name, choice.output_name) if wish.like_model else (COMMAND, POSITION)
     entry = session.entry(wish.record)
     if entry is None:
         raise SessionError(f"{wish.record}: there is no such record in this session; choose one")
     path, file = session.record_of(entry), FILE_NAMES[wish.c]
     (folder / FIRMWARE).mkdir(exist_ok=True)
     with result_files(folder / FIRMWARE / file, "export", inputs=[path]) as new:
-        data = IoData.from_record(read_record(path, columns=[COMMAND, POSITION]), COMMAND, POSITION)
+        data = IoData.from_record(read_record(path, columns=[*names]), *names)
         report(0.1)
-        orders = chosen_orders(data)
+        forgetting: ehsid.Forgetting = ehsid.FRatio()
+        reset = True
+        if wish.like_model:
+            recursion = recursion_of(choice)
+            orders, forgetting, reset = recursion.orders, recursion.forgetting, recursion.reset
+        else:
+            orders = chosen_orders(data)
         report(0.8)
         header = header_of_record(
-            path, data, orders, forgetting=ehsid.FRatio(), name=wish.name, c=wish.c
+            path, data, orders, forgetting=forgetting, reset=reset, name=wish.name, c=wish.c
         )
         write_text(new / file, header.text)
     made = HeaderMade(entry.id, entry.told(), file, header.summary)

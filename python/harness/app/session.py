@@ -149,11 +149,15 @@ class Firmware(msgspec.Struct):
         namespace in C++, prefix in C.
     c
         whether it is C instead of C++.
+    like_model
+        whether columns, orders and forgetting are those of the step Model; else orders are
+        identified, and the policy is f-ratio.
     """
 
     record: str = ""
     name: str = "servo"
     c: bool = False
+    like_model: bool = False
 
 
 class Settings(msgspec.Struct):

@@ -14,9 +14,9 @@ from ehsid.harness.app.steps.step import StepView, progress
 
 WHY = (
     "<h2>Header for the firmware</h2><p>It starts the recursive estimator of the firmware from a "
-    "model of one record: offline identification chooses the orders na, nb and nk, and the "
-    "forgetting policy f-ratio keeps what the start knows. The C++ header brings a self-test "
-    "that the target can run.</p>"
+    "model of one record. Without a tick, offline identification chooses the orders na, nb and "
+    "nk, and the forgetting policy f-ratio keeps what the start knows. The C++ header brings a "
+    "self-test that the target can run.</p>"
 )
 LANGUAGES = {"C++17": False, "C99": True}
 
@@ -40,7 +40,13 @@ class HeaderPart:
         self._name = pn.widgets.TextInput(
             name="namespace in C++, prefix in C", value=wish.name, **look_of
         )
-        for field in (self._record, self._language, self._name):
+        choice = self._session.settings.model
+        self._like_model = look.tick(
+            f"orders and forgetting of the step Model: na {choice.na}, nb {choice.nb}, "
+            f"nk {choice.nk}, {choice.policy}",
+            wish.like_model,
+        )
+        for field in (self._record, self._language, self._name, self._like_model):
             field.param.watch(self._page.told(self._choose), "value")
         self._make = step.button("Make the header")
         self._make.on_click(self._page.told(self._start))
@@ -49,6 +55,7 @@ class HeaderPart:
         self.layout = pn.Column(
             look.words(WHY),
             fields,
+            self._like_model,
             pn.Row(self._make),
             self._status,
             self._result,
@@ -59,7 +66,7 @@ class HeaderPart:
         del event
         wish = self._session.settings.firmware
         wish.record, wish.c = self._record.value or "", self._language.value
-        wish.name = self._name.value.strip()
+        wish.name, wish.like_model = self._name.value.strip(), bool(self._like_model.value)
         self._session.save()
 
     def _start(self, event: Any) -> None:
