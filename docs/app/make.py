@@ -41,8 +41,26 @@ def shoot(page: Any, step: str, *, whole: bool = False) -> None:
         page.wait_for_timeout(1500)
         path = OUT / f"{name}{step.lower()}.png"
         page.screenshot(path=path, full_page=whole and not name)
-        Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
+        lighten(path)
     page.set_viewport_size({"width": 1400, "height": 1000})
+
+
+def lighten(path: Path) -> None:
+    """Keeps the colours that a picture needs."""
+    Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
+
+
+def film() -> None:
+    """Makes one moving picture of the steps."""
+    names = ("load", "map", "rig", "check", "model", "recursive", "so_far", "gap", "next")
+    frames = [
+        Image.open(OUT / f"{name}.png").convert("RGB").crop((0, 0, 1400, 1000)).resize((910, 650))
+        for name in names
+    ]
+    palette = [frame.quantize(64) for frame in frames]
+    palette[0].save(
+        OUT / "steps.gif", save_all=True, append_images=palette[1:], duration=2500, loop=0
+    )
 
 
 def walk(page: Any, logs: list[Path]) -> None:
@@ -61,9 +79,13 @@ def walk(page: Any, logs: list[Path]) -> None:
             page.get_by_text("Orders tried").wait_for()
         if step == "Gap":
             page.get_by_role("button", name="Start the diagnosis").click()
+            page.locator("b", has_text="fitting the best effects at length").wait_for()
+            page.screenshot(path=OUT / "so_far.png")
+            lighten(OUT / "so_far.png")
             page.get_by_text("report, to be sent").wait_for()
+        onward = "Next: use what was found" if following == "Next" else f"Next: {following}"
         if following:
-            page.get_by_role("button", name=f"Next: {following}", exact=True).wait_for()
+            page.get_by_role("button", name=onward, exact=True).wait_for()
         else:
             page.get_by_role("button", name="Make the header").click()
             page.get_by_label("Preview of the header").wait_for()
@@ -71,7 +93,7 @@ def walk(page: Any, logs: list[Path]) -> None:
         if step == "Model":  # its second part is below the first one
             shoot(page, "Recursive")
         if following:
-            page.get_by_role("button", name=f"Next: {following}", exact=True).click()
+            page.get_by_role("button", name=onward, exact=True).click()
 
 
 def views(page: Any, folder: Path) -> None:
@@ -127,6 +149,7 @@ def main() -> None:
         page.set_default_timeout(600_000)
         page.goto(served.address)
         walk(page, logs)
+        film()
         views(page, Path(top) / "machines")
         live(page, served.root)
         browser.close()

@@ -39,6 +39,9 @@ NEW = "+ new machine"
 NOTE = "ehsidNote({step: source.tags[0]})"
 FOLD = "The command and the Python that do the same"
 
+# Buttons to steps whose title says too little there.
+ONWARD = {"next": "Next: use what was found"}
+
 P = ParamSpec("P")
 
 
@@ -205,7 +208,8 @@ class Page:
         ways = []
         self._not_yet.object = ""
         if following and found[following[0].key].open:
-            ways.append((following[0], f"Next: {following[0].title}"))
+            step = following[0]
+            ways.append((step, ONWARD.get(step.key, f"Next: {step.title}")))
             if following[0].optional:
                 without = f"Next: {following[1].title}, without {following[0].title}"
                 ways.append((following[1], without))
