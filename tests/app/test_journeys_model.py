@@ -8,13 +8,12 @@ import re
 import shutil
 import signal
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from app_sessions import BENCH, german_log, read_session
-from served_workbench import Served
+from served_workbench import Served, children
 
 from ehsid.harness.app.session import Session
 from ehsid.harness.app.tasks import check_task
@@ -191,25 +190,10 @@ def test_an_identification_is_cancelled(page: Any, machine: Session) -> None:
 
 def test_a_lost_worker_is_told_in_words(page: Any, served: Served) -> None:
     long_search(page)
-    for pid in workers(served.process.pid):
+    for pid in children(served.process.pid):
         os.kill(pid, signal.SIGKILL)
     see(page, "the process that did the work has ended")
     assert page.get_by_role("button", name="Identify").is_enabled()
-
-
-def workers(parent: int) -> list[int]:
-    """Return the worker processes of a process, without the one that tracks resources."""
-    found = []
-    for path in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = path.read_text().rpartition(")")[2].split()
-            command = path.with_name("cmdline").read_text()
-        except OSError:
-            continue
-        if int(fields[1]) == parent and "spawn_main" in command:
-            found.append(int(path.parent.name))
-    assert found
-    return found
 
 
 def replaced(machine: Session, samples: int) -> None:

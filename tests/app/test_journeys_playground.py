@@ -6,12 +6,12 @@ from __future__ import annotations
 import os
 import re
 import signal
-from pathlib import Path
 from typing import Any
 
 import pytest
 from app_diagnosed import diagnosed_session
 from app_sessions import BENCH
+from served_workbench import children
 
 from ehsid.harness.app.lesson import candidates, truth
 from ehsid.harness.rigs import read_rig
@@ -122,25 +122,10 @@ def test_guess_diagnosis_and_truth_are_shown_after_a_reload(page: Any, served: A
 def test_a_worker_that_is_lost_while_it_hides_is_told(playground: Any, served: Any) -> None:
     playground.get_by_role("button", name="Hide an effect").click()
     playground.get_by_text("hiding an effect:").wait_for()
-    for pid in workers(served.process.pid):
+    for pid in children(served.process.pid):
         os.kill(pid, signal.SIGKILL)
     playground.get_by_text("the process that did the work has ended").wait_for()
     assert playground.get_by_role("button", name="Hide an effect").is_enabled()
-
-
-def workers(parent: int) -> list[int]:
-    """Return the worker processes of a process."""
-    found = []
-    for path in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = path.read_text().rpartition(")")[2].split()
-            command = path.with_name("cmdline").read_text()
-        except OSError:
-            continue
-        if int(fields[1]) == parent and "spawn_main" in command:
-            found.append(int(path.parent.name))
-    assert found
-    return found
 
 
 @pytest.mark.parametrize("width", [390, 1400])

@@ -50,7 +50,8 @@ def template(name: str, theme: str) -> pn.Template:
         + " }"
         for key, colours in THEMES.items()
     )
-    html = (STYLE / f"{name}.html").read_text(encoding="utf-8").replace("THEME_RULES", rules)
+    parts = [(STYLE / f"{part}.html").read_text(encoding="utf-8") for part in ("head", name)]
+    html = "".join(parts).replace("THEME_RULES", rules)
     for place, script in (("THEME_SCRIPT", "theme"), ("VIEW_SCRIPT", "sort")):
         html = html.replace(place, (STYLE / f"{script}.js").read_text(encoding="utf-8"))
     made = pn.Template(html)
