@@ -7,6 +7,7 @@ import math
 import re
 from types import MappingProxyType
 
+from ehsid.harness.catalogue.effect_names import effect_name
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.gap.schema import Estimate, StandingKind, Verdict
@@ -103,8 +104,7 @@ def plain_name(identifier: str) -> str:
     """Returns an effect id or the name of a value in words."""
     if identifier in EDGES:
         return EDGES[identifier]
-    words = re.sub(r" [ab]\b", lambda side: side[0].upper(), identifier.replace("_", " "))
-    return words.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
+    return re.sub(r" [ab]\b", lambda side: side[0].upper(), effect_name(identifier))
 
 
 def effect_set(effects: tuple[str, ...]) -> str:

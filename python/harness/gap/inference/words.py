@@ -5,18 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-# Ids that do not read as words.
-WORDS = {
-    "coulomb_friction_sides": "Coulomb friction by direction",
-    "makeup_check": "make-up valve",
-    "valve_dead_band_sides": "unequal valve dead band",
-}
+from ehsid.harness.catalogue.effect_names import effect_name
 
 
 def in_words(effects: Sequence[str]) -> str:
     """Returns the ids of effects as a list in words."""
-    words = [WORDS.get(effect, effect.replace("_", " ")) for effect in effects]
-    words = [word.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck") for word in words]
+    words = [effect_name(effect) for effect in effects]
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
 
 

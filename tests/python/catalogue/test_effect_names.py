@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: MIT
+"""Effects have one name, in sentences and on pages, which reads as words."""
+
+from __future__ import annotations
+
+import pytest
+
+from ehsid.harness.catalogue.effect_names import effect_name
+from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.gap import in_words
+from ehsid.harness.report.gap_words import plain_name
+
+
+@pytest.mark.parametrize("effect", effects())
+def test_sentences_and_pages_say_the_same(effect: str) -> None:
+    assert in_words([effect]) == plain_name(effect) == effect_name(effect)
+    assert "_" not in effect_name(effect)
+
+
+def test_ids_that_do_not_read_as_words_have_names_of_their_own() -> None:
+    assert effect_name("coulomb_friction_sides") == "Coulomb friction by direction"
+    assert effect_name("stribeck_friction") == "Stribeck friction"
+    assert in_words(["makeup_check", "load_force"]) == "make-up valve and load force"
