@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ehsid.harness.records.in_memory import digest
 from ehsid.harness.records.record import Record
 
 
@@ -22,11 +23,11 @@ def told_apart(records: Sequence[Record]) -> list[Record]:
     """
     seen: dict[str, Record] = {}
     for record in records:
-        assert record.sha256 is not None
-        first = seen.setdefault(record.sha256, record)
+        # A record that was made in memory, such as a simulated one, has no digest of a file.
+        first = seen.setdefault(record.sha256 or digest(record.columns.items()), record)
         if first is not record:
             raise ValueError(
-                f"{record.source}: the same data as {first.source}; give each record once, and "
+                f"{_place(record)}: the same data as {_place(first)}; give each record once, and "
                 "hold out none that is fitted"
             )
     stems = [record.name for record in records]
@@ -40,7 +41,12 @@ def told_apart(records: Sequence[Record]) -> list[Record]:
     twice = [record for record in named if names.count(record.name) > 1]
     if twice:
         raise ValueError(
-            f"{twice[0].source} and {twice[1].source}: both are called "
+            f"{_place(twice[0])} and {_place(twice[1])}: both are called "
             f"'{twice[0].name}'; rename one"
         )
     return named
+
+
+def _place(record: Record) -> Path | str:
+    """Returns the file of a record, or its name where it has none."""
+    return record.source or record.name
