@@ -15,7 +15,7 @@ from ehsid.harness import estimation
 from ehsid.harness.api.frames import Tabular, time_column
 from ehsid.harness.api.read import Source
 from ehsid.harness.api.shown import Shown
-from ehsid.harness.api.signals import Arrays, Signals, signals_of
+from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
 from ehsid.harness.api.wording import in_python
 from ehsid.harness.catalogue.policies import POLICIES
 from ehsid.harness.estimation import EstimationResult, structure
@@ -173,15 +173,17 @@ def estimate(
     """
     with in_python():
         signals = signals_of(record, input, output)
-        result = estimation.estimate(
-            signals.data,
-            structure(na, nb, nk, method),
-            forgetting=_policy(forgetting),
-            reset=reset,
-            guards=guards,
-            start_variance=start_variance,
-            method=method,
-        )
+        policy = _policy(forgetting)
+        with about(signals):
+            result = estimation.estimate(
+                signals.data,
+                structure(na, nb, nk, method),
+                forgetting=policy,
+                reset=reset,
+                guards=guards,
+                start_variance=start_variance,
+                method=method,
+            )
     return Estimation(result, signals)
 
 

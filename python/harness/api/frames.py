@@ -39,7 +39,7 @@ def columns_of(source: Columns) -> dict[str, npt.ArrayLike]:
     """
     if isinstance(source, Mapping):
         return dict(source)
-    if not hasattr(source, "columns") or hasattr(source, "collect"):
+    if hasattr(source, "collect") or not hasattr(source, "columns"):
         raise ValueError(
             f"a {type(source).__name__} is no record: expected a path, a mapping of arrays by "
             "column name, or a DataFrame of polars or pandas (of a LazyFrame, collect() it first)"

@@ -14,7 +14,7 @@ from ehsid.harness import identification
 from ehsid.harness.api.frames import Tabular, time_column
 from ehsid.harness.api.read import Source
 from ehsid.harness.api.shown import Shown
-from ehsid.harness.api.signals import Arrays, Signals, signals_of
+from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
 from ehsid.harness.api.wording import in_python
 from ehsid.harness.files import result_folder
 from ehsid.harness.identification import IdentificationResult
@@ -148,5 +148,6 @@ def identify(
     """
     with in_python():
         signals = signals_of(record, input, output)
-        result = identification.identify(signals.data, orders=orders, delays=delays)
+        with about(signals):
+            result = identification.identify(signals.data, orders=orders, delays=delays)
     return Identification(result, signals)

@@ -27,8 +27,9 @@ class Shown(ABC):
         """Returns the tables; a notebook shows the first one."""
 
     def __repr__(self) -> str:
-        # A name may have a line end; this is one line whatever it has.
-        line = printable(self._line()).replace("\n", "\\n")
+        # A name may have a line end; this is one line whatever it has. The spaces between numbers
+        # and units, which keep them together on a page, are plain ones here.
+        line = printable(self._line()).replace("\n", "\\n").replace("\N{NO-BREAK SPACE}", " ")
         return f"<ehsid.{type(self).__name__}: {line}>"
 
     def _repr_html_(self) -> str:

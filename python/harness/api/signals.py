@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -90,3 +92,12 @@ def signals_of(source: Source | Arrays, input: str, output: str) -> Signals:
         record = record_of(source)
     data = IoData.from_record(record, input, output)
     return Signals(data, record.name, record.origin, record.source)
+
+
+@contextmanager
+def about(signals: Signals) -> Iterator[None]:
+    """Puts the file or the name of the record in front of the message of a ValueError."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{signals.source or signals.name}: {error}") from error

@@ -24,12 +24,13 @@ def told_apart(records: Sequence[Record]) -> list[Record]:
     seen: dict[str, Record] = {}
     for record in records:
         # A record that was made in memory, such as a simulated one, has no digest of a file.
-        first = seen.setdefault(record.sha256 or digest(record.columns.items()), record)
-        if first is not record:
+        key = record.sha256 or digest(record.columns.items())
+        if key in seen:
             raise ValueError(
-                f"{_place(record)}: the same data as {_place(first)}; give each record once, and "
-                "hold out none that is fitted"
+                f"{_place(record)}: the same data as {_place(seen[key])}; give each record once, "
+                "and hold out none that is fitted"
             )
+        seen[key] = record
     stems = [record.name for record in records]
     named = [
         replace(record, name=f"{Path(record.source).resolve().parent.name}_{record.name}")

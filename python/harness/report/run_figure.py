@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from matplotlib.figure import Figure
 
 from ehsid.harness.catalogue.channels import shown_channel
@@ -29,7 +31,11 @@ def run_figure(run: HeldOutRun) -> Figure:
         upper.plot(curves["time"], curves["measured"], color=INK, linewidth=3.0, alpha=0.35)
         upper.lines[0].set_label("measured")
         for kind, label in SIMULATIONS.items():
-            line = {"color": COLOURS[kind], "linestyle": STYLES[kind], "linewidth": 1.2}
+            line: dict[str, Any] = {
+                "color": COLOURS[kind],
+                "linestyle": STYLES[kind],
+                "linewidth": 1.2,
+            }
             upper.plot(curves["time"], curves[kind], label=label, **line)
             lower.plot(curves["time"], curves[f"{kind}_error"], **line)
         upper.set_ylabel(f"{words} in {unit}")

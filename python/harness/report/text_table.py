@@ -38,12 +38,12 @@ class TextTable:
 
     def text(self) -> str:
         """Returns the table as plain text."""
-        lines = [self.headings, *self.rows]
+        lines = [tuple(map(_on_a_line, row)) for row in (self.headings, *self.rows)]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         shown = ["  ".join(map(self._aligned, range(len(line)), line, widths)) for line in lines]
         rule = "  ".join("-" * width for width in widths)
-        parts = [self.title, shown[0], rule, *shown[1:], self.caption]
-        return printable("\n".join(part.rstrip() for part in parts if part))
+        parts = [_on_a_line(self.title), shown[0], rule, *shown[1:], _on_a_line(self.caption)]
+        return "\n".join(part.rstrip() for part in parts if part)
 
     def _aligned(self, column: int, text: str, width: int) -> str:
         left = column == 0 or self.justify == "left"
@@ -65,6 +65,10 @@ class TextTable:
             for side, text in zip(sides, texts, strict=True)
         )
         return f"<tr>{cells}</tr>"
+
+
+def _on_a_line(text: str) -> str:
+    return printable(text).replace("\n", " ")
 
 
 def _safe(text: str) -> str:
