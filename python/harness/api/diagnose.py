@@ -24,7 +24,7 @@ from ehsid.harness.parallel import workers as using
 from ehsid.harness.records import read_record
 from ehsid.harness.records.telling_apart import told_apart
 from ehsid.harness.report.gap_brief import brief_tables
-from ehsid.harness.report.gap_words import VERDICTS, percent
+from ehsid.harness.report.gap_words import VERDICTS, percent, plain_name
 from ehsid.harness.report.text_table import TextTable
 from ehsid.harness.rigs.checks import unknown
 
@@ -138,7 +138,9 @@ class Diagnosis(Shown):
         lines = [found.sentence, *(f"- {reason}" for reason in found.reasons)]
         if found.next_experiment is not None:
             lines.append(f"Next experiment: {found.next_experiment.description}.")
-        lines += [f"Could not be judged: {one.id}: {one.why}" for one in found.cannot_judge]
+        lines += [
+            f"Could not be judged: {plain_name(one.id)}: {one.why}" for one in found.cannot_judge
+        ]
         for remark in found.remarks:
             about = f"{remark.record}: " if remark.record else ""
             lines.append(f"{'serious' if remark.serious else 'note'}: {about}{remark.what}")

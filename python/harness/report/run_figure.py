@@ -39,7 +39,8 @@ def run_figure(run: HeldOutRun) -> Figure:
             upper.plot(curves["time"], curves[kind], label=label, **line)
             lower.plot(curves["time"], curves[f"{kind}_error"], **line)
         upper.set_ylabel(f"{words} in {unit}")
-        lower.set_ylabel(f"simulated minus\nmeasured in {unit}")
+        lower.set_ylabel(f"error in\n{unit}")
     panels[0].legend(ncols=4, loc="upper right")
-    panels[0].set_title(printable(run.record), parse_math=False)
+    title = f"{printable(run.record)}; error: simulated minus measured"
+    panels[0].set_title(title, parse_math=False)
     return figure

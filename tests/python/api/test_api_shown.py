@@ -130,7 +130,7 @@ def test_figures_have_labels_and_units(kind: str) -> None:
         "Identification": "oil_pressure",
         "Estimation": "parameters, 95 % band",
         "Simulation": "position in mm",
-        "Diagnosis": "simulated minus\nmeasured in bar",
+        "Diagnosis": "error in\nbar",
     }
     assert expected[kind] in words
 
