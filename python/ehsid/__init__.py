@@ -20,7 +20,7 @@ check_interpreter()
 from ehsid._core import *  # noqa: E402, F403 -- each forgetting policy is a name of its own
 from ehsid._core import __version__ as __version__  # noqa: E402
 
-if TYPE_CHECKING:  # for editors and type checkers; the table below is what Python follows
+if TYPE_CHECKING:  # editors and type checkers read this, Python follows the table below
     from ehsid.harness.api.diagnose import Diagnosis as Diagnosis
     from ehsid.harness.api.diagnose import diagnose as diagnose
     from ehsid.harness.api.estimate import Estimation as Estimation
@@ -49,13 +49,15 @@ _LAZY = {
 }
 
 
-def __getattr__(name: str) -> object:
-    """Imports a name for people when it is first used (PEP 562)."""
-    if name not in _LAZY:
-        raise AttributeError(f"module 'ehsid' has no attribute {name!r}")
-    value: object = getattr(_import_module(f"ehsid.harness.api.{_LAZY[name]}"), name)
-    globals()[name] = value
-    return value
+if not TYPE_CHECKING:  # to a type checker a module with this function has every name
+
+    def __getattr__(name):
+        """Imports a name for people when it is first used (PEP 562)."""
+        if name not in _LAZY:
+            raise AttributeError(f"module 'ehsid' has no attribute {name!r}")
+        value = getattr(_import_module(f"ehsid.harness.api.{_LAZY[name]}"), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy.typing as npt
 
@@ -18,6 +18,7 @@ from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
 from ehsid.harness.api.wording import in_python
 from ehsid.harness.files import result_folder
 from ehsid.harness.identification import IdentificationResult
+from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
 from ehsid.harness.identification.selection import DEFAULT_DELAYS, DEFAULT_ORDERS
 from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
 from ehsid.harness.report.model_tables import candidate_table, identification_lines
@@ -26,6 +27,8 @@ from ehsid.harness.report.text_table import TextTable
 if TYPE_CHECKING:
     import control
     from matplotlib.figure import Figure
+
+T = TypeVar("T")
 
 
 class Identification(Shown, Tabular):
@@ -110,8 +113,8 @@ def identify(
     *,
     input: str = "command_v",
     output: str = "position_m",
-    orders: Iterable[int | tuple[int, int]] = DEFAULT_ORDERS,
-    delays: Iterable[int] = DEFAULT_DELAYS,
+    orders: int | str | Iterable[int | tuple[int, int]] = DEFAULT_ORDERS,
+    delays: int | str | Iterable[int] = DEFAULT_DELAYS,
 ) -> Identification:
     """Chooses order and delay of an ARX model on one half of a record, judged on the other.
 
@@ -126,9 +129,10 @@ def identify(
     input, output
         names of the columns.
     orders
-        orders na = nb to try, or pairs (na, nb), each at least 1.
+        orders na = nb to try, or pairs (na, nb), each at least 1: a number, several, or a range as
+        text, "2-5".
     delays
-        delays nk to try, in samples, at least 0.
+        delays nk to try, in samples, at least 0, in the same way.
 
     Raises
     ------
@@ -148,6 +152,13 @@ def identify(
     """
     with in_python():
         signals = signals_of(record, input, output)
+        tried = _several(orders, "--orders", MOST_ORDER)
+        delayed = _several(delays, "--delays", MOST_DELAY)
         with about(signals):
-            result = identification.identify(signals.data, orders=orders, delays=delays)
+            result = identification.identify(signals.data, orders=tried, delays=delayed)
     return Identification(result, signals)
+
+
+def _several(given: int | str | Iterable[T], option: str, most: int) -> Iterable[int | T]:
+    """Returns what is to be tried; a number or a text as the command reads it."""
+    return parse_range(str(given), option, most) if isinstance(given, int | str) else given

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -60,7 +60,15 @@ class Record(Shown, Tabular):
         return self.result.columns
 
     def __len__(self) -> int:
+        """Number of samples, as in a frame."""
         return len(self.result)
+
+    def __iter__(self) -> Iterator[str]:
+        """Yields the names of the columns, as a frame does."""
+        return iter(self.columns)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns
 
     def __getitem__(self, name: str) -> FloatArray:
         """Returns a column, shape (n,).

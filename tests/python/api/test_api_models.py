@@ -3,6 +3,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import control
 import numpy as np
@@ -47,6 +48,14 @@ def test_identify_gives_the_result_of_the_room(data: IoData) -> None:
     expected = identification.identify(data, **FAST).to_dict()
     for source in sources():
         assert ehsid.identify(source, **NAMES, **FAST).result.to_dict() == expected
+
+
+@pytest.mark.parametrize("given", [{"orders": "2-3", "delays": "1-2"}, {"orders": 2, "delays": 1}])
+def test_orders_and_delays_are_numbers_or_ranges(given: dict[str, Any], data: IoData) -> None:
+    found = ehsid.identify(CRANE, **NAMES, **given).result
+    tried = (range(2, 4), range(1, 3)) if given["orders"] == "2-3" else ([2], [1])
+    expected = identification.identify(data, orders=tried[0], delays=tried[1])
+    assert found.to_dict() == expected.to_dict()
 
 
 def test_estimate_gives_the_result_of_the_room(data: IoData) -> None:
@@ -146,6 +155,7 @@ def test_summaries_say_what_the_commands_print(
         (lambda: ehsid.identify((np.ones(9), np.ones(9), -1.0)), ["dt_s = -1", "above 0"]),
         (lambda: ehsid.identify((np.ones(9), np.ones(8), 1.0)), ["equal length"]),
         (lambda: ehsid.identify((np.ones(9), np.ones(9), 1.0)), ["arrays: ", "record longer"]),
+        (lambda: ehsid.identify(CRANE, **NAMES, orders="5-2"), ["orders '5-2'", "such as 2-5"]),
         (lambda: ehsid.estimate(CRANE, **NAMES, forgetting="f-rati"), ["'f-rati'", "'f-ratio'"]),
         (lambda: ehsid.estimate(CRANE, **NAMES, na=9), ["hydraulic_crane.csv: "]),
     ],

@@ -95,6 +95,10 @@ def test_a_record_says_samples_time_and_units() -> None:
         "reference_m>"
     )
     assert "24841 samples" in record.summary()
+    assert len(record) == 24841
+    assert list(record) == ["command_v", "position_m", "reference_m"]
+    assert "position_m" in record
+    assert "spool" not in record
 
 
 def test_a_record_is_saved_and_read_again(tmp_path: Path) -> None:
