@@ -65,9 +65,9 @@ def test_a_machine_is_removed_after_one_question_and_nothing_is_lost(
     machines: Any, served: Any
 ) -> None:
     machines.get_by_label("machine", exact=True).select_option("press")
-    machines.get_by_role("button", name="Remove").click()
+    machines.get_by_role("button", name="Remove", exact=True).click()
     machines.get_by_role("button", name="Keep it").click()
-    machines.get_by_role("button", name="Remove").click()
+    machines.get_by_role("button", name="Remove", exact=True).click()
     machines.get_by_role("button", name="Yes, remove it").click()
     machines.get_by_role("status").filter(has_text="press is removed").wait_for()
     machines.get_by_role("link", name="press").wait_for(state="detached")
@@ -76,7 +76,7 @@ def test_a_machine_is_removed_after_one_question_and_nothing_is_lost(
 
 def test_a_machine_that_has_gone_is_told(machines: Any, served: Any) -> None:
     machines.get_by_label("machine", exact=True).select_option("press")
-    machines.get_by_role("button", name="Remove").click()
+    machines.get_by_role("button", name="Remove", exact=True).click()
     (served.folder / "press").rename(served.folder / ".press")
     machines.get_by_role("button", name="Yes, remove it").click()
     machines.get_by_text("there is no such machine any more").wait_for()

@@ -23,7 +23,7 @@ from unittest import mock
 
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 
 # For one command; those that are run here take less than one second. Who waits for input that never
 # comes computes nothing, and on a busy machine a command may wait for its turn.
@@ -126,7 +126,7 @@ def _check_here(example: Example, folder: Path) -> str:
             warnings.catch_warnings(record=True) as warned,
         ):
             warnings.simplefilter("always")
-            outcome = CliRunner().invoke(app, list(example.arguments))
+            outcome = CliRunner().invoke(cli, list(example.arguments))
     except _Overdue:
         raise Finding(f"it had not ended after {COMPUTING_S:g} s of computing") from None
     end = outcome.output[-500:]

@@ -18,7 +18,7 @@ import typer.main
 from commands import Example
 from hypothesis import strategies as st
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.records import make_record, write_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import simulate
@@ -274,7 +274,7 @@ VALUES = (
 @cache
 def _options(command: str) -> tuple[str, ...]:
     """Names of all options of a command; --dask would look for a cluster."""
-    verb: Any = typer.main.get_command(app)
+    verb: Any = typer.main.get_command(cli)
     context = verb.commands[command].make_context(command, [], resilient_parsing=True)
     names = [name for one in context.command.params for name in (*one.opts, *one.secondary_opts)]
     return tuple(name for name in names if name.startswith("-") and name != "--dask")

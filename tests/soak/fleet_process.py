@@ -13,7 +13,7 @@ from typing import Any
 from check_runs import StandIn
 
 import ehsid.harness.gap
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.gap.schema import Diagnosis
 
 SECONDS = 0.5
@@ -33,4 +33,4 @@ class SameEachTime:
 if __name__ == "__main__":
     machines, out, count = sys.argv[1:]
     ehsid.harness.gap.diagnose = SameEachTime()
-    app(["gap-fleet", machines, "--out", out, "--workers", count])
+    cli(["gap-fleet", machines, "--out", out, "--workers", count])

@@ -361,7 +361,7 @@ def safe_name(name: str) -> str:
     """Returns a name of others as a plain file name: no folders, no controls, not too long."""
     plain = unicodedata.normalize("NFC", name).replace("\\", "/").rpartition("/")[2]
     plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in plain)
-    plain = plain.strip("._")[:LONGEST_NAME]
+    plain = plain.strip("._")[:LONGEST_NAME].rstrip("._")
     return f"file_{plain}".rstrip("_") if not plain or DEVICES.fullmatch(plain) else plain
 
 

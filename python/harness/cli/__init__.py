@@ -70,7 +70,8 @@ VERBS = (
 
 GROUPS = {"rig": "Describe a machine in a rig file (new), and check it against records (check)."}
 
-app = typer.Typer(cls=lazy_group(VERBS, GROUPS), no_args_is_help=True, add_completion=False)
+# Not `app`: a command has that name, and its module would take the place of this one.
+cli = typer.Typer(cls=lazy_group(VERBS, GROUPS), no_args_is_help=True, add_completion=False)
 
 
 def _print_version(wanted: bool) -> None:
@@ -79,7 +80,7 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
+@cli.callback()
 def _options(
     version: Annotated[
         bool,
@@ -93,4 +94,4 @@ def _options(
 
 def main() -> None:
     """Runs the command `ehsid`."""
-    app()
+    cli()

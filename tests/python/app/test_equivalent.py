@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from ehsid.harness.app.equivalent import commands, python, shown_commands
 from ehsid.harness.app.session import Session
 from ehsid.harness.app.tasks import check_task
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.rigs.answers import answered, rig_file_text
 
 SIMPLE = ("map", "rig", "check")
@@ -55,7 +55,7 @@ def test_the_commands_give_the_same_files(
         for command in commands(session, step):
             words = shlex.split(command)
             assert words[0] == "ehsid"
-            outcome = CliRunner().invoke(app, words[1:])
+            outcome = CliRunner().invoke(cli, words[1:])
             assert outcome.exit_code == 0, outcome.output
     assert results(tmp_path) == results(session.folder)
     assert len(results(tmp_path)) == 4
@@ -67,7 +67,7 @@ def test_the_commands_may_be_given_in_the_folder_of_the_session(
     monkeypatch.chdir(session.folder)
     for step in ("map", "check"):
         for command in commands(session, step):
-            outcome = CliRunner().invoke(app, shlex.split(command)[1:])
+            outcome = CliRunner().invoke(cli, shlex.split(command)[1:])
             assert outcome.exit_code == 0, outcome.output
 
 

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from ehsid.harness.app.live import settings as module
 from ehsid.harness.app.live.numbers import tidy
 from ehsid.harness.app.live.settings import LiveSettings, command, python, read_settings
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.cli.policy_option import POLICIES
 
 FILLED = LiveSettings(
@@ -92,7 +92,7 @@ def test_the_command_means_the_same(
 
     monkeypatch.setattr("ehsid.harness.deploy.hil.loop.LoopRun.plan", stopped)
     words = shlex.split(command(settings))
-    assert isinstance(CliRunner().invoke(app, words[1:]).exception, ReachedError)
+    assert isinstance(CliRunner().invoke(cli, words[1:]).exception, ReachedError)
     ours, theirs = dict(vars(read_settings(settings).run)), dict(vars(seen[0]))
     for both in (ours, theirs):
         both["forgetting"] = repr(both["forgetting"])

@@ -19,7 +19,7 @@ from ehsid.harness.app.equivalent import commands, python
 from ehsid.harness.app.model_choice import set_policy
 from ehsid.harness.app.model_tasks import estimate_task, estimated, identify_task, io_data
 from ehsid.harness.app.session import Session
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 
 FILES = ("identify.json", "estimate.json")
 
@@ -48,7 +48,7 @@ def test_the_commands_give_the_same_files(
     (tmp_path / "records").symlink_to(session.folder / "records")
     monkeypatch.chdir(tmp_path)
     for command in commands(session, "model"):
-        outcome = CliRunner().invoke(app, shlex.split(command)[1:])
+        outcome = CliRunner().invoke(cli, shlex.split(command)[1:])
         assert outcome.exit_code == 0, outcome.output
     for name in FILES:
         written = (tmp_path / "model" / name).read_bytes()

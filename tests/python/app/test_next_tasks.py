@@ -24,7 +24,7 @@ from ehsid.harness.app.next_tasks import (
 )
 from ehsid.harness.app.reading import read_log
 from ehsid.harness.app.session import Session, SessionError
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def test_the_header_is_that_of_the_command_and_of_the_python(
     assert made.told == session.settings.records[0].told()
     monkeypatch.chdir(session.folder)
     (command,) = commands(session, "next")
-    outcome = CliRunner().invoke(app, shlex.split(command)[1:])
+    outcome = CliRunner().invoke(cli, shlex.split(command)[1:])
     assert outcome.exit_code == 0, outcome.output
     assert target.read_text(encoding="utf-8") == text
     target.unlink()

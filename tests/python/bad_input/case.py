@@ -122,12 +122,12 @@ def command(
 def _run(line: str, settings: Mapping[str, str]) -> Outcome:
     from typer.testing import CliRunner
 
-    from ehsid.harness.cli import app
+    from ehsid.harness.cli import cli
 
     program, *arguments = shlex.split(line)
     assert program == "ehsid"
     # The width of a terminal in which no message is broken into lines.
-    ended = CliRunner().invoke(app, arguments, env={"COLUMNS": "4000", **settings})
+    ended = CliRunner().invoke(cli, arguments, env={"COLUMNS": "4000", **settings})
     if ended.exception is not None and not isinstance(ended.exception, SystemExit):
         raise ended.exception
     assert "Traceback" not in ended.output

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 
 CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"
 BENCH = CRANE.parents[1] / "rigs" / "bench.toml"
@@ -18,7 +18,7 @@ COLUMNS = ["--input", "valve_opening", "--output", "oil_pressure"]
 @pytest.mark.parametrize("verb", ["estimate", "identify"])
 def test_real_record_gives_json_and_picture(verb: str, tmp_path: Path) -> None:
     arguments = [verb, str(CRANE), *COLUMNS, "--json", "--out", str(tmp_path)]
-    outcome = CliRunner().invoke(app, arguments)
+    outcome = CliRunner().invoke(cli, arguments)
     assert outcome.exit_code == 0, outcome.output
     assert json.loads(outcome.stdout) == json.loads((tmp_path / f"{verb}.json").read_text())
     assert (tmp_path / f"{verb}.png").stat().st_size > 10_000
@@ -35,12 +35,12 @@ def test_estimate_says_whether_its_intervals_can_be_believed(noise: str, tmp_pat
     path = tmp_path / "record.csv"
     np.savetxt(path, np.column_stack((u, y)), delimiter=",", header="u,y", comments="")
     arguments = ["estimate", str(path), "--input", "u", "--output", "y"]
-    outcome = CliRunner().invoke(app, arguments, env={"COLUMNS": "1000"})
+    outcome = CliRunner().invoke(cli, arguments, env={"COLUMNS": "1000"})
     assert outcome.exit_code == 0, outcome.output
     assert ("residuals are not white" in outcome.stdout) != white
     assert ("methods `riv` and `oe`" in outcome.stdout) != white
     assert ("not converged" in outcome.stdout) != white
-    found = json.loads(CliRunner().invoke(app, [*arguments, "--json"]).stdout)
+    found = json.loads(CliRunner().invoke(cli, [*arguments, "--json"]).stdout)
     assert found["residuals_white"] == white
     assert (found["whiteness"] < 22.458) == white
 
@@ -55,7 +55,7 @@ def test_identify_draws_the_frequency_response_and_tells_the_limit_of_the_gain(
     path = tmp_path / "integrator.csv"
     path.write_text("time_s,command_v,position_m\n" + rows)
     arguments = ["identify", str(path), "--orders", "1", "--out", str(tmp_path / "out")]
-    outcome = CliRunner().invoke(app, arguments, env={"COLUMNS": "400"})
+    outcome = CliRunner().invoke(cli, arguments, env={"COLUMNS": "400"})
     assert outcome.exit_code == 0, outcome.output
     assert (tmp_path / "out" / "identify_bode.png").stat().st_size > 10_000
     found = re.search(
@@ -70,7 +70,7 @@ def test_identify_draws_the_frequency_response_and_tells_the_limit_of_the_gain(
 
 @pytest.mark.parametrize("verb", ["estimate", "identify"])
 def test_missing_file_is_one_message_and_code_2(verb: str) -> None:
-    outcome = CliRunner().invoke(app, [verb, "nowhere.csv"])
+    outcome = CliRunner().invoke(cli, [verb, "nowhere.csv"])
     assert outcome.exit_code == 2
     assert "nowhere.csv" in outcome.stderr
     assert "Traceback" not in outcome.output
@@ -82,7 +82,7 @@ def test_missing_file_is_one_message_and_code_2(verb: str) -> None:
 )
 def test_orders_outside_the_compiled_range_are_refused(verb: str, option: str, value: str) -> None:
     record = [] if verb == "hil" else [str(CRANE)]
-    outcome = CliRunner().invoke(app, [verb, *record, option, value])
+    outcome = CliRunner().invoke(cli, [verb, *record, option, value])
     assert outcome.exit_code == 2
     assert f"{option} {value}: expected a whole number" in outcome.stderr
     assert "Traceback" not in outcome.output
@@ -101,7 +101,7 @@ def test_orders_outside_the_compiled_range_are_refused(verb: str, option: str, v
     ],
 )
 def test_ranges_of_orders_and_delays(arguments: list[str], said: str) -> None:
-    outcome = CliRunner().invoke(app, ["identify", str(CRANE), *COLUMNS, *arguments])
+    outcome = CliRunner().invoke(cli, ["identify", str(CRANE), *COLUMNS, *arguments])
     assert outcome.exit_code == 2
     assert said in outcome.stderr
 
@@ -120,7 +120,7 @@ def test_ranges_of_orders_and_delays(arguments: list[str], said: str) -> None:
     ],
 )
 def test_extreme_test_signals_take_no_memory(options: tuple[str, ...]) -> None:
-    outcome = CliRunner().invoke(app, ["simulate", str(BENCH), "--excitation", "steps", *options])
+    outcome = CliRunner().invoke(cli, ["simulate", str(BENCH), "--excitation", "steps", *options])
     assert outcome.exit_code == 2
     assert "expected" in outcome.stderr or "Invalid value" in outcome.stderr
 
@@ -128,18 +128,18 @@ def test_extreme_test_signals_take_no_memory(options: tuple[str, ...]) -> None:
 def test_the_limit_of_samples_is_settable(monkeypatch: pytest.MonkeyPatch) -> None:
     arguments = ["simulate", str(BENCH), "--excitation", "steps", "--duration", "0.2"]
     monkeypatch.setenv("EHSID_MAX_SAMPLES", "199")
-    outcome = CliRunner().invoke(app, arguments)
+    outcome = CliRunner().invoke(cli, arguments)
     assert outcome.exit_code == 2
     assert "200 samples: expected at most 199" in outcome.stderr
     assert "EHSID_MAX_SAMPLES" in outcome.stderr
     monkeypatch.setenv("EHSID_MAX_SAMPLES", "200")
-    assert CliRunner().invoke(app, arguments).exit_code == 0
+    assert CliRunner().invoke(cli, arguments).exit_code == 0
 
 
 def test_constant_input_is_named(tmp_path: Path) -> None:
     rows = "".join(f"1.0,{y}\n" for y in np.random.default_rng(1).normal(size=300))
     path = tmp_path / "constant.csv"
     path.write_text("u,y\n" + rows)
-    outcome = CliRunner().invoke(app, ["estimate", str(path), "--input", "u", "--output", "y"])
+    outcome = CliRunner().invoke(cli, ["estimate", str(path), "--input", "u", "--output", "y"])
     assert outcome.exit_code == 2
     assert "u is constant" in outcome.stderr

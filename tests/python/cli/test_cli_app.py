@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 
 
 def test_without_panel_it_says_what_to_install(
@@ -25,14 +25,14 @@ def test_without_panel_it_says_what_to_install(
         return None if name == "panel" else found(name, *rest)
 
     monkeypatch.setattr("importlib.util.find_spec", without)
-    outcome = CliRunner().invoke(app, ["app", str(tmp_path / "machines")])
+    outcome = CliRunner().invoke(cli, ["app", str(tmp_path / "machines")])
     assert outcome.exit_code == 2
     assert "pip install 'ehsid[app]'" in outcome.output
     assert not (tmp_path / "machines").exists()
 
 
 def test_its_help_names_the_extra_without_importing_it() -> None:
-    outcome = CliRunner().invoke(app, ["app", "--help"], env={"COLUMNS": "200"})
+    outcome = CliRunner().invoke(cli, ["app", "--help"], env={"COLUMNS": "200"})
     assert outcome.exit_code == 0
     assert "pip install 'ehsid[app,logs]'" in outcome.output
 

@@ -12,14 +12,14 @@ import pytest
 from published_schemas import check_file
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.records import make_record, write_record
 
 SETTINGS = ("--na", "3", "--nb", "3", "--forgetting", "constant", "--lambda0", "0.999")
 
 
 def run(*arguments: str) -> Any:
-    return CliRunner().invoke(app, ["estimate", *arguments], env={"COLUMNS": "400"})
+    return CliRunner().invoke(cli, ["estimate", *arguments], env={"COLUMNS": "400"})
 
 
 def add(path: Path, seed: int, gain: float = 1.0, size: int = 800, dt_s: float = 0.01) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import write_rig
 from ehsid.harness.rigs.published import published_rig
@@ -48,7 +48,7 @@ def page_of(folder: Path) -> Headings:
 @pytest.mark.slow
 def test_whole_experiment(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    outcome = CliRunner().invoke(app, ["experiment", "--runs", "20", "--out", str(out)])
+    outcome = CliRunner().invoke(cli, ["experiment", "--runs", "20", "--out", str(out)])
     assert outcome.exit_code == 0, outcome.output
     page = page_of(out)
     assert page.outside == []
@@ -92,7 +92,7 @@ def test_on_a_record_of_the_rig(tmp_path: Path) -> None:
     write_rig(rig, tmp_path / "rig.toml")
     arguments = ["--record", str(tmp_path / "rec.csv"), "--rig", str(tmp_path / "rig.toml")]
     out = tmp_path / "out"
-    outcome = CliRunner().invoke(app, ["experiment", *arguments, "--json", "--out", str(out)])
+    outcome = CliRunner().invoke(cli, ["experiment", *arguments, "--json", "--out", str(out)])
     assert outcome.exit_code == 0, outcome.output
     findings = json.loads(outcome.stdout)
     assert findings == json.loads((out / "experiment.json").read_text(encoding="utf-8"))
@@ -111,7 +111,7 @@ def test_preprocessing_and_structures_are_those_asked_for(tmp_path: Path) -> Non
     arguments = ["--input", "valve_opening", "--output", "oil_pressure", "--orders", "2-3"]
     arguments += ["--delays", "1", "--trend", "mean", "--no-outliers", "--scaling"]
     outcome = CliRunner().invoke(
-        app, ["experiment", "--record", str(CRANE), *arguments, "--out", str(out)]
+        cli, ["experiment", "--record", str(CRANE), *arguments, "--out", str(out)]
     )
     assert outcome.exit_code == 0, outcome.output
     findings = json.loads((out / "experiment.json").read_text(encoding="utf-8"))
@@ -131,7 +131,7 @@ def test_on_the_crane_without_time_or_rig(tmp_path: Path) -> None:
     out = tmp_path / "out"
     columns = ["--input", "valve_opening", "--output", "oil_pressure"]
     outcome = CliRunner().invoke(
-        app, ["experiment", "--record", str(CRANE), *columns, "--out", str(out)]
+        cli, ["experiment", "--record", str(CRANE), *columns, "--out", str(out)]
     )
     assert outcome.exit_code == 0, outcome.output
     assert "not white" in outcome.output.replace("\n", " ")
@@ -155,7 +155,7 @@ def test_records_that_allow_no_model_are_named(signal: str, problem: str, tmp_pa
     path = tmp_path / "rec.csv"
     path.write_text(f"time_s,command_v,position_m\n{rows}\n")
     out = tmp_path / "out"
-    outcome = CliRunner().invoke(app, ["experiment", "--record", str(path), "--out", str(out)])
+    outcome = CliRunner().invoke(cli, ["experiment", "--record", str(path), "--out", str(out)])
     assert outcome.exit_code == 2
     assert "Traceback" not in outcome.output
     findings = json.loads((out / "experiment.json").read_text(encoding="utf-8"))
@@ -178,7 +178,7 @@ def test_wrong_use_is_one_message_and_nothing_written(
     arguments: list[str], words: str, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    outcome = CliRunner().invoke(app, ["experiment", *arguments, "--out", str(out)])
+    outcome = CliRunner().invoke(cli, ["experiment", *arguments, "--out", str(out)])
     assert outcome.exit_code == 2
     assert words in outcome.stderr
     assert not out.exists()

@@ -14,7 +14,7 @@ from interrupts import interruptible
 from made_diagnoses import VERDICTS, bench, made_diagnosis, measured_record
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.cli.many_values import repeated
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import Progress, worker_count
@@ -71,7 +71,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def run(*arguments: str) -> Any:
-    return CliRunner().invoke(app, ["gap", *arguments])
+    return CliRunner().invoke(cli, ["gap", *arguments])
 
 
 @pytest.mark.usefixtures("no_plots")

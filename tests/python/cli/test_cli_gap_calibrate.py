@@ -13,7 +13,7 @@ from made_machines import drawn_machines
 from published_schemas import check_file
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.validation.blind.seal import write_seal
 from ehsid.harness.validation.blind.settings import Settings
 from ehsid.harness.validation.calibration.features import write_features
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.usefixtures("blank_pictures")
 
 
 def run(*arguments: object) -> Any:
-    return CliRunner().invoke(app, ["gap-calibrate", *map(str, arguments), "--workers", "1"])
+    return CliRunner().invoke(cli, ["gap-calibrate", *map(str, arguments), "--workers", "1"])
 
 
 def words(text: str) -> str:

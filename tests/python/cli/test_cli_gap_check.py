@@ -14,7 +14,7 @@ from check_runs import StandIn
 from typer.testing import CliRunner
 
 import ehsid
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.cli.case_progress import in_words, shown
 from ehsid.harness.cli.console import Console
 from ehsid.harness.gap.schema import Diagnosis
@@ -30,7 +30,7 @@ def stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def run(*arguments: str, workers: str | None = "1") -> Any:
     tail = () if workers is None else ("--workers", workers)
-    return CliRunner().invoke(app, ["gap-check", *arguments, *tail])
+    return CliRunner().invoke(cli, ["gap-check", *arguments, *tail])
 
 
 def words(text: str) -> str:

@@ -13,7 +13,7 @@ from check_runs import StandIn
 from made_diagnoses import bench, measured_record
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.cli.gap_fleet import read_machine
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.records import Hints, write_record
@@ -56,7 +56,7 @@ def add_machine(folder: Path, rig: str, seed: int) -> None:
 
 def run(*arguments: str, workers: str | None = "1") -> Any:
     tail = () if workers is None else ("--workers", workers)
-    return CliRunner().invoke(app, ["gap-fleet", *arguments, *tail])
+    return CliRunner().invoke(cli, ["gap-fleet", *arguments, *tail])
 
 
 def words(text: str) -> str:

@@ -20,7 +20,7 @@ from interrupts import interruptible
 from published_schemas import check_file
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.deploy.hil import Kind, decode, encode
 from ehsid.harness.deploy.hil.faults import TO_HOST, TO_TARGET, Passing, undisturbed
 from ehsid.harness.deploy.hil.relay import Relay, relayed
@@ -42,7 +42,7 @@ def relay() -> Iterator[Relay]:
 
 
 def ended(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, ["hil", *arguments])
+    result = CliRunner().invoke(cli, ["hil", *arguments])
     return result.exit_code, result.stdout, result.stderr
 
 
@@ -287,7 +287,7 @@ def test_the_record_goes_into_the_diagnosis(relay: Relay, tmp_path: Path) -> Non
     code, _, errors = ended(*arguments, "--out", str(out))
     assert code == 0, errors
     gap = ["gap", str(out / "record.csv"), "--rig", str(rig), "--out", str(tmp_path / "gap")]
-    result = CliRunner().invoke(app, gap)
+    result = CliRunner().invoke(cli, gap)
     assert result.exit_code == 0, result.output
     diagnosis = json.loads((tmp_path / "gap" / "diagnosis.json").read_text())
     assert ["coulomb_friction"] in diagnosis["which"]["ambiguity_set"] or [

@@ -15,7 +15,7 @@ from log_files import COUNT, TIME_S, TRUTH, WRITERS, write_excel, write_german_t
 from sources import ROOT
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.records import read_record
 
 DATA = ROOT / "examples" / "data"
@@ -24,7 +24,7 @@ BENCH = str(ROOT / "examples" / "rigs" / "bench.toml")
 
 
 def run(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(one) for one in arguments])
+    return CliRunner().invoke(cli, [str(one) for one in arguments])
 
 
 @pytest.mark.parametrize("command", ["import", "identify", "estimate", "gap", "simulate"])

@@ -15,7 +15,7 @@ from made_diagnoses import bench, measured_record
 from made_machines import drawn_machines
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.exchange import FOLDER
 from ehsid.harness.parallel import workers
 from ehsid.harness.records import make_record, write_record
@@ -100,7 +100,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 def run(name: str, code: int = 0) -> str:
     """Runs a command and returns its messages."""
-    outcome = CliRunner().invoke(app, COMMANDS[name].arguments.split())
+    outcome = CliRunner().invoke(cli, COMMANDS[name].arguments.split())
     assert outcome.exit_code == code, outcome.output
     assert "Traceback" not in outcome.output
     return " ".join(outcome.stderr.split())

@@ -10,7 +10,7 @@ import pytest
 from published_schemas import check_file
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.rigs import read_rig
 
 KNOWN = {
@@ -25,7 +25,7 @@ BENCH = str(Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml")
 
 
 def said(*arguments: str, answers: str | None = None) -> str:
-    outcome = CliRunner().invoke(app, arguments, input=answers, env={"COLUMNS": "200"})
+    outcome = CliRunner().invoke(cli, arguments, input=answers, env={"COLUMNS": "200"})
     assert outcome.exit_code == 0, outcome.output
     return " ".join(outcome.stdout.split())
 
@@ -93,7 +93,7 @@ def test_an_impossible_accumulator_or_oil_is_refused(
     tmp_path: Path, options: list[str], message: str
 ) -> None:
     out = tmp_path / "rig.toml"
-    outcome = CliRunner().invoke(app, ["rig", "new", *OPTIONS, *options, "--out", str(out)])
+    outcome = CliRunner().invoke(cli, ["rig", "new", *OPTIONS, *options, "--out", str(out)])
     assert outcome.exit_code == 2
     assert message in " ".join(outcome.stderr.split())
     assert not out.exists()
@@ -156,7 +156,7 @@ def test_the_end_of_the_input_is_one_message(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("ehsid.harness.cli.rig_new._on_a_terminal", lambda: True)
-    outcome = CliRunner().invoke(app, ["rig", "new", "--out", str(tmp_path / "rig.toml")], input="")
+    outcome = CliRunner().invoke(cli, ["rig", "new", "--out", str(tmp_path / "rig.toml")], input="")
     assert outcome.exit_code == 2
     assert "the input has ended" in outcome.stderr
     assert not (tmp_path / "rig.toml").exists()

@@ -15,7 +15,7 @@ from click.testing import Result
 from typer.testing import CliRunner
 
 import ehsid
-from ehsid.harness.cli import GROUPS, VERBS, app
+from ehsid.harness.cli import GROUPS, VERBS, cli
 from ehsid.harness.cli.lazy import Verb
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -60,20 +60,29 @@ def test_the_overview_has_the_first_line_of_the_docstring(verb: Verb) -> None:
     assert verb.summary == told.splitlines()[0]
 
 
+def test_no_module_of_a_verb_takes_the_place_of_something_else() -> None:
+    package = importlib.import_module("ehsid.harness.cli")
+    for verb in VERBS:
+        module = importlib.import_module(f"ehsid.harness.cli.{verb.stem}")
+        assert getattr(package, verb.stem) is module
+    for name in ("cli", "main", "VERBS", "GROUPS"):
+        assert not inspect.ismodule(getattr(package, name)), name
+
+
 def test_the_overview_lists_every_verb_in_order() -> None:
-    text = CliRunner().invoke(app, ["--help"]).stdout
+    text = CliRunner().invoke(cli, ["--help"]).stdout
     places = [text.index(f" {verb.name.split()[0]} ") for verb in VERBS]
     assert places == sorted(places)
 
 
 def test_a_group_lists_its_verbs() -> None:
-    text = CliRunner().invoke(app, ["rig", "--help"]).stdout
+    text = CliRunner().invoke(cli, ["rig", "--help"]).stdout
     assert GROUPS["rig"] in " ".join(text.split())
     assert text.index("│ new ") < text.index("│ check ")
 
 
 def test_an_unknown_verb_of_a_group_is_told_with_the_nearest() -> None:
-    outcome = CliRunner().invoke(app, ["rig", "chek"])
+    outcome = CliRunner().invoke(cli, ["rig", "chek"])
     assert outcome.exit_code == 2
     assert "there is no command 'chek'; did you mean 'check'? There are: new, check" in (
         outcome.output
@@ -126,7 +135,7 @@ def test_the_package_itself_is_light() -> None:
 
 
 def test_an_unknown_verb_is_told_with_the_nearest() -> None:
-    outcome = CliRunner().invoke(app, ["identfy"])
+    outcome = CliRunner().invoke(cli, ["identfy"])
     assert outcome.exit_code == 2
     assert "there is no command 'identfy'; did you mean 'identify'?" in outcome.output
 
@@ -139,7 +148,7 @@ def raised_in(verb: str, error: BaseException, monkeypatch: pytest.MonkeyPatch) 
 
     stem = Verb(verb, "").stem
     monkeypatch.setattr(f"ehsid.harness.cli.{stem}.{stem}_command", fails)
-    return CliRunner().invoke(app, verb.split())
+    return CliRunner().invoke(cli, verb.split())
 
 
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)

@@ -12,7 +12,7 @@ import pytest
 from sources import HARNESS
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.cli.common import make_table, refuse
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.progress import progress_of
@@ -76,7 +76,7 @@ def test_a_rig_and_a_record_with_evil_names(text: str, tmp_path: Path) -> None:
     rig, out = tmp_path / "rig.toml", tmp_path / f"{text.replace('/', '')}.csv"
     write_rig(replace(read_rig(BENCH), name=text), rig)
     arguments = ["simulate", str(rig), "--excitation", "steps", "--duration", "0.1"]
-    outcome = CliRunner().invoke(app, [*arguments, "--out", str(out)])
+    outcome = CliRunner().invoke(cli, [*arguments, "--out", str(out)])
     assert outcome.exit_code == 0, outcome.output
     assert out.is_file()
     assert text.replace("\x1b", "\\x1b") in outcome.stdout

@@ -13,7 +13,7 @@ from published_schemas import check_file
 from typer.testing import CliRunner
 
 import ehsid
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.gap.diagnosis_file import diagnosis_text, read_diagnosis_file
 from ehsid.harness.gap.schema import SUBSYSTEMS, Diagnosis
 from ehsid.harness.records import Record, read_record
@@ -254,7 +254,7 @@ def test_augmented_rig_runs_as_it_is(verdict: Any, tmp_path: Path) -> None:
     path = tmp_path / "rig.augmented.toml"
     assert dict(read_rig(path).values) == dict(diagnosis.augmented_rig.values)
     arguments = ["--excitation", "steps", "--duration", "0.5", "--dt", "0.002"]
-    outcome = CliRunner().invoke(app, ["simulate", str(path), *arguments])
+    outcome = CliRunner().invoke(cli, ["simulate", str(path), *arguments])
     assert outcome.exit_code == 0, outcome.output
 
 
@@ -264,7 +264,7 @@ def test_next_experiment_drives_the_augmented_rig(tmp_path: Path) -> None:
     assert record.dt_s == pytest.approx(2e-3)
     arguments = ["--command", str(tmp_path / "next_experiment.csv")]
     outcome = CliRunner().invoke(
-        app, ["simulate", str(tmp_path / "rig.augmented.toml"), *arguments]
+        cli, ["simulate", str(tmp_path / "rig.augmented.toml"), *arguments]
     )
     assert outcome.exit_code == 0, outcome.output
 

@@ -29,7 +29,7 @@ from page_names import EVIL, PLAIN, Reader, file_name, read_page, words
 from typer.testing import CliRunner
 
 import ehsid
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.deploy.hil import Session, encode, open_line
 from ehsid.harness.deploy.hil.comparison import compare
 from ehsid.harness.deploy.hil.plan import Plan, open_plan
@@ -227,5 +227,5 @@ def test_a_name_is_text_in_the_files_of_a_command(name: str, tmp_path: Path) -> 
 
 
 def run(arguments: list[str]) -> None:
-    ended = CliRunner().invoke(app, arguments)
+    ended = CliRunner().invoke(cli, arguments)
     assert ended.exit_code == 0, ended.output

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import RigError, read_rig
 from ehsid.harness.simulation import SimulationError, parse_settings, simulate
@@ -86,11 +86,11 @@ def test_settings_of_a_command_line() -> None:
 def test_command_writes_a_record_that_drives_the_next_run(tmp_path: Path) -> None:
     first, second = tmp_path / "first.csv", tmp_path / "second.parquet"
     arguments = ["--excitation", "steps", "--duration", "1", "--amplitude", "3", "--json"]
-    outcome = CliRunner().invoke(app, ["simulate", str(RIG), *arguments, "--out", str(first)])
+    outcome = CliRunner().invoke(cli, ["simulate", str(RIG), *arguments, "--out", str(first)])
     assert outcome.exit_code == 0, outcome.output
     assert json.loads(outcome.stdout)["samples"] == 1000
     outcome = CliRunner().invoke(
-        app, ["simulate", str(RIG), "--command", str(first), "--out", str(second)]
+        cli, ["simulate", str(RIG), "--command", str(first), "--out", str(second)]
     )
     assert outcome.exit_code == 0, outcome.output
     a, b = read_record(first), read_record(second)
@@ -107,7 +107,7 @@ def test_command_writes_a_record_that_drives_the_next_run(tmp_path: Path) -> Non
 @pytest.mark.parametrize("name", ["multisine", "prbs", "steps", "chirp", "triangle"])
 def test_every_excitation_runs(name: str) -> None:
     arguments = ["--excitation", name, "--duration", "4", "--amplitude", "0.5", "--json"]
-    outcome = CliRunner().invoke(app, ["simulate", str(RIG), *arguments])
+    outcome = CliRunner().invoke(cli, ["simulate", str(RIG), *arguments])
     assert outcome.exit_code == 0, outcome.output
     assert max(json.loads(outcome.stdout)["error"].values()) < 0.005
 
@@ -130,7 +130,7 @@ def test_wrong_use_gives_a_message_and_no_file(
     arguments: list[str], words: str, tmp_path: Path
 ) -> None:
     out = tmp_path / "rec.csv"
-    outcome = CliRunner().invoke(app, ["simulate", str(RIG), *arguments, "--out", str(out)])
+    outcome = CliRunner().invoke(cli, ["simulate", str(RIG), *arguments, "--out", str(out)])
     assert outcome.exit_code == 2
     assert words in outcome.stderr
     assert "Traceback" not in outcome.output
@@ -138,13 +138,13 @@ def test_wrong_use_gives_a_message_and_no_file(
 
 
 def test_noise_without_a_deviation_in_the_rig_is_refused() -> None:
-    outcome = CliRunner().invoke(app, ["simulate", str(AXIS), "--excitation", "prbs", "--noise"])
+    outcome = CliRunner().invoke(cli, ["simulate", str(AXIS), "--excitation", "prbs", "--noise"])
     assert outcome.exit_code == 2
     assert "add position_noise_m" in outcome.stderr
 
 
 def test_catalogue_as_json() -> None:
-    outcome = CliRunner().invoke(app, ["effects", "--json"])
+    outcome = CliRunner().invoke(cli, ["effects", "--json"])
     effects = json.loads(outcome.stdout)
     assert len(effects) == 27
     for effect in effects:

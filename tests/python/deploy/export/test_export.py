@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import ehsid
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.deploy.export import (
     EstimatorConfiguration,
     GoldenTrace,
@@ -409,7 +409,7 @@ def test_the_trace_is_the_liveliest_stretch() -> None:
 
 
 def run(*arguments: str) -> tuple[int, str, str]:
-    outcome = CliRunner().invoke(app, ["export", *arguments])
+    outcome = CliRunner().invoke(cli, ["export", *arguments])
     return outcome.exit_code, outcome.stdout, outcome.stderr
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.records import make_record, read_record, write_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation.injection import answer_path
@@ -28,7 +28,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def run(*arguments: str) -> Any:
-    return CliRunner().invoke(app, ["inject", "run.csv", "--rig", str(BENCH), *arguments])
+    return CliRunner().invoke(cli, ["inject", "run.csv", "--rig", str(BENCH), *arguments])
 
 
 def asked(*effects: str, out: str = "made.csv") -> list[str]:
@@ -121,7 +121,7 @@ def test_layout_of_the_rig_is_read_and_the_schema_written(here: Path) -> None:
     write_record(make_record(columns), here / "mapped.csv")
     arguments = ["inject", "mapped.csv", "--rig", "mapped.toml"]
     arguments += asked("position_bias", "offset_m=0.001")
-    outcome = CliRunner().invoke(app, arguments)
+    outcome = CliRunner().invoke(cli, arguments)
     assert outcome.exit_code == 0, outcome.output
     made = read_record(here / "made.csv", layout=read_rig(here / "mapped.toml").columns)
     np.testing.assert_allclose(
