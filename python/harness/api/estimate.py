@@ -65,7 +65,8 @@ class Estimation(Shown, Tabular):
         from ehsid.harness.report.model_figures import estimation_figure
 
         figure = estimation_figure(self.result, self.signals.data.dt_s)
-        figure.axes[2].set_ylabel(f"innovation of\n{self.signals.output_label}")
+        label = f"innovation of\n{self.signals.output_label}"
+        figure.axes[2].set_ylabel(label, parse_math=False)
         return figure
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
@@ -189,9 +190,10 @@ def estimate(
 
 def _policy(forgetting: str | ehsid.Forgetting) -> ehsid.Forgetting:
     """Returns the policy of this name with its defaults; a policy stays as it is."""
-    if not isinstance(forgetting, str):
+    policies = tuple(info.policy for info in POLICIES.values())
+    if not isinstance(forgetting, str) and isinstance(forgetting, policies):
         return forgetting
-    name = forgetting.replace("_", "-")
+    name = str(forgetting).replace("_", "-")
     if name not in POLICIES:
         near = nearest_name(name, POLICIES)
         hint = f"; did you mean '{near}'?" if near else ""

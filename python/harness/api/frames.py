@@ -30,7 +30,9 @@ Columns = Mapping[str, npt.ArrayLike] | Frame
 
 
 def columns_of(source: Columns) -> dict[str, npt.ArrayLike]:
-    """Returns the columns of a mapping or of a frame; a named index of pandas is one of them.
+    """Returns the columns of a mapping or of a frame.
+
+    An index of pandas with a name or with dates is a column, too.
 
     Raises
     ------
@@ -50,10 +52,21 @@ def columns_of(source: Columns) -> dict[str, npt.ArrayLike]:
         raise ValueError(
             f"the frame has two columns '{twice[0]}': expected one of each name; rename one"
         )
+    columns: dict[str, npt.ArrayLike] = {
+        str(name): _values(source[name]) for name in source.columns
+    }
     index = getattr(source, "index", None)
-    first = getattr(index, "name", None)
-    indexed = {str(first): np.asarray(index)} if first is not None and first not in names else {}
-    return indexed | {str(name): source[name].to_numpy() for name in source.columns}
+    named, dated = getattr(index, "name", None), getattr(index, "dtype", None)
+    if named is None and getattr(dated, "kind", "") in ("m", "M"):
+        named = "time"
+    return columns if named is None else {str(named): _values(index)} | columns
+
+
+def _values(series: Any) -> npt.NDArray[Any]:
+    """Returns the values of a column; moments with a time zone, which numpy lacks, in UTC."""
+    if getattr(series.dtype, "tz", None) is not None:
+        return np.asarray(series, dtype="datetime64[ns]")
+    return np.asarray(series.to_numpy())
 
 
 class Tabular(ABC):

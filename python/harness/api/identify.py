@@ -66,7 +66,7 @@ class Identification(Shown, Tabular):
         from ehsid.harness.report.model_figures import identification_figure
 
         figure = identification_figure(self.result)
-        figure.axes[0].set_ylabel(self.signals.output_label)
+        figure.axes[0].set_ylabel(self.signals.output_label, parse_math=False)
         return figure
 
     def save(self, folder: str | os.PathLike[str]) -> Path:

@@ -16,6 +16,7 @@ from ehsid.harness.api.wording import log_reading
 from ehsid.harness.catalogue.channels import CHANNELS, TIME
 from ehsid.harness.identification import IoData
 from ehsid.harness.records import Origin, read_record
+from ehsid.harness.text import printable
 
 Arrays = tuple[npt.ArrayLike, npt.ArrayLike, float | None]
 """Input, output and sampling time in seconds."""
@@ -51,7 +52,7 @@ class Signals:
     def output_label(self) -> str:
         """Name of the output with its unit, for an axis."""
         name = self.data.output_name
-        return f"{name} in {CHANNELS[name].unit}" if name in CHANNELS else name
+        return f"{name} in {CHANNELS[name].unit}" if name in CHANNELS else printable(name)
 
 
 def signals_of(source: Source | Arrays, input: str, output: str) -> Signals:

@@ -49,7 +49,7 @@ def record_of_columns(
     RecordError
         a column has a problem; the message says where it is and how to mend it.
     """
-    given = {str(key): _array(values) for key, values in columns.items()}
+    given = {str(key): _array(values, str(key), name) for key, values in columns.items()}
     _check(given, name)
     texts = [key for key, values in given.items() if values.dtype.kind not in "fiubmM"]
     if hints or has_other_time(list(given)) or _has_dates(given):
@@ -68,9 +68,19 @@ def digest(columns: Iterable[tuple[str, npt.NDArray[Any]]]) -> str:
     return found.hexdigest()
 
 
-def _array(values: npt.ArrayLike) -> npt.NDArray[Any]:
-    # A masked array stays one, so that its mask is seen.
-    return values if isinstance(values, np.ndarray) else np.asarray(values)
+def _array(values: npt.ArrayLike, column: str, name: str) -> npt.NDArray[Any]:
+    if isinstance(values, np.ndarray):  # a masked array stays one, so that its mask is seen
+        return values
+    try:
+        return np.asarray(values)
+    except ValueError:  # lists of unequal lengths in a list
+        raise RecordError(
+            name,
+            "the values are not one column",
+            column=column,
+            expected="a vector, one value a sample",
+            mend="give each signal under its own name",
+        ) from None
 
 
 def _check(columns: Mapping[str, npt.NDArray[Any]], name: str) -> None:

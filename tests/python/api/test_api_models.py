@@ -157,6 +157,7 @@ def test_summaries_say_what_the_commands_print(
         (lambda: ehsid.identify((np.ones(9), np.ones(9), 1.0)), ["arrays: ", "record longer"]),
         (lambda: ehsid.identify(CRANE, **NAMES, orders="5-2"), ["orders '5-2'", "such as 2-5"]),
         (lambda: ehsid.estimate(CRANE, **NAMES, forgetting="f-rati"), ["'f-rati'", "'f-ratio'"]),
+        (lambda: ehsid.estimate(CRANE, **NAMES, forgetting=3), ["forgetting=3", "exponential"]),
         (lambda: ehsid.estimate(CRANE, **NAMES, na=9), ["hydraulic_crane.csv: "]),
     ],
 )

@@ -49,6 +49,23 @@ def test_a_named_index_of_pandas_is_a_column() -> None:
     same(ehsid.read(pd.DataFrame(columns).set_index("time_s")), ehsid.read(EMPS))
 
 
+@pytest.mark.parametrize("zone", [None, "UTC", "Europe/Berlin"])
+@pytest.mark.parametrize("name", [None, "time", "stamp"])
+def test_dates_in_an_index_of_pandas_are_the_time(zone: str | None, name: str | None) -> None:
+    moments = pd.date_range("2026-01-01", periods=50, freq="10ms", tz=zone, name=name)
+    record = ehsid.read(pd.DataFrame({"command_v": np.arange(50.0)}, index=moments))
+    assert record.dt_s == pytest.approx(0.01)
+    assert list(record) == ["command_v"]
+
+
+def test_dates_of_polars_are_the_time() -> None:
+    start, end = pl.datetime(2026, 1, 1, time_zone="UTC"), pl.datetime(2026, 1, 1, 0, 0, 1)
+    moments = pl.datetime_range(start, end.dt.replace_time_zone("UTC"), "10ms", eager=True)
+    record = ehsid.read(pl.DataFrame({"stamp": moments, "command_v": np.arange(101.0)}))
+    assert record.dt_s == pytest.approx(0.01)
+    assert list(record) == ["command_v"]
+
+
 def log_rows() -> dict[str, np.ndarray]:
     """A log with German names: milliseconds, millimetres, volts."""
     frame = pl.read_csv(EMPS, n_rows=2000)
@@ -144,6 +161,7 @@ def test_remarks_go_to_the_logger(caplog: pytest.LogCaptureFixture) -> None:
         ({"a": [1.0, 2.0], "b": [1.0]}, {}, ["'b'", "1 samples", "'a' has 2"]),
         ({"a": np.ma.masked_equal([1.0, 2.0], 2.0)}, {}, ["'a'", "masked"]),
         ({"a": np.ma.masked_equal([1.0, 2.0], 2.0)}, {"dt_s": 1e-3}, ["'a'", "masked"]),
+        ({"a": [[1.0, 2.0], [1.0]]}, {}, ["'a'", "not one column"]),
         ({"a": [1.0, np.nan, 2.0]}, {}, ["row 2", "'a'", "NaN"]),
         ({"command_v": ["x", "y"]}, {}, ["'command_v'", "real numbers"]),
         ({"command_v": ["x", "y"]}, {"dt_s": 1e-3}, ["'command_v'", "real numbers"]),

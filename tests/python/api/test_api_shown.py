@@ -164,3 +164,18 @@ def test_a_record_of_many_columns_names_a_few_in_its_line() -> None:
     assert repr(many).endswith("c6, c7, 12 more>")
     assert len(many.plot().axes) == 8
     assert "c19" in many.summary()
+
+
+def test_names_of_columns_are_no_formulas() -> None:
+    """A name with an unpaired $ or a broken formula is drawn as it is."""
+    u, y = arrays().values()
+    name = r"$\frac{p$ <b>" + "\x1b"
+    log = ehsid.read({"u": u, name: y})
+    shown = r"$\frac{p$ <b>\x1b"
+    for figure in (
+        log.plot(),
+        ehsid.identify(log, input="u", output=name, orders=2).plot(),
+        ehsid.estimate(log, input="u", output=name, na=2, nb=2).plot(),
+    ):
+        figure.canvas.draw()
+        assert [axes for axes in figure.axes if shown in axes.get_ylabel()]
