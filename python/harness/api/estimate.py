@@ -93,15 +93,15 @@ class Estimation(Shown, Tabular):
         for i, name in enumerate(result.orders.names):
             paths[name] = result.theta_path[:, i]
             paths[f"{name}_deviation"] = result.deviation_path[:, i]
-        return {
-            **time_column(data.dt_s, data.index),
-            data.input_name: data.u[data.index],
-            data.output_name: data.y[data.index],
-            **paths,
-            "innovation": result.innovation,
-            "forgetting_factor": result.forgetting_factor,
-            "status": result.status,
+        paths["innovation"] = result.innovation
+        paths["forgetting_factor"] = result.forgetting_factor
+        paths["status"] = result.status
+        time = time_column(data.dt_s, data.index)
+        signals = {
+            f"{name} (signal)" if name in {**paths, **time} else name: values[data.index]
+            for name, values in ((data.input_name, data.u), (data.output_name, data.y))
         }
+        return {**time, **signals, **paths}
 
     def _line(self) -> str:
         result = self.result

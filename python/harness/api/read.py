@@ -11,6 +11,7 @@ from ehsid.harness import records
 from ehsid.harness.api.frames import Columns, columns_of
 from ehsid.harness.api.record import Record
 from ehsid.harness.api.wording import in_python, log_reading
+from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.records import NO_HINTS, Hints, read_record
 from ehsid.harness.records.in_memory import record_of_columns
 from ehsid.harness.records.logs.mapping import parse_maps
@@ -20,7 +21,7 @@ Source = str | os.PathLike[str] | Columns | Record | records.Record
 
 
 def read(
-    source: str | os.PathLike[str] | Columns,
+    source: Source,
     *,
     maps: Mapping[str, str] | None = None,
     dt_s: float | None = None,
@@ -35,8 +36,8 @@ def read(
     Parameters
     ----------
     source
-        path of a log; or columns in memory: a mapping of arrays of shape (n,) by name, or a
-        DataFrame of polars or pandas.
+        path of a log; columns in memory: a mapping of arrays of shape (n,) by name, or a DataFrame
+        of polars or pandas; or a record, to be resampled or renamed.
     maps
         columns for channels, with their units: {"position_m": "Weg [mm]"}.
     dt_s
@@ -61,14 +62,24 @@ def read(
     """
     with in_python():
         hints = hints_of(maps, dt_s)
-        if isinstance(source, str | os.PathLike):
-            result = read_record(source, required=(), hints=hints)
-            if name is not None:
-                result = replace(result, name=name)
-        else:
-            result = record_of_columns(columns_of(source), hints=hints, name=name or "record")
+        result = _result(source, hints, name or "record")
+    if name is not None:
+        result = replace(result, name=name)
     log_reading(result)
     return Record(result)
+
+
+def _result(source: Source, hints: Hints, name: str) -> records.Record:
+    if isinstance(source, str | os.PathLike):
+        return read_record(source, required=(), hints=hints)
+    if not isinstance(source, Record | records.Record):
+        return record_of_columns(columns_of(source), hints=hints, name=name)
+    record = record_of(source)
+    if not hints:
+        return record
+    time_s = {} if record.time_s is None else {TIME: record.time_s}
+    made = record_of_columns({**time_s, **record.columns}, hints=hints, name=record.name)
+    return replace(made, source=record.source)
 
 
 def hints_of(maps: Mapping[str, str] | None, dt_s: float | None) -> Hints:

@@ -122,6 +122,17 @@ def test_frames_have_the_signals(model: ehsid.Identification, found: ehsid.Estim
     assert np.array_equal(paths["oil_pressure"], pl.read_csv(CRANE)["oil_pressure"])
 
 
+def test_no_signal_is_lost_under_the_name_of_a_path() -> None:
+    frame = pl.read_csv(CRANE)
+    u, y = (frame[name].to_numpy() for name in NAMES.values())
+    log = {"sample": u, "status": y}
+    found = ehsid.estimate(log, input="sample", output="status", na=1, nb=1).to_polars()
+    assert np.array_equal(found["sample"], np.arange(1024))
+    assert np.array_equal(found["sample (signal)"], u)
+    assert np.array_equal(found["status (signal)"], y)
+    assert found["status"].dtype == pl.UInt8
+
+
 @pytest.mark.parametrize("what", ["model", "found"])
 def test_saved_files_are_those_of_the_command(
     what: str, tmp_path: Path, request: pytest.FixtureRequest

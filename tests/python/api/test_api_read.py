@@ -104,6 +104,14 @@ def test_a_sampling_time_makes_the_time_of_rows_and_resamples() -> None:
     assert len(slower) == 50
 
 
+def test_a_record_is_resampled_as_its_file_is() -> None:
+    record = ehsid.read(EMPS)
+    same(ehsid.read(record, dt_s=0.004), ehsid.read(EMPS, dt_s=0.004))
+    renamed = ehsid.read(record.result, name="other")
+    assert renamed.name == "other"
+    same(renamed, record)
+
+
 def test_a_record_says_samples_time_and_units() -> None:
     record = ehsid.read(EMPS)
     shown = repr(record)
@@ -179,6 +187,11 @@ def test_errors_say_what_where_and_how_to_mend(
     for text in says:
         assert text in str(caught.value)
     assert "--" not in str(caught.value)
+
+
+def test_errors_have_the_name_of_the_record() -> None:
+    with pytest.raises(ValueError, match="^run7, row 2, column 'a'"):
+        ehsid.read({"a": [1.0, np.nan]}, name="run7")
 
 
 def test_two_columns_of_one_name_are_refused() -> None:
