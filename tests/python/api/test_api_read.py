@@ -190,7 +190,7 @@ def test_errors_say_what_where_and_how_to_mend(
 
 
 def test_errors_have_the_name_of_the_record() -> None:
-    with pytest.raises(ValueError, match="^run7, row 2, column 'a'"):
+    with pytest.raises(ValueError, match=r"^run7, row 2, column 'a'"):
         ehsid.read({"a": [1.0, np.nan]}, name="run7")
 
 
