@@ -1,8 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""Online identification of electro-hydraulic servos: the C++ estimator, as firmware runs it.
+"""Identification of electro-hydraulic servos, and diagnosis of their simulations.
 
-Every public name of the compiled module, listed in _core.pyi, is a name of this package.
+Every public name of the compiled module, listed in _core.pyi, is a name of this package: the C++
+estimator, as firmware runs it. Beside them stand functions and classes for people, described in
+docs/python.md. They are imported when they are first used, so that `import ehsid` stays quick.
+
+>>> record = ehsid.read("log.csv")
+>>> model = ehsid.identify(record)
+>>> print(model.summary())
 """
+
+from importlib import import_module as _import_module
+from typing import TYPE_CHECKING
 
 from ehsid._interpreter import check_interpreter
 
@@ -10,3 +19,46 @@ check_interpreter()
 
 from ehsid._core import *  # noqa: E402, F403 -- each forgetting policy is a name of its own
 from ehsid._core import __version__ as __version__  # noqa: E402
+
+if TYPE_CHECKING:  # editors and type checkers read this, Python follows the table below
+    from ehsid.harness.api.diagnose import Diagnosis as Diagnosis
+    from ehsid.harness.api.diagnose import diagnose as diagnose
+    from ehsid.harness.api.estimate import Estimation as Estimation
+    from ehsid.harness.api.estimate import estimate as estimate
+    from ehsid.harness.api.identify import Identification as Identification
+    from ehsid.harness.api.identify import identify as identify
+    from ehsid.harness.api.read import read as read
+    from ehsid.harness.api.record import Record as Record
+    from ehsid.harness.api.rig import Rig as Rig
+    from ehsid.harness.api.simulate import Simulation as Simulation
+    from ehsid.harness.api.simulate import simulate as simulate
+
+# Name -> module of ehsid.harness.api that has it.
+_LAZY = {
+    "Diagnosis": "diagnose",
+    "Estimation": "estimate",
+    "Identification": "identify",
+    "Record": "record",
+    "Rig": "rig",
+    "Simulation": "simulate",
+    "diagnose": "diagnose",
+    "estimate": "estimate",
+    "identify": "identify",
+    "read": "read",
+    "simulate": "simulate",
+}
+
+
+if not TYPE_CHECKING:  # to a type checker a module with this function has every name
+
+    def __getattr__(name):
+        """Imports a name for people when it is first used (PEP 562)."""
+        if name not in _LAZY:
+            raise AttributeError(f"module 'ehsid' has no attribute {name!r}")
+        value = getattr(_import_module(f"ehsid.harness.api.{_LAZY[name]}"), name)
+        globals()[name] = value
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LAZY})

@@ -16,6 +16,7 @@ from ehsid.harness.text import printable
 if TYPE_CHECKING:
     from ehsid.harness.identification import IoData
     from ehsid.harness.records import Hints, Origin
+    from ehsid.harness.report.text_table import TextTable
 
 
 def refuse(message: str) -> NoReturn:
@@ -110,3 +111,15 @@ def make_table(
     for row in rows:
         table.add_row(*row)
     return table
+
+
+def rich_table(table: TextTable) -> Table:
+    """Returns a table of a report for the terminal."""
+    return make_table(
+        table.headings,
+        table.rows,
+        justify=table.justify,
+        title=table.title or None,
+        caption=table.caption or None,
+        caption_justify="left",
+    )

@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.table import Table
 
 from ehsid.harness.cli.common import (
     about,
-    make_table,
     read_io,
+    rich_table,
 )
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
@@ -34,7 +33,7 @@ from ehsid.harness.files import result_folder
 from ehsid.harness.report.model_file_names import ESTIMATION_FILES
 
 if TYPE_CHECKING:
-    from ehsid.harness.estimation import EstimationResult, Recursion
+    from ehsid.harness.estimation import Recursion
     from ehsid.harness.records import Hints
 
 
@@ -45,14 +44,6 @@ class Method(StrEnum):
     riv = "riv"
     oe = "oe"
     armax = "armax"
-
-
-def _table(result: EstimationResult) -> Table:
-    rows = [
-        (name, f"{entry['value']:.5g}", f"{entry['ci95'][0]:.5g} .. {entry['ci95'][1]:.5g}")
-        for name, entry in result.to_dict()["parameters"].items()
-    ]
-    return make_table(("parameter", "value", "95 % interval"), rows)
 
 
 def estimate_command(
@@ -141,8 +132,8 @@ def _estimate_record(
 ) -> None:
     """Estimates one record; `signals` are the names of its input and its output."""
     from ehsid.harness.estimation import estimate
-    from ehsid.harness.estimation.words import not_white_words
     from ehsid.harness.records.origin import with_reading
+    from ehsid.harness.report.model_tables import estimation_lines, parameter_table
 
     with (
         nullcontext()
@@ -161,13 +152,6 @@ def _estimate_record(
         return
     console = Console()
     console.print(f"{result.orders}, {result.method}, {result.forgetting}")
-    console.print(_table(result))
-    console.print(
-        f"one-step fit {result.one_step_fit_percent:.2f} %, simulation fit "
-        f"{result.simulation_fit_percent:.2f} %, RMSE {result.rmse:.4g}, resets {result.resets}, "
-        f"{'converged' if result.converged else 'not converged'}, "
-        f"{result.skipped} of {result.status.size} samples carried no information; "
-        f"one-step fit and RMSE leave out the first {result.n_start} equations"
-    )
-    if not result.residuals_white:
-        console.print(not_white_words(result))
+    console.print(rich_table(parameter_table(result)))
+    for line in estimation_lines(result):
+        console.print(line)

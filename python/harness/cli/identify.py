@@ -6,43 +6,20 @@ from __future__ import annotations
 import json
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from ehsid.harness.cli.common import (
     about,
-    make_table,
     read_io,
+    rich_table,
 )
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RecordFile
 from ehsid.harness.files import result_folder
 from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
-
-if TYPE_CHECKING:
-    from ehsid.harness.identification import IdentificationResult
-
-
-def _table(result: IdentificationResult) -> Table:
-    rows = [
-        (
-            f"{candidate.orders.na}{' *' * (candidate.orders == result.chosen.orders)}",
-            str(candidate.orders.nk),
-            f"{candidate.one_step_fit_percent:.2f}",
-            f"{candidate.simulation_fit_percent:.2f}",
-            f"{candidate.validation.fpe:.5g}",
-            f"{candidate.validation.loss:.5g}",
-            f"{candidate.validation.aic:.4g}",
-            f"{candidate.validation.mdl:.4g}",
-        )
-        for candidate in result.by_order
-    ]
-    headings = ("order", "nk", "one-step %", "simulated %", "FPE", "loss", "AIC", "MDL")
-    title = "fit on the validation half; the chosen order is marked"
-    return make_table(headings, rows, title=title)
 
 
 def identify_command(
@@ -67,6 +44,7 @@ def identify_command(
     from ehsid.harness.identification import identify
     from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
     from ehsid.harness.records.origin import with_reading
+    from ehsid.harness.report.model_tables import candidate_table, identification_lines
 
     with (
         nullcontext()
@@ -79,13 +57,7 @@ def identify_command(
         data, origin = read_io(record, input_name, output_name, hints)
         with about(record):
             result = identify(data, orders=wanted_orders, delays=wanted_delays)
-        lines = [
-            result.reason,
-            result.delay_reason,
-            result.whiteness.verdict,
-            result.independence.verdict,
-            *result.advice,
-        ]
+        lines = identification_lines(result)
         if folder is not None:
             from ehsid.harness.report.model_files import write_identification
 
@@ -94,6 +66,6 @@ def identify_command(
         typer.echo(json.dumps(with_reading(result.to_dict(), origin), allow_nan=False))
         return
     console = Console()
-    console.print(_table(result))
+    console.print(rich_table(candidate_table(result)))
     for line in lines:
         console.print(line)

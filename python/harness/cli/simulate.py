@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.table import Table
 
-from ehsid.harness.cli.common import check_ending, make_table
+from ehsid.harness.cli.common import check_ending, rich_table
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, hints_of, read_shown
 from ehsid.harness.cli.options import AsJson, SignalName
@@ -20,17 +19,8 @@ from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import result_files
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    from ehsid.harness.records import Hints
     from ehsid.harness.rigs import Rig
-    from ehsid.harness.simulation import PositionController, SimulationRun
-
-
-# A logged command may be beyond the rated one, where the valve is fully open. One that is so far
-# beyond it is in another unit.
-MOST_COMMAND = 10
+    from ehsid.harness.simulation import PositionController
 
 
 class LoopName(StrEnum):
@@ -41,39 +31,11 @@ class LoopName(StrEnum):
     pi = "pi"
 
 
-def _logged_command(path: Path, rig: Rig, hints: Hints) -> tuple[npt.NDArray[np.float64], float]:
-    import numpy as np
-
-    from ehsid.harness.simulation import command_limit
-
-    record = read_shown(
-        path, hints, columns=["command_v"], required=["time_s", "command_v"], layout=rig.columns
-    )
-    if len(record.segments) > 1 or record.dt_s is None:
-        raise ValueError(f"{path}: a command with gaps cannot drive a rig; give one stretch of it")
-    largest, limit = float(np.abs(record.column("command_v")).max()), command_limit(rig)
-    if largest > MOST_COMMAND * limit:
-        raise ValueError(
-            f"{path}, column 'command_v': the command reaches {largest:.4g} V: expected at most "
-            f"{MOST_COMMAND} times the rated command of {limit:g} V; is the column in V?"
-        )
-    return record.column("command_v"), record.dt_s
-
-
 def _controller(rig: Rig, loop: LoopName, bandwidth: float | None) -> PositionController:
     from ehsid.harness.simulation import suggested_controller, with_integral
 
     controller = suggested_controller(rig, bandwidth)
     return with_integral(controller) if loop is LoopName.pi else controller
-
-
-def _table(run: SimulationRun) -> Table:
-    rows = [
-        (name, f"{values.min():.5g}", f"{values.max():.5g}", f"{100.0 * error:.2g}")
-        for name, error in run.error.items()
-        for values in [run.record.column(name)]
-    ]
-    return make_table(("output", "lowest", "highest", "error of integration, % of range"), rows)
 
 
 def simulate_command(
@@ -133,8 +95,10 @@ def simulate_command(
     import numpy as np
 
     from ehsid.harness.records.writing import record_bytes
+    from ehsid.harness.report.model_tables import run_table
     from ehsid.harness.rigs import read_rig
     from ehsid.harness.simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
+    from ehsid.harness.simulation.logged_command import logged_command
     from ehsid.harness.simulation.signal_options import (
         SignalOptions,
         as_command,
@@ -161,7 +125,14 @@ def simulate_command(
         check_start(rig, position0)
         volts, signal, limited = None, None, None
         if command is not None:
-            volts, step = _logged_command(command, rig, hints_of(maps, dt))
+            record = read_shown(
+                command,
+                hints_of(maps, dt),
+                columns=["command_v"],
+                required=["time_s", "command_v"],
+                layout=rig.columns,
+            )
+            volts, step = logged_command(record, rig)
             samples = volts.size
         else:
             assert excitation is not None
@@ -204,4 +175,4 @@ def simulate_command(
     console.print(f"{rig.name}: {len(run.record)} samples at {step:g} s, {run.substeps} steps each")
     if limited:
         console.print(f"the command is at its limit for {100.0 * limited:.1f} % of the time")
-    console.print(_table(run))
+    console.print(rich_table(run_table(run)))

@@ -108,7 +108,7 @@ def read_record(
     if ending in FORMATS and not hints:
         try:
             table = _table(data, path)
-            if wish.is_met_by(table.names, path) and not _has_other_time(table.names):
+            if wish.is_met_by(table.names, path) and not has_other_time(table.names):
                 return _as_the_schema(table, wish, path, sha256)
         except _NotTheSchemaError as error:
             refused = error.refused
@@ -149,7 +149,7 @@ def open_unread(path: Path) -> Log:
         return open_log(data, path, ending)
 
 
-def _has_other_time(file_names: Sequence[str]) -> bool:
+def has_other_time(file_names: Sequence[str]) -> bool:
     """Whether a file has no column `time_s`, but one that may be the time under another name."""
     if TIME in file_names:
         return False
@@ -190,7 +190,7 @@ def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
     }
     try:
         record = make_record(arrays, source=path, **about)
-        remarks = (*without_numbers(left_out), *_slow(record))
+        remarks = (*without_numbers(left_out), *slow_remarks(record))
         return replace(record, origin=Origin(ending_of(path), (), remarks) if remarks else None)
     except TimeError as error:
         from ehsid.harness.records.logs.reading import even_record
@@ -198,7 +198,7 @@ def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
         return even_record(arrays, error, path=path, kind=ending_of(path), **about)
 
 
-def _slow(record: Record) -> tuple[str, ...]:
+def slow_remarks(record: Record) -> tuple[str, ...]:
     """Returns a remark on a servo with a sampling time that only a wrong unit explains."""
     if record.dt_s is None or record.dt_s < SLOW_S or record.columns.keys().isdisjoint(CHANNELS):
         return ()

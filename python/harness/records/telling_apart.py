@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ehsid.harness.records.in_memory import digest
 from ehsid.harness.records.record import Record
 
 
@@ -22,13 +23,14 @@ def told_apart(records: Sequence[Record]) -> list[Record]:
     """
     seen: dict[str, Record] = {}
     for record in records:
-        assert record.sha256 is not None
-        first = seen.setdefault(record.sha256, record)
-        if first is not record:
+        # A record that was made in memory, such as a simulated one, has no digest of a file.
+        key = record.sha256 or digest(record.columns.items())
+        if key in seen:
             raise ValueError(
-                f"{record.source}: the same data as {first.source}; give each record once, and "
-                "hold out none that is fitted"
+                f"{_place(record)}: the same data as {_place(seen[key])}; give each record once, "
+                "and hold out none that is fitted"
             )
+        seen[key] = record
     stems = [record.name for record in records]
     named = [
         replace(record, name=f"{Path(record.source).resolve().parent.name}_{record.name}")
@@ -40,7 +42,12 @@ def told_apart(records: Sequence[Record]) -> list[Record]:
     twice = [record for record in named if names.count(record.name) > 1]
     if twice:
         raise ValueError(
-            f"{twice[0].source} and {twice[1].source}: both are called "
+            f"{_place(twice[0])} and {_place(twice[1])}: both are called "
             f"'{twice[0].name}'; rename one"
         )
     return named
+
+
+def _place(record: Record) -> Path | str:
+    """Returns the file of a record, or its name where it has none."""
+    return record.source or record.name

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: MIT
+"""Diagnoses why a simulation and the records of its machine disagree."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ehsid.harness import gap, records
+from ehsid.harness.api.progress import progress_of
+from ehsid.harness.api.read import Source, record_of
+from ehsid.harness.api.record import Record
+from ehsid.harness.api.rig import Rig, RigSource, rig_of
+from ehsid.harness.api.shown import Shown
+from ehsid.harness.api.wording import in_python, log_reading
+from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
+from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.files import result_folder
+from ehsid.harness.gap.diagnosis_file import RESULT_FILES
+from ehsid.harness.parallel import workers as using
+from ehsid.harness.records import read_record
+from ehsid.harness.records.telling_apart import told_apart
+from ehsid.harness.report.gap_brief import brief_tables
+from ehsid.harness.report.gap_words import VERDICTS, percent, plain_name
+from ehsid.harness.report.text_table import TextTable
+from ehsid.harness.rigs.checks import unknown
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import polars as pl
+    from matplotlib.figure import Figure
+
+
+class Diagnosis(Shown):
+    """The findings of `diagnose`.
+
+    Attributes
+    ----------
+    result
+        `ehsid.harness.gap.Diagnosis`, all findings as typed data.
+    records
+        the records that it rests on.
+    rig
+        the rig as configured.
+    """
+
+    def __init__(self, result: gap.Diagnosis, used: Sequence[records.Record], rig: Rig) -> None:
+        self.result = result
+        self.records = tuple(map(Record, used))
+        self.rig = rig
+
+    @property
+    def verdict(self) -> str:
+        """One of "no_gap", "parameters", "effects", "ambiguous", "outside_catalogue" and
+        "insufficient_data".
+        """
+        return self.result.verdict
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in one sentence."""
+        return self.result.sentence
+
+    @property
+    def augmented_rig(self) -> Rig:
+        """The rig with the estimated values and the effects that were found."""
+        return Rig(self.result.augmented_rig)
+
+    def plot(self) -> Figure:
+        """Returns a figure of the first held-out record: measured and simulated, and the errors.
+
+        Raises
+        ------
+        ValueError
+            nothing was simulated, because the data are insufficient.
+        """
+        from ehsid.harness.report.run_figure import run_figure
+
+        if not self.result.runs:
+            raise ValueError(
+                "there is no simulation to draw: the records do not carry a diagnosis; summary() "
+                "says what they lack"
+            )
+        return run_figure(self.result.runs[0])
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Writes what `ehsid gap --out` writes, with report.html, and returns the folder.
+
+        Raises
+        ------
+        ValueError
+            the folder cannot be written to, or has files of these names that ehsid did not write.
+        """
+        from ehsid.harness.report.diagnosis_files import write_diagnosis
+
+        out = Path(folder)
+        used = [record.result for record in self.records]
+        files = [*(record.source for record in used), self.rig.source]
+        inputs = [path for path in files if path is not None]
+        with in_python(), result_folder(out, "gap", RESULT_FILES, inputs) as new:
+            write_diagnosis(new, self.result, used, str(self.rig.source or self.rig.name))
+        return out
+
+    def to_polars(self) -> pl.DataFrame:
+        """Returns the held-out samples with their simulations, as in simulation.csv."""
+        from ehsid.harness.report.diagnosis_files import simulation_table
+
+        return simulation_table(self.result.runs)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Returns the same as a DataFrame of pandas.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            pandas is not installed.
+        """
+        from ehsid.harness.api.frames import pandas_frame
+
+        frame = self.to_polars()
+        return pandas_frame({name: frame[name].to_numpy() for name in frame.columns})
+
+    def _line(self) -> str:
+        title, _ = VERDICTS[self.result.verdict]
+        far = self.result.how_far
+        if far is None:
+            return f"{self.rig.name}, {title}"
+        return (
+            f"{self.rig.name}, {title}; gap on held-out data {percent(far.nominal)} as configured, "
+            f"{percent(far.augmented)} with what was found"
+        )
+
+    def _sentences(self) -> Sequence[str]:
+        found = self.result
+        lines = [found.sentence, *(f"- {reason}" for reason in found.reasons)]
+        if found.next_experiment is not None:
+            lines.append(f"Next experiment: {found.next_experiment.description}.")
+        lines += [
+            f"Could not be judged: {plain_name(one.id)}: {one.why}" for one in found.cannot_judge
+        ]
+        for remark in found.remarks:
+            about = f"{remark.record}: " if remark.record else ""
+            lines.append(f"{'serious' if remark.serious else 'note'}: {about}{remark.what}")
+        return lines
+
+    def _tables(self) -> Sequence[TextTable]:
+        return list(brief_tables(self.result))
+
+
+def diagnose(
+    records: Source | Sequence[Source],
+    rig: RigSource,
+    *,
+    validate: Source | Sequence[Source] = (),
+    exclude: Sequence[str] = (),
+    workers: int | None = None,
+    progress: bool = True,
+) -> Diagnosis:
+    """Diagnoses the gap between a machine and its simulation: where, which effect, how far.
+
+    Parameters
+    ----------
+    records
+        records to fit, each a record, a path, or columns in memory with `command_v` and
+        `position_m`; one of them needs no list.
+    rig
+        a rig, or the path of a rig file.
+    validate
+        records to judge by, which are not fitted; without them blocks of the others are held out.
+    exclude
+        ids of effects that are not searched for.
+    workers
+        number of processes; None takes one for each core.
+    progress
+        whether to show the progress: a bar on a terminal, else the logger `ehsid`.
+
+    Raises
+    ------
+    ValueError
+        a record or the rig has a problem, an id is not in the catalogue, or a record is given
+        twice. Data that do not carry a diagnosis are no error: the verdict says so.
+
+    Examples
+    --------
+    >>> import ehsid
+    >>> rig = ehsid.Rig.read("examples/rigs/bench.toml")
+    >>> run = ehsid.simulate(rig, "triangle", duration_s=0.1)
+    >>> ehsid.diagnose(run.record, rig, progress=False).verdict
+    'insufficient_data'
+    """
+    machine = rig_of(rig)
+    for effect in exclude:
+        if effect not in effects():
+            raise ValueError(f"exclude: {unknown(effect, effects())}; {', '.join(effects())}")
+    with in_python():
+        fitted = [_record(one, machine) for one in _list(records)]
+        held_out = [_record(one, machine) for one in _list(validate)]
+        named = told_apart([*fitted, *held_out])
+        showing = progress_of(f"diagnosing {machine.name}") if progress else nullcontext()
+        with showing as report, using(workers):
+            result = gap.diagnose(
+                named[: len(fitted)],
+                machine.result,
+                validate=named[len(fitted) :],
+                exclude=tuple(dict.fromkeys(exclude)),
+                progress=report,
+            )
+    return Diagnosis(result, named, machine)
+
+
+def _list(given: Source | Sequence[Source]) -> Sequence[Source]:
+    """Returns records as a list, also where only one is given."""
+    return given if isinstance(given, list | tuple) else [given]  # type: ignore[list-item]
+
+
+def _record(source: Source, rig: Rig) -> records.Record:
+    """Returns a record; of a file the columns of the schema, in the layout of the rig."""
+    if not isinstance(source, str | os.PathLike):
+        return record_of(source)
+    record = read_record(
+        source,
+        columns=list(CHANNELS),
+        required=(*REQUIRED_COLUMNS, POSITION),
+        layout=rig.result.columns,
+    )
+    log_reading(record)
+    return record

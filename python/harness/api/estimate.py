@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: MIT
+"""Estimates a model recursively, with the code that runs in the controller."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness import estimation
+from ehsid.harness.api.frames import Tabular, time_column
+from ehsid.harness.api.read import Source
+from ehsid.harness.api.shown import Shown
+from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
+from ehsid.harness.api.wording import in_python
+from ehsid.harness.catalogue.policies import POLICIES
+from ehsid.harness.estimation import EstimationResult, structure
+from ehsid.harness.estimation.recursion import START_VARIANCE
+from ehsid.harness.files import result_folder
+from ehsid.harness.records.errors import nearest_name
+from ehsid.harness.report.model_file_names import ESTIMATION_FILES
+from ehsid.harness.report.model_tables import estimation_lines, parameter_table
+from ehsid.harness.report.text_table import TextTable
+
+if TYPE_CHECKING:
+    import control
+    from matplotlib.figure import Figure
+
+
+class Estimation(Shown, Tabular):
+    """A recursive estimation over a record; its frame has the paths, sample by sample.
+
+    Attributes
+    ----------
+    result
+        `ehsid.harness.estimation.EstimationResult`.
+    signals
+        input and output that it was made of.
+    """
+
+    def __init__(self, result: EstimationResult, signals: Signals) -> None:
+        self.result = result
+        self.signals = signals
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters at the end of the record by name: a1 .., b1 .., offset."""
+        return dict(zip(self.result.orders.names, self.result.theta.tolist(), strict=True))
+
+    def to_control(self) -> control.TransferFunction:
+        """Returns the final model as a discrete-time system of python-control.
+
+        Its dt is the sampling time in seconds, or True without one. The constant term is left out.
+        """
+        from ehsid.harness.identification.systems import arx_system
+
+        return arx_system(self.result.orders, self.result.theta, self.signals.data.dt_s)
+
+    def plot(self) -> Figure:
+        """Returns a figure: parameters with 95 % bands, forgetting factor and innovation."""
+        from ehsid.harness.report.model_figures import estimation_figure
+
+        figure = estimation_figure(self.result, self.signals.data.dt_s)
+        figure.axes[2].set_ylabel(f"innovation of\n{self.signals.output_label}")
+        return figure
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Writes what `ehsid estimate --out` writes, and returns the folder.
+
+        Raises
+        ------
+        ValueError
+            the folder cannot be written to, or has files of these names that ehsid did not write.
+        """
+        from ehsid.harness.report.model_files import write_estimation
+
+        out, signals = Path(folder), self.signals
+        with (
+            in_python(),
+            result_folder(out, "estimate", ESTIMATION_FILES, signals.inputs) as new,
+        ):
+            write_estimation(new, self.result, signals.data.dt_s, signals.origin)
+        return out
+
+    def _columns(self) -> Mapping[str, npt.NDArray[Any]]:
+        result, data = self.result, self.signals.data
+        paths: dict[str, npt.NDArray[Any]] = {}
+        for i, name in enumerate(result.orders.names):
+            paths[name] = result.theta_path[:, i]
+            paths[f"{name}_deviation"] = result.deviation_path[:, i]
+        return {
+            **time_column(data.dt_s, data.index),
+            data.input_name: data.u[data.index],
+            data.output_name: data.y[data.index],
+            **paths,
+            "innovation": result.innovation,
+            "forgetting_factor": result.forgetting_factor,
+            "status": result.status,
+        }
+
+    def _line(self) -> str:
+        result = self.result
+        values = ", ".join(f"{name} {value:.5g}" for name, value in self.parameters.items())
+        state = "converged" if result.converged else "not converged"
+        return (
+            f"{self.signals.name}, {result.orders}, {result.method}; {values}; one-step fit "
+            f"{result.one_step_fit_percent:.2f} %, {state}"
+        )
+
+    def _sentences(self) -> Sequence[str]:
+        result = self.result
+        head = f"{result.orders}, {result.method}, {result.forgetting}"
+        return [head, *estimation_lines(result)]
+
+    def _tables(self) -> Sequence[TextTable]:
+        return [parameter_table(self.result)]
+
+
+def estimate(
+    record: Source | Arrays,
+    *,
+    input: str = "command_v",
+    output: str = "position_m",
+    na: int = 3,
+    nb: int = 3,
+    nk: int = 1,
+    forgetting: str | ehsid.Forgetting = "exponential",
+    method: str = "rls",
+    reset: bool = True,
+    guards: ehsid.RlsOptions | None = None,
+    start_variance: float = START_VARIANCE,
+) -> Estimation:
+    """Estimates an ARX model sample by sample, with the code that the firmware runs.
+
+    Parameters
+    ----------
+    record
+        as for `identify`.
+    input, output
+        names of the columns.
+    na, nb, nk
+        structure of the model: na and nb from 1 to 6, nk in samples up to 20.
+    forgetting
+        name of a policy with its defaults, such as "exponential" or "f-ratio"; or a policy with
+        settings, such as ehsid.Exponential(lambda0=0.99).
+    method
+        "rls", or for noise that biases least squares "riv", "oe" or "armax"
+        (docs/which_estimator.md).
+    reset
+        whether lambda and P are reset when the RMSE shows a change of the plant.
+    guards
+        guards against wind-up; None takes the defaults, ehsid.RlsOptions.textbook() has none.
+    start_variance
+        P_ii at the start and after a reset, above 0, in units of sigma^2 of the scaled signals.
+
+    Raises
+    ------
+    ValueError
+        the record lacks a column, a signal is constant, the record is too short, or a setting is
+        out of range.
+
+    Examples
+    --------
+    >>> import ehsid
+    >>> log = "examples/data/hydraulic_crane.csv"
+    >>> found = ehsid.estimate(log, input="valve_opening", output="oil_pressure", na=2, nb=2)
+    >>> list(found.parameters)
+    ['a1', 'a2', 'b1', 'b2']
+    """
+    with in_python():
+        signals = signals_of(record, input, output)
+        policy = _policy(forgetting)
+        with about(signals):
+            result = estimation.estimate(
+                signals.data,
+                structure(na, nb, nk, method),
+                forgetting=policy,
+                reset=reset,
+                guards=guards,
+                start_variance=start_variance,
+                method=method,
+            )
+    return Estimation(result, signals)
+
+
+def _policy(forgetting: str | ehsid.Forgetting) -> ehsid.Forgetting:
+    """Returns the policy of this name with its defaults; a policy stays as it is."""
+    if not isinstance(forgetting, str):
+        return forgetting
+    name = forgetting.replace("_", "-")
+    if name not in POLICIES:
+        near = nearest_name(name, POLICIES)
+        hint = f"; did you mean '{near}'?" if near else ""
+        raise ValueError(f"forgetting={forgetting!r}: expected one of {', '.join(POLICIES)}{hint}")
+    return POLICIES[name].policy()

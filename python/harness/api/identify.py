@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: MIT
+"""Identifies a model offline."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy.typing as npt
+
+from ehsid.harness import identification
+from ehsid.harness.api.frames import Tabular, time_column
+from ehsid.harness.api.read import Source
+from ehsid.harness.api.shown import Shown
+from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
+from ehsid.harness.api.wording import in_python
+from ehsid.harness.files import result_folder
+from ehsid.harness.identification import IdentificationResult
+from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
+from ehsid.harness.identification.selection import DEFAULT_DELAYS, DEFAULT_ORDERS
+from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
+from ehsid.harness.report.model_tables import candidate_table, identification_lines
+from ehsid.harness.report.text_table import TextTable
+
+if TYPE_CHECKING:
+    import control
+    from matplotlib.figure import Figure
+
+T = TypeVar("T")
+
+
+class Identification(Shown, Tabular):
+    """A model that `identify` chose; its frame has the validation half, sample by sample.
+
+    Attributes
+    ----------
+    result
+        `ehsid.harness.identification.IdentificationResult`.
+    signals
+        input and output that it was made of.
+    """
+
+    def __init__(self, result: IdentificationResult, signals: Signals) -> None:
+        self.result = result
+        self.signals = signals
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the chosen model by name: a1 .., b1 .., offset."""
+        model = self.result.chosen.model
+        return dict(zip(model.orders.names, model.theta.tolist(), strict=True))
+
+    def to_control(self) -> control.TransferFunction:
+        """Returns the chosen model as a discrete-time system of python-control.
+
+        Its dt is the sampling time in seconds, or True without one. The constant term is left out.
+        """
+        from ehsid.harness.identification.systems import to_control
+
+        return to_control(self.result.chosen.model, self.result.dt_s)
+
+    def plot(self) -> Figure:
+        """Returns a figure: measured and simulated output, and both tests of the residuals."""
+        from ehsid.harness.report.model_figures import identification_figure
+
+        figure = identification_figure(self.result)
+        figure.axes[0].set_ylabel(self.signals.output_label)
+        return figure
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Writes what `ehsid identify --out` writes, and returns the folder.
+
+        Raises
+        ------
+        ValueError
+            the folder cannot be written to, or has files of these names that ehsid did not write.
+        """
+        from ehsid.harness.report.model_files import write_identification
+
+        out, inputs = Path(folder), self.signals.inputs
+        with in_python(), result_folder(out, "identify", IDENTIFICATION_FILES, inputs) as new:
+            write_identification(new, self.result, self.signals.data, self.signals.origin)
+        return out
+
+    def _columns(self) -> Mapping[str, npt.NDArray[Any]]:
+        one_step, simulated = self.result.one_step, self.result.simulated
+        return {
+            **time_column(self.result.dt_s, simulated.index),
+            "measured": simulated.measured,
+            "one_step": one_step.predicted,
+            "simulated": simulated.predicted,
+        }
+
+    def _line(self) -> str:
+        chosen = self.result.chosen
+        return (
+            f"{self.signals.name}, {chosen.orders}; on the validation half one-step fit "
+            f"{chosen.one_step_fit_percent:.2f} %, simulation fit "
+            f"{chosen.simulation_fit_percent:.2f} %"
+        )
+
+    def _sentences(self) -> Sequence[str]:
+        return identification_lines(self.result)
+
+    def _tables(self) -> Sequence[TextTable]:
+        return [candidate_table(self.result)]
+
+
+def identify(
+    record: Source | Arrays,
+    *,
+    input: str = "command_v",
+    output: str = "position_m",
+    orders: int | str | Iterable[int | tuple[int, int]] = DEFAULT_ORDERS,
+    delays: int | str | Iterable[int] = DEFAULT_DELAYS,
+) -> Identification:
+    """Chooses order and delay of an ARX model on one half of a record, judged on the other.
+
+    The model is A(q^-1) y(k) = q^-nk B(q^-1) u(k) + e(k), Ghazali et al. 2011, Eq. (7);
+    docs/identification.md has the rules of the choice.
+
+    Parameters
+    ----------
+    record
+        a record, a path, columns in memory as `read` takes them, or the tuple (u, y, dt_s) of two
+        arrays of shape (n,) and the sampling time in seconds or None.
+    input, output
+        names of the columns.
+    orders
+        orders na = nb to try, or pairs (na, nb), each at least 1: a number, several, or a range as
+        text, "2-5".
+    delays
+        delays nk to try, in samples, at least 0, in the same way.
+
+    Raises
+    ------
+    ValueError
+        the record lacks a column, is too short, or does not excite the plant; the message says how
+        to mend it.
+
+    Examples
+    --------
+    >>> import ehsid
+    >>> log = "examples/data/hydraulic_crane.csv"
+    >>> model = ehsid.identify(log, input="valve_opening", output="oil_pressure", orders=[2, 3])
+    >>> model.result.chosen.orders.na
+    2
+    >>> model.to_control().dt
+    True
+    """
+    with in_python():
+        signals = signals_of(record, input, output)
+        tried = _several(orders, "--orders", MOST_ORDER)
+        delayed = _several(delays, "--delays", MOST_DELAY)
+        with about(signals):
+            result = identification.identify(signals.data, orders=tried, delays=delayed)
+    return Identification(result, signals)
+
+
+def _several(given: int | str | Iterable[T], option: str, most: int) -> Iterable[int | T]:
+    """Returns what is to be tried; a number or a text as the command reads it."""
+    return parse_range(str(given), option, most) if isinstance(given, int | str) else given

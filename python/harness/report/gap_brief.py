@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""Tables of a diagnosis in brief, as the command and the Python interface show them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ehsid.harness.catalogue.channels import shown_channel
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.gap.schema import Diagnosis, HowFar
+from ehsid.harness.report.gap_words import (
+    SIMULATIONS,
+    STANDINGS,
+    effect_set,
+    interval,
+    percent,
+    percent_interval,
+    plain_name,
+    quantity,
+    unit_of,
+    value_name,
+)
+from ehsid.harness.report.text_table import TextTable
+from ehsid.harness.rigs.table_words import table_words
+
+# More candidates than this are easier to read on the page.
+MOST_CANDIDATES = 5
+
+
+def brief_tables(diagnosis: Diagnosis) -> Iterator[TextTable]:
+    """Yields the tables that a diagnosis has something for, the gap first."""
+    if diagnosis.how_far is not None:
+        added = bool(diagnosis.effects or diagnosis.missing_laws)
+        yield _gap(diagnosis.how_far, added=added)
+    if diagnosis.where.subsystem:
+        shares = sorted(diagnosis.where.subsystem.items(), key=lambda item: -item[1])
+        rows = [(name, percent(share)) for name, share in shares]
+        yield TextTable(("where", "share of the gap"), tuple(rows))
+    if diagnosis.effects:
+        sizes = [
+            (
+                *((plain_name(effect.id), percent(effect.probability)) if i == 0 else ("", "")),
+                *interval(size, unit_of(ParameterKey.of_effect(effect.id, name))),
+            )
+            for effect in diagnosis.effects
+            for i, (name, size) in enumerate(effect.parameters.items())
+        ]
+        yield TextTable(("effect", "probability", "size", "90 % interval"), tuple(sizes))
+    if diagnosis.missing_laws:
+        laws = [
+            (
+                table_words(found.law.adds_to, found.law.of),
+                found.looks_like,
+                percent(found.share_of_shrinkage),
+            )
+            for found in diagnosis.missing_laws
+        ]
+        yield TextTable(("missing law", "its form", "share of what is removed"), tuple(laws))
+    if diagnosis.candidates:
+        candidates = [
+            (
+                effect_set(candidate.effects),
+                percent(candidate.held_out_shrinkage),
+                f"{candidate.score:.1f}",
+                STANDINGS[candidate.standing.kind],
+            )
+            for candidate in diagnosis.candidates[:MOST_CANDIDATES]
+        ]
+        yield TextTable(("candidate", "removes", "nats behind", "decision"), tuple(candidates))
+    moved = [
+        (
+            value_name(name),
+            quantity(value.rig, unit_of(name)),
+            *interval(value.found, unit_of(name)),
+        )
+        for name, value in diagnosis.calibration.items()
+        if value.moved
+    ]
+    if moved:
+        yield TextTable(("value that moved", "rig file", "estimate", "90 % interval"), tuple(moved))
+
+
+def _gap(gap: HowFar, *, added: bool) -> TextTable:
+    """added: whether effects or laws were added to the last simulation."""
+    floor = " to ".join(map(percent, gap.noise_floor))
+    means = (gap.nominal, gap.calibrated, gap.augmented)
+    rows = [("all outputs", *map(percent, means), floor)]
+    rows += [
+        (f"  {shown_channel(name)[0]}", *map(percent, gaps), "")
+        for name, gaps in gap.per_output.items()
+    ]
+    caption = ""
+    if added and gap.of_explainable is not None:
+        caption = (
+            f"What was found removes {percent_interval(gap.of_explainable)} of the gap above the "
+            "noise floor that remained after the fit. The range is for other motions of this "
+            "machine."
+        )
+    headings = ("gap on held-out data", *SIMULATIONS.values(), "floor")
+    return TextTable(headings, tuple(rows), caption=caption)

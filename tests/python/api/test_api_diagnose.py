@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: MIT
+import json
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from made_diagnoses import bench, made_diagnosis, measured_record
+
+import ehsid
+from ehsid.harness import gap
+from ehsid.harness.gap.schema import Verdict
+from ehsid.harness.parallel import Progress, worker_count
+from ehsid.harness.records import Record, write_record
+from ehsid.harness.report.diagnosis_files import simulation_table
+from ehsid.harness.rigs import Rig, write_rig
+
+
+class FakeDiagnose:
+    """Stands in for the diagnosis: keeps what it was asked and gives what it was made with."""
+
+    def __init__(self, diagnosis: gap.Diagnosis) -> None:
+        self.diagnosis = diagnosis
+        self.asked: dict[str, Any] = {}
+
+    def __call__(
+        self,
+        records: Sequence[Record],
+        rig: Rig,
+        *,
+        validate: Sequence[Record] = (),
+        exclude: Sequence[str] = (),
+        progress: Progress | None = None,
+    ) -> gap.Diagnosis:
+        self.asked = {
+            "names": [record.name for record in records],
+            "validate": [record.name for record in validate],
+            "columns": [set(record.columns) for record in (*records, *validate)],
+            "rig": rig,
+            "exclude": list(exclude),
+            "progress": progress,
+            "workers": worker_count(),
+        }
+        if progress is not None:
+            progress(0.5)
+        return self.diagnosis
+
+
+@pytest.fixture
+def fake(monkeypatch: pytest.MonkeyPatch) -> FakeDiagnose:
+    made = FakeDiagnose(made_diagnosis("effects"))
+    monkeypatch.setattr("ehsid.harness.gap.diagnose", made)
+    return made
+
+
+def made(verdict: Verdict) -> ehsid.Diagnosis:
+    record = measured_record("held_out", 2, seconds=4.3, dt_s=2e-3)
+    return ehsid.Diagnosis(made_diagnosis(verdict), [record], ehsid.Rig(bench()))
+
+
+@pytest.mark.slow
+def test_a_diagnosis_is_that_of_the_room() -> None:
+    """A short record whose cause is known: all but one effect are excluded, for speed."""
+    record = measured_record("run", 1, seconds=6.0, dt_s=2e-3)
+    excluded = [one.id for one in ehsid.effects() if one.id != "coulomb_friction"]
+    expected = gap.diagnose([record], bench(), exclude=excluded)
+    found = ehsid.diagnose(record, bench(), exclude=excluded, progress=False)
+    assert found.verdict == expected.verdict == "effects"
+    assert found.result.how_far == expected.how_far
+    assert found.result.effects == expected.effects
+    assert dict(found.augmented_rig.values) == dict(expected.augmented_rig.values)
+
+
+def test_records_and_rigs_of_every_kind_reach_the_diagnosis(
+    fake: FakeDiagnose, tmp_path: Path
+) -> None:
+    run, other = (measured_record(n, i, seconds=1.0, dt_s=2e-3) for i, n in enumerate("ab"))
+    write_record(run, tmp_path / "run.csv")
+    write_rig(bench(), tmp_path / "rig.toml")
+    found = ehsid.diagnose(
+        [tmp_path / "run.csv", ehsid.Record(other)],
+        tmp_path / "rig.toml",
+        validate=ehsid.read({"time_s": run.time_s, **run.columns} | {"spool": run.time_s}),
+        exclude=["valve_lag", "valve_lag"],
+        workers=1,
+    )
+    assert fake.asked["names"] == ["run", "b"]
+    assert fake.asked["validate"] == ["record"]
+    assert all({"command_v", "position_m"} <= columns for columns in fake.asked["columns"])
+    assert fake.asked["exclude"] == ["valve_lag"]
+    assert fake.asked["workers"] == 1
+    assert dict(fake.asked["rig"].values) == dict(bench().values)
+    assert [record.name for record in found.records] == ["run", "b", "record"]
+
+
+def test_progress_goes_to_the_logger_where_no_terminal_is(
+    fake: FakeDiagnose, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ehsid.harness.api.progress.LINE_EVERY_S", 0.0)
+    record = measured_record("run", 1, seconds=1.0, dt_s=2e-3)
+    with caplog.at_level(logging.INFO, logger="ehsid"):
+        ehsid.diagnose(record, bench())
+    lines = [one.getMessage() for one in caplog.records if one.name == "ehsid"]
+    assert lines[0] == "diagnosing bench: begins"
+    assert lines[1].startswith("diagnosing bench: 50 %, ")
+    assert lines[2].startswith("diagnosing bench: done after ")
+    caplog.clear()
+    ehsid.diagnose(record, bench(), progress=False)
+    assert fake.asked["progress"] is None
+    assert not caplog.records
+
+
+def test_a_terminal_shows_a_bar(
+    fake: FakeDiagnose, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    record = measured_record("run", 1, seconds=1.0, dt_s=2e-3)
+    hostile = replace(bench(), name="[red]rig\x1b[2J")
+    ehsid.diagnose(record, hostile)
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert "\x1b[2J" not in shown.err
+    assert fake.asked["progress"] is not None
+
+
+def test_saved_files_are_those_of_the_command(tmp_path: Path, no_plots: None) -> None:
+    found = made("ambiguous")
+    folder = found.save(tmp_path / "out")
+    names = {path.name for path in folder.iterdir()}
+    assert names == {
+        *(".ehsid", "diagnosis.json", "next_experiment.csv", "report.html"),
+        *("rig.augmented.toml", "simulation.csv"),
+    }
+    told = json.loads((folder / "diagnosis.json").read_text())
+    assert told["verdict"] == "ambiguous"
+    again = ehsid.Rig.read(folder / "rig.augmented.toml")
+    assert dict(again.values) == dict(found.augmented_rig.values)
+
+
+def test_the_summary_says_what_the_command_prints() -> None:
+    told = made("effects").summary()
+    assert made_diagnosis("effects").sentence in told
+    assert "gap on held-out data" in told
+    assert "Coulomb friction" in told
+
+
+def test_frames_have_the_simulations() -> None:
+    found = made("effects")
+    expected = simulation_table(found.result.runs)
+    assert found.to_polars().equals(expected)
+    frame = found.to_pandas()
+    assert list(frame.columns) == expected.columns
+    assert np.array_equal(frame["position_m_augmented"], expected["position_m_augmented"])
+
+
+def test_data_that_carry_no_diagnosis_have_no_picture() -> None:
+    rig = ehsid.Rig(bench())
+    run = ehsid.simulate(rig, "triangle", duration_s=0.1)
+    found = ehsid.diagnose(run.record, rig, progress=False)
+    assert found.verdict == "insufficient_data"
+    assert found.sentence in found.summary()
+    with pytest.raises(ValueError, match="no simulation to draw"):
+        found.plot()
+
+
+def test_what_the_diagnosis_cannot_use_is_refused(tmp_path: Path) -> None:
+    record = measured_record("run", 1, seconds=1.0, dt_s=2e-3)
+    with pytest.raises(ValueError, match=r"exclude: 'valve_lg'.*'valve_lag'"):
+        ehsid.diagnose(record, bench(), exclude=["valve_lg"])
+    with pytest.raises(ValueError, match="run: the same data as run"):
+        ehsid.diagnose(record, bench(), validate=[record])
+    other = measured_record("run", 2, seconds=1.0, dt_s=2e-3)
+    with pytest.raises(ValueError, match="run and run: both are called 'run'"):
+        ehsid.diagnose(record, bench(), validate=other)
+    with pytest.raises(ValueError, match=r"none\.csv: there is no such file"):
+        ehsid.diagnose(tmp_path / "none.csv", bench())
+    with pytest.raises(ValueError, match="needs a record"):
+        ehsid.diagnose([], bench(), progress=False)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT
+"""`import ehsid` imports nothing that is not used, and shows all names all the same."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import ehsid
+
+NAMES = {
+    *("Diagnosis", "Estimation", "Identification", "Record", "Rig", "Simulation"),
+    *("diagnose", "estimate", "identify", "read", "simulate"),
+}
+HEAVY = ("control", "matplotlib", "pandas", "pint", "polars", "rich", "scipy")
+
+
+def modules_after(code: str) -> set[str]:
+    script = f"import sys\n{code}\nprint('\\n'.join(sys.modules))"
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    return set(done.stdout.split())
+
+
+def test_import_alone_loads_no_library_and_no_room() -> None:
+    loaded = modules_after("import ehsid")
+    assert "ehsid._core" in loaded
+    assert not loaded & {*HEAVY, "numpy", "ehsid.harness"}
+
+
+def test_a_rig_needs_no_library_of_plots_and_frames() -> None:
+    path = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
+    loaded = modules_after(f"import ehsid; repr(ehsid.Rig.read({str(path)!r}))")
+    assert "ehsid.harness.rigs" in loaded
+    assert not loaded & {"control", "matplotlib", "pandas", "polars", "scipy"}
+
+
+def test_all_names_are_listed_and_stay_the_same_object() -> None:
+    assert set(dir(ehsid)) >= NAMES | {"ServoEstimator", "Exponential"}
+    for name in NAMES:
+        value = getattr(ehsid, name)
+        assert getattr(ehsid, name) is value
+        assert value.__name__ == name
+
+
+def test_no_name_hides_one_of_the_compiled_module() -> None:
+    assert not NAMES & set(vars(ehsid._core))
+
+
+def test_editors_see_the_names_that_python_has() -> None:
+    tree = ast.parse(Path(ehsid.__file__).read_text(encoding="utf-8"))
+    # A type checker believes that a module with __getattr__ has every name, misspelt ones too.
+    functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    assert functions == {"__dir__"}
+    block, _ = (node for node in tree.body if isinstance(node, ast.If))
+    seen = {
+        alias.asname: node.module
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert seen == {name: f"ehsid.harness.api.{module}" for name, module in ehsid._LAZY.items()}
+    assert set(seen) == NAMES
+
+
+def test_another_name_is_none_of_the_package() -> None:
+    with pytest.raises(AttributeError, match="has no attribute 'raed'"):
+        ehsid.raed  # noqa: B018

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: MIT
+"""Models from Python beside those of the rooms."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import control
+import numpy as np
+import polars as pl
+import pytest
+
+import ehsid
+from ehsid.harness import estimation, identification
+from ehsid.harness.estimation import structure
+from ehsid.harness.identification import IoData
+from ehsid.harness.records import read_record
+
+ROOT = Path(__file__).parents[3]
+CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
+NAMES = {"input": "valve_opening", "output": "oil_pressure"}
+FAST = {"orders": [2, 3], "delays": [1, 2]}
+
+
+@pytest.fixture(scope="module")
+def data() -> IoData:
+    return IoData.from_record(read_record(CRANE, columns=list(NAMES.values())), *NAMES.values())
+
+
+@pytest.fixture(scope="module")
+def model() -> ehsid.Identification:
+    return ehsid.identify(CRANE, **NAMES, **FAST)
+
+
+@pytest.fixture(scope="module")
+def found() -> ehsid.Estimation:
+    return ehsid.estimate(CRANE, **NAMES, na=2, nb=2, nk=1)
+
+
+def sources() -> list[object]:
+    """The same samples as a path, a record, a frame and arrays."""
+    frame = pl.read_csv(CRANE)
+    u, y = (frame[name].to_numpy() for name in NAMES.values())
+    return [CRANE, str(CRANE), ehsid.read(CRANE), ehsid.read(CRANE).result, frame, (u, y, None)]
+
+
+def test_identify_gives_the_result_of_the_room(data: IoData) -> None:
+    expected = identification.identify(data, **FAST).to_dict()
+    for source in sources():
+        assert ehsid.identify(source, **NAMES, **FAST).result.to_dict() == expected
+
+
+@pytest.mark.parametrize("given", [{"orders": "2-3", "delays": "1-2"}, {"orders": 2, "delays": 1}])
+def test_orders_and_delays_are_numbers_or_ranges(given: dict[str, Any], data: IoData) -> None:
+    found = ehsid.identify(CRANE, **NAMES, **given).result
+    tried = (range(2, 4), range(1, 3)) if given["orders"] == "2-3" else ([2], [1])
+    expected = identification.identify(data, orders=tried[0], delays=tried[1])
+    assert found.to_dict() == expected.to_dict()
+
+
+def test_estimate_gives_the_result_of_the_room(data: IoData) -> None:
+    expected = estimation.estimate(data, structure(2, 2, 1, "rls"), forgetting=ehsid.Exponential())
+    for source in sources():
+        found = ehsid.estimate(source, **NAMES, na=2, nb=2, nk=1).result
+        assert found.to_dict() == expected.to_dict()
+        assert np.array_equal(found.theta_path, expected.theta_path)
+
+
+def test_settings_reach_the_estimator(data: IoData) -> None:
+    policy = ehsid.Constant(lambda_=0.98)
+    guards = ehsid.RlsOptions.textbook()
+    settings = {"reset": False, "guards": guards, "start_variance": 1e3, "method": "riv"}
+    expected = estimation.estimate(data, structure(2, 1, 2, "riv"), forgetting=policy, **settings)
+    found = ehsid.estimate(CRANE, **NAMES, na=2, nb=1, nk=2, forgetting=policy, **settings)
+    assert np.array_equal(found.result.theta_path, expected.theta_path)
+    assert list(found.parameters) == ["a1", "a2", "b1", "offset"]
+
+
+@pytest.mark.parametrize("name", ["f-ratio", "f_ratio"])
+def test_a_policy_by_name_has_its_defaults(name: str) -> None:
+    by_name = ehsid.estimate(CRANE, **NAMES, forgetting=name)
+    by_object = ehsid.estimate(CRANE, **NAMES, forgetting=ehsid.FRatio())
+    assert np.array_equal(by_name.result.theta_path, by_object.result.theta_path)
+    assert by_name.result.forgetting == repr(ehsid.FRatio())
+
+
+def response(theta: np.ndarray, na: int, nb: int, nk: int, z: np.ndarray) -> np.ndarray:
+    """Eq. (7) on the unit circle, term by term."""
+    a = 1.0 + sum(theta[i] * z ** -(i + 1) for i in range(na))
+    return sum(theta[na + i] * z ** -(nk + i) for i in range(nb)) / a
+
+
+def test_control_systems_have_the_response_of_the_model(
+    model: ehsid.Identification, found: ehsid.Estimation
+) -> None:
+    z = np.exp(1j * np.linspace(0.01, 3.1, 50))
+    for made, theta, orders in (
+        (model.to_control(), model.result.chosen.model.theta, model.result.chosen.orders),
+        (found.to_control(), found.result.theta, found.result.orders),
+    ):
+        assert isinstance(made, control.TransferFunction)
+        expected = response(theta, orders.na, orders.nb, orders.nk, z)
+        assert np.allclose(made(z), expected, rtol=1e-9, atol=0.0)
+        assert made.dt is True
+
+
+def test_control_systems_have_the_sampling_time() -> None:
+    frame = pl.read_csv(CRANE)
+    arrays = (frame["valve_opening"].to_numpy(), frame["oil_pressure"].to_numpy(), 0.05)
+    assert ehsid.identify(arrays, **FAST).to_control().dt == 0.05
+    assert ehsid.estimate(arrays, na=2, nb=2).to_control().dt == 0.05
+
+
+def test_frames_have_the_signals(model: ehsid.Identification, found: ehsid.Estimation) -> None:
+    half = model.to_polars()
+    assert half.columns == ["sample", "measured", "one_step", "simulated"]
+    assert half.height == model.result.simulated.index.size
+    assert np.array_equal(half["measured"], model.result.one_step.measured)
+    paths = found.to_pandas()
+    assert len(paths) == 1024
+    assert np.array_equal(paths["b2"], found.result.theta_path[:, 3])
+    assert np.array_equal(paths["oil_pressure"], pl.read_csv(CRANE)["oil_pressure"])
+
+
+@pytest.mark.parametrize("what", ["model", "found"])
+def test_saved_files_are_those_of_the_command(
+    what: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    result = request.getfixturevalue(what)
+    stem = {"model": "identify", "found": "estimate"}[what]
+    folder = result.save(tmp_path / "out")
+    assert json.loads((folder / f"{stem}.json").read_text()) == result.result.to_dict()
+    assert (folder / f"{stem}.png").stat().st_size > 10_000
+    assert (folder / "identify_bode.png").exists() == (what == "model")
+
+
+def test_summaries_say_what_the_commands_print(
+    model: ehsid.Identification, found: ehsid.Estimation
+) -> None:
+    told = model.summary()
+    assert model.result.reason in told
+    assert model.result.whiteness.verdict in told
+    assert "one-step %" in told
+    told = found.summary()
+    assert "95 % interval" in told
+    assert f"one-step fit {found.result.one_step_fit_percent:.2f} %" in told
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda: ehsid.identify(CRANE), ["hydraulic_crane.csv", "command_v"]),
+        (lambda: ehsid.identify(CRANE, input="a", output="a"), ["input='a'", "two columns"]),
+        (lambda: ehsid.identify((np.ones(5), np.ones(5))), ["(u, y, dt_s)"]),
+        (lambda: ehsid.identify((np.ones(9), np.ones(9), -1.0)), ["dt_s = -1", "above 0"]),
+        (lambda: ehsid.identify((np.ones(9), np.ones(8), 1.0)), ["equal length"]),
+        (lambda: ehsid.identify((np.ones(9), np.ones(9), 1.0)), ["arrays: ", "record longer"]),
+        (lambda: ehsid.identify(CRANE, **NAMES, orders="5-2"), ["orders '5-2'", "such as 2-5"]),
+        (lambda: ehsid.estimate(CRANE, **NAMES, forgetting="f-rati"), ["'f-rati'", "'f-ratio'"]),
+        (lambda: ehsid.estimate(CRANE, **NAMES, na=9), ["hydraulic_crane.csv: "]),
+    ],
+)
+def test_errors_say_what_and_where(call: object, says: list[str]) -> None:
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 -- the texts are in the table
+        call()  # type: ignore[operator]
+    for text in says:
+        assert text in str(caught.value)
+    assert "--" not in str(caught.value)
