@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 import ehsid
-from ehsid.harness.cli import app
+from ehsid.harness.cli import cli
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.simulation import simulate
 
@@ -43,7 +43,7 @@ def test_rigs_and_commands_of_every_kind_give_the_same(rig: ehsid.Rig, tmp_path:
 def test_a_signal_is_that_of_the_command(rig: ehsid.Rig, tmp_path: Path) -> None:
     out = tmp_path / "sim.csv"
     line = f"simulate {BENCH} --excitation prbs --duration 1 --dt 0.002 --amplitude 2 --noise"
-    done = CliRunner().invoke(app, [*line.split(), "--seed", "3", "--out", str(out), "--json"])
+    done = CliRunner().invoke(cli, [*line.split(), "--seed", "3", "--out", str(out), "--json"])
     assert done.exit_code == 0, done.output
     run = ehsid.simulate(rig, "prbs", duration_s=1.0, dt_s=0.002, amplitude=2.0, noise=True, seed=3)
     assert json.loads(done.stdout)["samples"] == len(run.record)
