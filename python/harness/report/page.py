@@ -335,7 +335,10 @@ def _drawn(plots: Sequence[Plot]) -> tuple[str, str, Sequence[str]]:
     from bokeh.resources import Resources
 
     script, places = components([plot.figure for plot in plots])
-    return Resources(mode="inline", components=["bokeh"]).render_js(), script, places
+    # Not `render_js`: where Panel is imported, it would name files of Panel as well.
+    parts = Resources(mode="inline", components=["bokeh"]).js_raw
+    library = "\n".join(f'<script type="text/javascript">\n{part}\n</script>' for part in parts)
+    return library, script, places
 
 
 def write_page(path: Path, page: Page) -> None:
