@@ -113,7 +113,7 @@ def make_table(
     return table
 
 
-def rich_table(table: TextTable) -> Table:
+def shown_table(table: TextTable) -> Table:
     """Returns a table of a report for the terminal."""
     return make_table(
         table.headings,

@@ -14,7 +14,7 @@ import typer
 from ehsid.harness.cli.common import (
     about,
     read_io,
-    rich_table,
+    shown_table,
 )
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
@@ -152,6 +152,6 @@ def _estimate_record(
         return
     console = Console()
     console.print(f"{result.orders}, {result.method}, {result.forgetting}")
-    console.print(rich_table(parameter_table(result)))
+    console.print(shown_table(parameter_table(result)))
     for line in estimation_lines(result):
         console.print(line)

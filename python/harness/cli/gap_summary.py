@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.padding import Padding
 
-from ehsid.harness.cli.common import rich_table
+from ehsid.harness.cli.common import shown_table
 from ehsid.harness.cli.console import Console
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.report.gap_brief import brief_tables
@@ -23,7 +23,7 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> Non
         console.print(Padding(f"- {reason}", (0, 0, 0, 2)))
     for table in brief_tables(diagnosis):
         console.print()
-        console.print(rich_table(table))
+        console.print(shown_table(table))
     coming = diagnosis.next_experiment
     if coming is not None:
         rivals = " from ".join(effect_set(tuple(names.split("+"))) for names in coming.separates)

@@ -13,7 +13,7 @@ import typer
 from ehsid.harness.cli.common import (
     about,
     read_io,
-    rich_table,
+    shown_table,
 )
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
@@ -66,6 +66,6 @@ def identify_command(
         typer.echo(json.dumps(with_reading(result.to_dict(), origin), allow_nan=False))
         return
     console = Console()
-    console.print(rich_table(candidate_table(result)))
+    console.print(shown_table(candidate_table(result)))
     for line in lines:
         console.print(line)

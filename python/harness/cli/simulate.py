@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ehsid.harness.cli.common import check_ending, rich_table
+from ehsid.harness.cli.common import check_ending, shown_table
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, hints_of, read_shown
 from ehsid.harness.cli.options import AsJson, SignalName
@@ -175,4 +175,4 @@ def simulate_command(
     console.print(f"{rig.name}: {len(run.record)} samples at {step:g} s, {run.substeps} steps each")
     if limited:
         console.print(f"the command is at its limit for {100.0 * limited:.1f} % of the time")
-    console.print(rich_table(run_table(run)))
+    console.print(shown_table(run_table(run)))
