@@ -157,7 +157,10 @@ def test_the_files_of_an_estimate_are_written_as_the_command_shows(
     page.get_by_role("link", name="estimate.json").wait_for()
     assert (machine.folder / "model" / "estimate.png").exists()
     page.get_by_text("The command and the Python that do the same").click()
-    see(page, re.compile(r"ehsid estimate records/run.parquet .* --na 2 .* --no-reset --out model"))
+    see(
+        page,
+        re.compile(r"ehsid estimate records/run.parquet .* --na 2 .* --no-reset .*--out model"),
+    )
 
 
 def test_orders_that_are_no_range_are_told_and_not_taken(page: Any, machine: Session) -> None:

@@ -93,7 +93,8 @@ def test_an_effect_is_hidden_guessed_and_its_diagnosis_is_cancelled(
     playground: Any, served: Any
 ) -> None:
     hide(playground)
-    folder = served.folder / "lesson"
+    told = playground.get_by_text("an effect is hidden in this machine")
+    folder = served.folder / told.locator("b").inner_text()
     assert len(list((folder / "records").glob("*.parquet"))) == 3
     options = playground.get_by_label("your guess").locator("option").all_text_contents()
     assert len(options) == 1 + len(candidates(read_rig(folder / "rig.toml")))
