@@ -18,7 +18,8 @@ FIRMWARE, PACKAGE = "firmware", "package"
 MADE = "header.json"
 # Of a session, the archive has what cannot be made again in a moment.
 PACKED = (
-    *(SETTINGS, "rig*.toml", "logs/**/*", "records/**/*", "check/**/*", "gap/**/*"),
+    *(SETTINGS, "rig*.toml", "logs/**/*", "records/**/*", "check/**/*"),
+    *("model/**/*", "gap/**/*"),
     f"{FIRMWARE}/**/*",
 )
 PIECE = 2**20  # bytes

@@ -8,6 +8,7 @@ looks/            signals as the page draws them; can be made again at any time
 rig.toml          the rig
 check/, model/, gap/  results, as the commands write them
 firmware/         the header for the firmware
+so_far/           what a diagnosis at work knows; removed at its end
 package/          everything as one archive; can be made again at any time
 """
 

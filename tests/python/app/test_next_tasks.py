@@ -76,6 +76,8 @@ def test_without_a_record_there_is_no_command_and_the_task_says_why(tmp_path: Pa
 def test_the_archive_opens_as_a_session_of_its_own(session: Session, tmp_path: Path) -> None:
     (session.folder / "errors.log").write_text("x")
     (session.folder / "records" / "link.csv").symlink_to(Path(__file__))
+    (session.folder / "model").mkdir(exist_ok=True)
+    (session.folder / "model" / "identify.json").write_text("{}")
     shares: list[float] = []
     package_task(session.folder, report=shares.append)
     assert shares[-1] == 1.0
@@ -83,6 +85,7 @@ def test_the_archive_opens_as_a_session_of_its_own(session: Session, tmp_path: P
         names = archive.namelist()
         archive.extractall(tmp_path)
     assert all(name.startswith("press/") for name in names)
+    assert "press/model/identify.json" in names
     assert not [name for name in names if "errors.log" in name or "link" in name]
     opened = Session(tmp_path / "press")
     read_log(opened, opened.settings.records[0])
