@@ -82,67 +82,60 @@ def _gap_commands(session: Session) -> list[list[str]]:
 
 
 def _load_python(session: Session) -> list[str]:
-    lines = ["from ehsid.harness.records import read_record", ""]
-    for entry in session.settings.records:
-        lines += [f"record = read_record({entry.file!r}, required=())", "print(record.origin)"]
-    return lines
+    read = [f"print(ehsid.read({entry.file!r}).summary())" for entry in session.settings.records]
+    return ["import ehsid", "", *read]
 
 
 def _map_python(session: Session) -> list[str]:
-    lines = [
-        "from ehsid.harness.records import Hints, read_record, write_record",
-        "from ehsid.harness.records.logs.mapping import parse_maps",
-        "",
-    ]
+    lines = ["import ehsid", ""]
     for entry in session.settings.records:
-        maps = [f"{key}={value}" for key, value in entry.maps.items()]
-        lines += [
-            f"hints = Hints(parse_maps({maps!r}), {entry.dt_s!r})",
-            f"record = read_record({entry.file!r}, required=(), hints=hints)",
-            f"write_record(record, {_record(entry)!r})",
-        ]
+        maps = f", maps={entry.maps!r}" if entry.maps else ""
+        step = "" if entry.dt_s is None else f", dt_s={entry.dt_s!r}"
+        lines.append(f"ehsid.read({entry.file!r}{maps}{step}).save({_record(entry)!r})")
     return lines
 
 
 def _rig_python(session: Session) -> list[str]:
     rig = session.settings.rig
+    given = {name: text for name, text in rig.answers.items() if text.strip()}
+    if not given:
+        return ["import ehsid", "", f"print(ehsid.Rig.read({RIG!r}).summary())"]
+    said = {"double_rod": rig.double_rod, "hoses": rig.hoses} if rig.plant == "ehs" else {}
+    over = {"drop_over": "both"} if rig.plant == "ehs" and rig.drop_over_both else {}
+    options = {"name": session.name, **{name: True for name, yes in said.items() if yes}, **over}
+    answers = {name.replace("-", "_"): text for name, text in given.items()}
     return [
-        "from pathlib import Path",
-        "from ehsid.harness.rigs.answers import answered, rig_file_text",
+        "import ehsid",
         "",
-        f"answers = {rig.answers!r}",
-        f"entries = answered({rig.plant!r}, answers, double_rod={rig.double_rod}, "
-        f"hoses={rig.hoses}, drop_over_both={rig.drop_over_both})",
-        f"text = rig_file_text({session.name!r}, {rig.plant!r}, entries)",
-        f"Path({RIG!r}).write_text(text, encoding='utf-8')",
+        "rig = ehsid.Rig.new(",
+        f"    {rig.plant!r},",
+        *(f"    {name}={value!r}," for name, value in (options | answers).items()),
+        ")",
+        f"rig.save({RIG!r})",
     ]
 
 
 def _check_python(session: Session) -> list[str]:
     return [
-        "from ehsid.harness.records import read_record",
+        "import ehsid",
         "from ehsid.harness.rig_check import check_rig",
-        "from ehsid.harness.rigs import read_rig",
         "",
-        f"rig = read_rig({RIG!r})",
+        f"rig = ehsid.Rig.read({RIG!r})",
         f"for path in {[_record(entry) for entry in session.settings.records]!r}:",
-        "    for finding in check_rig(read_record(path), rig).findings:",
+        "    for finding in check_rig(ehsid.read(path).result, rig.result).findings:",
         "        print(finding.check, finding.status, finding.text)",
     ]
 
 
 def _gap_python(session: Session) -> list[str]:
     fitted, held_out = _halves(session)
+    validate = f", validate={held_out!r}" if held_out else ""
     return [
-        "from ehsid.harness.gap import diagnose",
-        "from ehsid.harness.records import read_record",
-        "from ehsid.harness.rigs import read_rig",
+        "import ehsid",
         "",
-        f"rig = read_rig({RIG!r})",
-        f"fitted = [read_record(path) for path in {fitted!r}]",
-        f"held_out = [read_record(path) for path in {held_out!r}]",
-        "diagnosis = diagnose(fitted, rig, validate=held_out)",
-        "print(diagnosis.sentence)",
+        f"found = ehsid.diagnose({fitted!r}, {RIG!r}{validate})",
+        "print(found.summary())",
+        "found.save('gap')",
     ]
 
 

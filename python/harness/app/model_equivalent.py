@@ -6,7 +6,6 @@ from __future__ import annotations
 from ehsid.harness.app.model_choice import recursion_of
 from ehsid.harness.app.session import Session
 from ehsid.harness.catalogue.policies import POLICIES
-from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
 
 
 def model_commands(session: Session) -> list[list[str]]:
@@ -44,22 +43,22 @@ def model_python(session: Session) -> list[str]:
     choice, entry = session.settings.model, session.modelled()
     if entry is None:
         return []
-    orders = parse_range(choice.orders, "orders", MOST_ORDER)
-    delays = parse_range(choice.delays, "delays", MOST_DELAY)
     recursion = recursion_of(choice)
-    names = (choice.input_name, choice.output_name)
+    names = f"input={choice.input_name!r}, output={choice.output_name!r}"
+    reset = "" if choice.reset else ", reset=False"
     return [
         "import ehsid",
-        "from ehsid.harness.estimation import estimate, structure",
-        "from ehsid.harness.identification import IoData, identify",
-        "from ehsid.harness.records import read_record",
         "",
-        f"record = read_record('records/{entry.id}.parquet', columns={[*names]!r})",
-        f"data = IoData.from_record(record, {names[0]!r}, {names[1]!r})",
-        f"model = identify(data, orders={orders!r}, delays={delays!r})",
-        "print(model.reason, model.delay_reason)",
-        f"orders = structure({choice.na}, {choice.nb}, {choice.nk}, {choice.method!r})",
-        f"result = estimate(data, orders, forgetting=ehsid.{recursion.forgetting!r},",
-        f"                  reset={choice.reset}, method={choice.method!r})",
-        "print(result.to_dict())",
+        f"record = ehsid.read('records/{entry.id}.parquet')",
+        "model = ehsid.identify(",
+        f"    record, {names}, orders={choice.orders!r}, delays={choice.delays!r}",
+        ")",
+        "print(model.summary())",
+        "model.save('model')",
+        "found = ehsid.estimate(",
+        f"    record, {names}, na={choice.na}, nb={choice.nb}, nk={choice.nk},",
+        f"    forgetting=ehsid.{recursion.forgetting!r}, method={choice.method!r}{reset},",
+        ")",
+        "print(found.summary())",
+        "found.save('model')",
     ]

@@ -90,7 +90,7 @@ def test_the_diagnosis_has_its_held_out_records_apart(session: Session) -> None:
     assert command.endswith(f"--rig rig.toml --validate {held_out} --out gap")
     code = python(session, "gap")
     compile(code, "gap", "exec")
-    assert f"in [{held_out!r}]]" in code
+    assert f"validate=[{held_out!r}]" in code
 
 
 def test_the_folder_is_named_so_that_a_shell_finds_it(session: Session) -> None:
@@ -100,3 +100,4 @@ def test_the_folder_is_named_so_that_a_shell_finds_it(session: Session) -> None:
 
 def test_a_rig_that_was_given_as_a_file_has_no_command(tmp_path: Path) -> None:
     assert commands(Session(tmp_path), "rig") == []
+    assert "ehsid.Rig.read('rig.toml')" in python(Session(tmp_path), "rig")
