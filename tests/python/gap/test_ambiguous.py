@@ -17,7 +17,7 @@ from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.simulation import draw_noise, simulate
 
 RIGS = Path(__file__).parents[3] / "examples" / "rigs"
-DT_S = 1e-3
+DT_S = 2e-3
 # Integration steps of the records: more than in any fit.
 SUBSTEPS = 16
 BENCH = read_rig(RIGS / "bench.toml").with_values(

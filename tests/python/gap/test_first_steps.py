@@ -46,7 +46,6 @@ def record(values: Mapping[str, float], noise: str, dt_s: float = 1e-3) -> tuple
 @pytest.mark.parametrize(
     ("values", "dt_s", "noise"),
     [
-        *((FRICTION, 1e-3, noise) for noise in NOISE),
         (TWO, 1e-3, "all"),
         ({}, 1e-3, "none"),
         (FRICTION, 0.05, "position"),
