@@ -185,13 +185,15 @@ def test_a_column_is_corrected(page: Any, served: Any, tmp_path: Path) -> None:
 
 
 def test_a_column_is_dragged_to_its_signal(page: Any, served: Any, tmp_path: Path) -> None:
-    drop(page, german_log(tmp_path / "run.csv", 0.5))
+    drop(page, *(german_log(tmp_path / f"run{i}.csv", 0.5) for i in (1, 2)))
     press(page, "Next: Map")
+    see(page, "It holds for run2 too")
     see(page, "500 samples")
     signal = page.locator(".target").filter(has_text="Druck A")
     page.locator(".chips li", has_text="Druck B").drag_to(signal)
     see(page, "is named for both")
-    assert session_of(served).settings.records[0].maps == {"pressure_a_pa": "Druck B [bar]"}
+    told = {"pressure_a_pa": "Druck B [bar]"}
+    assert [one.maps for one in session_of(served).settings.records] == [told, told]
 
 
 def test_a_sampling_time_that_is_none_is_refused(page: Any, tmp_path: Path) -> None:

@@ -90,6 +90,21 @@ def reading_of(session: Session, entry: Entry) -> Reading | None:
         return None
 
 
+def read_alike(session: Session, entry: Entry) -> list[Entry]:
+    """Returns the other records whose logs have columns of the same names and the same choices."""
+    reading = reading_of(session, entry)
+    if reading is None:
+        return []
+    names = [column.name for column in reading.columns]
+    others = [one for one in session.settings.records if one is not entry]
+    readings = [(one, reading_of(session, one)) for one in others if one.maps == entry.maps]
+    return [
+        one
+        for one, read in readings
+        if read is not None and names == [column.name for column in read.columns]
+    ]
+
+
 def hints_of(entry: Entry) -> Hints:
     """Returns what the user says about a log.
 

@@ -49,9 +49,12 @@ SPELLINGS = MappingProxyType(
             "servovalve command", "servo command", "drive", "valve drive", "input voltage",
             "command voltage", "voltage command", "motor command", "motor voltage", "u valve",
             "stellgrosse", "stellgroesse", "stellsignal", "ventil", "ventilsignal",
+            "valve demand", "valve setpoint", "valve reference", "servo valve", "servovalve",
             "ventilspannung", "ventilansteuerung", "ventilbefehl", "steuerspannung",
+            "ventilsollwert", "ventil sollwert", "sollwert ventil", "servoventil",
             "ansteuerung", "commande", "commande vanne", "commande servovalve", "tension vanne",
-            "mando", "mando valvula", "tension valvula", "comando", "comando valvola",
+            "consigne vanne", "mando", "mando valvula", "tension valvula", "consigna valvula",
+            "comando", "comando valvola", "riferimento valvola",
             "tensione valvola",
         ),
         "position_m": (

@@ -9,7 +9,7 @@ import pytest
 from app_sessions import HEAD, entry_of, german_log, read_session
 
 from ehsid.harness.app.downsampling import opened
-from ehsid.harness.app.reading import read_log, reading_of
+from ehsid.harness.app.reading import read_alike, read_log, reading_of
 from ehsid.harness.records import read_record
 
 
@@ -25,6 +25,18 @@ def test_a_german_log_becomes_a_record_in_si_units(tmp_path: Path) -> None:
     assert list(record.columns) == reading.channels
     drawn = opened(session.look_of(entry_of(session)), "raw_2")
     assert 1e3 * record.column("position_m")[7] == pytest.approx(drawn.values[7])
+
+
+def test_runs_of_one_logger_are_read_alike(tmp_path: Path) -> None:
+    other = tmp_path / "other.csv"
+    other.write_text("time_s,a\n0,1\n0.001,2\n")
+    logs = [german_log(tmp_path / f"run{i}.csv", 0.1) for i in range(4)]
+    session = read_session(tmp_path / "press", *logs, other)
+    entries = session.settings.records
+    entries[3].maps["position_m"] = "Druck A [mm]"
+    assert read_alike(session, entries[0]) == entries[1:3]
+    assert read_alike(session, entries[3]) == []
+    assert read_alike(session, entries[4]) == []
 
 
 def test_a_log_without_any_signal_known_is_drawn(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import panel as pn
 from ehsid.harness.app import look
 from ehsid.harness.app.downsampling import opened
 from ehsid.harness.app.plots import Line, Panel, stacked
-from ehsid.harness.app.reading import MADE, Reading, reading_of
+from ehsid.harness.app.reading import MADE, Reading, read_alike, reading_of
 from ehsid.harness.app.session import Entry
 from ehsid.harness.app.steps.step import StepView, progress
 from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
@@ -103,17 +104,22 @@ class MapStep(StepView):
         entry = self._entry()
         if entry is None or self._quiet:
             return
+        # The runs of one logger have the same columns: one choice is enough for all of them.
+        alike = read_alike(self.session, entry)
         if column == GUESS:
             entry.maps.pop(channel, None)
         else:
             text = column if unit == AS_LOGGED else f"{column} [{unit}]"
             parse_maps([f"{channel}={text}"], "column")
             entry.maps[channel] = text
-        self._reread(entry)
+        for other in alike:
+            other.maps = dict(entry.maps)
+        self._reread(entry, *alike)
 
-    def _reread(self, entry: Entry) -> None:
+    def _reread(self, *entries: Entry) -> None:
         self.session.save()
-        self.workbench.read(self.session, entry)
+        for entry in entries:
+            self.workbench.read(self.session, entry)
 
     def refresh(self) -> None:
         """Shows how the chosen record was read."""
@@ -135,7 +141,7 @@ class MapStep(StepView):
         self._held_out.value = [True] * entry.held_out
         self._dt.value = "" if entry.dt_s is None else f"{1e3 * entry.dt_s:.12g}"
         self._quiet = False
-        self._columns.object = _columns(reading)
+        self._columns.object = _columns(reading, read_alike(self.session, entry))
         self._rows.objects = [self._row(channel, entry, reading) for channel in CHANNELS]
         self._read.object = _how_read(reading)
         self._draw(entry, reading)
@@ -215,7 +221,7 @@ def _split(text: str) -> tuple[str, str]:
     return text, ""
 
 
-def _columns(reading: Reading) -> str:
+def _columns(reading: Reading, alike: Sequence[Entry]) -> str:
     """Returns the columns of the log, each to be dragged to a signal, as HTML."""
     chips = "".join(
         f'<li draggable="true" data-column="{look.plain(column.name)}" '
@@ -223,9 +229,11 @@ def _columns(reading: Reading) -> str:
         f"{f' <small>{look.plain(column.unit)}</small>' if column.unit else ''}</li>"
         for column in reading.columns
     )
+    names = ", ".join(look.plain(other.id) for other in alike)
+    also = f" It holds for {names} too, whose columns have the same names." if alike else ""
     return (
         '<p class="soft small">Columns of the log. Drag one to the signal that it is, or choose it '
-        f'there.</p><ul class="chips">{chips}</ul>'
+        f'there.{also}</p><ul class="chips">{chips}</ul>'
     )
 
 
