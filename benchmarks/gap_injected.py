@@ -14,12 +14,13 @@ import argparse
 import math
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap import Diagnosis, diagnose
+from ehsid.harness.gap.inference.families import effect_families
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import Rig, read_rig
@@ -98,10 +99,14 @@ def effects_of(found: Diagnosis) -> dict[tuple[str, str], Estimate]:
     }
 
 
-def is_right(named: set[str], own: set[str], answer: Answer) -> bool:
-    """What was put in is there, and nothing else that the untouched log does not have."""
-    put_in = set(answer.effects)
-    return put_in <= named and named - own == put_in - own
+def is_right(named: Collection[str], own: Collection[str], put_in: Collection[str]) -> bool:
+    """What was put in is there, and nothing else that the untouched log does not have.
+
+    As in the scores of blind records, unequal overlaps are a dead band and a null bias, and all
+    laws of friction count as one.
+    """
+    wanted, there, before = (effect_families(tuple(one)) for one in (put_in, named, own))
+    return wanted <= there and there - before == wanted - before
 
 
 def moved_values(found: Diagnosis, untouched: Diagnosis, answer: Answer) -> list[str]:
@@ -173,10 +178,10 @@ def row(found: Diagnosis, untouched: Diagnosis, answer: Answer) -> Row:
     """Compare."""
     own = {effect.id for effect in untouched.effects}
     named = {effect.id for effect in found.effects}
-    right = is_right(named, own, answer)
+    right = is_right(named, own, answer.effects)
     if "position_delay" in answer.outside:
         right = found.verdict == "outside_catalogue"
-    in_set = right or any(is_right(set(one), own, answer) for one in found.ambiguity_set)
+    in_set = right or any(is_right(one, own, answer.effects) for one in found.ambiguity_set)
     words, errors, inside = sizes_found(found, untouched, answer)
     new = [*sorted(named - own), *(f"lost: {effect}" for effect in sorted(own - named))]
     others = ["or " + " + ".join(effects) for effects in found.ambiguity_set[1:]]

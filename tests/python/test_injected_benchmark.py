@@ -15,6 +15,28 @@ ROOT = Path(__file__).parents[2]
 EMPS = ROOT / "tests" / "python" / "data" / "emps"
 
 
+@pytest.mark.parametrize(
+    ("put_in", "own", "named", "right"),
+    [
+        ("valve_lag", set(), {"valve_lag"}, True),
+        ("valve_lag", {"load_force"}, {"load_force", "valve_lag"}, True),
+        ("valve_lag", set(), set(), False),
+        ("valve_lag", set(), {"valve_lag", "sensor_lag"}, False),
+        ("valve_dead_band_sides", set(), {"valve_dead_band", "valve_null_bias"}, True),
+        ("valve_dead_band_sides", set(), {"valve_dead_band"}, False),
+        ("valve_dead_band", set(), {"valve_dead_band_sides"}, False),
+        ("load_force", {"coulomb_friction"}, {"load_force", "position_friction"}, True),
+    ],
+)
+def test_what_counts_as_named_right(
+    put_in: str, own: set[str], named: set[str], right: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
+    from gap_injected import is_right
+
+    assert is_right(named, own, [put_in]) is right
+
+
 @pytest.mark.parametrize("plant", ["ehs", "axis"])
 def test_each_effect_has_sizes_within_its_limits(
     plant: str, monkeypatch: pytest.MonkeyPatch
