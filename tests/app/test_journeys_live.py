@@ -299,3 +299,29 @@ def test_the_firmware_in_qemu_and_a_reset_of_its_board(page: Any, live: Served) 
     press(page, "Stop")
     see(page, "bit for bit those of this host")
     assert len(result(live)["runs"][0]["target_resets_before_samples"]) == 1
+
+
+def test_a_run_by_keyboard_at_twice_the_size(page: Any, live: Served, target: Relay) -> None:
+    """A window of half the width and height is what a page has left at 200 %."""
+    page.set_viewport_size({"width": 700, "height": 450})
+    page.get_by_label("target", exact=True).select_option("serial port or address")
+    page.get_by_label("serial port or address", exact=True).fill(target.port)
+    ordinary(page)
+
+    def to_button(name: str) -> None:
+        button = page.get_by_role("button", name=name, exact=True)
+        for _ in range(60):  # more than there are on the page
+            page.keyboard.press("Tab")
+            if button.evaluate("one => one.getRootNode().activeElement === one"):
+                return
+        raise AssertionError(f"{name} is not reached by the Tab key")
+
+    to_button("Start")
+    page.keyboard.press("Enter")
+    see(page, BEGUN)
+    see(page, "Parameters of the estimated model")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    to_button("Stop")
+    page.keyboard.press("Enter")
+    see(page, "bit for bit those of this host")
+    assert result(live)["runs"][0]["samples"] < 10_000
