@@ -127,12 +127,17 @@ class FlowGain:
         of the edge at A, extending and retracting.
     b_out, b_back
         the same of the edge at B.
+    unexplained
+        what the balances leave over the flow that only the edges can give, of both edges together:
+        a bound of the relative error of A over B. A fast command leaves much, because the spool
+        follows it late.
     """
 
     a_out: float | None
     a_back: float | None
     b_out: float | None
     b_back: float | None
+    unexplained: float
 
     @property
     def extending(self) -> float | None:
@@ -240,10 +245,11 @@ def flow_gain(
 
     The stored flow has a weight of its own: volumes and bulk modulus of a rig are hardly known.
     """
-    gains: list[float | None] = []
-    for edge in edge_balances(record, rig, moved, area, supply_pa):
-        gains += _slopes(edge.area * moved.speed, edge)
-    return FlowGain(*gains)
+    at_a, at_b = (
+        _slopes(edge.area * moved.speed, edge)
+        for edge in edge_balances(record, rig, moved, area, supply_pa)
+    )
+    return FlowGain(*at_a[:2], *at_b[:2], math.hypot(at_a[2], at_b[2]))
 
 
 def expected_speed(record: Record, rig: Rig, moved: Motion, area: Areas) -> FloatArray:
@@ -261,20 +267,31 @@ def has_pressures(record: Record) -> bool:
     return all(name in record.columns for name in CHAMBER_PRESSURES)
 
 
-def _slopes(flow: FloatArray, edge: Edge) -> list[float | None]:
-    """Rated flow extending and retracting; None where the valve hardly opens, or if negative."""
+def _slopes(flow: FloatArray, edge: Edge) -> tuple[float | None, float | None, float]:
+    """Rated flow extending and retracting, and what is left over what only the edge can give.
+
+    None where the valve hardly opens, or if negative.
+    """
     acts = np.abs(edge.out) + np.abs(edge.back) > LEAST_OPENING
     terms = np.column_stack([edge.out, edge.back])[acts]
     often = [np.count_nonzero(np.abs(term) > LEAST_OPENING) >= LEAST_SAMPLES for term in terms.T]
     if not any(often):
-        return [None, None]
+        return None, None, 0.0
+    wanted, flow = terms, flow[acts]
     if np.ptp(edge.stored) > 0.0:
         # In units of the flow, so that no column is small beside the others.
-        terms = np.column_stack([terms, edge.stored[acts] / np.abs(flow).max()])
-    slopes = np.linalg.lstsq(terms, flow[acts], rcond=1e-6)[0].tolist()[:2]
-    return [
-        slope if there and slope > 0.0 else None for slope, there in zip(slopes, often, strict=True)
-    ]
+        stored = edge.stored[acts, np.newaxis] / np.abs(flow).max()
+        terms = np.column_stack([wanted, stored])
+    weights = np.linalg.lstsq(terms, flow, rcond=1e-6)[0]
+    own = wanted @ weights[:2]
+    if terms.shape[1] > 2:
+        own = own - stored @ np.linalg.lstsq(stored, own, rcond=1e-6)[0]
+    left = float(np.std(flow - terms @ weights) / max(float(np.std(own)), 1e-300))
+    out, back = (
+        slope if there and slope > 0.0 else None
+        for slope, there in zip(weights[:2].tolist(), often, strict=True)
+    )
+    return out, back, left
 
 
 def _supply(record: Record, rig: Rig) -> npt.NDArray[np.float64] | float:
