@@ -2,6 +2,8 @@
 // Checks of arguments in front of the kernels.
 #include "c_kernel.hpp"
 
+#include <ehsid/servo_model.hpp>
+
 namespace {
 
 using ehsid::SnapshotFault;
@@ -41,6 +43,25 @@ static_assert(to_c(SnapshotFault::none) == EHSID_SNAPSHOT_FITS &&
                   to_c(SnapshotFault::other_configuration) == EHSID_SNAPSHOT_OTHER_CONFIGURATION &&
                   to_c(SnapshotFault::impossible) == EHSID_SNAPSHOT_IMPOSSIBLE,
               "c_api.h and snapshot.hpp number the faults differently");
+
+using Reading = ehsid::ServoReadingStatus;
+
+constexpr ehsid_servo_status to_c(Reading status) {
+  return static_cast<ehsid_servo_status>(status);
+}
+
+static_assert(to_c(Reading::ok) == EHSID_SERVO_OK &&
+                  to_c(Reading::not_finite) == EHSID_SERVO_NOT_FINITE &&
+                  to_c(Reading::invalid_argument) == EHSID_SERVO_INVALID_ARGUMENT &&
+                  to_c(Reading::no_integrator) == EHSID_SERVO_NO_INTEGRATOR &&
+                  to_c(Reading::poles_not_separable) == EHSID_SERVO_POLES_NOT_SEPARABLE &&
+                  to_c(Reading::pole_near_zero) == EHSID_SERVO_POLE_NEAR_ZERO &&
+                  to_c(Reading::negative_real_pole) == EHSID_SERVO_NEGATIVE_REAL_POLE &&
+                  to_c(Reading::unstable_pole) == EHSID_SERVO_UNSTABLE_POLE &&
+                  to_c(Reading::aliasing) == EHSID_SERVO_ALIASING &&
+                  to_c(Reading::no_gain) == EHSID_SERVO_NO_GAIN &&
+                  to_c(Reading::numerical_limit) == EHSID_SERVO_NUMERICAL_LIMIT,
+              "c_api.h and servo_model.hpp number the readings differently");
 
 /// EHSID_OK where there is an estimator.
 ehsid_status check(const ehsid_estimator* estimator) {
@@ -208,7 +229,16 @@ ehsid_status ehsid_covariance_diagonal(const ehsid_estimator* estimator, float* 
                                        size_t count) {
   const ehsid_status status = check(estimator, variance, count, ehsid_parameters(estimator));
   if (status == EHSID_OK) {
-    estimator->kernel->covariance_diagonal(*estimator, variance);
+    estimator->kernel->covariance(*estimator, variance, true);
+  }
+  return status;
+}
+
+ehsid_status ehsid_covariance(const ehsid_estimator* estimator, float* covariance, size_t count) {
+  const std::size_t n = ehsid_parameters(estimator);
+  const ehsid_status status = check(estimator, covariance, count, n * n);
+  if (status == EHSID_OK) {
+    estimator->kernel->covariance(*estimator, covariance, false);
   }
   return status;
 }
@@ -255,4 +285,23 @@ ehsid_status ehsid_restore(ehsid_estimator* estimator, const void* bytes, size_t
   return status != EHSID_OK ? status
                             : to_c(estimator->kernel->restore(
                                   *estimator, static_cast<const std::uint8_t*>(bytes), count));
+}
+
+ehsid_status ehsid_identify_servo(const float* theta, const float* covariance, float dt_s,
+                                  ehsid_servo* servo) {
+  if (theta == nullptr || covariance == nullptr || servo == nullptr) {
+    return EHSID_INVALID_ARGUMENT;
+  }
+  ehsid::Vector<float, 6> parameters;
+  ehsid::SquareMatrix<float, 6> spread;
+  for (int i = 0; i < 6; ++i) {
+    parameters[i] = theta[i];
+    for (int j = 0; j < 6; ++j) {
+      spread(i, j) = covariance[6 * i + j];
+    }
+  }
+  const ehsid::ServoReading<float> found = ehsid::identify_servo(parameters, spread, dt_s);
+  *servo = {to_c(found.status), found.gain,        found.omega_n, found.xi,
+            found.gain_std,     found.omega_n_std, found.xi_std};
+  return EHSID_OK;
 }

@@ -30,7 +30,7 @@ struct ehsid_kernel {
   void (*enable)(ehsid_estimator&, bool);
   void (*theta)(const ehsid_estimator&, float*);
   void (*standard_deviation)(const ehsid_estimator&, float*);
-  void (*covariance_diagonal)(const ehsid_estimator&, float*);
+  void (*covariance)(const ehsid_estimator&, float*, bool diagonal_only);
   void (*read)(const ehsid_estimator&, ehsid_report&);
   std::size_t (*snapshot_bytes)(const ehsid_estimator&);
   void (*save)(const ehsid_estimator&, std::uint8_t*);
@@ -162,10 +162,12 @@ struct Instance : ehsid_estimator {
   static void standard_deviation(const ehsid_estimator& head, float* to) {
     copy(of(head).estimator.standard_deviation(), to);
   }
-  static void covariance_diagonal(const ehsid_estimator& head, float* to) {
+  static void covariance(const ehsid_estimator& head, float* to, bool diagonal_only) {
     const typename Estimator::Covariance covariance = of(head).estimator.covariance();
     for (int i = 0; i < kN; ++i) {
-      to[i] = covariance(i, i);
+      for (int j = diagonal_only ? i : 0; j < (diagonal_only ? i + 1 : kN); ++j) {
+        *to++ = covariance(i, j);
+      }
     }
   }
 
@@ -232,7 +234,7 @@ constexpr ehsid_kernel kernel() {
           Made::enable,
           Made::theta,
           Made::standard_deviation,
-          Made::covariance_diagonal,
+          Made::covariance,
           Made::read,
           Made::snapshot_bytes,
           Made::save,

@@ -183,6 +183,8 @@ ehsid_status ehsid_standard_deviation(const ehsid_estimator* estimator, float* d
 /* sigma^2 P_ii: the squares of the standard deviations where the residuals are white, never enlarged. */
 ehsid_status ehsid_covariance_diagonal(const ehsid_estimator* estimator, float* variance,
                                        size_t count);
+/* sigma^2 P by rows, n * n numbers: the covariance of theta where the residuals are white, never enlarged. */
+ehsid_status ehsid_covariance(const ehsid_estimator* estimator, float* covariance, size_t count);
 
 typedef struct ehsid_report {
   float innovation;        /* epsilon(k), units of the position */
@@ -227,6 +229,40 @@ typedef enum ehsid_snapshot_fault {
 /* Reads the bytes as ehsid_restore() does and changes nothing. */
 ehsid_status ehsid_check_snapshot(const ehsid_estimator* estimator, const void* bytes, size_t count,
                                   ehsid_snapshot_fault* fault);
+
+/* Whether theta can be read as a servo, and if not, why; numbers and meaning of ehsid::ServoReadingStatus. */
+typedef enum ehsid_servo_status {
+  EHSID_SERVO_OK = 0,
+  EHSID_SERVO_NOT_FINITE = 1,       /* NaN or Inf in theta, covariance or dt_s */
+  EHSID_SERVO_INVALID_ARGUMENT = 2, /* dt_s <= 0, or a negative variance */
+  EHSID_SERVO_NO_INTEGRATOR = 3,    /* no real pole at z = 1, within its uncertainty */
+  EHSID_SERVO_POLES_NOT_SEPARABLE =
+      4, /* uncertainty of the integrator pole reaches the next pole */
+  EHSID_SERVO_POLE_NEAR_ZERO =
+      5, /* product of the other two poles is zero within its uncertainty */
+  EHSID_SERVO_NEGATIVE_REAL_POLE = 6, /* no continuous servo has one under a hold */
+  EHSID_SERVO_UNSTABLE_POLE = 7,      /* one of the other two poles on or outside the unit circle */
+  EHSID_SERVO_ALIASING = 8,           /* sampled too slowly */
+  EHSID_SERVO_NO_GAIN = 9,            /* b1 = b2 = b3 = 0 */
+  EHSID_SERVO_NUMERICAL_LIMIT = 10    /* a result is not finite in float */
+} ehsid_servo_status;
+
+/* Y(s)/U(s) = K omega_n^2 / (s (s^2 + 2 xi omega_n s + omega_n^2)). A number that was not determined is NaN. */
+typedef struct ehsid_servo {
+  ehsid_servo_status status;
+  float gain;     /* K, units of the position per second and unit of the command */
+  float omega_n;  /* rad/s */
+  float xi;       /* damping ratio */
+  float gain_std; /* standard deviations, units as above */
+  float omega_n_std;
+  float xi_std;
+} ehsid_servo;
+
+/* Reads theta = (a1, a2, a3, b1, b2, b3) of an estimator with na = nb = 3 and nk = 1 as a servo that is sampled every
+ * dt_s seconds. covariance: as ehsid_covariance() gives it, or 36 zeros where it is unknown. What is found stands in
+ * servo->status; EHSID_INVALID_ARGUMENT is for NULL only. See docs/servo_model.md. */
+ehsid_status ehsid_identify_servo(const float* theta, const float* covariance, float dt_s,
+                                  ehsid_servo* servo);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: MIT
+from __future__ import annotations
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from ehsid.harness.api.wording import LOGGER
+from ehsid.harness.text import printable
+LINE_EVERY_S = 10.0
+
+@contextmanager
+def progress_of(what: str) -> Iterator[Callable[[float], None]]:
+    ...
