@@ -69,7 +69,15 @@ def test_estimator_on_my_controller() -> None:
     assert names["record"].dt_s == pytest.approx(names["DT_S"])
 
 
-@pytest.mark.parametrize("name", ["explanation/recursive_least_squares.md"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "explanation/from_servo_to_arx.md",
+        "explanation/likelihood_and_decision.md",
+        "explanation/recursive_least_squares.md",
+        "explanation/sensitivities.md",
+    ],
+)
 def test_explanations(name: str) -> None:
     """Each prints whether its formulas agree with the compiled module."""
     made, _ = ran(name)
