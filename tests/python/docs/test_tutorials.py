@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 from printed_pages import DOCS, made_by, text_of, without_digits
+from sources import ROOT
 
 MAKE = made_by("tutorials/make.py")
 
@@ -83,3 +85,31 @@ def test_explanations(name: str) -> None:
     made, _ = ran(name)
     assert "True" in made
     assert "False" not in made
+
+
+def test_the_effect_of_the_tutorial_is_the_one_that_is_compiled() -> None:
+    page = text_of(DOCS / "tutorials/add_an_effect.md")
+    assert f"```cpp\n{text_of(ROOT / 'tests/python/catalogue/hard_spring.hpp')}```\n" in page
+    listed = "LoadForce<Scalar>, HardSpring<Scalar>"
+    assert listed in page
+    compiled = text_of(ROOT / "tests/python/catalogue/test_new_effect.py")
+    assert '"LoadForce<Scalar>,"' in compiled
+    assert "{name} HardSpring<Scalar>," in compiled
+
+
+def test_the_policy_of_the_tutorial_is_the_one_that_is_compiled() -> None:
+    page = text_of(DOCS / "tutorials/add_a_policy.md")
+    (struct,) = re.findall(r"```cpp\n(///.*?)```", page, flags=re.DOTALL)
+    assert struct in text_of(ROOT / "tests/cpp/test_new_policy.cpp")
+    assert "RandomWalk<Scalar, kN>>;" in text_of(ROOT / "cpp/include/ehsid/forgetting.hpp")
+
+
+@pytest.mark.parametrize("name", ["add_an_effect", "add_a_policy"])
+def test_files_that_a_tutorial_names_are_there(name: str) -> None:
+    page = text_of(DOCS / f"tutorials/{name}.md")
+    new = {"effects/hard_spring.hpp", "forgetting/floored_constant.hpp"}
+    named = set(re.findall(r"`((?:cpp|docs|python|script|tests|benchmarks)/[\w/.]+)`", page))
+    assert len(named) >= 5
+    for path in named:
+        if not path.endswith(tuple(new)):
+            assert (ROOT / path).exists(), path
