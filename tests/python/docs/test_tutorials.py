@@ -31,7 +31,7 @@ def shown(made: str, start: str) -> str:
 def test_every_page_with_code_is_run_here() -> None:
     source = text_of(Path(__file__))
     pages = [page.relative_to(DOCS).as_posix() for page in MAKE["pages"]()]
-    assert len(pages) >= 3
+    assert len(pages) >= 7
     assert [page for page in pages if f'"{page}"' not in source] == []
 
 
@@ -69,6 +69,23 @@ def test_estimator_on_my_controller() -> None:
         assert numbers[5] == pytest.approx(0.3, rel=0.02)
     assert "20.00 s  ALARM" in made
     assert names["record"].dt_s == pytest.approx(names["DT_S"])
+
+
+def test_reproduce_the_paper() -> None:
+    made, names = ran("tutorials/reproduce_the_paper.md")
+    assert made.count("order 3 is chosen") == 2
+    errors = {
+        (factor, start): float(names["error"](names["estimated"](*record, factor, start)[0][-1]))
+        for record in [names["record"](0.0028)]
+        for factor in names["FACTORS"]
+        for start in (0.5, 1e6)
+    }
+    # lambda = 1 keeps a wrong start that is trusted, and no other run does.
+    assert errors.pop(("lambda = 1", 0.5)) > 0.2
+    assert max(errors.values()) < 0.01
+    assert "noise 0.0028, with the reset: 1 resets" in made
+    assert "noise 0.151, with the reset: 0 resets" in made
+    assert names["reading"].zoh_mismatch > 1.0
 
 
 @pytest.mark.parametrize(
