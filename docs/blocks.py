@@ -30,7 +30,7 @@ FILE = re.compile(r"\W*file: (?P<name>[\w./]+)")
 LEFT_OUT = "..."
 NUMBER = re.compile(r"-?\d[\d.,]*(e[+-]?\d+)?")
 # Columns of the terminal that the commands see.
-COLUMNS = "100"
+COLUMNS = "80"
 
 
 def run(page: str) -> tuple[str, dict[str, Any]]:

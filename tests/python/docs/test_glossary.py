@@ -9,7 +9,7 @@ from pathlib import Path
 from printed_pages import DOCS, text_of
 from sources import ROOT
 
-TERMS = re.findall(r"^## (.+)$", text_of(DOCS / "glossary.md"), flags=re.MULTILINE)
+TERMS = re.findall(r"^### (.+)$", text_of(DOCS / "glossary.md"), flags=re.MULTILINE)
 # Those that a reader of any page meets.
 EXPECTED = {"Nats", "Noise floor", "Gap", "Calibrated", "Augmented", "Rig", "Effect", "Verdict"}
 
@@ -29,7 +29,7 @@ def test_terms_are_sorted_and_there() -> None:
 
 
 def test_every_term_is_said_in_a_few_sentences() -> None:
-    parts = re.split(r"^## .+$", text_of(DOCS / "glossary.md"), flags=re.MULTILINE)[1:]
+    parts = re.split(r"^### .+$", text_of(DOCS / "glossary.md"), flags=re.MULTILINE)[1:]
     for term, part in zip(TERMS, parts, strict=True):
         words = len(part.split())
         assert 8 <= words <= 90, (term, words)
