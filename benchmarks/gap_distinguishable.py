@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Could the missed effects be told from nothing? python benchmarks/gap_distinguishable.py FOLDER
+"""Could the missed effects have been identified? python benchmarks/gap_distinguishable.py FOLDER
 
 FOLDER is that of a finished `ehsid gap-check`. Every effect of the catalogue in a case that was not
 answered right is fitted from its true size, beside the values of the rig and all nuisances, those
@@ -27,7 +27,7 @@ from ehsid.harness.parallel import run_tasks
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
 
-HEAD = ("case", "grade, sensors", "effect", "true size", "deviations from nothing", "reading")
+HEAD = ("case", "grade, sensors", "effect", "true size", "deviations from zero", "reading")
 SURE = 3.0
 
 
@@ -54,9 +54,9 @@ def rows(folder: Path, name: str, answer: dict[str, Any]) -> list[tuple[str, ...
         # A logarithm's deviation is relative: nothing is one such size away.
         size = 1.0 if parameters[place].logarithmic else abs(float(candidate.x[place]))
         away = size / deviation if deviation > 0.0 else float("nan")
-        reading = "at a bound: not seen" if deviation == 0.0 else "stands out"
+        reading = "at a bound: not seen" if deviation == 0.0 else "clearly visible"
         if away < SURE:
-            reading = "cannot be told from nothing"
+            reading = "cannot be distinguished from zero"
         where = f"{answer['grade']}, {answer['sensors']}"
         size_text = f"{first} {parts[first]:.3g}"
         lines.append((name, where, effect, size_text, f"{away:.2g}", reading))
@@ -79,11 +79,12 @@ def main() -> None:
     lines += ["| " + " | ".join(line) + " |" for case in found for line in case]
     text = "\n".join(
         [
-            "# Could the missed effects be told from nothing?",
+            "# Could the missed effects have been identified?",
             "",
             "Written by `benchmarks/gap_distinguishable.py`: effects of the cases that were not "
             "answered right, fitted from their true sizes beside the rig and all nuisances. "
-            f"Below {SURE:g} deviations no diagnosis could be sure of one on this record.",
+            f"Below {SURE:g} deviations no diagnosis could identify the effect with confidence "
+            "from this record.",
             "",
             *lines,
             "",

@@ -6,34 +6,15 @@ A text block below a block of Python holds what it prints.
 
 from __future__ import annotations
 
-import io
 import os
-import re
-import tempfile
-from contextlib import chdir, redirect_stdout
+import sys
 from pathlib import Path
-from typing import Any
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).resolve().parent
 PAGE = HERE.with_name("python.md")
-BLOCK = re.compile(r"```python\n(?P<code>.*?)```\n\n```text\n(?P<shown>.*?)```\n", re.DOTALL)
+sys.path.insert(0, str(HERE.parent))  # blocks.py stands beside the folders of the pages
 
-
-def run(page: str) -> tuple[str, dict[str, Any]]:
-    """Runs the page in a new folder; returns it with what was printed, and its names."""
-    names: dict[str, Any] = {}
-
-    def printed(block: re.Match[str]) -> str:
-        out = io.StringIO()
-        with redirect_stdout(out):
-            exec(block["code"], names)
-        # A space that keeps a number and its unit together cannot be seen on a page.
-        text = out.getvalue().replace("\N{NO-BREAK SPACE}", " ")
-        return f"```python\n{block['code']}```\n\n```text\n{text}```\n"
-
-    with tempfile.TemporaryDirectory() as folder, chdir(folder):
-        return BLOCK.sub(printed, page), names
-
+from blocks import run  # noqa: E402
 
 if __name__ == "__main__":
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

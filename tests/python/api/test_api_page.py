@@ -1,24 +1,14 @@
 # SPDX-License-Identifier: MIT
 """The page "From Python" prints what it says."""
 
-import re
-import runpy
-from pathlib import Path
-
 import pytest
-
-DOCS = Path(__file__).parents[3] / "docs"
-
-
-def without_digits(text: str) -> str:
-    """Numbers differ in their last digits between machines, and so does the width of columns."""
-    return re.sub(r"[-\s]+", " ", re.sub(r"-?[\d.]+(e[+-]?\d+)?", "#", text))
+from printed_pages import DOCS, made_by, text_of, without_digits
 
 
 @pytest.mark.slow
 def test_the_page_runs_and_prints_what_it_says(caplog: pytest.LogCaptureFixture) -> None:
-    page = (DOCS / "python.md").read_text(encoding="utf-8")
-    made, names = runpy.run_path(str(DOCS / "python" / "make.py"))["run"](page)
+    page = text_of(DOCS / "python.md")
+    made, names = made_by("python/make.py")["run"](page)
     assert without_digits(made) == without_digits(page)
     assert page.count("```python") == page.count("```text") == 4
     assert (DOCS / "python" / "diagnosis.png").stat().st_size > 50_000
