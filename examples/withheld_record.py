@@ -21,14 +21,13 @@ from ehsid.harness.report.gap_words import (
     effect_set,
     first_upper,
     interval,
-    percent,
-    percent_interval,
     plain_name,
     quantity,
     unit_of,
     value_name,
 )
 from ehsid.harness.report.page import Picture, Section, Table
+from ehsid.harness.report.shares import percent, percent_interval
 from ehsid.harness.rigs import read_rig
 
 FOLDER = Path(__file__).parent / "data" / "withheld"

@@ -118,18 +118,24 @@ def estimates_page(found: Estimates) -> Page:
         sections.append(
             Section("Files that could not be used", [Table("", ["file", "message"], rows)])
         )
-    return Page("A folder of records: coefficients side by side", estimates_lead(found), sections)
+    return Page(
+        "A folder of records: coefficients side by side",
+        estimates_lead(found),
+        sections,
+        summary=[
+            Picture(
+                estimates_figure(found),
+                "Each point is a record with its interval of 95 %, numbered as in the table. "
+                "Shaded: the range of 90 % of the records; line: their median. Red: far from the "
+                "others. A triangle lies outside of the axis.",
+                "Coefficients of all records with their intervals",
+            )
+        ],
+    )
 
 
 def _coefficients(found: Estimates) -> Section:
     blocks: list[Block] = [
-        Picture(
-            estimates_figure(found),
-            "Each point is a record with its interval of 95 %, numbered as in the table. Shaded: "
-            "the range of 90 % of the records; line: their median. Red: far from the others. A "
-            "triangle lies outside of the axis.",
-            "Coefficients of all records with their intervals",
-        ),
         Table(
             "Coefficients over the compared records. The spread is a standard deviation, from the "
             "median absolute deviation; the own deviation is the one that a record states for "

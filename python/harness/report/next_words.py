@@ -9,7 +9,8 @@ from types import MappingProxyType
 
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.gap.schema import Verdict
-from ehsid.harness.report.gap_words import effect_set, first_upper, percent
+from ehsid.harness.report.gap_words import effect_set, first_upper
+from ehsid.harness.report.shares import percent
 
 WHAT_NOW: MappingProxyType[Verdict, str] = MappingProxyType(
     {
