@@ -12,7 +12,14 @@ from ehsid.harness.encoding import json_text
 from ehsid.harness.files import write_text
 from ehsid.harness.report import page as pages
 from ehsid.harness.report.fleet_figure import fleet_figure
-from ehsid.harness.report.gap_words import VERDICTS, effect_set, interval, plain_name, unit_of
+from ehsid.harness.report.gap_words import (
+    VERDICTS,
+    effect_set,
+    interval,
+    plain_name,
+    unit_of,
+    value_name,
+)
 from ehsid.harness.report.named import named_effect
 from ehsid.harness.report.page import Block, Cell, Link, Page, Picture, Section, Table, Tagged
 from ehsid.harness.report.shares import percent
