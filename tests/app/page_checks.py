@@ -21,6 +21,13 @@ CUT_OFF = """() => {
       const around = box(e);
       if (!declared && !(around && around.matches(".wide"))) told("wider than its place", e);
     }
+    const next = e.nextElementSibling, flows = ["block", "table", "grid", "flex"];
+    if (next && [e, next].every(one => flows.includes(getComputedStyle(one).display)
+        && getComputedStyle(one).position === "static")) {
+      const below = next.getBoundingClientRect();
+      if (below.height && below.top < at.bottom - 1 && below.bottom > at.top + 1
+          && below.left < at.right - 1 && below.right > at.left + 1) told("covered by the next", e);
+    }
     if (!box(e) && (at.right > width + 1 || at.left < -1)) told("beyond the edge", e);
   }
   const legends = (view, plot) => {

@@ -14,6 +14,7 @@ import pytest
 from made_claims import made_claims
 from made_diagnoses import VERDICTS, made_diagnosis
 from made_pages import KINDS
+from matplotlib.figure import Figure
 from page_checks import CUT_OFF, HARD_TO_READ, ORDER
 from typer.testing import CliRunner
 
@@ -24,6 +25,7 @@ from ehsid.harness.records import make_record, write_record
 from ehsid.harness.report.fleet_page import write_fleet
 from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
 from ehsid.harness.report.page import Page, Section, render_page
+from ehsid.harness.report.picture_data import embedded
 from ehsid.harness.report.where_section import where_section
 from ehsid.harness.report.which_section import which_section
 from ehsid.harness.studies.pages.claims_map import claims_picture
@@ -34,9 +36,20 @@ pytestmark = pytest.mark.slow
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 WIDTHS = (1400, 1000, 390)
+# What may lie beyond the edge of a picture, in inches: half the width of a line.
+EDGE = 0.02
 NAME = "press 7, hall B"
 DIAGNOSES = tuple(f"diagnosis: {verdict}" for verdict in VERDICTS)
 PAGES = (*DIAGNOSES, *KINDS, "fleet of many", "claims", "estimates", "demo")
+
+
+def whole_picture(figure: Figure) -> str:
+    """The picture as pages have it, with a check that nothing in it is beyond its edges."""
+    picture = embedded(figure)
+    drawn, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
+    ends = (drawn.x0, drawn.y0, width - drawn.x1, height - drawn.y1)
+    assert min(ends) > -EDGE, f"{figure.texts or figure.axes[0].get_title(loc='left')}: {ends}"
+    return picture
 
 
 def diagnosis_page(verdict: Any) -> str:
@@ -95,12 +108,13 @@ def demo_page() -> str:
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """The file of each page."""
     folder = tmp_path_factory.mktemp("pages")
-    found = {
-        "fleet of many": fleet_page(folder / "fleet_of_many"),
-        "estimates": estimates_page(folder / "estimates"),
-    }
     with pytest.MonkeyPatch.context() as patch, workers(1):
         patch.setattr(sys, "path", [str(EXAMPLES), *sys.path])
+        patch.setattr("ehsid.harness.report.page.embedded", whole_picture)
+        found = {
+            "fleet of many": fleet_page(folder / "fleet_of_many"),
+            "estimates": estimates_page(folder / "estimates"),
+        }
         texts = {f"diagnosis: {verdict}": diagnosis_page(verdict) for verdict in VERDICTS}
         texts |= {"claims": claims_page(), "demo": demo_page()}
         for kind, make in KINDS.items():

@@ -166,8 +166,7 @@ def _records(records: Sequence[RecordEstimate]) -> Section:
     names = list(records[0].estimate["parameters"])
     rows = [
         [
-            str(number),
-            one.file,
+            f"{number}. {one.file}",
             str(one.samples),
             "–" if one.dt_s is None else f"{one.dt_s:.6g}",
             *(_interval(one.estimate["parameters"][name]) for name in names),
@@ -177,7 +176,7 @@ def _records(records: Sequence[RecordEstimate]) -> Section:
         ]
         for number, one in enumerate(records, 1)
     ]
-    headings = ["number", "record", "samples", "sampling time, s", *names]
+    headings = ["record", "samples", "sampling time, s", *names]
     headings += ["one-step fit, %", "simulation fit, %", "warnings"]
     caption = "Coefficients with half the width of their intervals of 95 %."
     return Section("Records", [Table(caption, headings, rows)])

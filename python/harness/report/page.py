@@ -147,8 +147,10 @@ class Table:
         cells = [row[column] for row in self.rows if row[column] != ""]
         if cells and isinstance(cells[0], Mark):
             return "axis"
-        text = cells[0] if cells and isinstance(cells[0], str) else "0"
-        return "number" if NUMBER.match(text) else "text"
+        first = cells[0] if cells else "0"
+        text = first.text if isinstance(first, Tagged | Link) else first
+        # Bars stand to the right with the numbers.
+        return "text" if isinstance(text, str) and not NUMBER.match(text) else "number"
 
 
 @dataclass(frozen=True)

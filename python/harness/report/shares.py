@@ -9,31 +9,17 @@ from ehsid.harness.gap.schema import Estimate
 
 # This space keeps a number and its unit on one line.
 SPACE = "\N{NO-BREAK SPACE}"
-# A share next to the whole is written with as many digits as tell it from the whole, up to these.
-MOST_DECIMALS = 4
 
 
 def percent(share: float | None) -> str:
-    """Returns a share in per cent with two digits; a dash where it is not known.
-
-    What is not the whole is never written as 100 %: 0.996 is 99.6 %.
-    """
+    """Returns a share in per cent with two digits; a dash where it is not known."""
     if share is None or not math.isfinite(share):
         return "–"
-    return f"{_number(100.0 * share)}{SPACE}%"
-
-
-def _number(value: float) -> str:
-    size = abs(value)
+    size = abs(100.0 * share)
     if size == 0.0:
-        return "0"
-    if size >= 9.95:
-        decimals = 0
-        while decimals < MOST_DECIMALS and size < 100.0 <= round(size, decimals):
-            decimals += 1
-    else:
-        decimals = 1 if size >= 0.995 else 2
-    return f"{value:.{decimals}f}"
+        return f"0{SPACE}%"
+    decimals = 0 if size >= 9.95 else 1 if size >= 0.995 else 2
+    return f"{100.0 * share:.{decimals}f}{SPACE}%"
 
 
 def percent_ends(estimate: Estimate) -> str:

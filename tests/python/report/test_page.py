@@ -13,6 +13,7 @@ from ehsid.harness.report.page import (
     Beside,
     Block,
     Card,
+    Cell,
     Code,
     Column,
     Fact,
@@ -132,9 +133,13 @@ def test_folded_blocks_unfold_in_print() -> None:
         ("≥ 97 %", "number"),
         ("valve", "text"),
         ("", "number"),
+        (Tagged("valve", hint="valve"), "text"),
+        (Link("press 7", "press%207/report.html"), "text"),
+        (Tagged("1.5", "moved"), "number"),
+        (Bar("", "30 %", 30.0), "number"),
     ],
 )
-def test_numbers_stand_to_the_right_and_words_to_the_left(cell: str, side: str) -> None:
+def test_numbers_stand_to_the_right_and_words_to_the_left(cell: Cell, side: str) -> None:
     assert Table("", ("name", "value"), [("a", ""), ("b", cell)]).align(1) == side
 
 
