@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.schema import Diagnosis, Estimate, HowFar
 from ehsid.harness.report.gap_words import (
@@ -25,10 +27,9 @@ def diagnosis_facts(diagnosis: Diagnosis) -> Facts:
     facts = [_where(diagnosis), _which(diagnosis)]
     if diagnosis.how_far is not None:
         facts.append(_how_far(diagnosis, diagnosis.how_far))
-    first, _, rest = what_now(
-        diagnosis.verdict, experiment=diagnosis.next_experiment is not None
-    ).partition(". ")
-    return Facts([*facts, Fact("What next", first.rstrip("."), rest)])
+    words = what_now(diagnosis.verdict, experiment=diagnosis.next_experiment is not None)
+    first, rest = re.split("[.:] ", words, maxsplit=1)
+    return Facts([*facts, Fact("What next", first, first_upper(rest))])
 
 
 def _where(diagnosis: Diagnosis) -> Fact:
