@@ -76,7 +76,7 @@ def speed_table(outcomes: Mapping[str, Outcome]) -> Table:
         rows.append((name, *at, f"{settled[0]:.1f}", f"{settled[1]:.1f}"))
     return Table(
         "Parameter error |theta_hat - theta| / |theta| in %, median of the runs, and the time "
-        f"after which it stays below {percent(SETTLED)}.",
+        f"after which it stays below {100 * SETTLED:.0f} %.",
         ("lambda", "5 s", "20 s", "50 s", "100 s", "settled, median s", "95 % of runs, s"),
         rows,
     )
@@ -131,7 +131,7 @@ def change_table(pairs: Mapping[str, tuple[Outcome, Outcome]]) -> Table:
             )
         )
     return Table(
-        f"Samples after the change until the error stays below {percent(SETTLED)}, median of "
+        f"Samples after the change until the error stays below {100 * SETTLED:.0f} %, median of "
         "the runs; runs in which the reset fired, its delay, and false alarms before the change.",
         ("lambda", "without reset", "with reset", "fired", "delay, samples", "false alarms"),
         rows,
@@ -206,7 +206,7 @@ def known_model_sections(seeds: int) -> Part:
         f"Published model, known truth: after 100 s the varying factor is within "
         f"{percent(last[varying])} of the true parameters, constant 0.99 "
         f"within {percent(last['0.99'])} (median of {seeds} runs).",
-        f"When the plant changes, the reset brings every policy back to {percent(SETTLED)} in "
+        f"When the plant changes, the reset brings every policy back to {100 * SETTLED:.0f} % in "
         f"{slowest:.0f} samples (median); without it only the F-ratio policy follows quickly.",
     ]
     return Part(lead, [comparison, change])
