@@ -73,7 +73,7 @@ def test_same_findings_give_the_same_bytes(page: Page) -> None:
 
 
 def test_marked_row_stands_out(page: Page) -> None:
-    head = r"<tr( class=\"marked\")?><th scope=\"row\" class=\"name\">(\d)"
+    head = r"<tr( class=\"marked\")?><th scope=\"row\" class=\"short\">(\d)"
     rows = re.findall(head, render_page(page))
     assert rows == [("", "2"), (' class="marked"', "3")]
 
