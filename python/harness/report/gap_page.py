@@ -83,17 +83,27 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
     return render_page(
         Page(
             title=diagnosis.sentence,
-            lead=[Items([*serious, *diagnosis.reasons]), Note(meaning)],
+            lead=[*([Items(serious)] if serious else []), meaning],
             sections=[section for section in sections if section.blocks],
             overline=f"Diagnosis of the gap between {diagnosis.rig.name} and its simulation"
             + (f" · {number}" if records else ""),
             badge=badge,
             kind=diagnosis.verdict,
-            summary=[diagnosis_facts(diagnosis), *gap_blocks(diagnosis, kinds)],
+            summary=[
+                diagnosis_facts(diagnosis),
+                *gap_blocks(diagnosis, kinds),
+                *_reasons(diagnosis),
+            ],
             footer=[f"rig file {rig_file}", f"{diagnosis.seconds:.0f} s"],
             window_title=f"{badge}: {diagnosis.rig.name}",
         )
     )
+
+
+def _reasons(diagnosis: Diagnosis) -> list[Block]:
+    if not diagnosis.reasons:
+        return []
+    return [Heading("Reasons for the verdict"), Items(diagnosis.reasons)]
 
 
 def _remark(remark: Remark) -> Tagged:

@@ -99,7 +99,13 @@ def test_the_answers_stand_in_the_order_of_the_questions_and_before_the_plots() 
     _, text = read(page_of("effects"))
     words = (
         *("Where mechanics", "Which Coulomb friction", "How far 99 %", "What next Add the effects"),
-        *("simulator as configured", "Part of the machine", "All that was tried", "Held-out data,"),
+        *(
+            "simulator as configured",
+            "Reasons for the verdict",
+            "Part of the machine",
+            "All that was tried",
+            "Held-out data,",
+        ),
         "What the fit makes of the numbers",
     )
     places = [text.index(word) for word in words]
