@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +39,8 @@ WIDTHS = (1400, 1000, 390)
 # What may lie beyond the edge of a picture, in inches: half the width of a line.
 EDGE = 0.02
 NAME = "press 7, hall B"
-DIAGNOSES = tuple(f"diagnosis: {verdict}" for verdict in VERDICTS)
+DIAGNOSIS = "diagnosis: "
+DIAGNOSES = tuple(DIAGNOSIS + verdict for verdict in VERDICTS)
 OTHERS = tuple(kind for kind in KINDS if kind != "gap")
 PAGES = (*DIAGNOSES, *OTHERS, "fleet of many", "claims", "estimates", "demo")
 
@@ -105,40 +106,57 @@ def demo_page() -> str:
     return render_page(demo_page(opening, [real_record_section(), known_model_sections(2)]))
 
 
+def made_page(kind: str, folder: Path) -> Path:
+    """Makes a page in this folder; returns its file."""
+    if kind == "fleet of many":
+        return fleet_page(folder)
+    if kind == "estimates":
+        return estimates_page(folder)
+    if kind in DIAGNOSES:
+        text = diagnosis_page(kind.removeprefix(DIAGNOSIS))
+    elif kind in KINDS:
+        text = KINDS[kind](NAME, folder)
+    else:
+        text = {"claims": claims_page, "demo": demo_page}[kind]()
+    path = folder / "page.html"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
 @pytest.fixture(scope="module")
-def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """The file of each page."""
-    folder = tmp_path_factory.mktemp("pages")
+def page_of(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Path]]:
+    """Returns the file of a page, which is made when a test first asks for it."""
+    found: dict[str, Path] = {}
+
+    def page(kind: str) -> Path:
+        if kind not in found:
+            found[kind] = made_page(kind, tmp_path_factory.mktemp("page"))
+        return found[kind]
+
     with pytest.MonkeyPatch.context() as patch, workers(1):
         patch.setattr(sys, "path", [str(EXAMPLES), *sys.path])
         patch.setattr("ehsid.harness.report.page.embedded", whole_picture)
-        found = {
-            "fleet of many": fleet_page(folder / "fleet_of_many"),
-            "estimates": estimates_page(folder / "estimates"),
-        }
-        texts = {f"diagnosis: {verdict}": diagnosis_page(verdict) for verdict in VERDICTS}
-        texts |= {"claims": claims_page(), "demo": demo_page()}
-        for kind in OTHERS:
-            (folder / kind).mkdir()
-            texts[kind] = KINDS[kind](NAME, folder / kind)
-    for number, (kind, text) in enumerate(texts.items()):
-        found[kind] = folder / f"{number}.html"
-        found[kind].write_text(text, encoding="utf-8")
-    return found
+        yield page
 
 
 @pytest.fixture(scope="module")
 def window(browser: Any) -> Iterator[Any]:
+    """A page of a browser; what it asks for lies on this machine."""
+    asked: list[str] = []
     made = browser.new_page()
+    made.on("request", lambda request: asked.append(request.url))
     yield made
     made.close()
+    assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
 
 
 @pytest.mark.parametrize("kind", PAGES)
-def test_nothing_is_cut_off_or_hard_to_read(kind: str, pages: dict[str, Path], window: Any) -> None:
+def test_a_picture_is_first_and_nothing_is_cut_off_or_hard_to_read(
+    kind: str, page_of: Callable[[str], Path], window: Any
+) -> None:
     problems: list[str] = []
     window.once("pageerror", lambda error: problems.append(str(error)))
-    window.goto(pages[kind].as_uri())
+    window.goto(page_of(kind).as_uri())
     window.evaluate("document.querySelectorAll('details').forEach(d => { d.open = true; })")
     for width in WIDTHS:
         window.set_viewport_size({"width": width, "height": 900})
@@ -150,25 +168,23 @@ def test_nothing_is_cut_off_or_hard_to_read(kind: str, pages: dict[str, Path], w
             problems += [f"{at}: {one}" for one in window.evaluate(HARD_TO_READ)]
         problems += [f"{at}: {one}" for one in window.evaluate(CUT_OFF)]
     assert problems == []
+    # Without data there is nothing to be drawn.
+    assert "insufficient" in kind or window.evaluate(ORDER)[0] == "picture"
 
 
-@pytest.mark.parametrize("kind", [kind for kind in PAGES if "insufficient" not in kind])
-def test_a_picture_stands_before_the_tables(kind: str, pages: dict[str, Path], window: Any) -> None:
-    window.goto(pages[kind].as_uri())
-    assert window.evaluate(ORDER)[0] == "picture"
-
-
-def test_a_machine_of_a_fleet_leads_to_its_report(pages: dict[str, Path], window: Any) -> None:
-    window.goto(pages["fleet of many"].as_uri())
+def test_a_machine_of_a_fleet_leads_to_its_report(
+    page_of: Callable[[str], Path], window: Any
+) -> None:
+    window.goto(page_of("fleet of many").as_uri())
     window.get_by_role("link", name="press 7", exact=True).first.click()
     assert window.locator("h1").inner_text() == "press 7"
 
 
 def test_what_is_wider_than_the_window_is_reached_and_moved_by_keys(
-    pages: dict[str, Path], window: Any
+    page_of: Callable[[str], Path], window: Any
 ) -> None:
     window.set_viewport_size({"width": 390, "height": 900})
-    window.goto(pages["claims"].as_uri())
+    window.goto(page_of("claims").as_uri())
     box = window.locator(".wide").first
     assert box.evaluate("e => e.previousElementSibling.checkVisibility()")
     for _ in range(10):
