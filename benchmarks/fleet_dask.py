@@ -296,7 +296,7 @@ def run(
             keep_sessions()
         last = session()
     fleet = read_fleet(place, [machine.name for machine in machines], {})
-    write_fleet(fleet, place)
+    write_fleet(fleet, place, place)
     kept.replace(complete)
     shutil.rmtree(place)
     return Figures.of(place.name, count, [*earlier, last])

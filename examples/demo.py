@@ -6,20 +6,48 @@ python examples/demo.py [--out FOLDER] [--seeds N]
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from known_model import known_model_sections
-from real_record import real_record_section
-from withheld_record import REPORT, withheld_record_sections
+from real_record import Part, real_record_section
+from withheld_record import REPORT, Opening, withheld_record
 
 from ehsid.harness.cli.progress import stages
 from ehsid.harness.files import result_folder
-from ehsid.harness.report.page import Page, write_page
+from ehsid.harness.report.gap_facts import diagnosis_facts
+from ehsid.harness.report.gap_page import gap_blocks
+from ehsid.harness.report.gap_words import SIMULATIONS, first_upper
+from ehsid.harness.report.page import Page, Section, write_page
 from ehsid.harness.studies.published import SOURCE
 
 PAGE = "demo.html"
+
+
+def demo_page(opening: Opening, others: Sequence[Part]) -> Page:
+    """The page: the diagnosis first, as its report has it, and then the other parts."""
+    diagnosis = opening.diagnosis
+    sections = list(opening.sections)
+    for part in others:
+        first, *rest = part.sections
+        sections += [Section(first.title, [*part.lead, *first.blocks]), *rest]
+    return Page(
+        title=first_upper(diagnosis.sentence),
+        lead=[opening.lead],
+        sections=[section for section in sections if section.blocks],
+        sources=[
+            SOURCE,
+            "Crane record: S. Gunnarsson and P. Krus; benchmark in J. Sjöberg et al., "
+            "Automatica 31(12), 1995, pp. 1691-1724",
+        ],
+        overline="ehsid: what the servo really is, and why the simulation disagrees with it",
+        badge="An effect that was withheld",
+        kind=diagnosis.verdict,
+        summary=[diagnosis_facts(diagnosis), *gap_blocks(diagnosis, tuple(SIMULATIONS))],
+        window_title="ehsid: a first run",
+    )
 
 
 def main(
@@ -32,24 +60,13 @@ def main(
     """
     with result_folder(out, "demo", [PAGE, f"{REPORT}/*"]) as folder:
         with stages() as report:
-            done = [withheld_record_sections(folder, lambda share: report("diagnosing", share))]
+            opening = withheld_record(folder, lambda share: report("diagnosing", share))
             report("estimating", 0.0)
-            done.append(real_record_section())
+            record = real_record_section()
             report("estimating", 0.2)
-            done.append(known_model_sections(seeds))
+            model = known_model_sections(seeds)
             report("estimating", 1.0)
-        sections = [section for found in done for section in found.sections]
-        page = Page(
-            title="ehsid: what the servo really is, and why the simulation disagrees with it",
-            lead=[sentence for found in done for sentence in found.lead],
-            sections=sections,
-            sources=[
-                SOURCE,
-                "Crane record: S. Gunnarsson and P. Krus; benchmark in J. Sjöberg et al., "
-                "Automatica 31(12), 1995, pp. 1691-1724",
-            ],
-        )
-        write_page(folder / PAGE, page)
+        write_page(folder / PAGE, demo_page(opening, [record, model]))
     typer.echo(f"Open {(out / PAGE).resolve().as_uri()}")
 
 

@@ -14,6 +14,7 @@ import ehsid
 from ehsid.harness.excitation import multisine
 from ehsid.harness.identification import ArxOrders
 from ehsid.harness.report.page import Picture, Section, Table
+from ehsid.harness.report.shares import percent
 from ehsid.harness.studies import Contender, KnownPlant, Outcome, compare
 from ehsid.harness.studies.pages.comparison_figures import change_figure, error_figure
 from ehsid.harness.studies.published import DT_S, DURATION_S, MODEL_16, RECURSIVE
@@ -174,10 +175,10 @@ def known_model_sections(seeds: int) -> Part:
             parameter_table(outcomes),
             (
                 "The paper reports lambda = 1 as slowest. From a vague start it is not: after 5 s "
-                f"the median error of lambda = 1 is {100 * at_5_s['1']:.1f} %, that of the varying "
-                f"factor {100 * at_5_s[varying]:.1f} %; at the end they are at "
-                f"{100 * last['1']:.2f} % and {100 * last[varying]:.2f} %. That the constant 0.99 "
-                f"stays restless holds: {100 * last['0.99']:.2f} %. The paper's own column for "
+                f"the median error of lambda = 1 is {percent(at_5_s['1'])}, that of the varying "
+                f"factor {percent(at_5_s[varying])}; at the end they are at "
+                f"{percent(last['1'])} and {percent(last[varying])}. That the constant 0.99 "
+                f"stays restless holds: {percent(last['0.99'])}. The paper's own column for "
                 "lambda = 1 has plainly not converged; `ehsid experiment` shows the start."
             ),
         ],
@@ -203,8 +204,8 @@ def known_model_sections(seeds: int) -> Part:
     )
     lead = [
         f"Published model, known truth: after 100 s the varying factor is within "
-        f"{100 * last[varying]:.1f} % of the true parameters, constant 0.99 "
-        f"within {100 * last['0.99']:.1f} % (median of {seeds} runs).",
+        f"{percent(last[varying])} of the true parameters, constant 0.99 "
+        f"within {percent(last['0.99'])} (median of {seeds} runs).",
         f"When the plant changes, the reset brings every policy back to {100 * SETTLED:.0f} % in "
         f"{slowest:.0f} samples (median); without it only the F-ratio policy follows quickly.",
     ]

@@ -115,9 +115,6 @@ def real_record_section() -> Part:
                 "Valve opening to oil pressure, 1,024 measured samples, scaled; the sampling time "
                 "is not given. The first half estimates, the second judges."
             ),
-            order_table(offline),
-            offline.reason,
-            offline.delay_reason,
             Picture(
                 identification_figure(offline),
                 "Second half: measured and simulated pressure, and both residual tests. "
@@ -126,6 +123,9 @@ def real_record_section() -> Part:
                 "bars of the residual's autocorrelation and of its correlation with the input, "
                 "with 99 % bands",
             ),
+            order_table(offline),
+            offline.reason,
+            offline.delay_reason,
             *(sentence for sentence in offline.advice),
             (
                 "The same record sample by sample, through the code that a controller links. The "
@@ -133,8 +133,6 @@ def real_record_section() -> Part:
                 "like another plant. A policy that reacts fast, and the reset, follow the "
                 "bursts and predict worse than one that averages over them."
             ),
-            fits,
-            parameter_table(data, shown),
             Picture(
                 estimation_figure(shown, data.dt_s),
                 "Parameters with their 95 % band, forgetting factor and innovation, sample by "
@@ -142,6 +140,8 @@ def real_record_section() -> Part:
                 "Curves of the parameters with narrowing bands; the forgetting factor rises "
                 "towards one; the innovation is larger during bursts",
             ),
+            fits,
+            parameter_table(data, shown),
         ],
     )
     chosen = offline.chosen

@@ -178,12 +178,13 @@ def make_page(results: Results, plan: Plan, media: Media, bank: Table | None = N
         f"{FACTOR:g} and P0 = {VARIANCE0:g} I. `{results.machine[0]}`; "
         f"{'; '.join(results.machine[1:])}."
     )
+    first, *charts = media.times(results)
     times: list[Block] = [
         "The bare UD recursion is Bierman's, in plain C and without any check: the least that a "
         "factored recursion can do. A ratio is taken between passes that follow each other, so "
         "other load on the machine changes it little; the shortest time depends on the machine.",
         goal_table(results),
-        *media.times(results),
+        *charts,
         time_table(results),
         size_table(results),
         python_table(results),
@@ -242,4 +243,5 @@ def make_page(results: Results, plan: Plan, media: Media, bank: Table | None = N
         "An update beside those of others",
         [media.shaped(block) for block in lead],
         [Section(title, [*map(media.shaped, blocks)]) for title, blocks in sections.items()],
+        summary=[first],
     )

@@ -20,7 +20,7 @@ KEPT = {
     "vague_start.png": "recursive_on_model_16_as_the_known_truth",
     "rig_change.png": "a_change_of_the_rig_without_and_with_the_reset",
     "reading.png": "physical_reading",
-    "claims.png": "do_the_claims_hold",
+    "claims.png": "summary",
     "start.png": "the_start_behind_the_paper_s_lambda_1",
     "reset.png": "where_the_reset_helps",
 }

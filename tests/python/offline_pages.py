@@ -17,7 +17,7 @@ class References(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.found += [value or "" for name, value in attrs if name in {"src", "href", "srcset"}]
-        assert tag not in {"script", "link", "iframe"}
+        assert tag not in {"link", "iframe"}
         if tag not in self.VOID:
             self.open.append(tag)
 
@@ -25,7 +25,8 @@ class References(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data: str) -> None:
-        self.words.append(data)
+        if self.open[-1:] != ["script"]:
+            self.words.append(data)
 
 
 def read(html: str) -> References:

@@ -16,19 +16,36 @@ COLUMNS = ("valve_opening", "oil_pressure")
 
 
 @pytest.fixture(scope="module")
-def html(tmp_path_factory: pytest.TempPathFactory) -> str:
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("demo")
     command = [sys.executable, "examples/demo.py", "--out", str(out), "--seeds", "2"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "demo.html" in done.stdout
+    return out
+
+
+@pytest.fixture(scope="module")
+def html(out: Path) -> str:
     return (out / "demo.html").read_text(encoding="utf-8")
 
 
-def test_page_works_offline(html: str) -> None:
+def test_page_works_offline_and_leads_to_the_whole_report(html: str, out: Path) -> None:
     references = read(html).found
     assert references
-    assert all(ref.startswith(("#s", "data:image/svg+xml;base64,")) for ref in references)
+    own = ("#s", "data:image/svg+xml;base64,")
+    beside = [ref for ref in references if not ref.startswith(own)]
+    assert beside == ["diagnosis/report.html"]
+    assert (out / beside[0]).is_file()
+
+
+def test_page_opens_with_the_diagnosis(html: str) -> None:
+    text = " ".join(" ".join(read(html).words).split())
+    title = text[text.index("An effect that was withheld") :]
+    words = ("Where valve", "Which valve dead band", "How far", "What next")
+    places = [title.index(word) for word in words]
+    assert places == sorted(places)
+    assert places[-1] < title.index("A real record: the hydraulic crane")
 
 
 def test_crane_table_shows_what_identify_finds(html: str) -> None:

@@ -14,7 +14,7 @@ from ehsid.harness.app.machines import MachineRow, machine_rows
 from ehsid.harness.app.page import NEW
 from ehsid.harness.app.view import View
 from ehsid.harness.app.workbench import REMOVED, Workbench
-from ehsid.harness.report.gap_words import percent
+from ehsid.harness.report.shares import percent
 
 LOOK_MS = 3000  # between two looks for what has changed
 # Heading of each column, and whether it has numbers.

@@ -14,10 +14,11 @@ from ehsid.harness.cli.log_options import read_shown
 from ehsid.harness.encoding import to_plain
 from ehsid.harness.files import write_text
 from ehsid.harness.identification import ArxOrders, IoData, Preprocessing, fit_arx
-from ehsid.harness.records import NO_HINTS, Hints
+from ehsid.harness.records import NO_HINTS, Hints, Record
 from ehsid.harness.records.origin import with_reading
-from ehsid.harness.report.page import Page, Section, write_page, write_pictures
+from ehsid.harness.report.page import Page, Picture, Section, write_page, write_pictures
 from ehsid.harness.report.reading_section import reading_section
+from ehsid.harness.report.record_figure import record_figure
 from ehsid.harness.rigs import Rig
 from ehsid.harness.studies.convergence import Starts, compare_starts
 from ehsid.harness.studies.evidence import median_interval
@@ -29,6 +30,7 @@ from ehsid.harness.studies.experiment import (
 )
 from ehsid.harness.studies.linearisation import small_signal_response
 from ehsid.harness.studies.noises import on_noisy_sensor
+from ehsid.harness.studies.pages.claims_map import claims_picture
 from ehsid.harness.studies.pages.claims_sections import claims_sections, verdict_lead
 from ehsid.harness.studies.pages.experiment_files import (
     claim_rows,
@@ -38,6 +40,7 @@ from ehsid.harness.studies.pages.experiment_files import (
     plain_runs,
     reset_rows,
 )
+from ehsid.harness.studies.pages.offline_model_blocks import outputs_picture
 from ehsid.harness.studies.pages.offline_sections import offline_sections
 from ehsid.harness.studies.pages.recursive_sections import (
     known_plant_sections,
@@ -68,7 +71,8 @@ THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)
 class Report:
     """Contents of the report: title, sentences, sections, plain values, tables by file name.
 
-    `problems` say why the record allows no sound model; empty where it does.
+    `problems` say why the record allows no sound model; empty where it does. `picture` is the one
+    above all sections.
     """
 
     title: str
@@ -77,6 +81,7 @@ class Report:
     plain: dict[str, Any]
     tables: dict[str, str]
     problems: list[str]
+    picture: Picture
 
 
 @dataclass(frozen=True)
@@ -163,6 +168,7 @@ def redo(rig: Rig, offline: Offline, runs: int, progress: Callable[[str, float],
             "resets.csv": csv_text(reset_rows(claims.resets)),
         },
         problems=[finding.text for finding in procedure.problems],
+        picture=claims_picture(claims.judged, claims.resets, claims.verdicts),
     )
 
 
@@ -185,7 +191,9 @@ def on_record(
     response = None
     if rig is not None and data.dt_s is not None:
         response = small_signal_response(rig, data.dt_s, amplitude_v=0.5 * float(data.u.std()))
-    sections = offline_sections(procedure, record_name=record.name, rig_response=response)
+    sections = offline_sections(
+        procedure, record_name=record.name, rig_response=response, with_outputs=False
+    )
     plain = with_reading({"offline": procedure.to_dict()}, record.origin)
     problems = [finding.text for finding in procedure.problems]
     lead = [*procedure.meaning, *problems]
@@ -201,7 +209,13 @@ def on_record(
             "sampled": None if results.servo is None else to_plain(results.servo.sampled),
         }
     title = f"The experiment on {record.name}"
-    return Report(title, lead, sections, plain, orders_table(procedure), problems)
+    picture = _record_picture(record) if model is None else outputs_picture(procedure)
+    return Report(title, lead, sections, plain, orders_table(procedure), problems, picture)
+
+
+def _record_picture(record: Record) -> Picture:
+    caption = "The record, of which no model was kept."
+    return Picture(record_figure(record), caption, "The signals of the record over time")
 
 
 def write_report(folder: Path, report: Report, provenance: Mapping[str, Any]) -> None:
@@ -211,7 +225,9 @@ def write_report(folder: Path, report: Report, provenance: Mapping[str, Any]) ->
         **report.tables,
         "experiment.json": json.dumps(to_plain(plain), indent=2, allow_nan=False),
     }
-    page = Page(report.title, report.lead, report.sections, sources=[SOURCE])
+    page = Page(
+        report.title, report.lead, report.sections, sources=[SOURCE], summary=[report.picture]
+    )
     write_page(folder / "experiment.html", page)
     write_pictures(folder / "figures", page)
     for name, text in texts.items():

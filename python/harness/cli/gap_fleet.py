@@ -134,7 +134,7 @@ def gap_fleet_command(
                 for _ in shown(outcomes, len(todo), len(folders)):
                     pass
         fleet = read_fleet(out, [machine.name for machine in folders], refused)
-        write_fleet(fleet, made)
+        write_fleet(fleet, made, out)
     page = out / "fleet.html"
     if as_json:
         typer.echo((out / "fleet.json").read_text(encoding="utf-8"), nl=False)
@@ -146,7 +146,7 @@ def gap_fleet_command(
 
 def _print(fleet: Fleet, page: Path, console: Console) -> None:
     from ehsid.harness.report.fleet_page import fleet_lead, verdict_text
-    from ehsid.harness.report.gap_words import percent
+    from ehsid.harness.report.shares import percent
 
     for sentence in fleet_lead(fleet):
         console.print(sentence)

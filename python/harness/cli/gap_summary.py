@@ -11,7 +11,8 @@ from ehsid.harness.cli.common import shown_table
 from ehsid.harness.cli.console import Console
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.report.gap_brief import brief_tables
-from ehsid.harness.report.gap_words import VERDICTS, effect_set, percent, plain_name
+from ehsid.harness.report.gap_words import VERDICTS, effect_set, plain_name
+from ehsid.harness.report.shares import percent
 
 
 def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> None:

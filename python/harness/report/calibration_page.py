@@ -98,16 +98,7 @@ def calibration_page(calibration: Calibration) -> Page:
         [
             *_families(calibration),
             Section(
-                "Are the probabilities meant?",
-                [
-                    Picture(
-                        reliability_drawing(calibration.probabilities),
-                        "Share that is true over the stated probability, in groups of equal "
-                        "numbers; bars: intervals of 90 %. On the dashed line it is meant.",
-                        "Reliability of the probabilities",
-                    ),
-                    probabilities_table(calibration.probabilities),
-                ],
+                "Are the probabilities meant?", [probabilities_table(calibration.probabilities)]
             ),
             Section("Constants", [constants_table(calibration.constants)]),
             Section("Sets", [sets_table(calibration.sets)]),
@@ -123,6 +114,14 @@ def calibration_page(calibration: Calibration) -> Page:
             "J. Bröcker, L. A. Smith: Increasing the reliability of reliability diagrams. Weather "
             "and Forecasting 22(3), 2007.",
         ),
+        summary=[
+            Picture(
+                reliability_drawing(calibration.probabilities),
+                "Share that is true over the stated probability, in groups of equal numbers; bars: "
+                "intervals of 90 %. On the dashed line it is meant.",
+                "Reliability of the probabilities",
+            )
+        ],
     )
 
 

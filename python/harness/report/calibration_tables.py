@@ -133,7 +133,7 @@ def families_table(each: Sequence[LeftOut]) -> Table:
                 figure_text(one.coverage),
                 _target(one.coverage),
                 figure_text(one.size),
-                figure_text(one.right, short=True),
+                figure_text(one.right),
                 *error_cells(one.reliability)[::2],
             )
             for one in each

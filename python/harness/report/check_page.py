@@ -49,8 +49,9 @@ def write_page(score: Score, folder: Path) -> None:
 
 def check_page(score: Score) -> Page:
     """Returns the page, from the most important figures to the list of all errors."""
-    sections = []
+    sections, summary = [], []
     if score.cases:
+        summary = [_picture(score)]
         sections = [
             _figures(score),
             _confusions(score),
@@ -65,19 +66,22 @@ def check_page(score: Score) -> Page:
             _wrong(score),
             _contradictions(score),
         ]
-    return Page(TITLE, lead(score), [*sections, _how(score)])
+    return Page(TITLE, lead(score), [*sections, _how(score)], summary=summary)
+
+
+def _picture(score: Score) -> Picture:
+    return Picture(
+        targets_drawing(score.tables[0]),
+        f"{score.tables[0].title.capitalize()}: value and interval of 90 %; green: where "
+        "it should be. Blue: met, orange: missed, grey: the interval reaches across.",
+        "Figures of the check with intervals beside their targets",
+    )
 
 
 def _figures(score: Score) -> Section:
     return Section(
         "Figures and targets",
         [
-            Picture(
-                targets_drawing(score.tables[0]),
-                f"{score.tables[0].title.capitalize()}: value and interval of 90 %; green: where "
-                "it should be. Blue: met, orange: missed, grey: the interval reaches across.",
-                "Figures of the check with intervals beside their targets",
-            ),
             HOW_TO_READ,
             target_table(score.tables[0]),
             trust_table(score),

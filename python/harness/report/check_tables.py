@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ehsid.harness.report.check_words import KINDS, MARKS, figure_text, number, target_text
 from ehsid.harness.report.gap_words import plain_name
-from ehsid.harness.report.page import Table
+from ehsid.harness.report.page import Table, Tagged
 from ehsid.harness.validation.scoring.baselines import Baseline, Control
 from ehsid.harness.validation.scoring.calibration import Reliability
 from ehsid.harness.validation.scoring.reading import SENSORS
@@ -76,7 +76,7 @@ def split_table(table: SplitTable) -> Table:
         (
             KINDS.get(group, plain_name(group)),
             measured,
-            *(figure_text(figure, short=True) for figure in figures),
+            *(figure_text(figure) for figure in figures),
         )
         for group, measured, figures in table.rows
     ]
@@ -89,7 +89,7 @@ def baseline_table(each: Sequence[Baseline]) -> Table:
     words = [figure.words for figure in each[0].figures] if each else []
     rows = []
     for baseline in each:
-        texts = {figure.words: figure_text(figure, short=True) for figure in baseline.figures}
+        texts = {figure.words: figure_text(figure) for figure in baseline.figures}
         rows.append((baseline.name, *(texts.get(name, "-") for name in words)))
     return Table(
         "Simpler ways, judged alike. Effect first: gap at least 3 x floor.",
@@ -130,8 +130,8 @@ def wrong_table(each: Sequence[WrongCase]) -> Table:
                 case.name,
                 f"{case.grade}, {case.sensors}",
                 case.outcome,
-                case.truth.replace("_", " "),
-                case.said.replace("_", " "),
+                Tagged(plain_name(case.truth), hint=case.truth),
+                Tagged(plain_name(case.said), hint=case.said),
                 "; ".join(case.reasons) or "not known",
             )
             for case in each

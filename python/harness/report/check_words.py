@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 
+from ehsid.harness.report.shares import SPACE, percent
 from ehsid.harness.validation.scoring.figures import Figure, Range
 from ehsid.harness.validation.scoring.reading import SENSORS
 from ehsid.harness.validation.scoring.score import Score
@@ -37,20 +38,22 @@ def number(value: float, unit: str) -> str:
     if not math.isfinite(value):
         return "-"
     if unit == "share":
-        return f"{100.0 * value:.1f} %".replace(".0 %", " %")
+        return percent(value)
     return f"{value:.3g}{' s' if unit == 'seconds' else ''}"
 
 
-def figure_text(figure: Figure, *, short: bool = False) -> str:
-    """Returns value, interval and n of a figure; with `short`, shares have no decimals."""
+def figure_text(figure: Figure) -> str:
+    """Returns value, interval and n of a figure."""
     if not figure.n:
         return "-"
-    value, low, high = (
-        f"{100.0 * x:.0f} %" if short and figure.unit == "share" else number(x, figure.unit)
-        for x in (figure.value, figure.low, figure.high)
-    )
-    ends = [end.removesuffix(" %").removesuffix(" s") for end in (low, high)]
+    value, low, high = (number(x, figure.unit) for x in (figure.value, figure.low, figure.high))
+    ends = [_bare(end) for end in (low, high)]
     return f"{value} ({ends[0]}\N{EN DASH}{ends[1]}; {figure.n})"
+
+
+def _bare(end: str) -> str:
+    """An end of a range without its unit."""
+    return end.removesuffix(f"{SPACE}%").removesuffix(" s")
 
 
 def target_text(target: Range | None, unit: str) -> str:
@@ -62,7 +65,7 @@ def target_text(target: Range | None, unit: str) -> str:
         return f"\N{LESS-THAN OR EQUAL TO} {ends[1]}"
     if math.isinf(target.most):
         return f"\N{GREATER-THAN OR EQUAL TO} {ends[0]}"
-    return f"{ends[0].removesuffix(' %')}\N{EN DASH}{ends[1]}"
+    return f"{_bare(ends[0])}\N{EN DASH}{ends[1]}"
 
 
 def plural(n: int, noun: str, several: str | None = None) -> str:
@@ -77,7 +80,7 @@ def lead(score: Score) -> list[str]:
     right = sum(case.judgement.right for case in score.cases)
     sentences = [
         f"Of {plural(len(score.cases), 'record')} whose cause was withheld, {right} "
-        f"({100.0 * right / len(score.cases):.0f} %) were answered exactly right: verdict, and "
+        f"({percent(right / len(score.cases))}) were answered exactly right: verdict, and "
         "effects or a set that holds them."
     ]
     without = sum(case.left_out for case in score.cases)

@@ -118,18 +118,24 @@ def estimates_page(found: Estimates) -> Page:
         sections.append(
             Section("Files that could not be used", [Table("", ["file", "message"], rows)])
         )
-    return Page("A folder of records: coefficients side by side", estimates_lead(found), sections)
+    return Page(
+        "A folder of records: coefficients side by side",
+        estimates_lead(found),
+        sections,
+        summary=[
+            Picture(
+                estimates_figure(found),
+                "Each point is a record with its interval of 95 %, numbered as in the table. "
+                "Shaded: the range of 90 % of the records; line: their median. Red: far from the "
+                "others. A triangle lies outside of the axis.",
+                "Coefficients of all records with their intervals",
+            )
+        ],
+    )
 
 
 def _coefficients(found: Estimates) -> Section:
     blocks: list[Block] = [
-        Picture(
-            estimates_figure(found),
-            "Each point is a record with its interval of 95 %, numbered as in the table. Shaded: "
-            "the range of 90 % of the records; line: their median. Red: far from the others. A "
-            "triangle lies outside of the axis.",
-            "Coefficients of all records with their intervals",
-        ),
         Table(
             "Coefficients over the compared records. The spread is a standard deviation, from the "
             "median absolute deviation; the own deviation is the one that a record states for "
@@ -160,8 +166,7 @@ def _records(records: Sequence[RecordEstimate]) -> Section:
     names = list(records[0].estimate["parameters"])
     rows = [
         [
-            str(number),
-            one.file,
+            f"{number}. {one.file}",
             str(one.samples),
             "–" if one.dt_s is None else f"{one.dt_s:.6g}",
             *(_interval(one.estimate["parameters"][name]) for name in names),
@@ -171,7 +176,7 @@ def _records(records: Sequence[RecordEstimate]) -> Section:
         ]
         for number, one in enumerate(records, 1)
     ]
-    headings = ["number", "record", "samples", "sampling time, s", *names]
+    headings = ["record", "samples", "sampling time, s", *names]
     headings += ["one-step fit, %", "simulation fit, %", "warnings"]
     caption = "Coefficients with half the width of their intervals of 95 %."
     return Section("Records", [Table(caption, headings, rows)])

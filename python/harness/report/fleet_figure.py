@@ -19,10 +19,18 @@ NAMED, RIVAL, LEFT = BLUE, ORANGE, GREY
 
 @styled
 def fleet_figure(machines: Sequence[Machine], effects: Sequence[str]) -> Figure:
-    """Draws bars of the structural gaps beside a matrix of machines and effects."""
+    """Draws bars of the structural gaps beside a matrix of machines and effects, if there are any.
+
+    The names of the effects stand above their columns.
+    """
     height = 1.9 + 0.3 * len(machines)
     figure = Figure(figsize=(9.0, height))
-    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 1.0 + 0.22 * len(effects)])
+    if effects:
+        ratios = [1.0, 1.0 + 0.22 * len(effects)]
+        left, right = figure.subplots(1, 2, sharey=True, width_ratios=ratios)
+        _matrix(right, machines, effects)
+    else:
+        left = figure.subplots()
     rows = range(len(machines))
     left.barh(rows, [100.0 * machine.structural for machine in machines], color=NAMED, height=0.6)
     rests = [100.0 * min(machine.structural, _rest(machine)) for machine in machines]
@@ -31,7 +39,6 @@ def fleet_figure(machines: Sequence[Machine], effects: Sequence[str]) -> Figure:
     left.set_ylim(len(machines) - 0.5, -0.5)
     left.set_xlabel("structural gap, % of the motion")
     left.grid(False, axis="y")
-    _matrix(right, machines, effects)
     return figure
 
 

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
+from urllib.parse import quote
 
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.encoding import json_text
@@ -15,16 +16,20 @@ from ehsid.harness.report.gap_words import (
     VERDICTS,
     effect_set,
     interval,
-    percent,
     plain_name,
     unit_of,
+    value_name,
 )
-from ehsid.harness.report.page import Block, Page, Picture, Section, Table
+from ehsid.harness.report.named import named_effect
+from ehsid.harness.report.page import Block, Cell, Link, Page, Picture, Section, Table, Tagged
+from ehsid.harness.report.shares import percent
 from ehsid.harness.validation.fleet.ranking import Fleet, Machine
 
 FILES = ("fleet.html", "fleet.json")
 # The figure shows this many machines, those with the largest gaps; the tables show all.
 MOST_DRAWN = 60
+# Page of a machine, in the folder of its name beside the page of the fleet.
+REPORT = "report.html"
 
 
 def verdict_text(machine: Machine) -> str:
@@ -39,10 +44,22 @@ def verdict_text(machine: Machine) -> str:
     return named
 
 
-def write_fleet(fleet: Fleet, folder: Path) -> None:
-    """Writes the files `FILES` of a fleet into a folder that exists."""
+def verdict_ids(machine: Machine) -> str:
+    """Returns the ids of the finding of a machine, as its files have them."""
+    sets = machine.ambiguity_set if machine.verdict == "ambiguous" else ()
+    named = " + ".join(effect.id for effect in machine.effects)
+    return " or ".join(" + ".join(effects) for effects in sets) or named or machine.verdict
+
+
+def write_fleet(fleet: Fleet, folder: Path, results: Path) -> None:
+    """Writes the files `FILES` of a fleet into a folder that exists.
+
+    `results` has the folders of the machines. The page leads to those reports that are there.
+    """
     write_text(folder / "fleet.json", json_text(fleet))
-    pages.write_page(folder / "fleet.html", fleet_page(fleet))
+    names = [machine.name for machine in (*fleet.ranked, *fleet.not_judged)]
+    written = {name for name in names if (results / name / REPORT).is_file()}
+    pages.write_page(folder / "fleet.html", fleet_page(fleet, written))
 
 
 def fleet_lead(fleet: Fleet) -> list[str]:
@@ -75,25 +92,49 @@ def _machines(count: int) -> str:
     return f"{count} machine{'' if count == 1 else 's'}"
 
 
-def fleet_page(fleet: Fleet) -> Page:
-    """Returns the whole page of a fleet."""
+def fleet_page(fleet: Fleet, reports: Collection[str] = ()) -> Page:
+    """Returns the whole page of a fleet; `reports` are the machines that have a report."""
     sections = []
     if fleet.ranked:
-        sections += [_ranking(fleet.ranked), _effects(fleet)]
-    sections += _left_out(fleet)
-    return Page("A fleet: where its simulators are wrong", fleet_lead(fleet), sections)
+        sections += [_ranking(fleet.ranked, reports), _effects(fleet)]
+    sections += _left_out(fleet, reports)
+    title = "A fleet: where its simulators are wrong"
+    return Page(title, fleet_lead(fleet), sections, summary=_picture(fleet))
 
 
-def _ranking(machines: Sequence[Machine]) -> Section:
+def _machine(name: str, reports: Collection[str]) -> str | Link:
+    """The name of a machine, which leads to its report where there is one."""
+    return Link(name, f"{quote(name)}/{REPORT}") if name in reports else name
+
+
+def _picture(fleet: Fleet) -> list[Block]:
+    if not fleet.ranked:
+        return []
+    drawn = fleet.ranked[:MOST_DRAWN]
+    which = "All machines" if len(drawn) == len(fleet.ranked) else f"The {len(drawn)} largest gaps"
+    shared = "" if fleet.shared else " No effect was named in any of them."
+    return [
+        Picture(
+            fleet_figure(drawn, [effect.id for effect in fleet.shared]),
+            f"{which}. Left: structural gap, and in grey what the named effects leave of it. "
+            "Right: the larger the disc, the larger the effect's part of the motion; a ring: it "
+            "explains the records as well as what was named; a cross: the records cannot show it."
+            + shared,
+            "Structural gap of each machine, and a matrix of machines and effects",
+        )
+    ]
+
+
+def _ranking(machines: Sequence[Machine], reports: Collection[str]) -> Section:
     rows = [
         [
-            machine.name,
+            _machine(machine.name, reports),
             percent(machine.structural),
             percent(machine.nominal),
             percent(machine.calibrated),
             percent(machine.augmented),
             percent(machine.noise_floor[1]),
-            verdict_text(machine),
+            Tagged(verdict_text(machine), hint=verdict_ids(machine)),
         ]
         for machine in machines
     ]
@@ -104,8 +145,8 @@ def _ranking(machines: Sequence[Machine]) -> Section:
             (
                 "Gaps are errors of the simulation on held-out data, as a share of the motion "
                 "(nrmse over the outputs). Structural is what stays above the highest noise floor "
-                "after the values of the rig were fitted. Each machine has a page of its own, "
-                "report.html in the folder of its name beside this page."
+                "after the values of the rig were fitted. The name of a machine leads to its own "
+                "report."
             ),
             Table("Largest first.", [*columns, "floor", "verdict"], rows),
         ],
@@ -113,49 +154,33 @@ def _ranking(machines: Sequence[Machine]) -> Section:
 
 
 def _effects(fleet: Fleet) -> Section:
-    blocks: list[Block] = []
     if not fleet.shared:
-        blocks.append("No effect was named in any of them.")
-        return Section("Which gaps are shared", blocks)
-    drawn = fleet.ranked[:MOST_DRAWN]
-    which = "All machines" if len(drawn) == len(fleet.ranked) else f"The {len(drawn)} largest gaps"
-    blocks.append(
-        Picture(
-            fleet_figure(drawn, [effect.id for effect in fleet.shared]),
-            f"{which}. Left: structural gap, and in grey what the named effects leave of it. "
-            "Right: the larger the disc, the larger the effect's part of the motion; a ring: it "
-            "explains the records as well as what was named; a cross: the records cannot show it.",
-            "Structural gap of each machine, and a matrix of machines and effects",
-        )
-    )
-    blocks.append(
-        Table(
-            "Effects, the most common first.",
-            ["effect", "named in", "one of several in", "machines"],
+        return Section("Which gaps are shared", ["No effect was named in any of them."])
+    common = Table(
+        "Effects, the most common first.",
+        ["effect", "named in", "one of several in", "machines"],
+        [
             [
-                [
-                    plain_name(effect.id),
-                    str(len(effect.named)),
-                    str(len(effect.rival)),
-                    ", ".join(effect.named) or "–",
-                ]
-                for effect in fleet.shared
-            ],
-        )
+                named_effect(effect.id),
+                str(len(effect.named)),
+                str(len(effect.rival)),
+                ", ".join(effect.named) or "–",
+            ]
+            for effect in fleet.shared
+        ],
     )
     ids = [effect.id for effect in fleet.shared]
-    blocks.append(
-        Table(
-            "Sizes with their intervals of 90 %. (or): an alternative to the named effect; "
-            "(?): the records cannot show it.",
-            ["machine", *(plain_name(effect) for effect in ids)],
-            [
-                [machine.name, *(_cell(machine, effect) for effect in ids)]
-                for machine in fleet.ranked
-            ],
-        )
+    sizes = Table(
+        "What is known of these effects in each machine: sizes with their intervals of 90 %.",
+        ["machine", "effect", "what is known"],
+        [
+            [machine.name, named_effect(effect), cell]
+            for machine in fleet.ranked
+            for effect in ids
+            if (cell := _cell(machine, effect))
+        ],
     )
-    return Section("Which gaps are shared", blocks)
+    return Section("Which gaps are shared", [common, sizes])
 
 
 def _cell(machine: Machine, effect: str) -> str:
@@ -163,20 +188,20 @@ def _cell(machine: Machine, effect: str) -> str:
         if named.id == effect:
             sizes = []
             for name, size in named.parameters.items():
-                value, ends = interval(size, unit_of(ParameterKey.of_effect(effect, name)))
-                sizes.append(f"{value} ({ends})")
+                key = ParameterKey.of_effect(effect, name)
+                value, ends = interval(size, unit_of(key))
+                sizes.append(f"{value_name(key).partition(': ')[2]} {value} ({ends})")
             return "; ".join(sizes) or "named"
-    if effect in machine.rivals:
-        return "(or)"
-    return "(?)" if effect in machine.cannot_judge else ""
+    return "explains the records as well as what was named" if effect in machine.rivals else ""
 
 
-def _left_out(fleet: Fleet) -> list[Section]:
+def _left_out(fleet: Fleet, reports: Collection[str]) -> list[Section]:
     sections = []
+    rows: list[list[Cell]]
     unsure = [machine for machine in fleet.ranked if machine.cannot_judge]
     if fleet.not_judged:
         rows = [
-            [machine.name, " ".join([machine.sentence, *machine.why])]
+            [_machine(machine.name, reports), " ".join([machine.sentence, *machine.why])]
             for machine in fleet.not_judged
         ]
         table = Table("Records that do not allow a judgement.", ["machine", "why"], rows)
@@ -187,7 +212,7 @@ def _left_out(fleet: Fleet) -> list[Section]:
         sections.append(Section("Errors", [table]))
     if unsure:
         rows = [
-            [machine.name, plain_name(effect), why]
+            [machine.name, named_effect(effect), why]
             for machine in unsure
             for effect, why in machine.cannot_judge.items()
         ]

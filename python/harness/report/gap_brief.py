@@ -13,13 +13,12 @@ from ehsid.harness.report.gap_words import (
     STANDINGS,
     effect_set,
     interval,
-    percent,
-    percent_interval,
     plain_name,
     quantity,
     unit_of,
     value_name,
 )
+from ehsid.harness.report.shares import percent, percent_interval
 from ehsid.harness.report.text_table import TextTable
 from ehsid.harness.rigs.table_words import table_words
 

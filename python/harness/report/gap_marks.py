@@ -12,14 +12,13 @@ from ehsid.harness.gap.schema import CalibratedValue, Diagnosis, Estimate, HowFa
 from ehsid.harness.report.gap_words import (
     SIMULATIONS,
     interval,
-    percent,
-    percent_ends,
     plain_name,
     quantity,
     unit_of,
     value_name,
 )
 from ehsid.harness.report.page import Bar, Column, Mark, Scale, Table, Tagged, Timeline
+from ehsid.harness.report.shares import percent, percent_ends
 
 # The axis for fitted values extends this many standard deviations of the prior to either side.
 AXIS_SIGMAS = 3.0

@@ -176,6 +176,7 @@ def _output_figures(
         Legend(
             items=items,
             orientation="horizontal",
+            ncols=2,  # more of them would be cut off on the screen of a telephone
             click_policy="hide",
             border_line_color=None,
             label_text_font_size="11px",

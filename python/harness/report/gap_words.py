@@ -10,7 +10,9 @@ from types import MappingProxyType
 from ehsid.harness.catalogue.effect_names import effect_name
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import plant_parameters
+from ehsid.harness.catalogue.value_names import VALUE_NAMES
 from ehsid.harness.gap.schema import Estimate, StandingKind, Verdict
+from ehsid.harness.report.shares import SPACE
 
 VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
     {
@@ -59,9 +61,6 @@ STANDINGS: MappingProxyType[StandingKind, str] = MappingProxyType(
     }
 )
 
-# This space keeps a number and its unit on one line.
-SPACE = "\N{NO-BREAK SPACE}"
-
 # The unit that is shown in place of an SI unit, with its factor.
 SHOWN_UNITS = MappingProxyType(
     {
@@ -79,17 +78,6 @@ SHOWN_UNITS = MappingProxyType(
 # A value in Pa of this size or larger is a stiffness and is shown in MPa.
 STIFF_PA = 1e8
 
-# Words for the values whose names alone are not clear.
-EDGES = MappingProxyType(
-    {
-        "edge_overlap_sides": "overlap at A beyond that at B",
-        "edge_overlap_tank": "overlap to tank beyond that from the supply",
-        "edge_gain_direction": "flow extending beyond retracting",
-        "edge_gain_sides": "flow at A beyond that at B",
-        "edge_gain_tank": "flow to tank beyond that from the supply",
-    }
-)
-
 # Names of the three simulations on the page.
 SIMULATIONS = MappingProxyType(
     {
@@ -102,8 +90,6 @@ SIMULATIONS = MappingProxyType(
 
 def plain_name(identifier: str) -> str:
     """Returns an effect id or the name of a value in words."""
-    if identifier in EDGES:
-        return EDGES[identifier]
     return re.sub(r" [ab]\b", lambda side: side[0].upper(), effect_name(identifier))
 
 
@@ -113,14 +99,12 @@ def effect_set(effects: tuple[str, ...]) -> str:
 
 
 def value_name(name: str) -> str:
-    """Returns a full name in words, without the unit: the effect or section, then the value."""
+    """Returns a full name in words, without the unit; before the size of an effect, the effect."""
     key = ParameterKey(name)
     unit = plant_parameters()[key].unit if key in plant_parameters() else "1"
     ending = "" if unit == "1" else "_" + _suffix(unit)
-    what = plain_name(key.parameter.removesuffix(ending))
-    if key.effect is not None:
-        return f"{plain_name(key.effect)}: {what}"
-    return what if key.is_nuisance else f"{key.section}: {what}"
+    what = VALUE_NAMES.get(key) or plain_name(key.parameter.removesuffix(ending))
+    return what if key.effect is None else f"{plain_name(key.effect)}: {what}"
 
 
 def _suffix(unit: str) -> str:
@@ -208,32 +192,6 @@ def _places(largest: float, digits: int) -> int | None:
         return None
     exponent = math.floor(math.log10(largest))
     return max(0, digits - 1 - exponent) if -4 < exponent < 7 else None
-
-
-def percent(share: float | None) -> str:
-    """Returns a share in per cent: no decimal from 10 % on, one from 1 % on, two below."""
-    if share is None or not math.isfinite(share):
-        return "–"
-    size = abs(100.0 * share)
-    if size == 0.0:
-        return f"0{SPACE}%"
-    return f"{100.0 * share:.{0 if size >= 10.0 else 1 if size >= 1.0 else 2}f}{SPACE}%"
-
-
-def percent_ends(estimate: Estimate) -> str:
-    """Returns the interval of a share in per cent, with one decimal if it is narrower than 2 %."""
-    if not (math.isfinite(estimate.low) and math.isfinite(estimate.high)):
-        return "no interval"
-    places = 1 if 100.0 * (estimate.high - estimate.low) < 2.0 else 0
-    return f"{100.0 * estimate.low:.{places}f} to {100.0 * estimate.high:.{places}f}{SPACE}%"
-
-
-def percent_interval(estimate: Estimate) -> str:
-    """Returns a share with its interval, both in per cent."""
-    places = 1 if 100.0 * (estimate.high - estimate.low) < 2.0 else 0
-    if not math.isfinite(estimate.value):
-        return percent(estimate.value)
-    return f"{100.0 * estimate.value:.{places}f}{SPACE}% ({percent_ends(estimate)})"
 
 
 def first_upper(text: str) -> str:

@@ -11,7 +11,8 @@ from ehsid.harness.deploy.hil.answers import Identity
 from ehsid.harness.deploy.hil.comparison import rmse
 from ehsid.harness.deploy.hil.result_file import Runs
 from ehsid.harness.report.hil_figures import control_figure, estimates_figure
-from ehsid.harness.report.page import Block, Page, Picture, Section, Table
+from ehsid.harness.report.page import Page, Picture, Section, Table
+from ehsid.harness.report.shares import percent
 
 # With a larger share of samples at the command limit, a servo no longer follows its reference.
 MUCH_LIMITED = 0.1
@@ -39,10 +40,10 @@ def lead(identity: Identity, runs: Runs) -> list[str]:
         if not agreement.equal:
             sentences.append(f"{name}: {agreement.sentence}.")
     for name, run, _ in runs:
-        limited = np.mean([result.limited for result in run.results])
+        limited = float(np.mean([result.limited for result in run.results]))
         if limited > MUCH_LIMITED:
             sentences.append(
-                f"{name}: the command is at its limit for {100.0 * limited:.0f} % of the time: the "
+                f"{name}: the command is at its limit for {percent(limited)} of the time: the "
                 "loop swings, or the reference is too fast; a lower --bandwidth may help."
             )
         if run.restarts:
@@ -114,17 +115,14 @@ def line_table(runs: Runs) -> Table:
     )
 
 
-def _estimates(runs: Runs) -> list[Block]:
-    return [
-        Picture(
-            estimates_figure(runs),
-            "Estimates of the target (colour) and of the host on the same data (dashed), and the "
-            "forgetting factor. After a vague start and a reset the first samples swing out of the "
-            "picture.",
-            "Curves of parameters and forgetting factor over time, target and host on each other",
-        ),
-        parameter_table(runs),
-    ]
+def _picture(runs: Runs) -> Picture:
+    return Picture(
+        estimates_figure(runs),
+        "Estimates of the target (colour) and of the host on the same data (dashed), and the "
+        "forgetting factor. After a vague start and a reset the first samples swing out of the "
+        "picture.",
+        "Curves of parameters and forgetting factor over time, target and host on each other",
+    )
 
 
 def hil_page(
@@ -133,14 +131,14 @@ def hil_page(
     """Returns the page of all runs; `beside` is a table of other estimates, shown below these."""
     steady = [run for run in runs if not run[1].plan.change]
     changed = [run for run in runs if run[1].plan.change]
-    blocks = _estimates(steady)
-    if beside is not None:
-        blocks.append(beside)
-    sections = [Section("Estimates on the target", blocks)]
+    tables = [parameter_table(steady)] if beside is None else [parameter_table(steady), beside]
+    sections = [Section("Estimates on the target", tables)]
     if changed:
         what = " and ".join(f"{n} times {x:g}" for n, x in changed[0][1].plan.change.items())
         words = f"The same, but the plant changes at half time (grey line): {what}."
-        sections.append(Section("A change of the plant", [words, *_estimates(changed)]))
+        sections.append(
+            Section("A change of the plant", [words, _picture(changed), parameter_table(changed)])
+        )
     for name, run, _ in runs:
         if run.plan.configuration.controller.position_control:
             sections.append(
@@ -162,6 +160,7 @@ def hil_page(
         lead=lead(identity, runs),
         sections=sections,
         sources=sources,
+        summary=[_picture(steady)],
     )
 
 

@@ -8,9 +8,10 @@ from bokeh.plotting import figure
 
 from ehsid.harness.gap.schema import MissingLaw
 from ehsid.harness.report.gap_plots import quiet_axes
-from ehsid.harness.report.gap_words import first_upper, percent
+from ehsid.harness.report.gap_words import first_upper
 from ehsid.harness.report.page import Block, Card, Note, Plot, Section
 from ehsid.harness.report.plotting import BLUE, VERMILION
+from ehsid.harness.report.shares import percent
 from ehsid.harness.rigs.table_words import (
     OF_TERM,
     OF_VARIABLE,
@@ -98,6 +99,7 @@ def _figure(found: MissingLaw) -> figure:
         Legend(
             items=shown,
             orientation="horizontal",
+            ncols=2,  # more of them would be cut off on the screen of a telephone
             border_line_color=None,
             label_text_font_size="11px",
             padding=2,

@@ -9,7 +9,8 @@ from types import MappingProxyType
 
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.gap.schema import Verdict
-from ehsid.harness.report.gap_words import effect_set, first_upper, percent
+from ehsid.harness.report.gap_words import effect_set, first_upper
+from ehsid.harness.report.shares import percent
 
 WHAT_NOW: MappingProxyType[Verdict, str] = MappingProxyType(
     {
@@ -18,14 +19,14 @@ WHAT_NOW: MappingProxyType[Verdict, str] = MappingProxyType(
         "another load, and diagnose again.",
         "parameters": "Take over the corrected values of the rig. Then confirm them with a record "
         "that was not used here.",
-        "effects": "Add the effects that were found to the simulation: the rig file below has "
-        "them. Then look at the machine for their causes, and confirm the rig file with a record "
-        "that was not used here.",
+        "effects": "Add the effects that were found to the simulation: the file "
+        "rig.augmented.toml has them. Then look at the machine for their causes, and confirm this "
+        "file with a record that was not used here.",
         "ambiguous": "Do not choose one of the explanations yet. Only another experiment can "
         "decide between them.",
         "outside_catalogue": "Look at the part of the machine that the report names. No effect of "
-        "the catalogue explains the gap; the rig file below has the missing term as a table where "
-        "the records could tell it.",
+        "the catalogue explains the gap; rig.augmented.toml has the missing term as a table "
+        "where the records could tell it.",
         "insufficient_data": "Take better records first. The report says what these lack.",
     }
 )

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jinja2
-import matplotlib as mpl
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
 import ehsid
 from ehsid.harness.files import write_text
+from ehsid.harness.report.picture_data import embedded
 from ehsid.harness.text import printable
 
 if TYPE_CHECKING:
@@ -67,7 +65,31 @@ class Scale:
     right: str
 
 
-Cell = str | Tagged | Bar | Mark
+@dataclass(frozen=True)
+class Link:
+    """A text that leads to a file beside the page; `to` is its relative address."""
+
+    text: str
+    to: str
+
+
+Cell = str | Tagged | Link | Bar | Mark
+
+
+@dataclass(frozen=True)
+class Fact:
+    """An answer: the question in a word or two, the answer, and a sentence on it."""
+
+    name: str
+    value: str | Tagged
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """The answers that a reader wants first, side by side."""
+
+    facts: Sequence[Fact]
 
 
 @dataclass(frozen=True)
@@ -100,15 +122,6 @@ class Items:
 
 
 @dataclass(frozen=True)
-class KeyFigure:
-    """The most important number of a page in large type, with its meaning and a note."""
-
-    value: str
-    meaning: str
-    note: str
-
-
-@dataclass(frozen=True)
 class Table:
     """A table whose cells are finished text, tagged text, small bars or marks on an axis.
 
@@ -134,8 +147,10 @@ class Table:
         cells = [row[column] for row in self.rows if row[column] != ""]
         if cells and isinstance(cells[0], Mark):
             return "axis"
-        text = cells[0] if cells and isinstance(cells[0], str) else "0"
-        return "number" if NUMBER.match(text) else "text"
+        first = cells[0] if cells else "0"
+        text = first.text if isinstance(first, Tagged | Link) else first
+        # Bars stand to the right with the numbers.
+        return "text" if isinstance(text, str) and not NUMBER.match(text) else "number"
 
 
 @dataclass(frozen=True)
@@ -196,7 +211,7 @@ class Folded:
 class Card:
     """Blocks with a title and a frame."""
 
-    title: str
+    title: str | Tagged
     blocks: Sequence[Block]
 
 
@@ -214,7 +229,8 @@ Block = (
     | Note
     | Code
     | Items
-    | KeyFigure
+    | Facts
+    | Link
     | Table
     | Bars
     | Timeline
@@ -255,7 +271,7 @@ class Page:
     kind
         CSS class of the box: a verdict, for its colour.
     summary
-        blocks between the box and the list of the sections.
+        blocks between the box and the list of the sections: a picture of the result above all.
     footer
         texts for the last line, beside the version.
     window_title
@@ -285,17 +301,6 @@ def all_blocks(blocks: Sequence[Block]) -> Iterator[Block]:
                 yield from all_blocks(group)
 
 
-def embedded(figure: Figure) -> str:
-    """Returns a figure as a data URI with an SVG image.
-
-    SVG is sharp at every size; the same figure always gives the same bytes.
-    """
-    buffer = io.BytesIO()
-    with mpl.rc_context({"svg.hashsalt": "ehsid"}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
-
-
 def render_page(page: Page) -> str:
     """Returns the HTML of a page, which needs no other files."""
     environment = jinja2.Environment(
@@ -316,7 +321,6 @@ def render_page(page: Page) -> str:
         library=library,
         script=script,
         places=dict(zip(plots, places, strict=True)),
-        folded=any(isinstance(block, Folded) for block in all_blocks(contents)),
     )
 
 
@@ -353,9 +357,10 @@ def write_pictures(folder: Path, page: Page) -> list[Path]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
-    for section in page.sections:
-        slug = re.sub(r"[^a-z0-9]+", "_", section.title.lower()).strip("_")
-        for block in section.blocks:
+    titled = [("summary", page.summary), *((part.title, part.blocks) for part in page.sections)]
+    for title, blocks in titled:
+        slug = re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_")
+        for block in all_blocks(blocks):
             if isinstance(block, Picture):
                 path = folder / f"{len(written) + 1:02d}_{slug}.png"
                 block.figure.savefig(path, dpi=110, format="png")

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ehsid.harness.report.page import Block, Page, Picture, Table
+from ehsid.harness.report.page import Block, Link, Page, Picture, Table, Tagged
 
 
 def markdown(page: Page, pictures: Sequence[Path]) -> str:
@@ -19,7 +19,8 @@ def markdown(page: Page, pictures: Sequence[Path]) -> str:
     """
     files = iter(pictures)
     lines = [f"# {page.title}", ""]
-    for heading, blocks in [("", page.lead), *((s.title, s.blocks) for s in page.sections)]:
+    parts = [("", page.lead), ("", page.summary), *((s.title, s.blocks) for s in page.sections)]
+    for heading, blocks in parts:
         lines += [f"## {heading}", ""] if heading else []
         for block in blocks:
             lines += [*_lines(block, files), ""]
@@ -38,4 +39,5 @@ def _lines(block: Block, files: Iterator[Path]) -> list[str]:
 
 
 def _row(cells: Sequence[object]) -> str:
-    return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |"
+    texts = [cell.text if isinstance(cell, Tagged | Link) else str(cell) for cell in cells]
+    return "| " + " | ".join(text.replace("|", "\\|") for text in texts) + " |"

@@ -34,6 +34,11 @@ styled = mpl.rc_context(
     }
 )
 
+# Points of a curve with its band: more cannot be seen, and each adds to the size of a page.
+MOST_DRAWN = 1200
+# Samples at the beginning that are always drawn; a logarithmic axis gives them half of its length.
+FIRST_DRAWN = np.arange(100, dtype=np.int64)
+
 NONE: npt.NDArray[np.int64] = np.zeros(0, dtype=np.int64)
 
 
@@ -71,11 +76,14 @@ def draw_band(
 ) -> str:
     """Draws a curve with a shaded band from its lower to its upper limit; returns the colour.
 
-    `x` has the shape (n,), `curves` (3, n): lower limit, middle and upper limit.
+    `x` has the shape (n,), `curves` (3, n): lower limit, middle and upper limit. Of a long curve
+    the samples of `kept_samples` are drawn.
     """
-    low, middle, high = np.asarray(curves)
-    (drawn,) = axes.plot(np.asarray(x), middle, **line)
-    axes.fill_between(np.asarray(x), low, high, color=drawn.get_color(), alpha=alpha, linewidth=0)
+    parts = np.asarray(curves, dtype=np.float64)
+    kept = kept_samples(list(parts), MOST_DRAWN, FIRST_DRAWN)
+    at, (low, middle, high) = np.asarray(x)[kept], parts[:, kept]
+    (drawn,) = axes.plot(at, middle, **line)
+    axes.fill_between(at, low, high, color=drawn.get_color(), alpha=alpha, linewidth=0)
     return str(drawn.get_color())
 
 

@@ -52,6 +52,7 @@ def test_whole_experiment(tmp_path: Path) -> None:
     assert outcome.exit_code == 0, outcome.output
     page = page_of(out)
     assert page.outside == []
+    assert (out / "experiment.html").stat().st_size < 3_000_000
     for title in (
         "Offline: order and delay",
         "Recursive, on model (16) as the known truth",

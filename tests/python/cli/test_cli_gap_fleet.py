@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from check_runs import StandIn
 from made_diagnoses import bench, measured_record
+from offline_pages import read
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
@@ -98,6 +99,9 @@ def test_all_machines_are_diagnosed_and_ranked(here: Path) -> None:
     assert (stribeck["named"], stribeck["rival"]) == ([], ["lift"])
     assert not fleet["failed"]
     page = (out / "fleet.html").read_text(encoding="utf-8")
+    links = {to for to in read(page).found if not to.startswith(("#", "data:"))}
+    assert links == {f"{name}/report.html" for name in MACHINES}
+    assert all((out / link).is_file() for link in links)
     assert "http://" not in page.replace("http://www.w3.org", "")
     assert "https://" not in page
     assert "Coulomb friction in 3 of 4" in words(outcome.stdout)

@@ -70,7 +70,7 @@ COMMANDS = {
             "experiment.html",
             "experiment.json",
             "orders.csv",
-            "figures/01_offline_validation.png",
+            "figures/01_summary.png",
         ),
     ),
 }

@@ -100,15 +100,14 @@ def test_an_empty_check_has_a_page(tmp_path: Path) -> None:
 
 
 def test_numbers_and_targets_in_words(score: Score) -> None:
-    assert number(0.9687, "share") == "96.9 %"
-    assert number(1.0, "share") == "100 %"
+    assert number(0.9687, "share") == "97\N{NO-BREAK SPACE}%"
     assert number(float("nan"), "share") == "-"
     assert number(12.04, "seconds") == "12 s"
     figures = {one.words: one for one in score.tables[0].columns["position only"]}
     texts = {words: target_text(one.target, one.unit) for words, one in figures.items()}
-    assert texts["subsystem first"] == "≥ 92 %"
+    assert texts["subsystem first"] == "≥ 92\N{NO-BREAK SPACE}%"
     assert texts["sets returned, mean"] == "≤ 2"
-    assert texts["sizes inside their intervals"] == "85–95 %"
+    assert texts["sizes inside their intervals"] == "85–95\N{NO-BREAK SPACE}%"
     assert texts["effect first, all"] == ""
 
 
@@ -120,7 +119,9 @@ def test_markdown_of_a_page() -> None:
 
 
 def test_pictures_are_there_for_those_who_cannot_see_them(score: Score) -> None:
-    blocks = [block for one in check_page(score).sections for block in one.blocks]
+    page = check_page(score)
+    blocks = [*page.summary, *(block for one in page.sections for block in one.blocks)]
+    assert isinstance(blocks[0], Picture)
     pictures = [block for block in blocks if isinstance(block, Picture)]
     assert len(pictures) >= 5
     assert all(one.alt and one.caption for one in pictures)

@@ -95,6 +95,36 @@ def test_page_is_whole_and_says_the_verdict_first(verdict: Any) -> None:
         assert record.sha256 in text
 
 
+def test_the_answers_stand_in_the_order_of_the_questions_and_before_the_plots() -> None:
+    _, text = read(page_of("effects"))
+    words = (
+        *("Where mechanics", "Which Coulomb friction", "How far 99 %", "What next Add the effects"),
+        *(
+            "simulator as configured",
+            "Reasons for the verdict",
+            "Part of the machine",
+            "All that was tried",
+            "Held-out data,",
+        ),
+        "What the fit makes of the numbers",
+    )
+    places = [text.index(word) for word in words]
+    assert places == sorted(places)
+
+
+def test_the_ids_of_effects_and_values_appear_on_hovering() -> None:
+    page = page_of("effects")
+    for words, hint in (
+        ("Coulomb friction", "coulomb_friction"),
+        ("1. Coulomb friction", "coulomb_friction"),
+        ("valve flow saturation", "valve_flow_saturation"),
+        ("viscous friction of the load", "load.viscous_friction_n_s_m: force over speed"),
+    ):
+        assert f'<span title="{hint}">{words}</span>' in page
+    _, text = read(page)
+    assert "coulomb_friction" not in text
+
+
 def test_page_shows_what_was_found() -> None:
     _, text = read(page_of("effects"))
     for words in (
@@ -107,9 +137,10 @@ def test_page_shows_what_was_found() -> None:
         "Force against extension",
         "A smooth function of the velocity has 97 % of its squares",
         "named",
-        "fluid: bulk modulus",
+        "bulk modulus of the oil",
+        "viscous friction of the load",
         "moved",
-        "presliding",
+        "give of the seals before they slide",
         "window_s",
     ):
         assert words in text

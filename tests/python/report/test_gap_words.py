@@ -7,15 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
-from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.catalogue.parameters import belongs_to, effects
+from ehsid.harness.catalogue.value_names import VALUE_NAMES
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.report.gap_words import (
     VERDICTS,
     effect_set,
     interval,
     number,
-    percent,
-    percent_interval,
     plain_name,
     quantity,
     value_name,
@@ -82,26 +81,12 @@ def test_every_number_is_shown_as_a_number_or_a_dash(value: float) -> None:
         assert read == pytest.approx(value, rel=6e-4)
 
 
-def test_shares() -> None:
-    shares = (0.632, 0.0412, 0.00123, 0.0, None, math.nan)
-    assert [plain(percent(share)) for share in shares] == [
-        "63 %",
-        "4.1 %",
-        "0.12 %",
-        "0 %",
-        "–",
-        "–",
-    ]
-    assert plain(percent_interval(Estimate(0.98, 0.96, 0.99))) == "98 % (96 to 99 %)"
-    assert plain(percent_interval(Estimate(0.981, 0.975, 0.988))) == "98.1 % (97.5 to 98.8 %)"
-
-
 def test_names_are_words() -> None:
     assert effect_set(("coulomb_friction", "load_force")) == "Coulomb friction + load force"
     assert effect_set(()) == "no effect"
-    assert value_name("fluid.bulk_modulus_pa") == "fluid: bulk modulus"
-    assert value_name("cylinder.dead_volume_a_m3") == "cylinder: dead volume A"
-    assert value_name("nuisance.presliding_m") == "presliding"
+    assert value_name("fluid.bulk_modulus_pa") == "bulk modulus of the oil"
+    assert value_name("cylinder.dead_volume_a_m3") == "dead volume of the cap side (A)"
+    assert value_name("load.viscous_friction_n_s_m") == "viscous friction of the load"
     assert value_name("effects.valve_lag.bandwidth_hz") == "valve lag: bandwidth"
     assert value_name("effects.supply_droop.source_resistance_pa_s_m3").endswith(
         "source resistance"
@@ -113,6 +98,17 @@ def test_no_name_of_the_plant_shows_a_unit_or_an_underscore(name: str) -> None:
     words = value_name(name)
     assert "_" not in words
     assert not re.search(r" (pa|m3|s|kg|hz|n|m)$", words)
+
+
+def test_names_are_of_values_that_the_plant_has_and_each_is_one_of_its_own() -> None:
+    assert set(VALUE_NAMES) <= {p.name for p in ehsid.plant_parameters()}
+    for section in ("ehs", "axis", "linear"):
+        words = [
+            value_name(p.name)
+            for p in ehsid.plant_parameters()
+            if belongs_to(p.name, section) or p.name.startswith("nuisance.")
+        ]
+        assert len(set(words)) == len(words)
 
 
 def test_every_effect_has_words() -> None:

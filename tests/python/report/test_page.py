@@ -13,12 +13,15 @@ from ehsid.harness.report.page import (
     Beside,
     Block,
     Card,
+    Cell,
     Code,
     Column,
+    Fact,
+    Facts,
     Folded,
     Heading,
     Items,
-    KeyFigure,
+    Link,
     Mark,
     Note,
     Page,
@@ -70,7 +73,8 @@ def test_same_findings_give_the_same_bytes(page: Page) -> None:
 
 
 def test_marked_row_stands_out(page: Page) -> None:
-    rows = re.findall(r"<tr( class=\"marked\")?><th scope=\"row\">(\d)", render_page(page))
+    head = r"<tr( class=\"marked\")?><th scope=\"row\" class=\"short\">(\d)"
+    rows = re.findall(head, render_page(page))
     assert rows == [("", "2"), (' class="marked"', "3")]
 
 
@@ -97,7 +101,8 @@ def test_every_kind_of_block_is_on_the_page_with_its_texts() -> None:
         Note("a note"),
         Code("ehsid gap"),
         Items(["first", Tagged("second", "serious")], numbered=True),
-        KeyFigure("93 %", "of the gap", "80 to 99 %"),
+        Facts([Fact("How far", "93 %", "of the gap")]),
+        Link("the report", "a%20b/report.html"),
         Bars("shares", [bar]),
         Timeline("run", "share over time", "0 s", "4 s", [Column(0.0, 50.0, 100.0, "0 to 2 s")]),
         Beside([["left"], [Card("A card", ["inside"])]]),
@@ -108,16 +113,16 @@ def test_every_kind_of_block_is_on_the_page_with_its_texts() -> None:
     for words in (
         *("A heading", "a note", "ehsid gap", "second", "serious", "93 %", "of the gap", "valve"),
         *("20 to 40 %", "run", "4 s", "left", "A card", "inside", "mass", "moved", "131 kg", "+3"),
-        *("lead", "summary"),
+        *("lead", "summary", "How far", "the report"),
     ):
         assert words in text
+    assert "a%20b/report.html" in found.found
 
 
 def test_folded_blocks_unfold_in_print() -> None:
     html = render_page(Page("T", [], [Section("S", [Folded("More", ["hidden"])])]))
     assert "<summary>More</summary>" in html
     assert "beforeprint" in html
-    assert "beforeprint" not in render_page(Page("T", [], []))
 
 
 @pytest.mark.parametrize(
@@ -128,12 +133,16 @@ def test_folded_blocks_unfold_in_print() -> None:
         ("≥ 97 %", "number"),
         ("valve", "text"),
         ("", "number"),
+        (Tagged("valve", hint="valve"), "text"),
+        (Link("press 7", "press%207/report.html"), "text"),
+        (Tagged("1.5", "moved"), "number"),
+        (Bar("", "30 %", 30.0), "number"),
     ],
 )
-def test_numbers_stand_to_the_right_and_words_to_the_left(cell: str, side: str) -> None:
+def test_numbers_stand_to_the_right_and_words_to_the_left(cell: Cell, side: str) -> None:
     assert Table("", ("name", "value"), [("a", ""), ("b", cell)]).align(1) == side
 
 
 def test_markdown_refuses_what_it_cannot_say() -> None:
-    with pytest.raises(TypeError, match="KeyFigure has no form in Markdown"):
-        markdown(Page("T", [KeyFigure("1", "a", "b")], []), [])
+    with pytest.raises(TypeError, match="Facts has no form in Markdown"):
+        markdown(Page("T", [Facts([])], []), [])

@@ -15,6 +15,7 @@ from ehsid.harness.app.plots import Line, Panel, stacked
 from ehsid.harness.app.so_far import ERROR, TIME, SoFar, key, latest
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.gap import STAGES, in_words
+from ehsid.harness.report.shares import percent
 
 KINDS = {"calibrated": "values fitted", "augmented": "set that is ahead"}
 BARS = {
@@ -114,7 +115,7 @@ def _bars(gaps: dict[str, float | None]) -> str:
 
 
 def _percent(gap: float | None) -> str:
-    return "diverges" if gap is None else f"{100.0 * gap:.2g} %"
+    return "diverges" if gap is None else percent(gap)
 
 
 def _first_upper(text: str) -> str:

@@ -1,24 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""Sections of the report with the verdict on each claim and the maps behind it."""
+"""Sections of the report with the verdict on each claim, and what is behind it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from ehsid.harness.report.page import Picture, Section, Table
-from ehsid.harness.studies.claims import Input
+from ehsid.harness.report.shares import percent
 from ehsid.harness.studies.experiment import RUNS_A_CELL, ClaimResults
-from ehsid.harness.studies.pages.claims_figures import claims_figure, reset_figure, start_figure
+from ehsid.harness.studies.pages.claims_figures import reset_figure, start_figure
 from ehsid.harness.studies.published import RECURSIVE
-from ehsid.harness.studies.verdicts import CLAIMS, ClaimVerdict
+from ehsid.harness.studies.verdicts import ClaimVerdict
 
 
 def verdict_lead(verdicts: Sequence[ClaimVerdict]) -> list[str]:
     """Returns one sentence for each claim: its verdict, and the shares where it holds and fails."""
     return [
         f"{verdict.claim}: {verdict.verdict.value} "
-        f"({100.0 * verdict.holds:.0f} % of the conditions tried, the opposite in "
-        f"{100.0 * verdict.fails:.0f} %)."
+        f"({percent(verdict.holds)} of the conditions tried, the opposite in "
+        f"{percent(verdict.fails)})."
         for verdict in verdicts
     ]
 
@@ -34,9 +34,9 @@ def claims_table(claims: ClaimResults) -> Table:
             (
                 verdict.claim,
                 verdict.verdict.value,
-                f"{100.0 * verdict.holds:.0f} %",
-                f"{100.0 * verdict.fails:.0f} %",
-                f"{100.0 * verdict.equal:.0f} %",
+                percent(verdict.holds),
+                percent(verdict.fails),
+                percent(verdict.equal),
             )
             for verdict in claims.verdicts
         ],
@@ -44,17 +44,8 @@ def claims_table(claims: ClaimResults) -> Table:
 
 
 def claims_sections(claims: ClaimResults) -> list[Section]:
-    """Returns the sections on verdicts, maps, and the start behind the paper's lambda = 1."""
+    """Returns the sections on verdicts, the start behind the paper's lambda = 1, and the reset."""
     paper = ", ".join(f"{name}: {run.rmse:g}" for name, run in RECURSIVE.items())
-    maps = [
-        Picture(
-            claims_figure(claims.judged, CLAIMS, kind),
-            f"Input: {kind.value}. Number: median ratio of the varying factor to the other; the "
-            f"colour follows its 95 % interval, {RUNS_A_CELL} paired runs a cell.",
-            f"Maps of three claims over P0, noise and lambda0 for {kind.value}",
-        )
-        for kind in Input
-    ]
     return [
         Section(
             "Do the claims hold?",
@@ -65,9 +56,10 @@ def claims_sections(claims: ClaimResults) -> list[Section]:
                     "Faster: time until the parameter error stays below 5 %. Calmer: spread of the "
                     "estimate over the last quarter. RMSE: of the innovation over the whole run, "
                     f"against the better of the other two (the paper reports {paper}). The "
-                    "recursion is the paper's own, without this estimator's guards."
+                    "recursion is the paper's own, without this estimator's guards. A cell of the "
+                    f"map has {RUNS_A_CELL} paired runs; its colour follows the 95 % interval of "
+                    "the median ratio, which claims.csv has for every condition."
                 ),
-                *maps,
             ],
         ),
         Section(
@@ -75,7 +67,7 @@ def claims_sections(claims: ClaimResults) -> list[Section]:
             [
                 (
                     "The paper's column for lambda = 1 has not converged: it is "
-                    f"{100.0 * claims.error_of_one:.0f} % away from model (16). lambda = 1 never "
+                    f"{percent(claims.error_of_one)} away from model (16). lambda = 1 never "
                     "forgets its start, and a small P(0), that is a start at theta = 0 that is "
                     "trusted, leaves as much after 100 s: about "
                     f"P(0) = {claims.start_of_one:.2g} I at the noise of the published fit, for an "

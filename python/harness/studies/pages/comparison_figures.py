@@ -8,7 +8,15 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehsid.harness.report.plotting import GREY, draw_band, stacked, styled
+from ehsid.harness.report.plotting import (
+    FIRST_DRAWN,
+    GREY,
+    MOST_DRAWN,
+    draw_band,
+    kept_samples,
+    stacked,
+    styled,
+)
 from ehsid.harness.studies import Outcome
 
 
@@ -30,7 +38,9 @@ def error_figure(outcomes: Mapping[str, Outcome], dt_s: float) -> Figure:
         time = np.arange(outcome.error.shape[1]) * dt_s
         curves = 100.0 * np.quantile(outcome.error, [0.05, 0.5, 0.95], axis=0)
         colour = draw_band(upper, time, curves, 0.12, label=name, linewidth=width)
-        lower.plot(time, outcome.forgetting_factor, color=colour, linewidth=width)
+        factor = np.asarray(outcome.forgetting_factor, dtype=np.float64)
+        kept = kept_samples([factor], MOST_DRAWN, FIRST_DRAWN)
+        lower.plot(time[kept], factor[kept], color=colour, linewidth=width)
         lowest = min(lowest, float(curves[0].min()))
     upper.set_yscale("log")
     # In the first dozen equations the error is many times the parameters. It is not shown.

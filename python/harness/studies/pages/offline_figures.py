@@ -8,10 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 
+from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.identification import IdentificationResult, PolesZeros, Roots
 from ehsid.harness.report.model_figures import draw_correlation
 from ehsid.harness.report.plotting import BLUE, GREY, SKY, VERMILION, stacked, styled, time_axis
 from ehsid.harness.studies.attempts import Attempt
+from ehsid.harness.text import printable
 
 # Size of the regions of 95 %: the squared radius, in standard deviations, of the ellipse for two
 # normal values, and the half width, in standard deviations, of the interval for one value.
@@ -30,25 +32,30 @@ def outputs_figure(attempt: Attempt, dt_s: float | None, output: str) -> Figure:
     if attempt.one_step is None or attempt.simulated is None:
         return figure
     step = dt_s or 1.0
+    words, factor, unit = shown_channel(output)
     upper.plot(
-        attempt.simulated.index * step, attempt.simulated.measured, label="measured", linewidth=2.0
+        attempt.simulated.index * step,
+        factor * attempt.simulated.measured,
+        label="measured",
+        linewidth=2.0,
     )
     upper.plot(
         attempt.simulated.index * step,
-        attempt.simulated.predicted,
+        factor * attempt.simulated.predicted,
         label=f"simulated, fit {attempt.simulation_fit_percent:.2f} %",
         linewidth=1.0,
     )
-    upper.set_ylabel(output)
+    upper.set_ylabel(
+        f"{printable(words)} in {unit}" if unit else printable(words), parse_math=False
+    )
     upper.legend()
     for prediction, label in (
         (attempt.simulated, "simulation"),
         (attempt.one_step, f"one step ahead, fit {attempt.one_step_fit_percent:.2f} %"),
     ):
         colour = VERMILION if prediction is attempt.simulated else GREY
-        lower.plot(
-            prediction.index * step, prediction.residual, label=label, color=colour, linewidth=0.9
-        )
+        error = factor * prediction.residual
+        lower.plot(prediction.index * step, error, label=label, color=colour, linewidth=0.9)
     lower.set_ylabel("measured less predicted")
     lower.legend()
     return figure

@@ -15,7 +15,6 @@ from ehsid.harness.identification import (
 from ehsid.harness.report.bode import bode_figure
 from ehsid.harness.report.loop_blocks import place
 from ehsid.harness.report.page import Block, Picture, Table
-from ehsid.harness.studies.attempts import Attempt
 from ehsid.harness.studies.pages.offline_figures import (
     outputs_figure,
     poles_zeros_figure,
@@ -24,27 +23,27 @@ from ehsid.harness.studies.pages.offline_figures import (
 from ehsid.harness.studies.procedure import Procedure
 
 
-def validation_blocks(
-    best: Attempt, result: IdentificationResult, procedure: Procedure
-) -> list[Block]:
-    """Returns the pictures of the outputs (the paper's Fig. 7) and the residual tests (Fig. 8)."""
-    return [
-        Picture(
-            outputs_figure(best, procedure.data.dt_s, procedure.data.output_name),
-            "Validation part: measured output and free run of the model from its first measured "
-            "samples (the paper's Fig. 7); below, what the free run and the one-step prediction "
-            "miss.",
-            "Two curves of the output over time, and two of the differences below",
-        ),
-        Picture(
-            residual_figure(result),
-            "One-step residual on the validation part (the paper's Fig. 8): "
-            f"{result.whiteness.verdict}; {result.independence.verdict}. Orange: outside the band "
-            "of a single lag, as one lag in a hundred is by chance.",
-            "Bars of the residual's autocorrelation and of its correlation with the input, lag by "
-            "lag, with 99 % bands",
-        ),
-    ]
+def outputs_picture(procedure: Procedure) -> Picture:
+    """Returns the picture of measured and simulated output (the paper's Fig. 7)."""
+    return Picture(
+        outputs_figure(procedure.best, procedure.data.dt_s, procedure.data.output_name),
+        "Validation part: measured output and free run of the model from its first measured "
+        "samples (the paper's Fig. 7); below, what the free run and the one-step prediction "
+        "miss.",
+        "Two curves of the output over time, and two of the differences below",
+    )
+
+
+def residual_picture(result: IdentificationResult) -> Picture:
+    """Returns the picture of the residual tests (the paper's Fig. 8)."""
+    return Picture(
+        residual_figure(result),
+        "One-step residual on the validation part (the paper's Fig. 8): "
+        f"{result.whiteness.verdict}; {result.independence.verdict}. Orange: outside the band "
+        "of a single lag, as one lag in a hundred is by chance.",
+        "Bars of the residual's autocorrelation and of its correlation with the input, lag by "
+        "lag, with 99 % bands",
+    )
 
 
 def poles_zeros_blocks(model_roots: PolesZeros) -> list[Block]:

@@ -10,9 +10,10 @@ from ehsid.harness.report.loop_blocks import loop_blocks
 from ehsid.harness.report.page import Block, Section, Table
 from ehsid.harness.studies.attempts import Attempt
 from ehsid.harness.studies.pages.offline_model_blocks import (
+    outputs_picture,
     poles_zeros_blocks,
+    residual_picture,
     response_blocks,
-    validation_blocks,
 )
 from ehsid.harness.studies.procedure import Procedure
 from ehsid.harness.studies.published import PublishedOrder
@@ -24,6 +25,7 @@ def offline_sections(
     record_name: str,
     published: Sequence[PublishedOrder] | None = None,
     rig_response: FrequencyResponse | None = None,
+    with_outputs: bool = True,
 ) -> list[Section]:
     """Returns the sections on the attempts and the model of a record, or why there is no model.
 
@@ -38,6 +40,8 @@ def offline_sections(
     rig_response
         frequency response of the rig from command to output, in the units of the record, for
         comparison with the model.
+    with_outputs
+        whether to show measured and simulated output; False where the page begins with them.
     """
     problems = [f"{finding.problem.capitalize()}: {finding.text}" for finding in procedure.problems]
     if procedure.kept is None:
@@ -51,6 +55,7 @@ def offline_sections(
             [
                 *problems,
                 _summary(procedure),
+                *([outputs_picture(procedure)] if with_outputs else []),
                 _attempt_table(procedure),
                 *_attempt_words(procedure),
                 procedure.stopped,
@@ -65,9 +70,7 @@ def offline_sections(
     if first.result is not None:
         sections.append(Section("Offline: order and delay", _orders(first, best, published)))
     if best.result is not None:
-        sections.append(
-            Section("Offline: validation", validation_blocks(best, best.result, procedure))
-        )
+        sections.append(Section("Offline: validation", [residual_picture(best.result)]))
     if procedure.poles_zeros is not None:
         sections.append(
             Section("Offline: poles and zeros", poles_zeros_blocks(procedure.poles_zeros))

@@ -9,6 +9,7 @@ import numpy as np
 
 from ehsid.harness.report.loop_blocks import loop_blocks
 from ehsid.harness.report.page import Block, Picture, Section, Table
+from ehsid.harness.report.shares import percent
 from ehsid.harness.studies.evidence import Interval
 from ehsid.harness.studies.experiment import (
     KnownPlantResults,
@@ -42,7 +43,7 @@ def speed_table(summaries: Mapping[str, RunSummary], caption: str, unit: str = "
         if summary.never == 1.0:
             settled = "never"
         elif summary.never > 0.5:
-            settled = f"not in {100.0 * summary.never:.0f} % of the runs"
+            settled = f"not in {percent(summary.never)} of the runs"
         elif not np.isfinite(summary.settled_s.low):  # too few runs for an interval
             settled = f"{summary.settled_s.median:.3g}"
         rows.append(
@@ -91,9 +92,9 @@ def change_table(changed: Changed) -> Table:
                 name,
                 cell(summary.without, summary.never_without),
                 cell(summary.with_reset, summary.never_with),
-                f"{100.0 * summary.fired:.0f} %",
+                percent(summary.fired),
                 "" if summary.delay is None else interval_text(summary.delay),
-                f"{100.0 * summary.false_alarms:.0f} %",
+                percent(summary.false_alarms),
             )
         )
     return Table(
@@ -202,7 +203,7 @@ def known_plant_sections(results: KnownPlantResults, runs: int) -> list[Section]
         ]
     change = _change_section(
         "A change of model (16), without and with the reset of Fig. 4",
-        f"At 50 s all b grow by {100.0 * (B_AFTER - 1.0):.0f} %; equation error "
+        f"At 50 s all b grow by {percent(B_AFTER - 1.0)}; equation error "
         f"{QUIET_NOISE:g}; vague start.",
         "Fig. 11: error",
         results.changed,
@@ -271,7 +272,7 @@ def reading_section(servo: ServoReading) -> Section:
     blocks: list[Block] = [
         (
             "Varying factor on the record of the offline part; theta is a servo (5) in "
-            f"{100.0 * share:.0f} % of the readings"
+            f"{percent(share)} of the readings"
             + (f"; else: {', '.join(sorted(refused))}." if refused else ".")
         ),
         Picture(

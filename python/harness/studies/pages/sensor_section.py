@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ehsid.harness.report.page import Section, Table
+from ehsid.harness.report.shares import percent
 from ehsid.harness.studies.noises import FORGETTING, N_SAMPLES, PUBLISHED_FIT, THETA, Runs, read
 from ehsid.harness.studies.published import DT_S
 
@@ -26,8 +27,8 @@ def sensor_section(results: Mapping[str, Runs], runs: int) -> Section:
         (
             name,
             f"{100.0 * found.error:.2f}",
-            f"{100.0 * found.coverage:.0f} %",
-            f"{100.0 * found.within_three:.0f} %",
+            percent(found.coverage),
+            percent(found.within_three),
             *_reading(found),
         )
         for name, found in results.items()

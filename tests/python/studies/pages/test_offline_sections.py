@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from io import BytesIO
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from ehsid.harness.identification import FrequencyResponse, IoData, Preprocessin
 from ehsid.harness.report.bode import bode_figure
 from ehsid.harness.report.loop_blocks import limit_words, loop_blocks
 from ehsid.harness.report.page import Page, Picture, Section, Table, render_page
-from ehsid.harness.studies.pages.offline_figures import poles_zeros_figure
+from ehsid.harness.studies.pages.offline_figures import outputs_figure, poles_zeros_figure
 from ehsid.harness.studies.pages.offline_sections import offline_sections
 from ehsid.harness.studies.procedure import Procedure, run_procedure
 from ehsid.harness.studies.published import ORDERS
@@ -206,3 +207,13 @@ def test_the_pole_figure_marks_all_and_says_what_is_outside() -> None:
     points = [np.size(line.get_xdata()) for line in marked]
     assert points == [3, 2]
     assert crosses is not circles
+
+
+def test_the_output_is_named_in_words_and_in_the_unit_of_the_trade() -> None:
+    best = run().best
+    upper, _ = outputs_figure(best, 0.05, "position_m").axes
+    assert upper.get_ylabel() == "position in mm"
+    assert best.simulated is not None
+    assert upper.lines[0].get_ydata() == pytest.approx(1e3 * best.simulated.measured)
+    figure = outputs_figure(best, 0.05, "$x_{$ \\frac{1}")
+    figure.savefig(BytesIO())  # raises an error where the name is taken for a formula

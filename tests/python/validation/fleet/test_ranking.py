@@ -5,16 +5,18 @@ import json
 from io import BytesIO
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote, urlsplit
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.collections import PathCollection
+from offline_pages import read
 from published_schemas import check_file
 
 from ehsid.harness.report.fleet_figure import fleet_figure
 from ehsid.harness.report.fleet_page import fleet_lead, fleet_page, verdict_text, write_fleet
-from ehsid.harness.report.page import Table, render_page
+from ehsid.harness.report.page import Picture, Table, Tagged, render_page
 from ehsid.harness.validation.fleet.ranking import Fleet, read_fleet
 
 
@@ -159,18 +161,38 @@ def test_the_page_has_every_size_and_every_reason(fleet: Fleet) -> None:
     tables = [
         block for section in page.sections for block in section.blocks if isinstance(block, Table)
     ]
-    sizes = next(one for one in tables if one.caption.startswith("Sizes"))
-    assert list(sizes.columns) == ["machine", "load force", "Coulomb friction", "load spring"]
-    text = "410\N{NO-BREAK SPACE}N (400 to 420)"
-    assert [list(row) for row in sizes.rows] == [
-        ["b", text, "", "(or)"],
-        ["a", text, text, "(?)"],
-        ["c", "", "", "(?)"],
+    sizes = next(one for one in tables if one.caption.startswith("What is known"))
+    text = "force 410\N{NO-BREAK SPACE}N (400 to 420)"
+    rival = "explains the records as well as what was named"
+    assert [(row[0], row[1].hint, row[2]) for row in sizes.rows if isinstance(row[1], Tagged)] == [
+        ("b", "load_force", text),
+        ("b", "load_spring", rival),
+        ("a", "load_force", text),
+        ("a", "coulomb_friction", text),
     ]
     html = render_page(page)
     assert "no &lt;column&gt;" in html
     assert "It rests on this." in html
     assert "it does not move far" in html
+
+
+def test_a_machine_leads_to_its_report_where_there_is_one(tmp_path: Path) -> None:
+    machines = {"press #7 100%": diagnosis(0.3, effects=FORCE), "crane": diagnosis(0.2)}
+    fleet = written(tmp_path, machines)
+    (tmp_path / "press #7 100%" / "report.html").write_text("its report", encoding="utf-8")
+    write_fleet(fleet, tmp_path, tmp_path)
+    found = read((tmp_path / "fleet.html").read_text(encoding="utf-8")).found
+    links = [to for to in found if not to.startswith(("#", "data:"))]
+    assert [unquote(to) for to in links] == ["press #7 100%/report.html"]
+    assert (tmp_path / unquote(urlsplit(links[0]).path)).read_text(encoding="utf-8") == "its report"
+
+
+def test_the_picture_stands_before_the_tables_even_without_effects(tmp_path: Path) -> None:
+    fleet = written(tmp_path, {"a": diagnosis(0.1, verdict="no_gap")})
+    (picture,) = fleet_page(fleet).summary
+    assert isinstance(picture, Picture)
+    assert "No effect was named" in picture.caption
+    assert len(picture.figure.axes) == 1
 
 
 def test_the_picture_marks_what_the_table_says(fleet: Fleet) -> None:
@@ -193,7 +215,7 @@ def test_the_picture_marks_what_the_table_says(fleet: Fleet) -> None:
 
 
 def test_the_file_has_every_machine_and_only_finite_numbers(fleet: Fleet, tmp_path: Path) -> None:
-    write_fleet(fleet, tmp_path)
+    write_fleet(fleet, tmp_path, tmp_path)
     check_file(tmp_path / "fleet.json")
     plain = json.loads((tmp_path / "fleet.json").read_text(encoding="utf-8"))
     assert [one["name"] for one in plain["ranked"]] == ["b", "a", "c"]
@@ -208,9 +230,9 @@ def test_the_file_has_every_machine_and_only_finite_numbers(fleet: Fleet, tmp_pa
 
 def test_a_fleet_without_gaps_or_machines_has_a_page(tmp_path: Path) -> None:
     page = tmp_path / "fleet.html"
-    write_fleet(written(tmp_path, {"c": diagnosis(0.01, verdict="no_gap")}), tmp_path)
+    write_fleet(written(tmp_path, {"c": diagnosis(0.01, verdict="no_gap")}), tmp_path, tmp_path)
     assert "No effect was named" in page.read_text(encoding="utf-8")
-    write_fleet(read_fleet(tmp_path, []), tmp_path)
+    write_fleet(read_fleet(tmp_path, []), tmp_path, tmp_path)
     assert "0 machines judged" in page.read_text(encoding="utf-8")
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["c", "fleet.html", "fleet.json"]

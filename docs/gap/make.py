@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: MIT
+"""Makes the picture of a report, of that of the demo: script/demo, then python docs/gap/make.py.
+
+It needs the extra browser. With a folder as an argument, the demo was written there.
+"""
+
+import sys
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "app"))
+
+from served_workbench import found_browser  # noqa: E402
+
+# The head of the page: the verdict, the answers, and the picture of the gap.
+WIDTH, HEIGHT = 1000, 1000
+
+
+def main() -> None:
+    """Opens the report and takes the picture."""
+    demo = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "build" / "demo"
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=found_browser(), args=["--no-sandbox", "--disable-gpu"]
+        )
+        page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT}, color_scheme="light")
+        page.goto((demo / "diagnosis" / "report.html").resolve().as_uri())
+        path = Path(__file__).with_name("report.png")
+        page.screenshot(path=path)
+        browser.close()
+    # As many colours as it needs, which is a third of the size.
+    Image.open(path).convert("RGB").quantize(128).save(path, optimize=True)
+
+
+if __name__ == "__main__":
+    main()

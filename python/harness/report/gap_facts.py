@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: MIT
+"""What a reader of a diagnosis wants first: where, which, how far, and what to do next."""
+
+from __future__ import annotations
+
+import re
+
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.gap.schema import Diagnosis, Estimate, HowFar
+from ehsid.harness.report.gap_words import (
+    effect_set,
+    first_upper,
+    interval,
+    plain_name,
+    unit_of,
+    value_name,
+)
+from ehsid.harness.report.named import named_effects
+from ehsid.harness.report.next_words import what_now
+from ehsid.harness.report.page import Fact, Facts, Tagged
+from ehsid.harness.report.shares import percent, percent_ends
+from ehsid.harness.rigs.table_words import table_words
+
+
+def diagnosis_facts(diagnosis: Diagnosis) -> Facts:
+    """Returns the answers of a diagnosis in the order of its questions."""
+    facts = [_where(diagnosis), _which(diagnosis)]
+    if diagnosis.how_far is not None:
+        facts.append(_how_far(diagnosis, diagnosis.how_far))
+    words = what_now(diagnosis.verdict, experiment=diagnosis.next_experiment is not None)
+    first, rest = re.split("[.:] ", words, maxsplit=1)
+    return Facts([*facts, Fact("What next", first, first_upper(rest))])
+
+
+def _where(diagnosis: Diagnosis) -> Fact:
+    shares = sorted(diagnosis.where.subsystem.items(), key=lambda item: -item[1])
+    if not shares:
+        words = {"no_gap": "nowhere", "parameters": "in the values of the rig"}
+        return Fact("Where", words.get(diagnosis.verdict, "not known"))
+    name, share = shares[0]
+    part = plain_name(name)
+    note = f"{percent(share)} of the gap that the fitted values of the rig leave"
+    return Fact("Where", part, note)
+
+
+def _which(diagnosis: Diagnosis) -> Fact:
+    several = diagnosis.ambiguity_set
+    if diagnosis.verdict == "ambiguous" and len(several) > 1:
+        value = Tagged(
+            " or ".join(map(effect_set, several)), hint=" or ".join(map(" + ".join, several))
+        )
+        return Fact("Which", value, "These records cannot tell them apart.")
+    if diagnosis.effects:
+        more = diagnosis.verdict == "outside_catalogue"
+        value = named_effects([effect.id for effect in diagnosis.effects])
+        return Fact("Which", value, _sizes(diagnosis) + (" More is missing." if more else ""))
+    if diagnosis.missing_laws:
+        law = diagnosis.missing_laws[0]
+        value = Tagged(table_words(law.law.adds_to, law.law.of))
+        return Fact("Which", value, f"No effect of the catalogue: it {law.looks_like}.")
+    moved = [value_name(name) for name, value in diagnosis.calibration.items() if value.moved]
+    if diagnosis.verdict == "parameters" and moved:
+        return Fact("Which", ", ".join(moved), "No effect has to be added.")
+    words = {
+        "no_gap": "no effect is missing",
+        "parameters": "no effect is missing",
+        "outside_catalogue": "no effect of the catalogue",
+    }
+    return Fact("Which", words.get(diagnosis.verdict, "not known"))
+
+
+def _sizes(diagnosis: Diagnosis) -> str:
+    """The probability of each effect, and its first size with the interval of 90 %."""
+    sentences = []
+    for effect in diagnosis.effects:
+        words = f"Probability {percent(effect.probability)}"
+        if len(diagnosis.effects) > 1:
+            words = f"{first_upper(plain_name(effect.id))}: probability"
+            words += f" {percent(effect.probability)}"
+        for name, size in list(effect.parameters.items())[:1]:
+            key = ParameterKey.of_effect(effect.id, name)
+            value, ends = interval(size, unit_of(key))
+            words += f"; {value_name(key).partition(': ')[2]} {value} ({ends})"
+        sentences.append(f"{words}.")
+    return " ".join(sentences)
+
+
+def _how_far(diagnosis: Diagnosis, gap: HowFar) -> Fact:
+    if gap.of_explainable is not None and (diagnosis.effects or diagnosis.missing_laws):
+        note = (
+            "of the gap above the noise floor, after the values of the rig were fitted, is removed "
+            f"by the added {_added(diagnosis)}. 90 % interval for other motions: "
+            f"{percent_ends(gap.of_explainable)}."
+        )
+        if gap.of_explainable.high > 1.0:
+            note += " Beyond 100 % the noise is smaller than was estimated."
+        return Fact("How far", percent(min(gap.of_explainable.value, 1.0)), note)
+    smaller, word = change_of(gap.from_nominal)
+    note = (
+        "than the gap of the simulator as configured, after the values of the rig were fitted. "
+        f"90 % interval: {percent_ends(smaller)}."
+    )
+    return Fact("How far", f"{percent(smaller.value)} {word}", note)
+
+
+def change_of(smaller: Estimate) -> tuple[Estimate, str]:
+    """A change of the gap as a positive number, and whether it became smaller or larger."""
+    if smaller.value >= 0.0:
+        return smaller, "smaller"
+    return Estimate(-smaller.value, -smaller.high, -smaller.low), "larger"
+
+
+def _added(diagnosis: Diagnosis) -> str:
+    """Names what the last simulation has besides fitted values."""
+    effects = "effect" if len(diagnosis.effects) == 1 else "effects"
+    laws = "law" if len(diagnosis.missing_laws) == 1 else "laws"
+    names = [
+        name
+        for name, any_ in ((effects, diagnosis.effects), (laws, diagnosis.missing_laws))
+        if any_
+    ]
+    return " and ".join(names)

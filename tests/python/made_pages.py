@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: MIT
+"""One page of each kind, from made-up results or short runs, with a name where names may stand."""
+
+from __future__ import annotations
+
+import struct
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hil_runs import TIMEOUT_S
+from hil_target import FakeDevice, Target
+from identification_truth import model16
+from made_checks import fair, made_answers, write_check
+from made_diagnoses import made_diagnosis
+from made_machines import drawn_machines
+from page_names import file_name
+
+import ehsid
+from ehsid.harness.deploy.hil import Session, encode, open_line
+from ehsid.harness.deploy.hil.comparison import compare
+from ehsid.harness.deploy.hil.plan import Plan, open_plan
+from ehsid.harness.deploy.hil.recording import Recording
+from ehsid.harness.deploy.hil.relay import relayed
+from ehsid.harness.deploy.hil.run import run_plan
+from ehsid.harness.gap.diagnosis_file import diagnosis_text
+from ehsid.harness.gap.schema import Diagnosis, Remark
+from ehsid.harness.identification import ArxOrders, IoData
+from ehsid.harness.report.calibration_page import calibration_page
+from ehsid.harness.report.check_page import check_page
+from ehsid.harness.report.fleet_page import fleet_page
+from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
+from ehsid.harness.report.hil_page import hil_page
+from ehsid.harness.report.page import Page, render_page
+from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.simulation import suggested_controller
+from ehsid.harness.simulation.outputs import OUTPUTS_OF
+from ehsid.harness.studies.pages.offline_sections import offline_sections
+from ehsid.harness.studies.procedure import run_procedure
+from ehsid.harness.validation.calibration.checking import calibrate
+from ehsid.harness.validation.calibration.left_out import LEAST_MACHINES
+from ehsid.harness.validation.calibration.reading import Found
+from ehsid.harness.validation.fleet.ranking import read_fleet
+from ehsid.harness.validation.scoring.score import score_folder
+
+Make = Callable[[str, Path], str]
+ARX = ArxOrders(3, 3, 1, offset=True)
+
+
+@cache
+def diagnosis() -> Diagnosis:
+    return made_diagnosis("ambiguous", seconds=1.0)
+
+
+def gap(name: str, _: Path) -> str:
+    """The name is that of rig, rig file and records, and stands in a remark."""
+    made = diagnosis()
+    runs = tuple(replace(run, record=name) for run in made.runs)
+    made = replace(
+        made,
+        rig=replace(made.rig, name=name),
+        runs=runs,
+        records={name: "held out"},
+        remarks=(Remark(name, f"{name}: jitter"),),
+    )
+    return render_diagnosis(made, [RecordLine(name, "held out", f"data/{name}", "ab")], name)
+
+
+def fleet(name: str, folder: Path) -> str:
+    """The name is that of a machine with a result, of one with an error, of one left out."""
+    name = file_name(name)
+    judged, failed = f"1{name}", f"2{name}"
+    for machine in (judged, failed):
+        (folder / machine).mkdir()
+    text = diagnosis_text(diagnosis(), [], name)
+    (folder / judged / "diagnosis.json").write_text(text, encoding="utf-8")
+    (folder / failed / "error.txt").write_text(f"ValueError: {name}\n", encoding="utf-8")
+    refused = {f"3{name}": f"{name}: is in the way"}
+    return render_page(fleet_page(read_fleet(folder, [judged, failed], refused)))
+
+
+def check(name: str, folder: Path) -> str:
+    """The name is that of a case."""
+    answers = {f"{file_name(name)}{i}": one for i, one in enumerate(made_answers(12).values())}
+    return render_page(check_page(score_folder(write_check(folder, answers, fair))))
+
+
+def calibration(name: str, _: Path) -> str:
+    """The name is that of a family of machines."""
+    named = tuple(
+        replace(one, families={"seals": name if i % 2 else "Dahl"})
+        for i, one in enumerate(drawn_machines(2 * LEAST_MACHINES, 1))
+    )
+    return render_page(calibration_page(calibrate(Found(named))))
+
+
+@cache
+def procedure() -> Any:
+    u, y = model16(seed=1, n=600, noise=0.1)
+    return run_procedure(IoData.from_arrays(u, y, dt_s=0.05))
+
+
+def experiment(name: str, _: Path) -> str:
+    """The name is that of a record."""
+    sections = offline_sections(procedure(), record_name=name)
+    return render_page(Page(name, [name], sections, sources=[name]))
+
+
+class WithSeven(Target):
+    """A target whose estimates have seven parameters."""
+
+    def sample(self, packet: Any) -> bytes:
+        (number,) = struct.unpack_from("<I", packet.body)
+        self.expected += 1
+        body = struct.pack("<I3fBBH", number, 0.0, 20.0, 0.05, 0, 0, 0)
+        body += struct.pack("<5f", 0.0, 0.99, 98.5, 0.5, 1e-6) + struct.pack("<I3H", 1, 0, 0, 0)
+        return encode(0x84, packet.sequence, body + struct.pack("<B7f", 7, *([0.5] * 7)))
+
+
+@cache
+def hil_run() -> Any:
+    """A session's identity and a short run on a target that only answers."""
+    rig = published_rig()
+    plan: Plan = open_plan(
+        rig,
+        np.sin(np.arange(40.0)),
+        suggested_controller(rig),
+        dt_s=0.02,
+        noise=np.zeros((40, 6)),
+        orders=ARX,
+        forgetting=ehsid.FRatio(),
+        values={},
+        watchdog_ms=60_000,
+    )
+    with relayed(FakeDevice(WithSeven())) as relay, open_line(relay.port) as line:
+        session = Session(line, timeout_s=TIMEOUT_S, attempts=100)
+        identity = session.hello()
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            Recording(Path(folder), OUTPUTS_OF[rig.plant], ARX) as recording,
+        ):
+            return identity, run_plan(plan, session, recording)
+
+
+def hil(name: str, _: Path) -> str:
+    """The name is that of the board, of the rig and of the run."""
+    identity, run = hil_run()
+    plan = replace(run.plan, rig=replace(run.plan.rig, name=name))
+    run = replace(run, plan=plan)
+    return render_page(hil_page(replace(identity, board=name), [(name, run, compare(run))]))
+
+
+KINDS: dict[str, Make] = {
+    "gap": gap,
+    "fleet": fleet,
+    "check": check,
+    "calibration": calibration,
+    "experiment": experiment,
+    "hil": hil,
+}
