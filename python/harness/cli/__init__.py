@@ -15,6 +15,7 @@ import typer
 import ehsid
 from ehsid.harness.cli.lazy import Verb, lazy_group
 from ehsid.harness.cli.many_values import ManyValues
+from ehsid.harness.cli.verbosity import Quiet, Verbose
 
 VERBS = (
     Verb(
@@ -82,14 +83,22 @@ def _print_version(wanted: bool) -> None:
 
 @cli.callback()
 def _options(
+    ctx: typer.Context,
     version: Annotated[
         bool,
         typer.Option(
-            "--version", callback=_print_version, is_eager=True, help="print the version and exit"
+            "--version",
+            "-V",
+            callback=_print_version,
+            is_eager=True,
+            help="print the version and exit",
         ),
     ] = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
 ) -> None:
     """Identify electro-hydraulic servos from their records."""
+    ctx.obj = {"verbose": verbose, "quiet": quiet}
 
 
 def main() -> None:

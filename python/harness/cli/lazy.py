@@ -14,6 +14,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from ehsid.harness.cli.common import refuse
 from ehsid.harness.cli.usage import UsageError, usage_message
+from ehsid.harness.cli.verbosity import with_verbosity
 from ehsid.harness.error_words import error_words
 
 
@@ -58,7 +59,7 @@ class Verb:
     def load(self) -> Any:
         """Imports the module and makes the command."""
         app = typer.Typer(add_completion=False)
-        function = errors_as_messages()(self.function())
+        function = errors_as_messages()(with_verbosity(self.function()))
         app.command(self.last_name, cls=self.command_class)(function)
         return typer.main.get_command(app)
 
