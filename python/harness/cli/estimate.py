@@ -104,7 +104,7 @@ def estimate_command(
     code is 2 if none can be used. Text is read from .csv, .tsv and .tab; a
     .txt may be a note.
 
-    Examples: ehsid estimate rec.csv --na 3 --nb 3 --nk 1 --forgetting exponential --lambda0 0.99
+    Examples: ehsid estimate rec.csv --na 3 --nb 3 --nk 1
 
     ehsid estimate logs --na 3 --nb 3 --out results
     """

@@ -9,6 +9,8 @@ from typing import Annotated
 
 import typer
 
+from ehsid.harness.cli.completing import verdicts
+
 EXIT_CODE = 3
 ANY = "any"
 
@@ -19,6 +21,7 @@ FailOn = Annotated[
         help=f"exit code {EXIT_CODE} if the verdict is one of these, for CI; '{ANY}': each but "
         "no_gap. The results are written all the same",
         show_default=False,
+        autocompletion=verdicts,
     ),
 ]
 
@@ -36,19 +39,19 @@ def failing_verdicts(text: str | None) -> frozenset[str]:
     from ehsid.harness.gap.schema import Verdict
     from ehsid.harness.records.errors import nearest_name
 
-    verdicts: tuple[str, ...] = typing.get_args(Verdict)
+    known: tuple[str, ...] = typing.get_args(Verdict)
     found: set[str] = set()
     for word in map(str.strip, text.split(",")):
         if word == ANY:
-            found.update(verdict for verdict in verdicts if verdict != "no_gap")
-        elif word in verdicts:
+            found.update(verdict for verdict in known if verdict != "no_gap")
+        elif word in known:
             found.add(word)
         else:
-            nearest = nearest_name(word, [*verdicts, ANY])
+            nearest = nearest_name(word, [*known, ANY])
             hint = f"; did you mean '{nearest}'?" if nearest else ""
             raise ValueError(
                 f"--fail-on '{word}': expected verdicts with commas between them, of "
-                f"{', '.join(verdicts)}, or {ANY}{hint}"
+                f"{', '.join(known)}, or {ANY}{hint}"
             )
     return frozenset(found)
 
