@@ -10,12 +10,15 @@ docs/python.md. They are imported when they are first used, so that `import ehsi
 >>> print(model.summary())
 """
 
+import logging as _logging
 from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
 
-from ehsid._interpreter import check_interpreter
+from ehsid._interpreter import check_interpreter as _check_interpreter
 
-check_interpreter()
+_check_interpreter()
+# What is logged is for who asks for it: `logging.basicConfig(level="INFO")`, or ehsid -v.
+_logging.getLogger("ehsid").addHandler(_logging.NullHandler())
 
 from ehsid._core import *  # noqa: E402, F403 -- each forgetting policy is a name of its own
 from ehsid._core import __version__ as __version__  # noqa: E402
@@ -61,4 +64,10 @@ if not TYPE_CHECKING:  # to a type checker a module with this function has every
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_LAZY})
+    """Lists the names for people: what is private, or a module of Python, is not among them."""
+    own = {name for name in globals() if not name.startswith("_")} - {"TYPE_CHECKING", "harness"}
+    return sorted({*own, *_LAZY, "__doc__", "__version__"})
+
+
+if not TYPE_CHECKING:  # it cannot be a list of constants: each forgetting policy is a name
+    __all__ = [name for name in __dir__() if not name.startswith("_")]

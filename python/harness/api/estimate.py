@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +19,11 @@ from ehsid.harness.api.shown import Shown
 from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
 from ehsid.harness.api.wording import in_python
 from ehsid.harness.catalogue.policies import POLICIES
+from ehsid.harness.encoding import to_plain
 from ehsid.harness.estimation import EstimationResult, structure
-from ehsid.harness.estimation.recursion import START_VARIANCE
+from ehsid.harness.estimation.advice import Advice, advise
+from ehsid.harness.estimation.recursion import START_VARIANCE, Recursion
+from ehsid.harness.estimation.words import advice_words
 from ehsid.harness.files import result_folder
 from ehsid.harness.records.errors import nearest_name
 from ehsid.harness.report.model_file_names import ESTIMATION_FILES
@@ -42,9 +46,15 @@ class Estimation(Shown, Tabular):
         input and output that it was made of.
     """
 
-    def __init__(self, result: EstimationResult, signals: Signals) -> None:
+    def __init__(self, result: EstimationResult, signals: Signals, recursion: Recursion) -> None:
         self.result = result
         self.signals = signals
+        self._recursion = recursion
+
+    @cached_property
+    def _advice(self) -> Advice:
+        """What to try, which takes some runs of the estimator: only once it is asked for."""
+        return advise(self.signals.data, self._recursion, self.result)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -84,7 +94,8 @@ class Estimation(Shown, Tabular):
             in_python(),
             result_folder(out, "estimate", ESTIMATION_FILES, signals.inputs) as new,
         ):
-            write_estimation(new, self.result, signals.data.dt_s, signals.origin)
+            further = {"advice": to_plain(self._advice)}
+            write_estimation(new, self.result, signals.data.dt_s, signals.origin, further)
         return out
 
     def _columns(self) -> Mapping[str, npt.NDArray[Any]]:
@@ -115,7 +126,8 @@ class Estimation(Shown, Tabular):
     def _sentences(self) -> Sequence[str]:
         result = self.result
         head = f"{result.orders}, {result.method}, {result.forgetting}"
-        return [head, *estimation_lines(result)]
+        tries = advice_words(self._advice, python=True)
+        return [head, *estimation_lines(result), *(f"- {one}" for one in tries)]
 
     def _tables(self) -> Sequence[TextTable]:
         return [parameter_table(self.result)]
@@ -176,16 +188,16 @@ def estimate(
         signals = signals_of(record, input, output)
         policy = _policy(forgetting)
         with about(signals):
-            result = estimation.estimate(
-                signals.data,
+            recursion = Recursion(
                 structure(na, nb, nk, method),
-                forgetting=policy,
+                policy,
                 reset=reset,
                 guards=guards,
                 start_variance=start_variance,
                 method=method,
             )
-    return Estimation(result, signals)
+            result = estimation.estimate(signals.data, **vars(recursion))
+    return Estimation(result, signals, recursion)
 
 
 def _policy(forgetting: str | ehsid.Forgetting) -> ehsid.Forgetting:

@@ -20,6 +20,7 @@ from ehsid.harness.files import result_folder
 from ehsid.harness.identification import IdentificationResult
 from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
 from ehsid.harness.identification.selection import DEFAULT_DELAYS, DEFAULT_ORDERS
+from ehsid.harness.report.dynamics_tables import model_table, root_table, servo_lines
 from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
 from ehsid.harness.report.model_tables import candidate_table, identification_lines
 from ehsid.harness.report.text_table import TextTable
@@ -102,10 +103,15 @@ class Identification(Shown, Tabular):
         )
 
     def _sentences(self) -> Sequence[str]:
-        return identification_lines(self.result)
+        data, orders = self.signals.data, self.result.chosen.orders
+        return [
+            *identification_lines(self.result),
+            *servo_lines(self.result, data.input_name, data.output_name),
+            f"Next: ehsid.estimate(..., na={orders.na}, nb={orders.nb}, nk={orders.nk})",
+        ]
 
     def _tables(self) -> Sequence[TextTable]:
-        return [candidate_table(self.result)]
+        return [candidate_table(self.result), model_table(self.result), root_table(self.result)]
 
 
 def identify(

@@ -10,13 +10,15 @@ import numpy as np
 
 import ehsid
 from ehsid.harness.app.downsampling import Pyramid, make_pyramid, opened, store
+from ehsid.harness.app.model_choice import recursion_of
 from ehsid.harness.app.model_look import look_folder, times_of
 from ehsid.harness.app.session import Session
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.estimation import EstimationResult
+from ehsid.harness.estimation.advice import advise
 from ehsid.harness.estimation.result import NORMAL_95
-from ehsid.harness.estimation.words import not_white_words, what_to_try
+from ehsid.harness.estimation.words import advice_words, not_white_words
 from ehsid.harness.files import write_text
 from ehsid.harness.identification import IoData
 from ehsid.harness.records import Record
@@ -168,5 +170,5 @@ def _figures(session: Session, record: str, result: EstimationResult, data: IoDa
         converged=result.converged,
         reset_samples=resets[:MOST_RESETS].tolist(),
         not_white="" if result.residuals_white else not_white_words(result),
-        tries=what_to_try(result),
+        tries=advice_words(advise(data, recursion_of(session.settings.model), result)),
     )

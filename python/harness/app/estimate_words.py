@@ -11,7 +11,7 @@ from ehsid.harness.app.shown_units import coefficient, column
 from ehsid.harness.arrays import FloatArray
 
 MOST_TIMES = 6  # of resets that are named
-CODE, CODE_TAG = re.compile("`([a-z]+)`"), r"<code>\1</code>"
+CODE, CODE_TAG = re.compile("`([a-z0-9. -]+)`"), r"<code>\1</code>"
 
 
 def outcome(found: Estimated, time_s: FloatArray) -> str:
@@ -39,7 +39,7 @@ def outcome(found: Estimated, time_s: FloatArray) -> str:
             "coefficients as they were.</p>"
         )
     if found.tries:
-        items = "".join(f"<li>{plain(one)}</li>" for one in found.tries)
+        items = "".join(f"<li>{CODE.sub(CODE_TAG, plain(one))}</li>" for one in found.tries)
         text += f"<p>What to try:</p><ul>{items}</ul>"
     if found.not_white:
         return text + f"<p>{CODE.sub(CODE_TAG, plain(found.not_white))}</p>"

@@ -13,8 +13,10 @@ from typing import Annotated
 import typer
 
 import ehsid
+from ehsid.harness.cli.help_text import examples_text
 from ehsid.harness.cli.lazy import Verb, lazy_group
 from ehsid.harness.cli.many_values import ManyValues
+from ehsid.harness.cli.verbosity import Quiet, Verbose
 
 VERBS = (
     Verb(
@@ -69,9 +71,14 @@ VERBS = (
 )
 
 GROUPS = {"rig": "Describe a machine in a rig file (new), and check it against records (check)."}
+# Of the command itself and of its groups; those of the other commands stand in their docstrings.
+EXAMPLES = {
+    "": ("ehsid identify rec.csv", "ehsid gap run1.csv --rig rig.toml --out diagnosis"),
+    "rig": ("ehsid rig new --out rig.toml", "ehsid rig check rig.toml run1.csv"),
+}
 
 # Not `app`: a command has that name, and its module would take the place of this one.
-cli = typer.Typer(cls=lazy_group(VERBS, GROUPS), no_args_is_help=True, add_completion=False)
+cli = typer.Typer(cls=lazy_group(VERBS, GROUPS, EXAMPLES), no_args_is_help=True)
 
 
 def _print_version(wanted: bool) -> None:
@@ -80,18 +87,29 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@cli.callback()
+@cli.callback(
+    help="Identify electro-hydraulic servos from their records, and diagnose their simulations.\n\n"
+    + examples_text(EXAMPLES[""])
+)
 def _options(
+    ctx: typer.Context,
     version: Annotated[
         bool,
         typer.Option(
-            "--version", callback=_print_version, is_eager=True, help="print the version and exit"
+            "--version",
+            "-V",
+            callback=_print_version,
+            is_eager=True,
+            help="print the version and exit",
         ),
     ] = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
 ) -> None:
-    """Identify electro-hydraulic servos from their records."""
+    """Keeps what stands before the name of a command, for that command."""
+    ctx.obj = {"verbose": verbose, "quiet": quiet}
 
 
 def main() -> None:
-    """Runs the command `ehsid`."""
-    cli()
+    """Runs the command `ehsid`; it has this name as `python -m ehsid`, too."""
+    cli(prog_name="ehsid")

@@ -15,11 +15,24 @@ from rich.text import Text
 
 from ehsid.harness.text import printable
 
+_STATE = {"quiet": False}
+
+
+def set_quiet(*, quiet: bool) -> None:
+    """Sets whether consoles of stderr are silent from now on; errors do not go through them."""
+    _STATE["quiet"] = quiet
+
+
+def note(text: str) -> None:
+    """Prints a line on stderr, unless the user wants none."""
+    Console(stderr=True).print(text, soft_wrap=True)
+
 
 class Console(rich.console.Console):
     """A console that prints every text as it is; use `style` for emphasis."""
 
     def __init__(self, *, stderr: bool = False, **settings: Any) -> None:
+        settings.setdefault("quiet", stderr and _STATE["quiet"])
         super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False, **settings)
 
     def render_str(self, text: str, **settings: Any) -> Text:

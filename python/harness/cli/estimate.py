@@ -18,6 +18,7 @@ from ehsid.harness.cli.common import (
 )
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
+from ehsid.harness.cli.next_command import Given, export_line, print_next, print_tries
 from ehsid.harness.cli.options import (
     RECORD_HELP,
     AsJson,
@@ -28,7 +29,13 @@ from ehsid.harness.cli.options import (
     PastOutputs,
     Reset,
 )
-from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
+from ehsid.harness.cli.policy_option import (
+    Lambda0,
+    PolicyName,
+    PolicySettings,
+    make_policy,
+    policy_words,
+)
 from ehsid.harness.files import result_folder
 from ehsid.harness.report.model_file_names import ESTIMATION_FILES
 
@@ -97,7 +104,7 @@ def estimate_command(
     code is 2 if none can be used. Text is read from .csv, .tsv and .tab; a
     .txt may be a note.
 
-    Examples: ehsid estimate rec.csv --na 3 --nb 3 --nk 1 --forgetting exponential --lambda0 0.99
+    Examples: ehsid estimate rec.csv --na 3 --nb 3 --nk 1
 
     ehsid estimate logs --na 3 --nb 3 --out results
     """
@@ -119,39 +126,56 @@ def estimate_command(
         if is_folder_of_records(record):
             estimate_folder(record, (input_name, output_name), recursion, hints, out, as_json)
         else:
-            _estimate_record(record, (input_name, output_name), recursion, hints, out, as_json)
+            given = Given(record, input_name, output_name, maps or (), sampling_time)
+            # `ehsid export` has no other recursion, and no estimator without guards.
+            exported = method is Method.rls and not textbook
+            policy = policy_words(forgetting, lambda0, setting) if exported else None
+            _estimate_record(given, recursion, policy, hints, out, as_json)
 
 
 def _estimate_record(
-    record: Path,
-    signals: tuple[str, str],
+    given: Given,
     recursion: Recursion,
+    policy: list[str] | None,
     hints: Hints,
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Estimates one record; `signals` are the names of its input and its output."""
+    """Estimates one record; `policy` is the forgetting as options of the export, None without."""
+    from ehsid.harness.encoding import to_plain
     from ehsid.harness.estimation import estimate
+    from ehsid.harness.estimation.advice import advise
+    from ehsid.harness.estimation.words import advice_words
     from ehsid.harness.records.origin import with_reading
     from ehsid.harness.report.model_tables import estimation_lines, parameter_table
 
+    record = given.record
     with (
         nullcontext()
         if out is None
         else result_folder(out, "estimate", ESTIMATION_FILES, [record]) as folder
     ):
-        data, origin = read_io(record, *signals, hints)
+        data, origin = read_io(record, given.input_name, given.output_name, hints)
         with about(record):
             result = estimate(data, **vars(recursion))
+        advice = advise(data, recursion, result)
+        following = ""
+        if result.converged and policy is not None:
+            reset = [] if recursion.reset else ["--no-reset"]
+            following = export_line(given, recursion.orders, [*policy, *reset])
+        further = {"advice": to_plain(advice), "next_command": following or None}
         if folder is not None:
             from ehsid.harness.report.model_files import write_estimation
 
-            write_estimation(folder, result, data.dt_s, origin)
+            write_estimation(folder, result, data.dt_s, origin, further)
     if as_json:
-        typer.echo(json.dumps(with_reading(result.to_dict(), origin), allow_nan=False))
+        plain = {**with_reading(result.to_dict(), origin), **further}
+        typer.echo(json.dumps(plain, allow_nan=False))
         return
     console = Console()
     console.print(f"{result.orders}, {result.method}, {result.forgetting}")
     console.print(shown_table(parameter_table(result)))
     for line in estimation_lines(result):
         console.print(line)
+    print_tries(advice_words(advice), console)
+    print_next(following, console)

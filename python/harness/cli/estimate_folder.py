@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 import typer
 
 from ehsid.harness.cli.common import check_signals, make_table, refuse
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, note
 from ehsid.harness.cli.log_options import show_origin
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import result_folder
-from ehsid.harness.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,7 +97,7 @@ def _estimates(
             progress((start + len(batch)) / len(files))
     _show_origins(origins)
     for message in failed.values():
-        typer.echo(f"{printable(message)}; it is left out", err=True)
+        note(f"{message}; it is left out")
     if not named:
         refuse(f"{files[0].parent}: none of {len(files)} files could be used")
     return compare(named, failed)

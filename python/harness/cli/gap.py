@@ -14,6 +14,7 @@ import typer
 from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.fail_on import FailOn, fail_if, failing_verdicts
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_shown
 from ehsid.harness.cli.options import RECORD_HELP, AsJson, ExcludedEffects, RigFile, Workers
 from ehsid.harness.cli.progress import progress_of
@@ -62,14 +63,18 @@ def gap_command(
     sampling_time: SamplingTime = None,
     exclude_effect: ExcludedEffects = None,
     workers: Workers = None,
+    fail_on: FailOn = None,
     as_json: AsJson = False,
 ) -> None:
     """Diagnose the gap between a machine and its simulation: where, which effect, how far.
 
     Writes report.html, diagnosis.json, simulation.csv, rig.augmented.toml and, where rivals
-    remain, next_experiment.csv. Exit code 0 whatever the verdict, 2 for bad input.
+    remain, next_experiment.csv. Exit code 0 whatever the verdict, 2 for bad input, 3 for a verdict
+    of --fail-on.
 
-    Example: ehsid gap run1.csv run2.csv --rig rig.toml --validate run3.csv --out diagnosis
+    Examples: ehsid gap run1.csv --rig rig.toml --validate run2.csv --out diagnosis
+
+    ehsid gap run1.csv --rig rig.toml --out diagnosis --fail-on effects,ambiguous
     """
     from ehsid.harness.cli.gap_summary import print_diagnosis
     from ehsid.harness.gap import diagnose
@@ -77,6 +82,7 @@ def gap_command(
 
     excluded = tuple(dict.fromkeys(exclude_effect or ()))
     check_excluded(excluded)
+    failing = failing_verdicts(fail_on)
     with result_folder(out, "gap", RESULT_FILES, [*records, *(validate or []), rig_file]) as folder:
         rig = read_rig(rig_file)
         hints = hints_of(maps, sampling_time)
@@ -99,3 +105,4 @@ def gap_command(
         typer.echo((out / "diagnosis.json").read_text(encoding="utf-8"), nl=False)
     else:
         print_diagnosis(diagnosis, out, Console())
+    fail_if([diagnosis.verdict] if diagnosis.verdict in failing else [], "the verdict")

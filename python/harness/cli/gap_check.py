@@ -12,7 +12,7 @@ import typer
 
 import ehsid
 from ehsid.harness.cli.common import refuse
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, note
 from ehsid.harness.cli.options import AsJson, Dask, Workers
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import is_incomplete, result_folder
@@ -83,7 +83,7 @@ def run_cases(out: Path, seal: Seal, dask: str | None, workers: int | None) -> N
     if not todo:
         return
     if todo < count:
-        typer.echo(f"{count - todo} of {count} cases are finished; going on", err=True)
+        note(f"{count - todo} of {count} cases are finished; going on")
     with on(dask, workers):
         for _ in shown(run_check(out, seal, diagnose), todo, count):
             pass
@@ -146,7 +146,7 @@ def gap_check_command(
             seal = made_or_found(out, given, workers)
         except ImportError as error:  # The message says which extra is missing.
             refuse(str(error))
-        typer.echo(f"answers sealed, sha256 {seal.answers_sha256}", err=True)
+        note(f"answers sealed, sha256 {seal.answers_sha256}")
         run_cases(out, seal, dask, workers)
         score = _score(out, folder, workers)
     if as_json:

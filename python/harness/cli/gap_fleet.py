@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ehsid.harness.cli.common import make_table, refuse
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, note
+from ehsid.harness.cli.fail_on import ANY, FailOn, fail_if, failing_verdicts
 from ehsid.harness.cli.gap import check_excluded, read_for
 from ehsid.harness.cli.gap_check import on
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
@@ -21,7 +22,6 @@ from ehsid.harness.files import check_result_folder, result_folder
 from ehsid.harness.records import NO_HINTS, Hints
 from ehsid.harness.records.telling_apart import told_apart
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.text import printable
 
 if TYPE_CHECKING:
     from ehsid.harness.validation.fleet.ranking import Fleet
@@ -83,6 +83,7 @@ def gap_fleet_command(
     exclude_effect: ExcludedEffects = None,
     workers: Workers = None,
     dask: Dask = None,
+    fail_on: FailOn = None,
     as_json: AsJson = False,
 ) -> None:
     r"""Diagnose a folder of machines: whose gap is largest, and which of them share one.
@@ -94,9 +95,12 @@ def gap_fleet_command(
     diagnosed is not diagnosed again until one of its files changes.
 
     Writes fleet.html, fleet.json and, for each machine, a folder with what `ehsid gap` writes.
-    Exit code 2 where nothing could be diagnosed.
+    Exit code 2 where nothing could be diagnosed, 3 where a machine has a verdict of --fail-on; with
+    "any", also where one could not be diagnosed.
 
-    Example: ehsid gap-fleet machines --out results
+    Examples: ehsid gap-fleet machines --out results
+
+    ehsid gap-fleet machines --out results --fail-on any --quiet
     """
     from ehsid.harness.cli.case_progress import shown
     from ehsid.harness.gap import diagnose
@@ -111,13 +115,14 @@ def gap_fleet_command(
 
     excluded = tuple(dict.fromkeys(exclude_effect or ()))
     check_excluded(excluded)
+    failing = failing_verdicts(fail_on)
     folders, refused = [], {}
     for machine in machine_folders(folder):
         if machine.name in FILES:
             refused[machine.name] = (
                 f"{machine}: a file of the results has this name; give the folder another one"
             )
-            typer.echo(f"{printable(refused[machine.name])}; it is left out", err=True)
+            note(f"{refused[machine.name]}; it is left out")
         else:
             folders.append(machine)
     hints = hints_of(maps, sampling_time)
@@ -126,7 +131,7 @@ def gap_fleet_command(
     with result_folder(out, "gap-fleet", FILES) as made:
         if len(todo) < len(folders):
             done = len(folders) - len(todo)
-            typer.echo(f"{done} of {len(folders)} machines are finished; going on", err=True)
+            note(f"{done} of {len(folders)} machines are finished; going on")
         if todo:
             with on(dask, workers):
                 read = functools.partial(read_machine, hints=hints)
@@ -142,6 +147,19 @@ def gap_fleet_command(
         _print(fleet, page, Console())
     if not fleet.ranked and not fleet.not_judged:
         refuse(f"{folder}: nothing could be diagnosed; see {page}")
+    fail_if(_found(fleet, failing), "machines")
+
+
+def _found(fleet: Fleet, failing: frozenset[str]) -> list[str]:
+    """Returns the machines with these verdicts; where all verdicts but one count, errors too."""
+    found = [
+        f"{machine.name}: {machine.verdict}"
+        for machine in (*fleet.ranked, *fleet.not_judged)
+        if machine.verdict in failing
+    ]
+    if failing >= failing_verdicts(ANY):
+        found += [f"{name}: could not be diagnosed" for name in fleet.failed]
+    return found
 
 
 def _print(fleet: Fleet, page: Path, console: Console) -> None:

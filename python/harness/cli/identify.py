@@ -17,6 +17,7 @@ from ehsid.harness.cli.common import (
 )
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
+from ehsid.harness.cli.next_command import Given, estimate_line, print_next
 from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RecordFile
 from ehsid.harness.files import result_folder
 from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
@@ -44,6 +45,7 @@ def identify_command(
     from ehsid.harness.identification import identify
     from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
     from ehsid.harness.records.origin import with_reading
+    from ehsid.harness.report.dynamics_tables import model_table, root_table, servo_lines
     from ehsid.harness.report.model_tables import candidate_table, identification_lines
 
     with (
@@ -57,15 +59,25 @@ def identify_command(
         data, origin = read_io(record, input_name, output_name, hints)
         with about(record):
             result = identify(data, orders=wanted_orders, delays=wanted_delays)
+        given = Given(record, input_name, output_name, maps or (), sampling_time)
+        following = estimate_line(given, result.chosen.orders)
+        further = {"next_command": following or None}
         lines = identification_lines(result)
         if folder is not None:
             from ehsid.harness.report.model_files import write_identification
 
-            lines.append(write_identification(folder, result, data, origin))
+            lines.append(write_identification(folder, result, data, origin, further))
     if as_json:
-        typer.echo(json.dumps(with_reading(result.to_dict(), origin), allow_nan=False))
+        plain = {**with_reading(result.to_dict(), origin), **further}
+        typer.echo(json.dumps(plain, allow_nan=False))
         return
     console = Console()
     console.print(shown_table(candidate_table(result)))
     for line in lines:
         console.print(line)
+    for table in (model_table(result), root_table(result)):
+        console.print()
+        console.print(shown_table(table))
+    for line in servo_lines(result, input_name, output_name):
+        console.print(line)
+    print_next(following, console)

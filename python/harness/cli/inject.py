@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ehsid.harness.cli.common import check_ending
+from ehsid.harness.cli.completing import injected_effects
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_shown
 from ehsid.harness.cli.options import RECORD_HELP, AsJson
@@ -42,7 +43,8 @@ def inject_command(
         typer.Option(
             help="transport_delay, gain, position_delay, position_bias, sensor_backlash, "
             "sensor_lag, sensor_quantisation; behind a valve also valve_dead_band, "
-            "valve_hysteresis, valve_null_bias, valve_lag; on an axis load_force. Again for more"
+            "valve_hysteresis, valve_null_bias, valve_lag; on an axis load_force. Again for more",
+            autocompletion=injected_effects,
         ),
     ] = None,
     sizes: Annotated[

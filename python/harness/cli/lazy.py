@@ -13,7 +13,9 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from ehsid.harness.cli.common import refuse
+from ehsid.harness.cli.help_text import examples_text, help_text
 from ehsid.harness.cli.usage import UsageError, usage_message
+from ehsid.harness.cli.verbosity import with_verbosity
 from ehsid.harness.error_words import error_words
 
 
@@ -58,8 +60,9 @@ class Verb:
     def load(self) -> Any:
         """Imports the module and makes the command."""
         app = typer.Typer(add_completion=False)
-        function = errors_as_messages()(self.function())
-        app.command(self.last_name, cls=self.command_class)(function)
+        function = self.function()
+        decorate = app.command(self.last_name, cls=self.command_class, help=help_text(function))
+        decorate(errors_as_messages()(with_verbosity(function)))
         return typer.main.get_command(app)
 
 
@@ -105,7 +108,9 @@ class DeferredCommand(TyperCommand):
                 refuse(usage_message(error, self.verb.function(), given, called))
 
 
-def lazy_group(verbs: Sequence[Verb], groups: Mapping[str, str]) -> type[TyperGroup]:
+def lazy_group(
+    verbs: Sequence[Verb], groups: Mapping[str, str], examples: Mapping[str, Sequence[str]]
+) -> type[TyperGroup]:
     """Returns a class for `typer.Typer(cls=...)`: the group of these commands, in this order.
 
     Parameters
@@ -114,6 +119,8 @@ def lazy_group(verbs: Sequence[Verb], groups: Mapping[str, str]) -> type[TyperGr
         commands; those with a space in their names are in a group inside this group.
     groups
         summaries of these inner groups, by name.
+    examples
+        examples of these inner groups, by name.
     """
 
     class LazyGroup(TyperGroup):
@@ -125,7 +132,20 @@ def lazy_group(verbs: Sequence[Verb], groups: Mapping[str, str]) -> type[TyperGr
                     self.add_command(DeferredCommand(verb))
                 elif name not in self.commands:
                     inner = [one for one in verbs if one.name.startswith(f"{name} ")]
-                    self.add_command(inner_group(name, groups[name], inner))
+                    help_of_group = f"{groups[name]}\n\n{examples_text(examples[name])}"
+                    self.add_command(inner_group(name, help_of_group, inner))
+
+        def make_context(
+            self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
+        ) -> Any:
+            """Returns the context; a misspelt option becomes a message with the nearest one."""
+            try:
+                return super().make_context(info_name, args, parent, **extra)
+            except UsageError as error:
+                if type(error).__name__ != "NoSuchOption":
+                    raise
+                called = "ehsid" if parent is None else f"ehsid {info_name}"
+                refuse(usage_message(error, _no_function, args, called))
 
         def resolve_command(self, ctx: Any, args: list[str]) -> Any:
             """Returns the command that the first argument names."""
@@ -140,17 +160,21 @@ def lazy_group(verbs: Sequence[Verb], groups: Mapping[str, str]) -> type[TyperGr
     return LazyGroup
 
 
+def _no_function() -> None:
+    """Stands for the function of a group, which takes options of typer only."""
+
+
 def inner_group(name: str, summary: str, verbs: Iterable[Verb]) -> TyperGroup:
     """Returns a group of commands inside the group of all; its verbs are known by their last names.
 
     Parameters
     ----------
     name, summary
-        of the group, for the overview.
+        of the group, for the overview, which shows the first paragraph.
     verbs
         its commands, in their order.
     """
-    group = lazy_group((), {})(name=name, help=summary, no_args_is_help=True)
+    group = lazy_group((), {}, {})(name=name, help=summary, no_args_is_help=True)
     for verb in verbs:
         group.add_command(DeferredCommand(verb))
     return group

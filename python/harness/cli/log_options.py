@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,6 +15,8 @@ from ehsid.harness.cli.console import Console
 if TYPE_CHECKING:
     from ehsid.harness.records import Hints, Layout, Record
     from ehsid.harness.records.origin import Origin
+
+LOGGER = logging.getLogger("ehsid")
 
 Maps = Annotated[
     list[str] | None,
@@ -68,7 +71,16 @@ def read_shown(
     record = read_record(path, columns=columns, required=required, layout=layout or {}, hints=hints)
     if record.origin is not None:
         show_origin(record.name, record.origin, Console(stderr=True))
+    log_record(record, path)
     return record
+
+
+def log_record(record: Record, path: Path) -> None:
+    """Logs what was read from a file."""
+    step = "no time" if record.dt_s is None else f"every {record.dt_s:.6g} s"
+    pieces = f" in {len(record.segments)} pieces" if len(record.segments) > 1 else ""
+    columns = ", ".join(record.columns)
+    LOGGER.info("%s: %d samples, %s%s: %s", path, len(record), step, pieces, columns)
 
 
 def show_origin(name: str, origin: Origin, console: Console) -> None:

@@ -33,6 +33,18 @@ PolicySettings = Annotated[
 ]
 
 
+def policy_words(
+    name: str, lambda0: float | None = None, settings: Sequence[str] | None = None
+) -> list[str]:
+    """Returns the options that choose this policy, as another command takes them."""
+    words = ["--forgetting", str(name)]
+    if lambda0 is not None:
+        words += ["--lambda0", f"{lambda0:.12g}"]
+    for one in settings or ():
+        words += ["--setting", one]
+    return words
+
+
 def make_policy(
     name: str, lambda0: float | None = None, settings: Sequence[str] | None = None
 ) -> ehsid.Forgetting:

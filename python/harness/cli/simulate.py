@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ehsid.harness.cli.common import check_ending, shown_table
+from ehsid.harness.cli.completing import effect_sizes
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, hints_of, read_shown
 from ehsid.harness.cli.options import AsJson, SignalName
@@ -77,7 +78,8 @@ def simulate_command(
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="of the test signal and the noise")] = 0,
     effect: Annotated[
-        list[str] | None, typer.Option(help="EFFECT.PARAMETER=NUMBER, again for more")
+        list[str] | None,
+        typer.Option(help="EFFECT.PARAMETER=NUMBER, again for more", autocompletion=effect_sizes),
     ] = None,
     position0: Annotated[float | None, typer.Option(help="start, m; default mid-stroke")] = None,
     as_json: AsJson = False,

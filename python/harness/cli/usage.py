@@ -59,8 +59,19 @@ def _problem(error: Any, function: Callable[..., Any], arguments: Sequence[str])
             if expected:
                 typed = _typed(parameter, arguments)
                 named = " ".join(filter(None, [_named(parameter, function), typed]))
-                return f"{named}: expected {expected}"
+                return f"{named}: expected {expected}{_hint(function, parameter.name, typed)}"
     return str(error.format_message()).strip().rstrip(".")
+
+
+def _hint(function: Callable[..., Any], name: str, typed: str) -> str:
+    """The word of a choice that is nearest to what was typed, as a question."""
+    kind, _ = _declared(function, name)
+    if not (isinstance(kind, type) and issubclass(kind, Enum)):
+        return ""
+    from ehsid.harness.records.errors import nearest_name
+
+    nearest = nearest_name(typed, [str(member.value) for member in kind])
+    return f"; did you mean '{nearest}'?" if nearest else ""
 
 
 def _options(error: Any) -> list[str]:

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""What a recursive estimation is worth, in words, and what to try where it is worth little."""
+"""What a recursive estimation is worth, in words, and what to try."""
 
 from __future__ import annotations
 
+from ehsid.harness.estimation.advice import Advice
 from ehsid.harness.estimation.result import Estimate
 
 _NOT_WHITE = "The residuals are not white (statistic {:.4g}, at most 22.5 expected): "
@@ -22,8 +23,6 @@ _WHY_NOT_WHITE = {
     "Reasons: noise of the sensor (methods `riv` and `oe`), wrong orders or delay, friction, "
     "saturation.",
 }
-# From this share of samples without information on, the excitation is too weak or too short.
-MOST_SKIPPED = 0.5
 
 
 def not_white_words(estimate: Estimate) -> str:
@@ -31,29 +30,15 @@ def not_white_words(estimate: Estimate) -> str:
     return _NOT_WHITE.format(estimate.whiteness) + _WHY_NOT_WHITE[estimate.method]
 
 
-def what_to_try(estimate: Estimate) -> list[str]:
-    """Returns what may make an estimate converge, in sentences; none where it has converged."""
-    if estimate.converged:
-        return []
+def advice_words(advice: Advice, *, python: bool = False) -> list[str]:
+    """Returns advice in sentences, which name the options of the command, or those of Python."""
     tries = []
-    if estimate.resets:
+    for trial in advice.trials:
+        setting = trial.setting.arguments if python else trial.setting.options
+        white = "white" if trial.residuals_white else "still not white"
         tries.append(
-            "Each reset begins the estimation anew. If the machine did not change in this record, "
-            "switch the reset off."
+            f"{trial.why} With `{setting}` the estimate converges on this record; the prediction "
+            f"by one step then fits {trial.one_step_fit_percent:.2f} %, and the residuals are "
+            f"{white}."
         )
-    if estimate.skipped > MOST_SKIPPED * estimate.n_samples:
-        tries.append(
-            f"{estimate.skipped} of {estimate.n_samples} samples carried no information: take a "
-            "record in which the command moves the machine most of the time."
-        )
-    if estimate.orders.na + estimate.orders.nb > 4:
-        tries.append(
-            "Take fewer coefficients: this record may not determine all of them. Na = nb = 2 is "
-            "the least for a valve that is much faster than the cylinder."
-        )
-    tries.append(
-        "Let the estimator forget more slowly, with a factor closer to 1 or a longer memory: the "
-        "coefficients then vary less."
-    )
-    tries.append("Take a longer record.")
-    return tries
+    return [*tries, *advice.lacks]

@@ -13,6 +13,7 @@ import numpy as np
 from ehsid.harness.encoding import to_plain
 from ehsid.harness.identification.candidates import Candidate, Rejected, judge
 from ehsid.harness.identification.data import ROUNDING, IoData
+from ehsid.harness.identification.dynamics import dynamics
 from ehsid.harness.identification.errors import (
     IdentificationError,
     TooFewSamplesError,
@@ -94,6 +95,7 @@ class IdentificationResult:
         plain: dict[str, Any] = to_plain(self)
         del plain["one_step"], plain["simulated"]
         plain["chosen"]["model"] = self.chosen.model.to_dict()
+        plain["dynamics"] = to_plain(dynamics(self.chosen.model, self.dt_s))
         return plain
 
 

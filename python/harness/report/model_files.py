@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -28,9 +30,15 @@ from ehsid.harness.report.model_figures import estimation_figure, identification
 from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
 from ehsid.harness.report.plotting import write_figure
 
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+
 
 def write_identification(
-    folder: Path, result: IdentificationResult, data: IoData, origin: Origin | None
+    folder: Path,
+    result: IdentificationResult,
+    data: IoData,
+    origin: Origin | None,
+    further: Mapping[str, Any] = NOTHING,
 ) -> str:
     """Writes the files of an identification.
 
@@ -42,14 +50,15 @@ def write_identification(
         the identification, and what it was made of.
     origin
         how the log became a record; None for a record.
+    further
+        keys that the JSON file has beside those of the result.
 
     Returns
     -------
     The limit of stability of the chosen model under proportional control, in words.
     """
-    _write(
-        folder, "identify", with_reading(result.to_dict(), origin), identification_figure(result)
-    )
+    plain = {**with_reading(result.to_dict(), origin), **further}
+    _write(folder, "identify", plain, identification_figure(result))
     model, dt_s = result.chosen.model, data.dt_s
     grid = response_grid(result.n_validation, dt_s or 1.0)
     response = frequency_response(model, grid, dt_s or 1.0)
@@ -60,10 +69,14 @@ def write_identification(
 
 
 def write_estimation(
-    folder: Path, result: EstimationResult, dt_s: float | None, origin: Origin | None
+    folder: Path,
+    result: EstimationResult,
+    dt_s: float | None,
+    origin: Origin | None,
+    further: Mapping[str, Any] = NOTHING,
 ) -> None:
     """Writes the files of a recursive estimation; the parameters are as above."""
-    plain = with_reading(result.to_dict(), origin)
+    plain = {**with_reading(result.to_dict(), origin), **further}
     _write(folder, "estimate", plain, estimation_figure(result, dt_s))
 
 

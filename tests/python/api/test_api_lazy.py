@@ -2,8 +2,10 @@
 """`import ehsid` imports nothing that is not used, and shows all names all the same."""
 
 import ast
+import importlib
 import subprocess
 import sys
+import types
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,9 @@ NAMES = {
     *("Diagnosis", "Estimation", "Identification", "Record", "Rig", "Simulation"),
     *("diagnose", "estimate", "identify", "read", "simulate"),
 }
+# Rooms whose names are imported from the room itself, and not from its modules.
+ROOMS = ("estimation", "excitation", "gap", "identification", "records", "rig_check", "rigs",
+         "simulation")  # fmt: skip
 HEAVY = ("control", "matplotlib", "pandas", "pint", "polars", "rich", "scipy")
 
 
@@ -46,6 +51,32 @@ def test_all_names_are_listed_and_stay_the_same_object() -> None:
         assert value.__name__ == name
 
 
+def test_only_what_is_for_people_is_listed() -> None:
+    names = set(dir(ehsid)) - {"__doc__", "__version__"}
+    assert names == set(ehsid.__all__)
+    compiled = {name for name in vars(ehsid._core) if not name.startswith("_")}
+    assert names == NAMES | compiled
+    for name in names:
+        assert not isinstance(getattr(ehsid, name), types.ModuleType), name
+
+
+def test_a_star_imports_the_names_for_people() -> None:
+    script = "from ehsid import *; read, ServoEstimator; print('TYPE_CHECKING' in globals())"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("False\n", "")
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_what_a_room_shows_is_what_it_exports(room: str) -> None:
+    module = importlib.import_module(f"ehsid.harness.{room.replace('/', '.')}")
+    shown = {
+        name
+        for name, value in vars(module).items()
+        if not name.startswith("_") and not isinstance(value, types.ModuleType)
+    }
+    assert shown - {"annotations"} == set(getattr(module, "__all__", ()))
+
+
 def test_no_name_hides_one_of_the_compiled_module() -> None:
     assert not NAMES & set(vars(ehsid._core))
 
@@ -55,7 +86,7 @@ def test_editors_see_the_names_that_python_has() -> None:
     # A type checker believes that a module with __getattr__ has every name, misspelt ones too.
     functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
     assert functions == {"__dir__"}
-    block, _ = (node for node in tree.body if isinstance(node, ast.If))
+    block, *_ = (node for node in tree.body if isinstance(node, ast.If))
     seen = {
         alias.asname: node.module
         for node in block.body

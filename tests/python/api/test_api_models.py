@@ -140,7 +140,8 @@ def test_saved_files_are_those_of_the_command(
     result = request.getfixturevalue(what)
     stem = {"model": "identify", "found": "estimate"}[what]
     folder = result.save(tmp_path / "out")
-    assert json.loads((folder / f"{stem}.json").read_text()) == result.result.to_dict()
+    saved, expected = json.loads((folder / f"{stem}.json").read_text()), result.result.to_dict()
+    assert {key: saved[key] for key in expected} == expected
     assert (folder / f"{stem}.png").stat().st_size > 10_000
     assert (folder / "identify_bode.png").exists() == (what == "model")
 

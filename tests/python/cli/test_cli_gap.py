@@ -145,6 +145,20 @@ def test_every_verdict_is_a_result(verdict: Any, diagnose: FakeDiagnose, here: P
 
 
 @pytest.mark.usefixtures("no_plots")
+@pytest.mark.parametrize(
+    ("fail_on", "code"), [("effects", 3), ("any", 3), ("no_gap", 0), ("efects", 2)]
+)
+def test_a_verdict_that_must_not_be_ends_with_3_and_all_results(
+    fail_on: str, code: int, diagnose: FakeDiagnose, here: Path
+) -> None:
+    diagnose.diagnosis = made_diagnosis("effects")
+    outcome = run("one.csv", "--rig", "rig.toml", "--out", "out", "--fail-on", fail_on)
+    assert outcome.exit_code == code, outcome.output
+    assert ("--fail-on" in outcome.stderr) == (code > 0)
+    assert (here / "out" / "diagnosis.json").is_file() == (code != 2)
+
+
+@pytest.mark.usefixtures("no_plots")
 def test_json_on_the_terminal_is_the_file(diagnose: FakeDiagnose, here: Path) -> None:
     outcome = run("one.csv", "--rig", "rig.toml", "--out", "deep/down", "--json")
     assert outcome.exit_code == 0, outcome.output

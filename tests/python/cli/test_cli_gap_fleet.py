@@ -395,3 +395,18 @@ def test_a_machine_that_kills_its_workers_on_a_cluster_does_not_end_the_others(
     assert "its process was killed" in error
     for name in MACHINES.keys() - {"press2"}:
         assert (here / "out" / name / "diagnosis.json").is_file()
+
+
+def test_a_verdict_of_a_machine_that_must_not_be_ends_with_3(here: Path) -> None:
+    (here / "fleet" / "broken").mkdir()
+    for fail_on, machines in (
+        ("parameters", []),
+        ("ambiguous", ["lift: ambiguous"]),
+        ("insufficient_data,no_gap", ["saw: no_gap"]),
+        ("any", ["broken: could not be diagnosed", "lift: ambiguous", "press1: effects"]),
+    ):
+        outcome = run("fleet", "--out", "out", "--fail-on", fail_on, "--quiet")
+        assert outcome.exit_code == (3 if machines else 0), outcome.output
+        assert outcome.stderr.startswith("ehsid: --fail-on: machines: ") == bool(machines)
+        assert all(machine in outcome.stderr for machine in machines)
+        assert (here / "out" / "fleet.json").is_file()

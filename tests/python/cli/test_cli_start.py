@@ -71,7 +71,7 @@ def test_no_module_of_a_verb_takes_the_place_of_something_else() -> None:
 
 def test_the_overview_lists_every_verb_in_order() -> None:
     text = CliRunner().invoke(cli, ["--help"]).stdout
-    places = [text.index(f" {verb.name.split()[0]} ") for verb in VERBS]
+    places = [text.index(f"│ {verb.name.split()[0]} ") for verb in VERBS]
     assert places == sorted(places)
 
 

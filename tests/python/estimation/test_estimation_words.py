@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What to try depends on why an estimate has not converged; the structure fits the recursion."""
+"""Advice and residuals in words; the structure fits the recursion."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import pytest
 
 from ehsid.harness.catalogue.policies import METHODS
 from ehsid.harness.estimation import Estimate, structure
-from ehsid.harness.estimation.words import not_white_words, what_to_try
+from ehsid.harness.estimation.advice import Advice, Setting, Trial
+from ehsid.harness.estimation.words import advice_words, not_white_words
 from ehsid.harness.identification import ArxOrders
 
 ESTIMATE = Estimate(
@@ -19,20 +20,15 @@ ESTIMATE = Estimate(
 )  # fmt: skip
 
 
-def test_a_converged_estimate_needs_nothing() -> None:
-    assert what_to_try(replace(ESTIMATE, converged=True, resets=3, skipped=900)) == []
-
-
-def test_reasons_are_named_where_they_apply() -> None:
-    plain = " ".join(what_to_try(ESTIMATE))
-    assert "forget more slowly" in plain
-    for words, changed in (
-        ("switch the reset off", replace(ESTIMATE, resets=2)),
-        ("501 of 1000 samples carried no information", replace(ESTIMATE, skipped=501)),
-        ("fewer coefficients", replace(ESTIMATE, orders=ArxOrders(3, 3, 1))),
-    ):
-        assert words not in plain
-        assert words in " ".join(what_to_try(changed))
+def test_advice_names_the_option_of_the_command_or_the_argument_in_python() -> None:
+    trial = Trial("The delay is wrong.", Setting("--nk 2", "nk=2"), 91.234, residuals_white=False)
+    advice = Advice((trial,), ("Take a longer record.",))
+    command, lacks = advice_words(advice)
+    assert "With `--nk 2` the estimate converges" in command
+    assert "91.23 %" in command
+    assert "still not white" in command
+    assert lacks == "Take a longer record."
+    assert "With `nk=2` the estimate converges" in advice_words(advice, python=True)[0]
 
 
 @pytest.mark.parametrize("method", METHODS)

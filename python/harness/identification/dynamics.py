@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: MIT
+"""What a model says of the plant: poles, zeros, gain, and the servo (5) where it is one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import ehsid
+from ehsid.harness.identification.arx import ArxModel
+from ehsid.harness.identification.roots import Roots, poles_zeros
+from ehsid.harness.identification.velocity_gain import velocity_gain
+
+# Largest imaginary part of a root that counts as real; a pair is told by its upper root.
+REAL = 1e-9
+# A pole nearer to z = 0 is a delay: it has neither a natural frequency nor a damping.
+DELAY = 1e-9
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a model with its standard deviation; None where the latter is not known."""
+
+    value: float
+    deviation: float | None
+
+
+@dataclass(frozen=True)
+class Root:
+    """A pole or a zero in the z plane; a pair of complex ones is one, with the upper root.
+
+    Attributes
+    ----------
+    real, imag
+        where it is; imag is 0 for a real root and above 0 for a pair.
+    deviation
+        standard deviation of its distance from z = 0; None where another root is too near to tell.
+    frequency_hz, damping
+        natural frequency |s| / (2 pi) and damping ratio -Re(s) / |s| of a pole, s = ln(z) / dt;
+        None for a zero, for a delay, and without a sampling time.
+    """
+
+    real: float
+    imag: float
+    deviation: float | None
+    frequency_hz: float | None = None
+    damping: float | None = None
+
+
+@dataclass(frozen=True)
+class Servo:
+    """G(s) = K wn^2 / (s (s^2 + 2 xi wn s + wn^2)), Ghazali et al. 2011, Eq. (5).
+
+    Attributes
+    ----------
+    gain
+        velocity gain K, units of the output a second and unit of the input.
+    omega_n
+        natural frequency, rad/s.
+    xi
+        damping ratio.
+    """
+
+    gain: Figure
+    omega_n: Figure
+    xi: Figure
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """What a model says of the plant.
+
+    Attributes
+    ----------
+    poles, zeros
+        without those at z = 0 that follow from the structure.
+    velocity_gain
+        K of a model that integrates, units of the output a second and unit of the input; None for
+        one that does not, and without a sampling time.
+    static_gain
+        B(1) / A(1) of a model that does not integrate: output over input at rest; else None.
+    servo
+        the servo that the model is; None where it is none.
+    why_no_servo
+        why the model cannot be read as a servo, in a sentence; "" where it can.
+    """
+
+    poles: tuple[Root, ...]
+    zeros: tuple[Root, ...]
+    velocity_gain: Figure | None
+    static_gain: Figure | None
+    servo: Servo | None
+    why_no_servo: str
+
+
+def dynamics(model: ArxModel, dt_s: float | None) -> Dynamics:
+    """Returns what an estimated model says of the plant.
+
+    Parameters
+    ----------
+    model
+        estimated model.
+    dt_s
+        sampling time in seconds; None if it is not known.
+    """
+    roots = poles_zeros(model)
+    servo, why = _servo(model, dt_s)
+    # Whether a model integrates does not depend on the unit of time.
+    slope = velocity_gain(model, dt_s or 1.0)
+    integrates = slope is not None or servo is not None
+    gain = None if servo is None else servo.gain
+    if gain is None and slope is not None and dt_s is not None:
+        gain = Figure(slope, None)
+    return Dynamics(
+        _roots(roots.poles, dt_s),
+        _roots(roots.zeros, None),
+        gain,
+        None if integrates else _static_gain(model),
+        servo,
+        why,
+    )
+
+
+def _roots(roots: Roots, dt_s: float | None) -> tuple[Root, ...]:
+    """Returns the roots; with frequency and damping where a sampling time is given."""
+    found = []
+    for value, deviation, reliable in zip(
+        roots.values.tolist(), roots.modulus_deviation.tolist(), roots.reliable, strict=True
+    ):
+        if value.imag < -REAL:
+            continue
+        imag = value.imag if value.imag > REAL else 0.0
+        frequency = damping = None
+        if dt_s is not None and abs(value) > DELAY:
+            s = complex(np.log(complex(value.real, imag))) / dt_s
+            if abs(s) > 0.0:
+                frequency, damping = abs(s) / (2.0 * np.pi), -s.real / abs(s)
+        known = deviation if reliable and np.isfinite(deviation) else None
+        found.append(Root(value.real, imag, known, frequency, damping))
+    return tuple(found)
+
+
+def _static_gain(model: ArxModel) -> Figure | None:
+    """Returns B(1) / A(1) with its deviation by the delta method; None if A(1) is zero."""
+    na, nb = model.orders.na, model.orders.nb
+    at_rest = 1.0 + float(np.sum(model.a))
+    if at_rest == 0.0:
+        return None
+    gain = float(np.sum(model.b)) / at_rest
+    slope = np.concatenate((np.full(na, -gain), np.ones(nb))) / at_rest
+    variance = float(slope @ model.covariance[: na + nb, : na + nb] @ slope)
+    return Figure(gain, float(np.sqrt(variance)) if variance >= 0.0 else None)
+
+
+def _servo(model: ArxModel, dt_s: float | None) -> tuple[Servo | None, str]:
+    """Reads a model as the servo (5); with the reason where this is not possible."""
+    orders = model.orders
+    if (orders.na, orders.nb) != (3, 3):
+        return None, (
+            "only a model with na = nb = 3 can be read as a servo with K, omega_n and xi; this one "
+            f"has na = {orders.na} and nb = {orders.nb}"
+        )
+    if dt_s is None:
+        return None, "omega_n in rad/s needs the sampling time, which the record does not have"
+    reading = ehsid.identify_servo(model.theta[:6], model.covariance[:6, :6], dt_s)
+    if reading.status != ehsid.ServoReadingStatus.ok:
+        return None, reading.description
+    return (
+        Servo(
+            Figure(reading.gain, reading.gain_std),
+            Figure(reading.omega_n, reading.omega_n_std),
+            Figure(reading.xi, reading.xi_std),
+        ),
+        "",
+    )

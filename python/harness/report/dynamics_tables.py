@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""The chosen model in tables and sentences: coefficients, poles, zeros, gain, servo."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ehsid.harness.catalogue.channels import CHANNELS
+from ehsid.harness.identification.dynamics import Dynamics, Figure, Root, dynamics
+from ehsid.harness.report.text_table import TextTable
+
+if TYPE_CHECKING:
+    from ehsid.harness.identification import ArxModel, IdentificationResult
+
+
+def model_table(result: IdentificationResult) -> TextTable:
+    """Returns the coefficients of the chosen model with their standard deviations."""
+    model = result.chosen.model
+    rows = tuple(
+        (name, f"{value:.6g}", f"{deviation:.2g}")
+        for name, value, deviation in zip(
+            model.orders.names, model.theta.tolist(), model.standard_deviations, strict=True
+        )
+    )
+    caption = (
+        "" if result.whiteness.passed else "The residual is not white: the deviations are too small"
+    )
+    title = f"the chosen model, {_equation(model)}"
+    return TextTable(("coefficient", "value", "1-sigma"), rows, title=title, caption=caption)
+
+
+def root_table(result: IdentificationResult) -> TextTable:
+    """Returns the poles and zeros of the chosen model, with frequency and damping of the poles."""
+    told = dynamics(result.chosen.model, result.dt_s)
+    rows = [_root_row("pole", one) for one in told.poles]
+    rows += [_root_row("zero", one) for one in told.zeros]
+    headings = ("", "z", "|z|", "1-sigma of |z|", "f in Hz", "damping")
+    shown = len(headings) if any(row[4] for row in rows) else 4
+    return TextTable(headings[:shown], tuple(row[:shown] for row in rows))
+
+
+def servo_lines(result: IdentificationResult, input_name: str, output_name: str) -> list[str]:
+    """Returns K, omega_n and xi of the chosen model as far as they exist, and why not, else."""
+    told = dynamics(result.chosen.model, result.dt_s)
+    lines = [_gain_line(told, input_name, output_name)]
+    if told.servo is None:
+        lines.append(f"Not read as a servo: {told.why_no_servo}.")
+    else:
+        lines.append(
+            f"Natural frequency omega_n = {_figure(told.servo.omega_n)} rad/s, damping ratio "
+            f"xi = {_figure(told.servo.xi)}."
+        )
+    return lines
+
+
+def _equation(model: ArxModel) -> str:
+    """Returns the structure of a model; a polynomial is written as in Eq. (7) of the paper."""
+    offset = " with a constant term" if model.orders.offset else ""
+    return f"na = {model.orders.na}, nb = {model.orders.nb}, nk = {model.orders.nk}{offset}"
+
+
+def _root_row(kind: str, root: Root) -> tuple[str, ...]:
+    place = f"{root.real:.5g}" + (f" +- {root.imag:.5g} j" if root.imag > 0.0 else "")
+    return (
+        kind,
+        place,
+        f"{abs(complex(root.real, root.imag)):.5g}",
+        "" if root.deviation is None else f"{root.deviation:.2g}",
+        "" if root.frequency_hz is None else f"{root.frequency_hz:.3g}",
+        "" if root.damping is None else f"{root.damping:.3g}",
+    )
+
+
+def _gain_line(told: Dynamics, input_name: str, output_name: str) -> str:
+    u, y = _unit(input_name), _unit(output_name)
+    if told.velocity_gain is not None:
+        return f"Velocity gain K = {_figure(told.velocity_gain)} {y}/s per {u}."
+    if told.static_gain is not None:
+        return (
+            f"The model does not integrate: static gain {_figure(told.static_gain)} {y} per {u}, "
+            "and no velocity gain K."
+        )
+    return "The model integrates. Its velocity gain K needs the sampling time, which is not known."
+
+
+def _figure(figure: Figure) -> str:
+    if figure.deviation is None:
+        return f"{figure.value:.4g}"
+    return f"{figure.value:.4g} +- {figure.deviation:.2g}"
+
+
+def _unit(name: str) -> str:
+    """Returns the unit of a channel; a column that is no channel counts in units of its own."""
+    channel = CHANNELS.get(name)
+    return f"unit of {name}" if channel is None or channel.unit == "1" else channel.unit

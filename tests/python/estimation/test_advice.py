@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: MIT
+"""Advice is what helps on the record, and names the setting; where nothing helps, it says why."""
+
+from __future__ import annotations
+
+import model16
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import ehsid
+from ehsid.harness.estimation import estimate
+from ehsid.harness.estimation.advice import Advice, advise
+from ehsid.harness.estimation.recursion import Recursion
+from ehsid.harness.identification import ArxOrders, IoData
+
+RNG = np.random.default_rng(2)
+U = RNG.choice([-1.0, 1.0], size=3000)
+E = 0.02 * RNG.normal(size=U.size)
+LATER = np.concatenate([np.zeros(3), U])[: U.size]
+USUAL = Recursion(ArxOrders(3, 3, 1, offset=False), ehsid.Exponential())
+
+
+def advice_on(u: npt.ArrayLike, y: npt.ArrayLike, recursion: Recursion = USUAL) -> Advice:
+    data = IoData.from_arrays(np.asarray(u), np.asarray(y))
+    return advise(data, recursion, estimate(data, **vars(recursion)))
+
+
+@pytest.mark.parametrize(
+    ("y", "recursion", "why", "options"),
+    [
+        (model16.output(U, 0.0 * E) + E, USUAL, "not white", "--method oe"),
+        (
+            model16.output(U, E),
+            Recursion(USUAL.orders, ehsid.Constant(0.95)),
+            "remembers about 20 samples",
+            "--forgetting constant --lambda0 0.999",
+        ),
+        (
+            model16.output(U, E),
+            Recursion(ArxOrders(3, 3, 3, offset=False), ehsid.Exponential()),
+            "less than the delay of 3",
+            "--nk 1",
+        ),
+        (model16.output(LATER, E), USUAL, "delay of 4 instead of 1", "--nk 4"),
+    ],
+    ids=["noise of the sensor", "forgets too fast", "delay too long", "delay too short"],
+)
+def test_the_first_advice_mends_what_is_wrong(
+    y: npt.NDArray[np.float64], recursion: Recursion, why: str, options: str
+) -> None:
+    first = advice_on(U, y, recursion).trials[0]
+    assert first.setting.options == options
+    assert why in first.why
+
+
+def test_what_has_converged_with_white_residuals_needs_nothing() -> None:
+    assert advice_on(U, model16.output(U, E)) == Advice()
+
+
+def test_a_needless_reset_and_too_many_coefficients_are_named() -> None:
+    rng = np.random.default_rng(5)
+    u = np.repeat(rng.choice([-1.0, 1.0], size=60), 10)
+    noise = 0.05 * rng.normal(size=u.size)
+    y = np.zeros(u.size)
+    for k in range(1, u.size):
+        y[k] = 0.8 * y[k - 1] + u[k - 1] + noise[k]
+    found = advice_on(u, y)
+    assert "--na 1 --nb 1" in [trial.setting.options for trial in found.trials]
+
+
+def test_where_nothing_helps_it_says_what_the_record_lacks() -> None:
+    rng = np.random.default_rng(3)
+    u = np.sin(0.01 * np.arange(400))
+    y = np.cumsum(rng.normal(size=u.size))
+    found = advice_on(u, y)
+    assert found.trials == ()
+    assert "what counts as converged" in " ".join(found.lacks)
+    assert "command" in " ".join(found.lacks)
