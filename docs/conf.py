@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: MIT
 """Settings of the documentation site, which script/site builds."""
 
+import logging
 import sys
 from pathlib import Path
 
 import ehsid
 
 sys.path.insert(0, str(Path(__file__).parent / "extensions"))
+
+from repository_links import without_file
 
 project = "ehsid"
 author = "the authors of ehsid"
@@ -28,9 +31,14 @@ extensions = [
     "repository_links",
     "schemas",
 ]
-exclude_patterns = ["extensions"]
+exclude_patterns = ["extensions", *without_file()]
 smartquotes = False  # they make of two hyphens, as in --out, a dash
 highlight_language = "none"  # a block of code says what it is
+
+# A list of pages by a pattern may be empty, which Sphinx warns of under no name.
+logging.getLogger("sphinx.sphinx.directives.other").addFilter(
+    lambda record: "glob pattern" not in record.msg
+)
 
 # Pages
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
@@ -62,7 +70,6 @@ breathe_projects = {"ehsid": ""}
 breathe_domain_by_extension = {"h": "c", "hpp": "cpp"}
 breathe_show_include = False
 
-suppress_warnings = ["toc.empty_glob"]  # a section may still be without pages of its own
 nitpick_ignore_regex = [
     # Types in declarations, which the compilers check. Template parameters and types of Eigen have
     # no page.
@@ -71,6 +78,8 @@ nitpick_ignore_regex = [
     # Types of other packages, which are on sites of their own, and words such as "int in 1..6".
     ("py:class", ".*"),
 ]
+
+toc_object_entries_show_parents = "hide"
 
 html_theme = "pydata_sphinx_theme"
 html_title = "ehsid"

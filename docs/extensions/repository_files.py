@@ -17,7 +17,7 @@ from sphinx.util.docutils import SphinxDirective
 
 ROOT = Path(__file__).resolve().parents[2]
 # The comment or docstring at the head of a file, behind the line with the licence.
-HEAD = re.compile(r"\A(?:(?:#|//) SPDX.*\n)?((?:(?:#|//) .*\n)+|\"{3}[^\"]*\"{3})")
+HEAD = re.compile(r"\A(?:(?:#|//) SPDX.*\n)?((?:(?:#|//) (?!SPDX).*\n)+|\"{3}[^\"]*\"{3})")
 
 
 class Files(SphinxDirective):
@@ -47,7 +47,7 @@ def first_sentence(text: str) -> str:
     if not found:
         return ""
     words = " ".join(re.sub(r"^(#|//) ?|\"\"\"", "", found[1], flags=re.MULTILINE).split())
-    return re.split(r"(?<=[a-z)])\. ", words)[0].rstrip(".") + "."
+    return re.split(r"(?<=[a-z)]{4})\. ", words)[0].rstrip(".") + "."
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
