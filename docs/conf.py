@@ -89,6 +89,7 @@ html_context = {"default_mode": "auto"}
 html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sourcelink = False
+html_show_search_summary = False  # a browser lets no page of files read another one
 html_theme_options = {
     "navbar_align": "left",
     "navigation_with_keys": False,
