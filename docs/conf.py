@@ -102,3 +102,4 @@ html_theme_options = {
 }
 project_copyright = "the authors of ehsid, MIT licence"
 copybutton_prompt_text = "$ "
+copybutton_line_continuation_character = "\\"

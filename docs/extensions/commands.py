@@ -16,32 +16,32 @@ from docutils import nodes
 from plain_text import as_markdown
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
+from typer.main import get_command
 
-from ehsid.harness.cli import VERBS
+from ehsid.harness.cli import VERBS, cli
 
 TYPES = {"<int range>": "<int>", "<float range>": "<float>", "<list[str]>": "<str>"}
 
 
 class Commands(SphinxDirective):
-    """Lists the commands, a section for each, in the order of `ehsid --help`."""
+    """Lists the options of `ehsid`, then its commands in the order of `ehsid --help`."""
 
     def run(self) -> list[nodes.Node]:
         """Returns the sections of all commands."""
-        lines: list[str] = []
+        lines = section_of("ehsid", get_command(cli))
         for verb in VERBS:
-            lines += section_of(verb.name, verb.load())
+            lines += section_of(f"ehsid {verb.name}", verb.load())
         return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True)
 
 
-def section_of(name: str, command: Any) -> list[str]:
+def section_of(called: str, command: Any) -> list[str]:
     """Returns the section of one command as MyST."""
-    called = f"ehsid {name}"
     context = command.make_context(called, [], resilient_parsing=True)
     records = [parameter.get_help_record(context) for parameter in command.params]
     described = [(shown_name(names), words) for names, words in records if names != "--help"]
     text, examples = told_apart(command.help)
     return [
-        f"(command-{name.replace(' ', '-')})=",
+        f"({label_of(called)})=",
         f"## `{called}`",
         "",
         *as_markdown(text),
@@ -52,6 +52,11 @@ def section_of(name: str, command: Any) -> list[str]:
         *(line for names, words in described for line in option(names, words)),
         "",
     ]
+
+
+def label_of(called: str) -> str:
+    """Returns the label of the section of a command, e.g. command-rig-new."""
+    return "command-" + (called.removeprefix("ehsid ").replace(" ", "-"))
 
 
 def shown_name(names: str) -> str:
@@ -65,21 +70,17 @@ def shown_name(names: str) -> str:
 
 def synopsis(called: str, described: list[tuple[str, str]]) -> str:
     """Returns how the command is called, with all that it must have."""
+    if called == "ehsid":
+        return "ehsid [OPTIONS] COMMAND ..."
     needed = [names for names, words in described if "[required]" in words]
     return " ".join((called, *needed, "[OPTIONS]"))
 
 
 def told_apart(words: str) -> tuple[str, list[str]]:
     """Returns the description in the help of a command, and the examples behind it."""
-    described: list[str] = []
-    examples: list[str] = []
-    for paragraph in words.replace("\\[", "[").split("\n\n"):
-        found = re.fullmatch(r"(?:Examples?: )?(ehsid .*)", paragraph, re.DOTALL)
-        if found and (examples or paragraph.startswith("Example")):
-            examples.append(" ".join(found[1].split()))
-        else:
-            described.append(paragraph)
-    return "\n\n".join(described), examples
+    described, *rest = re.split(r"\n*\bExamples?:\s+", words.replace("\\[", "["), maxsplit=1)
+    examples = re.split(r"\n+(?:Examples?:\s+)?(?=ehsid )", rest[0]) if rest else []
+    return described, [re.sub(r"(?<!\\)\n", " ", example) for example in examples]
 
 
 def option(names: str, words: str) -> list[str]:

@@ -16,6 +16,7 @@ import pytest
 from sphinx.util.inventory import InventoryFile
 
 import ehsid
+from ehsid import _core
 from ehsid.harness.cli import VERBS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -67,8 +68,8 @@ def test_every_function_and_type_of_c_is_there(inventory: dict[str, set[str]]) -
 
 
 def test_every_public_name_of_python_is_there(inventory: dict[str, set[str]]) -> None:
-    inside = {"ehsid.TYPE_CHECKING", "ehsid.check_interpreter", "ehsid.harness"}
-    names = {f"ehsid.{name}" for name in dir(ehsid) if not name.startswith("_")} - inside
+    public = (name for name in (*dir(_core), *ehsid._LAZY) if not name.startswith("_"))
+    names = {f"ehsid.{name}" for name in public}
     described = set().union(*(of for kind, of in inventory.items() if kind.startswith("py:")))
     assert len(names) > 40
     assert not names - described
@@ -88,6 +89,7 @@ def test_every_member_of_a_public_class_is_there(inventory: dict[str, set[str]])
 
 
 def test_every_command_and_option_is_there(inventory: dict[str, set[str]]) -> None:
+    assert "ehsid.--version" in inventory["std:cmdoption"]
     labels = {f"command-{verb.name.replace(' ', '-')}" for verb in VERBS}
     assert labels <= inventory["std:label"]
     for verb in VERBS:
