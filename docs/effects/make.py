@@ -2,7 +2,8 @@
 """Makes the gallery of effects: python docs/effects/make.py
 
 Every effect at its typical size on the same rig and commands, with and without, and how well each
-agrees with the separate solution of the tests. It writes docs/effects/*.png and docs/effects.md.
+agrees with the separate solution of the tests. It writes docs/effects/*.png, docs/effects.md and
+docs/effects/agreement.md.
 """
 
 from __future__ import annotations
@@ -109,12 +110,12 @@ def agreement(effect: ehsid.EffectInfo | None) -> str:
         for n in SUBSTEPS
     ]
     cells = " | ".join(f"{error:.1e}" for error in errors)
-    name = "none" if effect is None else f"[{effect.id}](#{effect.id})"
+    name = "none" if effect is None else f"[{effect.id}](../effects.md#{effect.id})"
     return f"| {name} | {cells} | {errors[-2] / errors[-1]:.1f} |"
 
 
 def main() -> None:
-    """Write pictures and page."""
+    """Write pictures and pages."""
     bench = run({})
     parts = []
     rows = [agreement(None)]
@@ -134,7 +135,12 @@ Made by `python docs/effects/make.py`; the texts are those of the compiled catal
 valve lag: a slow triangle of 0.8 V through null, then steps of up to 6 V. Grey without, blue with
 the effect; red the difference in position.
 
-## Agreement with a separate solution
+[Each effect agrees with a separate solution](effects/agreement.md) has the checks.
+"""
+    (HERE.parent / "effects.md").write_text("\n".join([head, *parts]), encoding="utf-8")
+    compared = """# Each effect agrees with a separate solution
+
+Made by `python docs/effects/make.py`, together with [the catalogue](../effects.md).
 
 The typical servo with each effect on steps of up to 6 V, against the same equations written apart
 in Python (`tests/python/plant_reference.py`) and solved by scipy's LSODA at a relative tolerance of
@@ -146,8 +152,7 @@ play and quantisation of the sensor flip single readings: there the rate is lost
 | effect | 8 | 16 | 32 | 64 | rate |
 |---|---|---|---|---|---|
 """
-    page = head + "\n".join([*rows, "", *parts])
-    (HERE.parent / "effects.md").write_text(page, encoding="utf-8")
+    (HERE / "agreement.md").write_text(compared + "\n".join([*rows, ""]), encoding="utf-8")
 
 
 if __name__ == "__main__":
