@@ -16,7 +16,7 @@ sys.path.insert(0, str(ROOT / "tests" / "app"))
 from served_workbench import found_browser  # noqa: E402
 
 # The head of the page: the verdict, the answers, and the picture of the gap.
-WIDTH, HEIGHT = 1000, 1000
+WIDTH, HEIGHT = 1000, 860
 
 
 def main() -> None:

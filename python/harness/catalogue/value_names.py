@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Names for people of the values of a plant, where the words of their ids do not say enough."""
+"""Names for people of the values of a plant, and of what a value without a unit is a share."""
 
 from __future__ import annotations
 
 from types import MappingProxyType
 
-# Values of the rig and nuisances have a name that stands alone. The size of an effect is named
-# beside its effect.
+# Names where the words of the id do not say enough. Values of the rig and nuisances have a name
+# that stands alone. The size of an effect is named beside its effect.
 VALUE_NAMES = MappingProxyType(
     {
         "cylinder.bore_m": "bore of the cylinder",
@@ -57,5 +57,26 @@ VALUE_NAMES = MappingProxyType(
         "effects.stribeck_friction.coulomb_n": "force at high speed",
         "effects.stribeck_friction.static_n": "force at rest",
         "effects.position_friction.force_n": "force at mid-stroke",
+    }
+)
+
+_COMMAND = "rated command"
+# Of what a value is a share.
+SHARE_OF = MappingProxyType(
+    {
+        "effects.valve_hysteresis.half_width": _COMMAND,
+        "effects.spool_stiction.threshold": _COMMAND,
+        "effects.valve_null_bias.offset": _COMMAND,
+        "effects.valve_flow_saturation.limit": _COMMAND,
+        "effects.valve_dead_band.overlap": _COMMAND,
+        "effects.valve_dead_band_sides.overlap_a": _COMMAND,
+        "effects.valve_dead_band_sides.overlap_b": _COMMAND,
+        "effects.entrained_air.volume_fraction": "volume",
+        "effects.flexible_load.mass_share": "moved mass",
+        "nuisance.null_bias": _COMMAND,
+        "nuisance.edge_rounding": _COMMAND,
+        "nuisance.edge_overlap_sides": _COMMAND,
+        "nuisance.edge_overlap_tank": _COMMAND,
+        "nuisance.free_gas": "volume",
     }
 )

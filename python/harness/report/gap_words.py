@@ -10,7 +10,7 @@ from types import MappingProxyType
 from ehsid.harness.catalogue.effect_names import effect_name
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.catalogue.value_names import VALUE_NAMES
+from ehsid.harness.catalogue.value_names import SHARE_OF, VALUE_NAMES
 from ehsid.harness.gap.schema import Estimate, StandingKind, Verdict
 from ehsid.harness.report.shares import SPACE
 
@@ -114,7 +114,12 @@ def _suffix(unit: str) -> str:
 
 
 def unit_of(name: str) -> str:
-    """Returns the SI unit of a value given by its full name; "1" where the value is not known."""
+    """Returns the SI unit of a value given by its full name; "1" where the value is not known.
+
+    That of a share is "1 of" with the words for the whole.
+    """
+    if name in SHARE_OF:
+        return f"1 of {SHARE_OF[name]}"
     return plant_parameters()[name].unit if name in plant_parameters() else "1"
 
 
@@ -122,6 +127,8 @@ def in_shown_unit(value: float, unit: str) -> tuple[float, str]:
     """Returns the factor from SI and the unit with which a value of this size is shown."""
     if unit == "Pa" and abs(value) >= STIFF_PA:
         return 1e-6, "MPa"
+    if unit.startswith("1 of "):
+        return 100.0, f"%{unit[1:]}"
     return SHOWN_UNITS.get(unit, (1.0, unit))
 
 

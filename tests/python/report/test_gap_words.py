@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import ehsid
 from ehsid.harness.catalogue.parameters import belongs_to, effects
-from ehsid.harness.catalogue.value_names import VALUE_NAMES
+from ehsid.harness.catalogue.value_names import SHARE_OF, VALUE_NAMES
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.report.gap_words import (
     VERDICTS,
@@ -17,6 +17,7 @@ from ehsid.harness.report.gap_words import (
     number,
     plain_name,
     quantity,
+    unit_of,
     value_name,
 )
 
@@ -109,6 +110,16 @@ def test_names_are_of_values_that_the_plant_has_and_each_is_one_of_its_own() -> 
             if belongs_to(p.name, section) or p.name.startswith("nuisance.")
         ]
         assert len(set(words)) == len(words)
+
+
+def test_a_share_says_of_what_it_is_a_share() -> None:
+    plants = {p.name: p.unit for p in ehsid.plant_parameters()}
+    assert {plants[name] for name in SHARE_OF} == {"1"}
+    overlap = "effects.valve_dead_band.overlap"
+    assert plain(quantity(0.0355, unit_of(overlap))) == "3.55 % of rated command"
+    shown = interval(Estimate(0.0355, 0.0332, 0.0369), unit_of(overlap))
+    assert (plain(shown[0]), shown[1]) == ("3.55 % of rated command", "3.32 to 3.69")
+    assert unit_of("effects.valve_lag.damping") == "1"
 
 
 def test_every_effect_has_words() -> None:
