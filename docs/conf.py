@@ -33,6 +33,7 @@ extensions = [
 ]
 exclude_patterns = ["extensions", *without_file()]
 smartquotes = False  # they make of two hyphens, as in --out, a dash
+default_role = "code"  # of words in single backquotes in a docstring
 highlight_language = "none"  # a block of code says what it is
 
 # A list of pages by a pattern may be empty, which Sphinx warns of under no name.

@@ -16,6 +16,11 @@ ABOVE_IN_C = re.compile(
     r" */\* (?!SPDX|clang-format|NOLINT|policies:|settings:|end of |Tables of functions)"
 )
 
+# Lines of a comment that are indented: Doxygen would join them.
+EQUATIONS = re.compile(r"^( *)(///  +\S.*\n(?:\1///  +\S.*\n)*)", re.MULTILINE)
+# Code in a comment stands in backquotes.
+IN_COMMENT = re.compile(r"^.*(?:///<?|/\*\*<?|^ \*) (?! ).*$", re.MULTILINE)
+CODE = re.compile(r"`([^`<&]+)`")
 # Of `typedef struct name {...} name;` Doxygen would make two things with one name.
 TYPEDEF_IN_C = re.compile(r"^typedef (struct|enum) (\w+) \{(.*?)\n\} \2;", re.MULTILINE | re.DOTALL)
 
@@ -47,6 +52,8 @@ def for_doxygen(text: str, group: str) -> str:
         if line.endswith("{"):
             opened[indentation] = line
     made = "\n".join(lines) + "\n"
+    made = EQUATIONS.sub(r"\1/// \\verbatim\n\1\2\1/// \\endverbatim\n", made)
+    made = IN_COMMENT.sub(lambda line: CODE.sub(r"<tt>\1</tt>", line[0]), made)
     opening, closing = f"/** \\addtogroup {group} */\n/** @{{ */\n", "/** @} */\n"
     if in_c:
         made = TYPEDEF_IN_C.sub(r"\1 \2 {\3\n};", made)

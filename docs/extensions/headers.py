@@ -100,11 +100,17 @@ def for_breathe(xml: str) -> str:
     The classes that are derived from a class go: some are named twice, some have no entry.
     """
     xml = re.sub(r" *<derivedcompoundref .*\n", "", xml)
+    xml = re.sub(r"(?s)<verbatim>.*?</verbatim>", without_slashes, xml)
     if 'kind="group"' not in xml:
         return xml
     return re.sub(
         r"<name>[^<]+</name>(\s*<qualifiedname>([^<]+)</qualifiedname>)", r"<name>\2</name>\1", xml
     )
+
+
+def without_slashes(code: re.Match[str]) -> str:
+    """Returns code in a comment without the slashes of the comment, which Doxygen leaves there."""
+    return re.sub(r"(?m)(?:^|(?<=<verbatim>)) */// {0,3}| *///\s*(?=</verbatim>)", "", code[0])
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
