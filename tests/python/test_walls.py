@@ -151,7 +151,10 @@ ROOMS: dict[str, set[str]] = {
 # Of gap: what comes out, as data and as a file, and the numbers that decide.
 TABLES = {"deciding.py", "diagnosis_file.py", "schema.py", "thresholds.py"}
 # Modules of no room, which every room may use.
-SHARED = {"arrays", "encoding", "error_words", "exchange", "files", "manifest", "parallel", "text"}
+SHARED = {
+    *("arrays", "encoding", "error_words", "exchange", "files", "manifest", "parallel", "text"),
+    "time_to_go",
+}
 # The room of the tables, which every room but the independent generator may read.
 TABLE_ROOM = "catalogue"
 

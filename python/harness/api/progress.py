@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from ehsid.harness.api.wording import LOGGER
 from ehsid.harness.text import printable
+from ehsid.harness.time_to_go import TimeToGo, in_words
 
 LINE_EVERY_S = 10.0
 
@@ -26,25 +26,39 @@ def progress_of(what: str) -> Iterator[Callable[[float], None]]:
 def _bar(what: str) -> Iterator[Callable[[float], None]]:
     from rich.console import Console
     from rich.markup import escape
-    from rich.progress import Progress
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(escape(what), total=1.0)
-        yield lambda share: bar.update(task, completed=share)
+    to_go = TimeToGo()
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=20),
+        TaskProgressColumn(),
+        TextColumn("{task.fields[left]}"),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(escape(what), total=1.0, left="")
+
+        def report(share: float) -> None:
+            to_go.update(share)
+            left = to_go.left_s
+            words = "" if left is None else f"about {in_words(left)} to go"
+            bar.update(task, completed=share, left=words)
+
+        yield report
 
 
 @contextmanager
 def _lines(what: str) -> Iterator[Callable[[float], None]]:
-    began = last = time.monotonic()
+    to_go, last = TimeToGo(), 0.0
 
     def report(share: float) -> None:
         nonlocal last
-        now = time.monotonic()
-        if now - last >= LINE_EVERY_S and share > 0.0:
-            last = now
-            left = (now - began) * (1.0 - share) / share
-            LOGGER.info("%s: %.0f %%, %.0f s left", what, 100.0 * share, left)
+        to_go.update(share)
+        left = to_go.left_s
+        if to_go.seconds - last >= LINE_EVERY_S and left is not None:
+            last = to_go.seconds
+            LOGGER.info("%s: %.0f %%, about %s to go", what, 100.0 * share, in_words(left))
 
     LOGGER.info("%s: begins", what)
     yield report
-    LOGGER.info("%s: done after %.1f s", what, time.monotonic() - began)
+    LOGGER.info("%s: done after %.1f s", what, to_go.seconds)

@@ -20,11 +20,10 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from ehsid.harness.error_words import error_words
+from ehsid.harness.time_to_go import TimeToGo
 
 LOOK_S = 0.5  # between two looks of a worker at the process that started it
 END_S = 3.0  # that a worker has to end by itself
-SMOOTHING = 0.3  # weight of the newest estimate of the time to go
-LEAST_SHARE = 0.02  # of the work, from which the time to go is told
 
 
 # A function of a module; called with its arguments, and with `report`: see `Report`.
@@ -88,7 +87,7 @@ class Job:
         self.message = ""
         self._began = time.monotonic()
         self._ended: float | None = None
-        self._left_s: float | None = None
+        self._to_go = TimeToGo()
         self._changed = changed
         self._lock = threading.Lock()
         context = multiprocessing.get_context("spawn")
@@ -119,7 +118,7 @@ class Job:
     @property
     def left_s(self) -> float | None:
         """Time to go, in seconds; None where it cannot be told."""
-        return self._left_s if self.running else None
+        return self._to_go.left_s if self.running else None
 
     def cancel(self) -> None:
         """Ends the process; its results are left as they were before."""
@@ -158,10 +157,7 @@ class Job:
         if self.running:
             self.stage = stage or self.stage
             self.share = max(self.share, min(1.0, share))
-            if self.share >= LEAST_SHARE:
-                left = self.seconds * (1.0 - self.share) / self.share
-                last = self._left_s
-                self._left_s = left if last is None else last + SMOOTHING * (left - last)
+            self._to_go.update(self.share)
             self._changed()
 
     def _end(self, state: State, message: str) -> None:

@@ -75,7 +75,9 @@ def gap_task(folder: Path, *, report: Report) -> None:
     def watch(interim: Interim) -> None:
         keep(folder, interim, past)
         past.append(interim.stage)
-        report(0.0, STAGES[interim.stage])
+
+    def begun(stage: Stage) -> None:
+        report(0.0, STAGES[stage])
 
     session = Session(folder)
     forget(folder)
@@ -85,7 +87,12 @@ def gap_task(folder: Path, *, report: Report) -> None:
         records = told_apart([_read(session, entry, rig) for entry in entries])
         fitted = sum(not entry.held_out for entry in entries)
         diagnosis = diagnose(
-            records[:fitted], rig, validate=records[fitted:], progress=report, watch=watch
+            records[:fitted],
+            rig,
+            validate=records[fitted:],
+            progress=report,
+            watch=watch,
+            begun=begun,
         )
         report(1.0, "writing the report")
         write_diagnosis(new, diagnosis, records, str(session.rig_file))

@@ -3,21 +3,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Iterator
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
 
 from ehsid.harness.cli.console import Console, PlainColumn
+from ehsid.harness.time_to_go import TimeToGo, in_words
 from ehsid.harness.validation.jobs import Outcome
-
-
-def in_words(seconds: float) -> str:
-    """Returns a time in words, such as "40 s", "12 min" or "3 h 20 min"."""
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    minutes = round(seconds / 60.0)
-    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
 def shown(
@@ -31,7 +23,7 @@ def shown(
         number of outcomes to come, and number of all cases with those of earlier runs.
     """
     console = console or Console(stderr=True)
-    began, done = time.monotonic(), total - todo
+    to_go, done = TimeToGo(), total - todo
     bar = Progress(
         BarColumn(),
         MofNCompleteColumn(),
@@ -47,7 +39,8 @@ def shown(
             if outcome.said:
                 console.print(outcome.said.rstrip("\n"), soft_wrap=True)
             rest = todo - i
-            left = in_words((time.monotonic() - began) / i * rest)
+            to_go.update(i / todo)
+            left = in_words(to_go.left_s or 0.0)
             line = f"{outcome.name}: {outcome.word.rstrip('.')}, {in_words(outcome.seconds)}"
             if not console.is_terminal or outcome.failed:
                 tail = f"; {left} left" if rest else ""

@@ -77,7 +77,7 @@ def gap_command(
     ehsid gap run1.csv --rig rig.toml --out diagnosis --fail-on effects,ambiguous
     """
     from ehsid.harness.cli.gap_summary import print_diagnosis
-    from ehsid.harness.gap import diagnose
+    from ehsid.harness.gap import STAGES, diagnose
     from ehsid.harness.gap.diagnosis_file import RESULT_FILES
 
     excluded = tuple(dict.fromkeys(exclude_effect or ()))
@@ -97,7 +97,9 @@ def gap_command(
                 validate=named[len(fitted) :],
                 exclude=excluded,
                 progress=progress,
+                begun=lambda stage: progress.stage(STAGES[stage]),
             )
+            progress.stage("writing the report")
         from ehsid.harness.report.diagnosis_files import write_diagnosis
 
         write_diagnosis(folder, diagnosis, named, str(rig_file))

@@ -171,8 +171,8 @@ def _score(out: Path, folder: Path, workers: int | None) -> Score:
 
 
 def _print(score: Score, page: Path, console: Console) -> None:
-    from ehsid.harness.cli.case_progress import in_words
     from ehsid.harness.report.check_words import lead
+    from ehsid.harness.time_to_go import in_words
 
     for sentence in lead(score):
         console.print(sentence)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from ehsid.harness.validation.jobs import Job
 
 MOST_LINES = 20
+LOGGER = logging.getLogger("ehsid")
 
 
 def read_machine(folder: Path, hints: Hints = NO_HINTS) -> Job:
@@ -132,6 +134,9 @@ def gap_fleet_command(
         if len(todo) < len(folders):
             done = len(folders) - len(todo)
             note(f"{done} of {len(folders)} machines are finished; going on")
+            for machine in folders:
+                if machine not in todo:
+                    LOGGER.info("%s: its files have not changed; its diagnosis is kept", machine)
         if todo:
             with on(dask, workers):
                 read = functools.partial(read_machine, hints=hints)

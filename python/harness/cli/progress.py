@@ -1,84 +1,124 @@
 # SPDX-License-Identifier: MIT
 """Shows the progress of long work: a bar on a terminal, plain lines in a log.
 
-A stage that takes less than `QUICK_S` seconds shows nothing.
+Work that takes less than `QUICK_S` seconds shows nothing. The time to go never rises.
 """
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
-from rich.progress import (
-    BarColumn,
-    Progress,
-    TaskID,
-    TaskProgressColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, Progress, ProgressColumn, TaskID, TaskProgressColumn
+from rich.text import Text
 
 from ehsid.harness.cli.console import Console, PlainColumn
+from ehsid.harness.time_to_go import TimeToGo, in_words
 
 QUICK_S = 2.0
 LINE_EVERY_S = 10.0
+LEAST_SHOWN_S = 0.5
 
 
-class _Shown:
-    """Display of one stage of the work; `update` receives the share in [0, 1] that is done."""
+class LeftColumn(ProgressColumn):
+    """The time to go of a task, as its field `to_go` tells it at this moment."""
+
+    max_refresh = 0.5
+
+    def render(self, task: Any) -> Text:
+        """Returns the time in words."""
+        return Text(left_words(task.fields["to_go"]))
+
+
+def left_words(to_go: TimeToGo) -> str:
+    """Returns the time to go in words; "" while it cannot be told, and at the end."""
+    left = to_go.left_s
+    return "" if left is None or left < LEAST_SHOWN_S else f"about {in_words(left)} to go"
+
+
+class Shown:
+    """Display of work; call it with the share that is done, 0 to 1."""
 
     def __init__(self, what: str, console: Console, bar: Progress) -> None:
-        self.what = what
-        self.console = console
-        self.bar = bar
-        self.task: TaskID | None = None
-        self.began = self.last_line = time.monotonic()
+        self._what = what
+        self._stage = ""
+        self._console = console
+        self._bar = bar
+        self._task: TaskID | None = None
+        self._share = 0.0
+        self._to_go = TimeToGo()
+        self._last_line_s = 0.0
+        self._line_is_due = False
 
-    def update(self, share: float) -> None:
-        now = time.monotonic()
-        if now - self.began < QUICK_S and self.task is None:
+    def __call__(self, share: float) -> None:
+        """Takes the share that is done."""
+        self._share = share
+        self._to_go.update(share)
+        self._show()
+
+    def stage(self, words: str) -> None:
+        """Takes what is done now, in words."""
+        self._stage = words
+        self._line_is_due = True
+        self._show()
+
+    def _show(self) -> None:
+        if self._to_go.seconds < QUICK_S and self._task is None:
             return
-        if self.console.is_terminal:
-            if self.task is None:
-                self.bar.start()
-                self.task = self.bar.add_task(self.what, total=1.0)
-            self.bar.update(self.task, completed=share)
-        elif now - self.last_line >= LINE_EVERY_S and share > 0.0:
-            self.last_line = now
-            left = (now - self.began) * (1.0 - share) / share
-            self.console.print(f"{self.what}: {100.0 * share:.0f} %, {left:.0f} s left")
+        if self._console.is_terminal:
+            text = f"{self._what}: {self._stage}" if self._stage else self._what
+            if self._task is None:
+                self._bar.start()
+                self._task = self._bar.add_task(text, total=1.0, to_go=self._to_go)
+            self._bar.update(self._task, completed=self._share, description=text)
+            return
+        now = self._to_go.seconds
+        if self._line_is_due or (now - self._last_line_s >= LINE_EVERY_S and self._share > 0.0):
+            self._line_is_due, self._last_line_s = False, now
+            left = left_words(self._to_go)
+            parts = [f"{100.0 * self._share:.0f} %", *([left] if left else [])]
+            stage = f"; {self._stage}" if self._stage else ""
+            self._console.print(f"{self._what}: {', '.join(parts)}{stage}", soft_wrap=True)
 
 
 @contextmanager
 def stages() -> Iterator[Callable[[str, float], None]]:
     """Yields a function that shows progress on stderr.
 
-    The caller passes the name of a stage and the share of it that is done, 0 to 1.
+    The caller passes the name of a part of the work and the share of it that is done, 0 to 1.
     """
-    console = Console(stderr=True)
-    columns = (
-        PlainColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeRemainingColumn(),
-    )
-    bar = Progress(*columns, console=console, transient=True)
-    shown: dict[str, _Shown] = {}
+    with _bar() as (console, bar):
+        shown: dict[str, Shown] = {}
 
-    def report(what: str, share: float) -> None:
-        if what not in shown:
-            shown[what] = _Shown(what, console, bar)
-        shown[what].update(share)
+        def report(what: str, share: float) -> None:
+            if what not in shown:
+                shown[what] = Shown(what, console, bar)
+            shown[what](share)
 
-    try:
         yield report
-    finally:
-        if bar.tasks:  # elsewhere than on a terminal, rich ends every bar with an empty line
-            bar.stop()
 
 
 @contextmanager
-def progress_of(what: str) -> Iterator[Callable[[float], None]]:
-    """Yields a function that shows the progress of work with a single stage; see `stages`."""
-    with stages() as report:
-        yield lambda share: report(what, share)
+def progress_of(what: str) -> Iterator[Shown]:
+    """Yields the display of work on stderr."""
+    with _bar() as (console, bar):
+        yield Shown(what, console, bar)
+
+
+@contextmanager
+def _bar() -> Iterator[tuple[Console, Progress]]:
+    """Yields a console and a bar on it, which ends with the block."""
+    console = Console(stderr=True)
+    columns = (
+        PlainColumn("{task.description}"),
+        BarColumn(bar_width=20),
+        TaskProgressColumn(),
+        LeftColumn(),
+    )
+    bar = Progress(*columns, console=console, transient=True)
+    try:
+        yield console, bar
+    finally:
+        if bar.tasks:  # elsewhere than on a terminal, rich ends every bar with an empty line
+            bar.stop()

@@ -30,11 +30,12 @@ from ehsid.harness.gap.inference.posterior import with_law
 from ehsid.harness.gap.inference.quantised import QUANTISATION, position_step
 from ehsid.harness.gap.inference.search import Look, SearchResult, candidate_effects, search
 from ehsid.harness.gap.inference.verdict import Decision, decide
-from ehsid.harness.gap.interim import Watch, look_for
+from ehsid.harness.gap.interim import LOGGER, Begun, Watch, look_for
 from ehsid.harness.gap.laws.choosing import LawsFound, missing_laws
 from ehsid.harness.gap.laws.equation_shares import equation_shares
 from ehsid.harness.gap.laws.words import sentence
 from ehsid.harness.gap.model.case import Case, make_case
+from ehsid.harness.gap.pace import Pace
 from ehsid.harness.gap.schema import (
     CalibratedValue,
     CannotJudge,
@@ -73,6 +74,7 @@ def diagnose(
     exclude: Sequence[str] = (),
     progress: Progress | None = None,
     watch: Watch | None = None,
+    begun: Begun | None = None,
 ) -> Diagnosis:
     """Diagnoses where the gap of rig and records lies, what causes it, and how much it shrinks.
 
@@ -89,9 +91,11 @@ def diagnose(
     exclude
         ids of effects that are not searched for.
     progress
-        called with the share that is done, 0 to 1.
+        called with the share of the expected time that is over, 0 to 1.
     watch
         called when a stage begins, with what is known then.
+    begun
+        called when a stage begins, with the stage.
 
     Returns
     -------
@@ -106,7 +110,7 @@ def diagnose(
     if not records:
         raise ValueError("the diagnosis needs a record")
     with single_threaded_algebra():
-        return _diagnose(records, rig, validate, exclude, progress, watch)
+        return _diagnose(records, rig, validate, exclude, progress, watch, begun)
 
 
 def _diagnose(
@@ -116,8 +120,10 @@ def _diagnose(
     exclude: Sequence[str],
     progress: Progress | None,
     watch: Watch | None,
+    begun: Begun | None,
 ) -> Diagnosis:
     began = time.monotonic()
+    pace = Pace(progress, may_be_joint=bool(validate))
     remarks = gate([*records, *validate], rig)
     fitted = [longest_stretch(record) for record in records]
     held_out = [longest_stretch(record) for record in validate]
@@ -132,25 +138,22 @@ def _diagnose(
         return _insufficient(rig, records, validate, remarks, reasons, exclude, began)
     effect_ids = candidate_effects(rig, exclude)
     regimes = [visited(record, rig) for record in case.records]
-    evaluation = _evaluate(
-        case,
-        regimes,
-        exclude,
-        _sub_progress(progress, 0.0, 0.6 if validate else 0.9),
-        look_for(watch, case),
-    )
+    _log_case(case)
+    look = look_for(watch, begun, pace, case)
+    evaluation = _evaluate(case, regimes, exclude, pace, look)
     if validate and _leaves_large_gap(evaluation):
         # The other records cannot show an effect that only the held-out records excite.
         # Therefore all records are fitted together.
         joint_case = make_case(rig, [*fitted, *held_out])
-        look = look_for(watch, joint_case)
-        joint = _evaluate(joint_case, regimes, exclude, _sub_progress(progress, 0.6, 0.9), look)
+        look = look_for(watch, begun, pace, joint_case)
+        joint = _evaluate(joint_case, regimes, exclude, pace, look)
         joint = _with_missing_laws(joint, regimes, look)
         if joint.selection.posterior.outside < FIT_TOGETHER or joint.laws is not None:
             evaluation = joint
             remarks = (*remarks, Remark("", FITTED_TOGETHER))
     if evaluation.laws is None:
-        evaluation = _with_missing_laws(evaluation, regimes, look_for(watch, evaluation.case))
+        look = look_for(watch, begun, pace, evaluation.case)
+        evaluation = _with_missing_laws(evaluation, regimes, look)
     case, search_result, laws = evaluation.case, evaluation.search_result, evaluation.laws
     selection, decision = evaluation.selection, evaluation.decision
     best, values = selection.best, evaluation.values
@@ -168,7 +171,7 @@ def _diagnose(
         where = Where(subsystem={"sensor": 1.0})
     elif structural:
         told = best if laws is None else laws.candidate
-        _tell(look_for(watch, case), "where", search_result, told)
+        _tell(look_for(watch, begun, pace, case), "where", search_result, told)
         shares = {effect.id: effect.share_of_shrinkage for effect in fitted_effects}
         of_laws = [
             (table_subsystem(found.law.adds_to, found.law.of), found.share_of_shrinkage)
@@ -182,7 +185,7 @@ def _diagnose(
             shares=shares or None,
             laws=of_laws,
         )
-    experiment = _design_experiment(case, selection, progress)
+    experiment = _design_experiment(case, selection)
     if progress is not None:
         progress(1.0)
     return Diagnosis(
@@ -276,10 +279,21 @@ class _Evaluation:
         )
 
 
-def _tell(look: Look | None, stage: Stage, found: SearchResult, best: FittedCandidate) -> None:
+def _log_case(case: Case) -> None:
+    """Logs what is compared, and how much of it."""
+    LOGGER.info(
+        "records: %d, %.4g s in all, in windows of %g s; compared: %s%s",
+        len(case.records),
+        sum(len(record) * (record.dt_s or 0.0) for record in case.records),
+        case.window_s,
+        ", ".join(case.outputs),
+        f"; left out: {', '.join(case.left_out)}" if case.left_out else "",
+    )
+
+
+def _tell(look: Look, stage: Stage, found: SearchResult, best: FittedCandidate) -> None:
     """Tells that a stage begins after the search."""
-    if look is not None:
-        look(stage, found.nominal, found.calibrated, [best, *found.fitted()])
+    look(stage, found.nominal, found.calibrated, [best, *found.fitted()])
 
 
 def _leaves_large_gap(evaluation: _Evaluation) -> bool:
@@ -296,10 +310,10 @@ def _evaluate(
     case: Case,
     regimes: Sequence[Regimes],
     exclude: Sequence[str],
-    progress: Progress | None,
-    look: Look | None,
+    pace: Pace,
+    look: Look,
 ) -> _Evaluation:
-    search_result = search(case, exclude, progress, look)
+    search_result = search(case, exclude, pace.within, look)
     selection = select_effects(case, search_result)
     best = selection.best
     runs, reduction = results.held_out_results(
@@ -315,7 +329,7 @@ def _evaluate(
 
 
 def _with_missing_laws(
-    evaluation: _Evaluation, regimes: Sequence[Regimes], look: Look | None
+    evaluation: _Evaluation, regimes: Sequence[Regimes], look: Look
 ) -> _Evaluation:
     """Adds the laws of a cause outside of the catalogue, as far as they can be told.
 
@@ -360,15 +374,7 @@ def _with_missing_laws(
     )
 
 
-def _sub_progress(progress: Progress | None, begin: float, end: float) -> Progress | None:
-    if progress is None:
-        return None
-    return lambda share: progress(begin + share * (end - begin))
-
-
-def _design_experiment(
-    case: Case, selection: Selection, progress: Progress | None
-) -> NextExperiment | None:
+def _design_experiment(case: Case, selection: Selection) -> NextExperiment | None:
     """Designs an experiment for sets that the data cannot separate; None if there are none."""
     if not selection.equivalent:
         return None

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from types import MappingProxyType
 
@@ -11,11 +12,15 @@ import numpy as np
 from ehsid.harness.gap.inference import results
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.gap_reduction import mean_gap
+from ehsid.harness.gap.inference.likelihood_gain import above_floor
 from ehsid.harness.gap.inference.search import Look
 from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.pace import Pace
 from ehsid.harness.gap.schema import Interim, Stage
 
 Watch = Callable[[Interim], None]
+Begun = Callable[[Stage], None]
+LOGGER = logging.getLogger("ehsid")
 
 STAGES: MappingProxyType[Stage, str] = MappingProxyType(
     {
@@ -30,10 +35,11 @@ STAGES: MappingProxyType[Stage, str] = MappingProxyType(
 )
 
 
-def look_for(watch: Watch | None, case: Case) -> Look | None:
-    """Returns what is called at the begin of each stage, so that `watch` is told what is known."""
-    if watch is None:
-        return None
+def look_for(watch: Watch | None, begun: Begun | None, pace: Pace, case: Case) -> Look:
+    """Returns what is called at the begin of each stage.
+
+    It sets the pace, tells `begun` the stage, and tells `watch` what is known.
+    """
 
     def look(
         stage: Stage,
@@ -41,6 +47,12 @@ def look_for(watch: Watch | None, case: Case) -> Look | None:
         calibrated: FittedCandidate,
         fitted: Sequence[FittedCandidate],
     ) -> None:
+        LOGGER.info("%s", STAGES[stage])
+        if begun is not None:
+            begun(stage)
+        pace.begin(stage, above_floor(case, calibrated), above_floor(case, fitted[0]))
+        if watch is None:
+            return
         runs, how_far = results.held_out_results(case, nominal, calibrated, fitted[0])
         left: dict[tuple[str, ...], float] = {}
         for candidate in fitted:

@@ -10,7 +10,7 @@ from ehsid.harness.identification.dynamics import Dynamics, Figure, Root, dynami
 from ehsid.harness.report.text_table import TextTable
 
 if TYPE_CHECKING:
-    from ehsid.harness.identification import ArxModel, IdentificationResult
+    from ehsid.harness.identification import IdentificationResult
 
 
 def model_table(result: IdentificationResult) -> TextTable:
@@ -22,11 +22,9 @@ def model_table(result: IdentificationResult) -> TextTable:
             model.orders.names, model.theta.tolist(), model.standard_deviations, strict=True
         )
     )
-    caption = (
-        "" if result.whiteness.passed else "The residual is not white: the deviations are too small"
-    )
-    title = f"the chosen model, {_equation(model)}"
-    return TextTable(("coefficient", "value", "1-sigma"), rows, title=title, caption=caption)
+    orders = model.orders
+    title = f"model: na = {orders.na}, nb = {orders.nb}, nk = {orders.nk}"
+    return TextTable(("coefficient", "value", "1-sigma"), rows, title=title)
 
 
 def root_table(result: IdentificationResult) -> TextTable:
@@ -51,12 +49,6 @@ def servo_lines(result: IdentificationResult, input_name: str, output_name: str)
             f"xi = {_figure(told.servo.xi)}."
         )
     return lines
-
-
-def _equation(model: ArxModel) -> str:
-    """Returns the structure of a model; a polynomial is written as in Eq. (7) of the paper."""
-    offset = " with a constant term" if model.orders.offset else ""
-    return f"na = {model.orders.na}, nb = {model.orders.nb}, nk = {model.orders.nk}{offset}"
 
 
 def _root_row(kind: str, root: Root) -> tuple[str, ...]:

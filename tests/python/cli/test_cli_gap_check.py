@@ -15,9 +15,10 @@ from typer.testing import CliRunner
 
 import ehsid
 from ehsid.harness.cli import cli
-from ehsid.harness.cli.case_progress import in_words, shown
+from ehsid.harness.cli.case_progress import shown
 from ehsid.harness.cli.console import Console
 from ehsid.harness.gap.schema import Diagnosis
+from ehsid.harness.time_to_go import in_words
 from ehsid.harness.validation.jobs import Outcome
 
 TINY = ("--count", "3", "--seconds", "2", "--seed", "7")

@@ -410,3 +410,5 @@ def test_a_verdict_of_a_machine_that_must_not_be_ends_with_3(here: Path) -> None
         assert outcome.stderr.startswith("ehsid: --fail-on: machines: ") == bool(machines)
         assert all(machine in outcome.stderr for machine in machines)
         assert (here / "out" / "fleet.json").is_file()
+    again = run("fleet", "--out", "out", "--verbose")
+    assert "saw: its files have not changed; its diagnosis is kept" in again.stderr

@@ -45,6 +45,10 @@ from ehsid.harness.gap.thresholds import (
 from ehsid.harness.parallel import Progress, run_threads, run_together
 from ehsid.harness.rigs import Rig
 
+# Share of the time of a screening that the short fits from the start take; laws that grow from
+# simpler ones take the rest.
+SCREENING = 0.75
+
 # Called when a stage begins: rig as configured, with its values fitted, sets, that ahead first.
 Look = Callable[[Stage, FittedCandidate, FittedCandidate, Sequence[FittedCandidate]], None]
 
@@ -97,20 +101,24 @@ def search(
     progress: Progress | None = None,
     look: Look | None = None,
 ) -> SearchResult:
-    """Fits all sets of effects that may explain the records; it decides only where to look."""
-    staged = _StagedProgress(progress)
+    """Fits all sets of effects that may explain the records; it decides only where to look.
+
+    progress: called with the share of the present stage that is done; `look` begins a stage.
+    """
+    progress = _no_progress if progress is None else progress
     look = _no_look if look is None else look
     nominal = nominal_candidate(case)
     look("values", nominal, nominal, [nominal])
     calibrated = calibrate(case)
-    staged.done(0.1)
     look("alone", nominal, calibrated, [calibrated])
     effect_ids = candidate_effects(case.rig, exclude)
     screened = _screen_extensions(
-        case, [calibrated], effect_ids, staged.part(0.35), extra_x=[nominal.x]
+        case, [calibrated], effect_ids, _part(progress, 0.0, 1.0), extra_x=[nominal.x]
     )
     look("at length", nominal, calibrated, _by_held_out_cost(calibrated, *screened))
-    single_effects = _refine_promising(case, screened, _total_cost(calibrated), staged.part(0.5))
+    single_effects = _refine_promising(
+        case, screened, _total_cost(calibrated), _part(progress, 0.0, 0.5)
+    )
     # The calibration alone gets the same chance: it starts again from the values of the rig that
     # the fits with the best effects have reached.
     rig_size = calibrated.x.size
@@ -129,11 +137,9 @@ def search(
         if not parents:
             break
         look("together", nominal, calibrated, _by_held_out_cost(*contained, *screened))
-        extended = _screen_extensions(
-            case, parents, effect_ids, staged.part(0.5 + 0.2 * count - 0.25)
-        )
+        extended = _screen_extensions(case, parents, effect_ids, _part(progress, 0.0, 0.8))
         cost_before = min(_total_cost(candidate) for candidate in front)
-        grown = _refine_promising(case, extended, cost_before, staged.part(0.5 + 0.2 * count - 0.2))
+        grown = _refine_promising(case, extended, cost_before, _part(progress, 0.8, 0.9))
         reduced = run_together(
             [
                 *_backward_tasks(case, grown[:1], refined),
@@ -153,7 +159,6 @@ def search(
             break
     refined += run_together(_spelled_out_tasks(case, effect_ids, refined, refined))
     calibrated, *refined = never_behind(case, without_small_effects(case, [calibrated, *refined]))
-    staged.done(1.0)
     look("deciding", nominal, calibrated, _by_held_out_cost(calibrated, *refined, *screened))
     return SearchResult(
         nominal, calibrated, tuple(sorted(refined, key=_held_out_cost)), tuple(screened)
@@ -162,6 +167,15 @@ def search(
 
 def _no_look(*known: object) -> None:
     """Nobody asked to be told."""
+
+
+def _no_progress(share: float) -> None:
+    """Nobody asked how far it is."""
+
+
+def _part(progress: Progress, begin: float, end: float) -> Progress:
+    """Returns the progress of a part of a stage, as one of the whole stage."""
+    return lambda share: progress(begin + share * (end - begin))
 
 
 def _held_out_cost(candidate: FittedCandidate) -> float:
@@ -231,12 +245,14 @@ def _screen_extensions(
             if simpler is not None and simpler not in effect_set:
                 start_set = simpler_laws[effect_set] = (*parent.effects, simpler)
             tasks.setdefault(start_set, partial(screen, case, start_set, fit_starts))
-    found = dict(zip(tasks, run_together(list(tasks.values()), progress), strict=True))
+    shorts = run_together(list(tasks.values()), _part(progress, 0.0, SCREENING))
+    found = dict(zip(tasks, shorts, strict=True))
     grown = run_together(
         [
             partial(grown_from, case, found[simpler_set], effect_set)
             for effect_set, simpler_set in simpler_laws.items()
-        ]
+        ],
+        _part(progress, SCREENING, 1.0),
     )
     found |= {candidate.effects: candidate for candidate in grown}
     return sorted((found[effect_set] for effect_set in covered.values()), key=_total_cost)
@@ -489,20 +505,3 @@ def restrict(case: Case, candidate: FittedCandidate, remaining: Sequence[str]) -
 def _parameter_count(case: Case, effect: str) -> int:
     start = effect_starts(effect, case.rig)[0]
     return len(effect_parameters(effect, start, case.rig.plant))
-
-
-class _StagedProgress:
-    """Progress of successive stages, each up to a share of the whole search, 0 to 1."""
-
-    def __init__(self, progress: Progress | None) -> None:
-        self._progress = progress
-        self._share = 0.0
-
-    def done(self, share: float) -> None:
-        self._share = max(self._share, min(share, 1.0))
-        if self._progress is not None:
-            self._progress(self._share)
-
-    def part(self, end: float) -> Progress:
-        begin = self._share
-        return lambda share: self.done(begin + share * (end - begin))

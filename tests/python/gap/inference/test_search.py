@@ -25,6 +25,7 @@ from ehsid.harness.gap.inference.families import spelled_out
 from ehsid.harness.gap.inference.gap_reduction import WindowSums
 from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.gap.inference.search import (
+    SCREENING,
     _grown_again,
     _is_ahead_of_all_inside,
     _screen_extensions,
@@ -135,11 +136,16 @@ def test_a_dead_band_is_best_of_the_whole_catalogue() -> None:
         assert likelihood_gain(case, best, candidate).nats > 0.0, candidate.effects
 
 
-def test_two_effects_are_identified_together_and_progress_reaches_one() -> None:
+def test_two_effects_are_identified_together_and_each_stage_has_progress() -> None:
     case = made.case_of({**made.OFF, **PAIR})
-    shares: list[float] = []
+    told: list[tuple[str, list[float]]] = []
     with workers(1):
-        result = search(case, made.all_but(*FEW[:3]), shares.append)
+        result = search(
+            case,
+            made.all_but(*FEW[:3]),
+            lambda share: told[-1][1].append(share),
+            lambda stage, *_: told.append((stage, [])),
+        )
     best = result.refined[0]
     assert set(best.effects) == {"coulomb_friction", "valve_dead_band"}
     for name, value in PAIR.items():
@@ -153,11 +159,13 @@ def test_two_effects_are_identified_together_and_progress_reaches_one() -> None:
         gain = likelihood_gain(case, best, singles[(effect,)])
         assert gain.nats > FORWARD_NATS
         assert gain.relative > FORWARD_RELATIVE
-    assert np.all(np.diff(shares) >= 0.0)
-    assert 0.0 < shares[0] < 0.5
-    assert shares[-1] == 1.0
-    # Progress is reported after the calibration, each screening and each long fit.
-    assert len(set(shares)) > 8
+    assert [stage for stage, _ in told] == ["values", "alone", "at length", "together", "deciding"]
+    for stage, shares in told:
+        assert np.all(np.diff(shares) >= 0.0), stage
+        assert all(0.0 < share <= 1.0 for share in shares), stage
+    # Progress is reported after each screening and each long fit.
+    assert [len(shares) > 0 for _, shares in told] == [False, True, True, True, False]
+    assert told[1][1][-1] >= SCREENING
 
 
 @pytest.mark.parametrize("names", [made.PRESSURES, ("position_m",)])
