@@ -16,18 +16,25 @@ PAGE = re.compile(r"\bdocs/((?:[a-z0-9/]|\\?_)+)\.md\b")
 def as_markdown(text: str) -> list[str]:
     """Returns the text as lines of Markdown.
 
-    Nothing in it is taken for markup but code in backquotes. Lines that are indented, which are
-    equations, become a block of code. The name of a page, such as docs/gap.md, becomes a link.
+    Nothing in it is taken for markup but code in backquotes. Equations and programs, which are
+    indented, become a block of code. The name of a page, such as docs/gap.md, becomes a link.
     """
     made: list[str] = []
     code = False
+    before = ""
     for line in text.splitlines():
-        indented = line.startswith(" ")
+        indented = line.startswith(" ") and (code or begins_code(line, before))
         if indented != code and (indented or line.strip()):
             made += ["", "```text"] if indented else ["```", ""]
             code = indented
-        made.append(line if code else linked(escaped(line)))
+        made.append(line if code else linked(escaped(line.strip())))
+        before = line
     return [*made, "```"] if code else made
+
+
+def begins_code(line: str, before: str) -> bool:
+    """Returns whether an indented line begins a block, and does not go on with a sentence."""
+    return not before.strip() or before.endswith(":") or bool(re.search(r"=|<-", line))
 
 
 def escaped(line: str) -> str:
