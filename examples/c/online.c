@@ -50,8 +50,8 @@ static ehsid_status print_row(int k) {
   return EHSID_OK;
 }
 
-static void print_number(const char* name, float value, float deviation, const char* unit) {
-  printf("%-8s %.4g +- %.2g %s\n", name, (double)value, (double)deviation, unit);
+static void print_number(const char* name, float value, float deviation) {
+  printf("%-16s %#.4g +- %.2g\n", name, (double)value, (double)deviation);
 }
 
 static int print_servo(void) {
@@ -67,9 +67,9 @@ static int print_servo(void) {
     fprintf(stderr, "the model is not one of a servo: reason %d\n", (int)servo.status);
     return 1;
   }
-  print_number("K", servo.gain, servo.gain_std, "m/(s V)");
-  print_number("omega_n", servo.omega_n, servo.omega_n_std, "rad/s");
-  print_number("xi", servo.xi, servo.xi_std, "");
+  print_number("K in m/(s V)", servo.gain, servo.gain_std);
+  print_number("omega_n in rad/s", servo.omega_n, servo.omega_n_std);
+  print_number("xi", servo.xi, servo.xi_std);
   return 0;
 }
 

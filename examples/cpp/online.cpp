@@ -29,9 +29,9 @@ void print_row(int k, const Estimator& estimator) {
   std::printf("  %s\n", estimator.converged() ? "yes" : "no");
 }
 
-void print_number(const char* name, float value, float deviation, const char* unit) {
-  std::printf("%-8s %.4g +- %.2g %s\n", name, static_cast<double>(value),
-              static_cast<double>(deviation), unit);
+void print_number(const char* name, float value, float deviation) {
+  std::printf("%-16s %#.4g +- %.2g\n", name, static_cast<double>(value),
+              static_cast<double>(deviation));
 }
 
 }  // namespace
@@ -82,8 +82,8 @@ int main(int argc, char** argv) {
                  static_cast<int>(servo.status));
     return 1;
   }
-  print_number("K", servo.gain, servo.gain_std, "m/(s V)");
-  print_number("omega_n", servo.omega_n, servo.omega_n_std, "rad/s");
-  print_number("xi", servo.xi, servo.xi_std, "");
+  print_number("K in m/(s V)", servo.gain, servo.gain_std);
+  print_number("omega_n in rad/s", servo.omega_n, servo.omega_n_std);
+  print_number("xi", servo.xi, servo.xi_std);
   return 0;
 }

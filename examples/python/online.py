@@ -18,9 +18,9 @@ def print_row(k: int, estimator: ehsid.ServoEstimator) -> None:
     print(f"{DT_S * k:6.3f}{numbers}  {'yes' if estimator.converged else 'no'}")
 
 
-def print_number(name: str, value: float, deviation: float, unit: str) -> None:
+def print_number(name: str, value: float, deviation: float) -> None:
     """Prints a number of the servo with its standard deviation."""
-    print(f"{name:<8} {value:.4g} +- {deviation:.2g} {unit}")
+    print(f"{name:<16} {value:#.4g} +- {deviation:.2g}")
 
 
 def main() -> None:
@@ -49,9 +49,9 @@ def main() -> None:
     servo = ehsid.identify_servo(estimator.theta_hat, estimator.covariance, DT_S)
     if servo.status != ehsid.ServoReadingStatus.ok:
         sys.exit(f"the model is not one of a servo: {servo.description}")
-    print_number("K", servo.gain, servo.gain_std, "m/(s V)")
-    print_number("omega_n", servo.omega_n, servo.omega_n_std, "rad/s")
-    print_number("xi", servo.xi, servo.xi_std, "")
+    print_number("K in m/(s V)", servo.gain, servo.gain_std)
+    print_number("omega_n in rad/s", servo.omega_n, servo.omega_n_std)
+    print_number("xi", servo.xi, servo.xi_std)
 
 
 if __name__ == "__main__":

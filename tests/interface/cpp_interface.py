@@ -104,8 +104,8 @@ def _entries(scope: str, member: ElementTree.Element) -> Iterator[tuple[str, str
     elif kind == "typedef":
         yield name, f"{returned}{_template(member)}"
     elif kind == "variable":
-        value = doxygen.text_of(member, "initializer").lstrip("=")
-        yield name, f"{returned} {value}".strip()
+        start = doxygen.text_of(member, "initializer").lstrip("=")
+        yield name, f"{returned} {start}".strip()
 
 
 def _template(element: ElementTree.Element) -> str:
