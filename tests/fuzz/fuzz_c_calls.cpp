@@ -238,6 +238,7 @@ void without_estimator(fuzz::Data& data) {
                   ehsid_theta(none, room, 13) == expected &&
                   ehsid_standard_deviation(none, room, 13) == expected &&
                   ehsid_covariance_diagonal(none, room, 13) == expected &&
+                  ehsid_covariance(none, room, 13) == expected &&
                   ehsid_read(none, &report) == expected &&
                   ehsid_save(none, room, sizeof room, nullptr) == expected &&
                   ehsid_restore(none, room, sizeof room) == expected && ehsid_parameters(none) == 0,
