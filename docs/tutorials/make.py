@@ -22,9 +22,13 @@ PICTURE = re.compile(r"\]\((?P<folder>\w+)/(?P<name>\w+)\.png\)")
 
 
 def pages() -> list[Path]:
-    """Returns the pages with code."""
+    """Returns the pages with code; index.md lists the pages of a folder for the site."""
     every = [*DOCS.glob("tutorials/*.md"), *DOCS.glob("explanation/*.md")]
-    return sorted(page for page in every if "```" in page.read_text(encoding="utf-8"))
+    return sorted(
+        page
+        for page in every
+        if page.name != "index.md" and "```" in page.read_text(encoding="utf-8")
+    )
 
 
 def run(page: Path) -> tuple[str, dict[str, Any]]:

@@ -110,8 +110,7 @@ def test_the_effect_of_the_tutorial_is_the_one_that_is_compiled() -> None:
     listed = "LoadForce<Scalar>, HardSpring<Scalar>"
     assert listed in page
     compiled = text_of(ROOT / "tests/python/catalogue/test_new_effect.py")
-    assert '"LoadForce<Scalar>,"' in compiled
-    assert "{name} HardSpring<Scalar>," in compiled
+    assert listed in compiled
 
 
 def test_the_policy_of_the_tutorial_is_the_one_that_is_compiled() -> None:
