@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import VERBS, cli
 from ehsid.harness.cli.lazy import Verb, errors_as_messages
+from ehsid.harness.cli.verbosity import with_verbosity
 
 NEEDED = "must be given"
 
@@ -23,7 +24,7 @@ def cli_table(verbs: tuple[Verb, ...] = VERBS) -> dict[str, str]:
     for verb in verbs:
         called = f"ehsid {verb.name}"
         table[called] = "command"
-        hints = typing.get_type_hints(verb.function())
+        hints = typing.get_type_hints(with_verbosity(verb.function()))
         places = 0
         for parameter in verb.load().params:
             takes = _takes(parameter, hints[parameter.name])

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
+import logging as _logging
 from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
-from ehsid._interpreter import check_interpreter
-check_interpreter()
+from ehsid._interpreter import check_interpreter as _check_interpreter
+_check_interpreter()
+_logging.getLogger('ehsid').addHandler(_logging.NullHandler())
 from ehsid._core import *
 from ehsid._core import __version__ as __version__
 if TYPE_CHECKING:
@@ -20,3 +22,5 @@ if TYPE_CHECKING:
 _LAZY = {'Diagnosis': 'diagnose', 'Estimation': 'estimate', 'Identification': 'identify', 'Record': 'record', 'Rig': 'rig', 'Simulation': 'simulate', 'diagnose': 'diagnose', 'estimate': 'estimate', 'identify': 'identify', 'read': 'read', 'simulate': 'simulate'}
 if not TYPE_CHECKING:
     pass
+if not TYPE_CHECKING:
+    __all__ = [name for name in __dir__() if not name.startswith('_')]

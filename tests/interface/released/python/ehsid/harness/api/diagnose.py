@@ -20,7 +20,8 @@ from ehsid.harness.parallel import workers as using
 from ehsid.harness.records import read_record
 from ehsid.harness.records.telling_apart import told_apart
 from ehsid.harness.report.gap_brief import brief_tables
-from ehsid.harness.report.gap_words import VERDICTS, percent, plain_name
+from ehsid.harness.report.gap_words import VERDICTS, plain_name
+from ehsid.harness.report.shares import percent
 from ehsid.harness.report.text_table import TextTable
 from ehsid.harness.rigs.checks import unknown
 if TYPE_CHECKING:

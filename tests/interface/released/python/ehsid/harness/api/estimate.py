@@ -2,6 +2,7 @@
 from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 import numpy.typing as npt
@@ -13,8 +14,11 @@ from ehsid.harness.api.shown import Shown
 from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
 from ehsid.harness.api.wording import in_python
 from ehsid.harness.catalogue.policies import POLICIES
+from ehsid.harness.encoding import to_plain
 from ehsid.harness.estimation import EstimationResult, structure
-from ehsid.harness.estimation.recursion import START_VARIANCE
+from ehsid.harness.estimation.advice import Advice, advise
+from ehsid.harness.estimation.recursion import START_VARIANCE, Recursion
+from ehsid.harness.estimation.words import advice_words
 from ehsid.harness.files import result_folder
 from ehsid.harness.records.errors import nearest_name
 from ehsid.harness.report.model_file_names import ESTIMATION_FILES
@@ -26,7 +30,7 @@ if TYPE_CHECKING:
 
 class Estimation(Shown, Tabular):
 
-    def __init__(self, result: EstimationResult, signals: Signals) -> None:
+    def __init__(self, result: EstimationResult, signals: Signals, recursion: Recursion) -> None:
         ...
 
     @property

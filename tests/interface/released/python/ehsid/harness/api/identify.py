@@ -15,6 +15,7 @@ from ehsid.harness.files import result_folder
 from ehsid.harness.identification import IdentificationResult
 from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
 from ehsid.harness.identification.selection import DEFAULT_DELAYS, DEFAULT_ORDERS
+from ehsid.harness.report.dynamics_tables import model_table, root_table, servo_lines
 from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
 from ehsid.harness.report.model_tables import candidate_table, identification_lines
 from ehsid.harness.report.text_table import TextTable
