@@ -19,7 +19,6 @@ from ehsid.harness.api.shown import Shown
 from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
 from ehsid.harness.api.wording import in_python
 from ehsid.harness.catalogue.policies import POLICIES
-from ehsid.harness.encoding import to_plain
 from ehsid.harness.estimation import EstimationResult, structure
 from ehsid.harness.estimation.advice import Advice, advise
 from ehsid.harness.estimation.recursion import START_VARIANCE, Recursion
@@ -94,8 +93,7 @@ class Estimation(Shown, Tabular):
             in_python(),
             result_folder(out, "estimate", ESTIMATION_FILES, signals.inputs) as new,
         ):
-            further = {"advice": to_plain(self._advice)}
-            write_estimation(new, self.result, signals.data.dt_s, signals.origin, further)
+            write_estimation(new, self.result, signals.data.dt_s, signals.origin, self._advice)
         return out
 
     def _columns(self) -> Mapping[str, npt.NDArray[Any]]:

@@ -10,13 +10,12 @@ import numpy as np
 
 import ehsid
 from ehsid.harness.app.downsampling import Pyramid, make_pyramid, opened, store
-from ehsid.harness.app.model_choice import recursion_of
 from ehsid.harness.app.model_look import look_folder, times_of
 from ehsid.harness.app.session import Session
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.estimation import EstimationResult
-from ehsid.harness.estimation.advice import advise
+from ehsid.harness.estimation.advice import Advice
 from ehsid.harness.estimation.result import NORMAL_95
 from ehsid.harness.estimation.words import advice_words, not_white_words
 from ehsid.harness.files import write_text
@@ -72,7 +71,7 @@ class Estimated(msgspec.Struct, frozen=True):
     converged: bool
     reset_samples: list[int]
     not_white: str
-    tries: list[str]
+    tries: list[str] = []
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +128,12 @@ def write_look(session: Session, look: EstimateLook) -> None:
     write_text(folder / FILE, msgspec.json.encode(look.figures).decode())
 
 
+def write_tries(session: Session, figures: Estimated, advice: Advice) -> None:
+    """Keeps what to try with the estimate: to find it takes longer than to estimate."""
+    told = msgspec.structs.replace(figures, tries=advice_words(advice))
+    write_text(look_folder(session) / "estimate" / FILE, msgspec.json.encode(told).decode())
+
+
 def read_look(session: Session) -> EstimateLook | None:
     """Returns what was kept last; None without one."""
     folder = look_folder(session) / "estimate"
@@ -170,5 +175,4 @@ def _figures(session: Session, record: str, result: EstimationResult, data: IoDa
         converged=result.converged,
         reset_samples=resets[:MOST_RESETS].tolist(),
         not_white="" if result.residuals_white else not_white_words(result),
-        tries=advice_words(advise(data, recursion_of(session.settings.model), result)),
     )

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from ehsid.harness.app.estimate_look import MOST_RESETS, Estimated
 from ehsid.harness.app.look import plain, table
@@ -15,7 +16,7 @@ CODE, CODE_TAG = re.compile("`([a-z0-9. -]+)`"), r"<code>\1</code>"
 
 
 def outcome(found: Estimated, time_s: FloatArray) -> str:
-    """Says whether the estimate has converged, its figures, and what to try."""
+    """Says whether the estimate has converged, and its figures."""
     output = column(found.output_name)
     if found.simulated is None:
         simulated = "its simulation diverges"
@@ -38,12 +39,15 @@ def outcome(found: Estimated, time_s: FloatArray) -> str:
             f"<p>{found.skipped} of {found.n_samples} samples carried no information and left the "
             "coefficients as they were.</p>"
         )
-    if found.tries:
-        items = "".join(f"<li>{CODE.sub(CODE_TAG, plain(one))}</li>" for one in found.tries)
-        text += f"<p>What to try:</p><ul>{items}</ul>"
     if found.not_white:
         return text + f"<p>{CODE.sub(CODE_TAG, plain(found.not_white))}</p>"
     return text + "<p>The residuals are white: nothing contradicts the deviations.</p>"
+
+
+def what_to_try(tries: Sequence[str]) -> str:
+    """Returns what to try where an estimate is worth little, as a list."""
+    items = "".join(f"<li>{CODE.sub(CODE_TAG, plain(one))}</li>" for one in tries)
+    return f"<p>What to try:</p><ul>{items}</ul>" if tries else ""
 
 
 def at_the_end(found: Estimated) -> str:

@@ -10,6 +10,7 @@ from ehsid.harness.app import estimate_look, model_look
 from ehsid.harness.app.model_choice import recursion_of
 from ehsid.harness.app.session import Entry, Session, SessionError
 from ehsid.harness.estimation import EstimationResult, estimate
+from ehsid.harness.estimation.advice import advise
 from ehsid.harness.files import result_folder
 from ehsid.harness.identification import IoData, identify
 from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
@@ -52,9 +53,12 @@ def estimate_task(folder: Path, *, report: Callable[[float], None]) -> None:
         look = estimate_look.look_of(session, record, result, data)
         estimate_look.write_look(session, look)
         report(0.5)
+        advice = advise(data, recursion_of(session.settings.model), result)
+        estimate_look.write_tries(session, look.figures, advice)
+        report(0.7)
         from ehsid.harness.report.model_files import write_estimation
 
-        write_estimation(new, result, data.dt_s, record.origin)
+        write_estimation(new, result, data.dt_s, record.origin, advice)
     report(1.0)
 
 

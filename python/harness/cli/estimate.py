@@ -163,13 +163,16 @@ def _estimate_record(
         if result.converged and policy is not None:
             reset = [] if recursion.reset else ["--no-reset"]
             following = export_line(given, recursion.orders, [*policy, *reset])
-        further = {"advice": to_plain(advice), "next_command": following or None}
         if folder is not None:
             from ehsid.harness.report.model_files import write_estimation
 
-            write_estimation(folder, result, data.dt_s, origin, further)
+            write_estimation(folder, result, data.dt_s, origin, advice)
     if as_json:
-        plain = {**with_reading(result.to_dict(), origin), **further}
+        plain = {
+            **with_reading(result.to_dict(), origin),
+            "advice": to_plain(advice),
+            "next_command": following or None,
+        }
         typer.echo(json.dumps(plain, allow_nan=False))
         return
     console = Console()

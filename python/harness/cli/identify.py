@@ -61,14 +61,13 @@ def identify_command(
             result = identify(data, orders=wanted_orders, delays=wanted_delays)
         given = Given(record, input_name, output_name, maps or (), sampling_time)
         following = estimate_line(given, result.chosen.orders)
-        further = {"next_command": following or None}
         lines = identification_lines(result)
         if folder is not None:
             from ehsid.harness.report.model_files import write_identification
 
-            lines.append(write_identification(folder, result, data, origin, further))
+            lines.append(write_identification(folder, result, data, origin))
     if as_json:
-        plain = {**with_reading(result.to_dict(), origin), **further}
+        plain = {**with_reading(result.to_dict(), origin), "next_command": following or None}
         typer.echo(json.dumps(plain, allow_nan=False))
         return
     console = Console()

@@ -4,14 +4,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from matplotlib.figure import Figure
 
+from ehsid.harness.encoding import to_plain
 from ehsid.harness.estimation import EstimationResult
+from ehsid.harness.estimation.advice import Advice
 from ehsid.harness.files import write_text
 from ehsid.harness.identification import (
     IdentificationResult,
@@ -30,15 +30,12 @@ from ehsid.harness.report.model_figures import estimation_figure, identification
 from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
 from ehsid.harness.report.plotting import write_figure
 
-NOTHING: Mapping[str, Any] = MappingProxyType({})
-
 
 def write_identification(
     folder: Path,
     result: IdentificationResult,
     data: IoData,
     origin: Origin | None,
-    further: Mapping[str, Any] = NOTHING,
 ) -> str:
     """Writes the files of an identification.
 
@@ -50,14 +47,12 @@ def write_identification(
         the identification, and what it was made of.
     origin
         how the log became a record; None for a record.
-    further
-        keys that the JSON file has beside those of the result.
 
     Returns
     -------
     The limit of stability of the chosen model under proportional control, in words.
     """
-    plain = {**with_reading(result.to_dict(), origin), **further}
+    plain = with_reading(result.to_dict(), origin)
     _write(folder, "identify", plain, identification_figure(result))
     model, dt_s = result.chosen.model, data.dt_s
     grid = response_grid(result.n_validation, dt_s or 1.0)
@@ -73,10 +68,10 @@ def write_estimation(
     result: EstimationResult,
     dt_s: float | None,
     origin: Origin | None,
-    further: Mapping[str, Any] = NOTHING,
+    advice: Advice,
 ) -> None:
-    """Writes the files of a recursive estimation; the parameters are as above."""
-    plain = {**with_reading(result.to_dict(), origin), **further}
+    """Writes the files of a recursive estimation; `advice` is what to try, the others as above."""
+    plain = {**with_reading(result.to_dict(), origin), "advice": to_plain(advice)}
     _write(folder, "estimate", plain, estimation_figure(result, dt_s))
 
 

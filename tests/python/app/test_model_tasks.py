@@ -52,15 +52,7 @@ def test_the_commands_give_the_same_files(
         assert outcome.exit_code == 0, outcome.output
     for name in FILES:
         written = (tmp_path / "model" / name).read_bytes()
-        of_the_page = (session.folder / "model" / name).read_bytes()
-        if name.endswith(".json"):
-            plain = json.loads(written)
-            # The page itself shows what to try, and its next step.
-            for key in ("next_command", *(["advice"] if name == "estimate.json" else [])):
-                del plain[key]
-            assert plain == json.loads(of_the_page)
-        else:
-            assert written == of_the_page
+        assert written == (session.folder / "model" / name).read_bytes()
 
 
 def test_the_python_gives_the_same_files(

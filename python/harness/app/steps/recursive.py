@@ -232,7 +232,9 @@ class Recursive(StepView):
             f'<a href="{address}/{name}?made={made}" target="_blank">{name}</a>'
             for name in ESTIMATION_FILES
         )
-        self._links.object = f"<p>Written: {links}{stale}.</p>"
+        kept = None if stale else read_look(self.session)
+        tries = "" if kept is None else estimate_words.what_to_try(kept.figures.tries)
+        self._links.object = f"<p>Written: {links}{stale}.</p>{tries}"
 
 
 def _explained(slider: pn.widgets.DiscreteSlider, meaning: str) -> pn.Column:
