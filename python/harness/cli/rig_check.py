@@ -28,7 +28,7 @@ MOST_RECORDS = 100
 
 
 def _table(check: RecordCheck) -> Table:
-    table = Table("check", "", "why", title=None, show_lines=False)
+    table = Table("check", "outcome", "why", title=None, show_lines=False)
     for finding in check.findings:
         status = str(finding.status)
         table.add_row(finding.check, Text(status, style=STYLES[status]), finding.text)

@@ -7,6 +7,7 @@ An effect that acts only where a record has not been is not shown to be absent.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 from ehsid.harness.catalogue.parameters import acts_on, names_of
@@ -119,6 +120,19 @@ _MISSING: Mapping[str, Callable[[Regimes], str | None]] = MappingProxyType(
     }
 )
 
+_LARGER_SHOWS_MORE = (
+    "largest_command",
+    "near_null",
+    "resting",
+    "slow",
+    "command_reversals",
+    "motion_reversals",
+    "travel",
+    "fast_power_hz",
+    "highest_of_supply",
+    "seconds",
+)
+
 
 def unidentifiable_effects(
     regimes: Sequence[Regimes], effects: Sequence[str], plant: str = "ehs"
@@ -153,9 +167,25 @@ def unidentifiable_effects(
 def _missing_everywhere(
     need: Callable[[Regimes], str | None], regimes: Sequence[Regimes]
 ) -> str | None:
-    """Returns the reason of the first record where every record has one, else None."""
+    """Returns the reason that holds for all records where every record has one, else None."""
     reasons = [need(regime) for regime in regimes]
-    return reasons[0] if reasons and all(reason is not None for reason in reasons) else None
+    if not reasons or any(reason is None for reason in reasons):
+        return None
+    # Each reason is about one regime. Only pressures that vary are about two, of one record.
+    return need(_furthest(regimes)) or reasons[0]
+
+
+def _furthest(regimes: Sequence[Regimes]) -> Regimes:
+    """Returns the regimes of all records together: of each the one that shows most."""
+
+    def largest(name: str) -> float | None:
+        return max(filter(None, (getattr(one, name) for one in regimes)), default=None)
+
+    together = {name: largest(name) for name in _LARGER_SHOWS_MORE}
+    first = regimes[0]
+    shown = {name: value for name, value in together.items() if value is not None}
+    lowest = min(filter(None, (one.lowest_of_tank for one in regimes)), default=None)
+    return replace(first, **shown, lowest_of_tank=lowest)  # type: ignore[arg-type]
 
 
 def extrapolated_effects(

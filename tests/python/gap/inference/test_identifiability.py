@@ -165,3 +165,11 @@ def test_signals_show_what_the_page_on_excitation_says() -> None:
     assert not {"valve_lag", "transport_delay", "valve_dead_band"} & small
     large = missing(random_steps(8000, amplitude=6.0, hold=(100, 400), rng=rng))
     assert not {"valve_flow_saturation", "supply_droop", "coulomb_friction"} & large
+
+
+def test_the_reason_holds_for_all_records_together() -> None:
+    poor = replace(RICH, largest_command=0.08, travel=0.01, lowest_of_tank=9.0)
+    poorer = replace(RICH, largest_command=0.2, travel=None, lowest_of_tank=5.0)
+    why = {one.id: one.why for one in unidentifiable_effects([poor, poorer], IDS)}
+    assert why["supply_droop"] == "command never above 20 % of rated"
+    assert why["makeup_check"] == "no chamber below 5.0 times the tank pressure"
