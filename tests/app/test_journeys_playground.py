@@ -55,7 +55,7 @@ def test_another_rig_has_the_effects_of_its_plant(playground: Any) -> None:
 
 def test_sizes_that_contradict_each_other_are_told_in_words(playground: Any) -> None:
     switch(playground, "Stribeck friction")
-    playground.get_by_text("static: 600 N").wait_for()
+    playground.get_by_text("force at rest: 600 N").wait_for()
     playground.locator(".noUi-handle").nth(2).focus()
     playground.keyboard.press("Home")
     playground.get_by_role("alert").filter(has_text="static").wait_for()

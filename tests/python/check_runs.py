@@ -12,6 +12,7 @@ from pathlib import Path
 
 from made_diagnoses import VERDICTS, made_diagnosis
 
+from ehsid.harness.gap.interim import Begun
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import Progress, worker_count
 from ehsid.harness.records import Record
@@ -46,6 +47,7 @@ class StandIn:
         validate: Sequence[Record] = (),
         exclude: Sequence[str] = (),
         progress: Progress | None = None,
+        begun: Begun | None = None,
     ) -> Diagnosis:
         if rig.name in self.fails:
             raise ArithmeticError(f"no root for {rig.name}")

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 from ehsid.harness.cli.many_values import repeated
+from ehsid.harness.gap.interim import Begun
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import Progress, worker_count
 from ehsid.harness.records import Record, write_record
@@ -37,6 +38,7 @@ class FakeDiagnose:
         validate: Sequence[Record] = (),
         exclude: Sequence[str] = (),
         progress: Progress | None = None,
+        begun: Begun | None = None,
     ) -> Diagnosis:
         self.asked = {
             "records": list(records),
@@ -46,6 +48,8 @@ class FakeDiagnose:
             "workers": worker_count(),
         }
         assert progress is not None
+        assert begun is not None
+        begun("alone")
         progress(0.5)
         roles = dict.fromkeys((r.name for r in records), "fit")
         roles |= dict.fromkeys((r.name for r in validate), "held out")

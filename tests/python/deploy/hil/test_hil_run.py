@@ -170,7 +170,7 @@ def test_a_command_at_its_limit_is_said(
     identity = Identity(1, (0, 1, 0), frozenset(), frozenset(), "host")
     said = [lead(identity, [("run", one, compare(one))]) for one in (result, limited)]
     assert not any("at its limit" in sentence for sentence in said[0])
-    assert any("at its limit for 100 %" in sentence for sentence in said[1])
+    assert any("at its limit for 100\N{NO-BREAK SPACE}%" in sentence for sentence in said[1])
 
 
 def test_faults_change_no_byte_of_the_record(
