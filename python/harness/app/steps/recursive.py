@@ -26,6 +26,8 @@ from ehsid.harness.identification import IoData
 from ehsid.harness.records import Record
 from ehsid.harness.report.model_file_names import ESTIMATION_FILES
 
+# To try the changes takes several times as long as the estimate, too long for a slider that moves.
+WRITE_TO_LEARN = "<p>What would help on this record is tried when its files are written, below.</p>"
 # Up to here an estimate takes at most 0.2 s; longer records go to a process of their own.
 LIVE_SAMPLES = 100_000
 
@@ -204,8 +206,11 @@ class Recursive(StepView):
     def _show(self, found: EstimateLook, seconds: float | None) -> None:
         count = found.figures.n_samples
         took = "" if seconds is None else f": {count} samples in {1e3 * seconds:.0f} ms"
+        poor = not found.figures.converged or bool(found.figures.not_white)
+        hint = WRITE_TO_LEARN if poor and seconds is not None else ""
         self._outcome.object = (
             estimate_words.outcome(found.figures, found.time_s)
+            + hint
             + f'<p class="soft small">Computed with the code of the firmware{took}.</p>'
         )
         self._end.object = estimate_words.at_the_end(found.figures)
