@@ -186,12 +186,13 @@ def _areas(record: Record, rig: Rig, moved: Motion, area: Areas, at_edges: Edges
     deviation = math.hypot(PART_METHOD, rig.sigma(key), rig.sigma("cylinder.rod_m"))
     tolerance = 2.0 * deviation
     unexplained = at_edges.gain.unexplained
-    if tolerance < abs(math.log(part / says)) <= 2.0 * math.hypot(deviation, unexplained):
+    wider = 2.0 * math.hypot(deviation, unexplained)
+    if math.log1p(tolerance) < abs(math.log(part / says)) <= math.log1p(wider):
         return untold(
             check,
-            f"{shown}, which may be due to the command: it moves so fast that the flow through "
-            f"the valve leaves {100.0 * unexplained:.2g} % of the motion unexplained. A record "
-            "with steps, or a slower one, tells the areas",
+            f"{shown}, which may have another reason: the command moves faster than the valve or "
+            f"the sampling follows, and {100.0 * unexplained:.2g} % of the motion stay unexplained "
+            "by the flow through the valve. A record with steps, or a slower one, tells the areas",
             key,
         )
     return judged(
