@@ -18,7 +18,10 @@ apt_install() {
   fi
   say "installing with apt: $*"
   log=$(mktemp)
-  "${as_root[@]}" apt-get update -qq >"$log" 2>&1 || true # an old list may do
+  if [ "${apt_lists:-}" != read ]; then
+    "${as_root[@]}" apt-get update -qq >"$log" 2>&1 || true # an old list may do
+    apt_lists=read
+  fi
   if ! "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
     apt-get install -y -qq --no-install-recommends "$@" >>"$log" 2>&1; then
     cat "$log" >&2
@@ -28,14 +31,14 @@ apt_install() {
   rm -f "$log"
 }
 
-# need COMMAND_OR_FILE PACKAGE...: installs the packages unless the command or file is there. A file is named with its
-# folder: `cmake` is the command, not our folder of that name.
+# is_there COMMAND_OR_FILE: a file is named with its folder: `cmake` is the command, not our folder of that name.
+is_there() { command -v "$1" >/dev/null 2>&1 || { [[ $1 == */* ]] && [ -e "$1" ]; }; }
+
+# need COMMAND_OR_FILE PACKAGE...: installs the packages unless the command or file is there.
 need() {
   local wanted=$1
   shift
-  if command -v "$wanted" >/dev/null 2>&1 || { [[ $wanted == */* ]] && [ -e "$wanted" ]; }; then
-    return 0
-  fi
+  is_there "$wanted" && return
   apt_install "$@" || fail "$wanted is missing and could not be installed; install by hand: $*"
 }
 

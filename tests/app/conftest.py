@@ -38,7 +38,7 @@ def browser() -> Iterator[Any]:
     )
     path = found_browser()
     if path is None:
-        pytest.skip("there is no Chromium: apt-get install chromium")
+        pytest.skip("there is no Chromium: apt-get install chromium-headless-shell")
     with playwright.sync_playwright() as running:
         made = running.chromium.launch(executable_path=path, args=OPTIONS)
         yield made

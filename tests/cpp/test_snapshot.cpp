@@ -19,6 +19,13 @@ using ehsid::Status;
 constexpr std::size_t kVersionAt = 4;
 constexpr std::size_t kStateAt = 26;
 
+// Sanitizers make a step twenty times as long. There, of what is tried for every bit and place, these must do.
+#if defined(EHSID_SANITIZED)
+constexpr std::size_t kEvery = 13;
+#else
+constexpr std::size_t kEvery = 1;
+#endif
+
 /// A precision and a policy: what each test is made for.
 template <class Number, std::size_t kPlace>
 struct Kind {
@@ -105,13 +112,13 @@ void flip_every_bit() {
   auto estimator = after<Estimator>(320);
   Bytes bytes = saved(after<Estimator>(250));
   std::size_t accepted = 0;
-  for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
+  for (std::size_t bit = 0; bit < 8 * bytes.size(); bit += kEvery) {
     const auto mask = static_cast<std::uint8_t>(1U << bit % 8);
     bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ mask);
     accepted += refusal(estimator, bytes) == SnapshotFault::none ? 1 : 0;
     bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ mask);
   }
-  EXPECT_EQ(accepted, 0U) << "of " << 8 * bytes.size();
+  EXPECT_EQ(accepted, 0U) << "of " << 8 * bytes.size() / kEvery;
   EXPECT_EQ(estimator.restore(bytes.data(), bytes.size()), Status::ok);
 }
 
@@ -327,7 +334,7 @@ TYPED_TEST(Snapshot, WithARightChecksumBringsNothingButFiniteNumbers) {
   int taken = 0;
   int impossible = 0;
   for (const Word pattern : patterns) {
-    for (std::size_t at = kStateAt; at + sizeof pattern + 4 <= bytes.size(); ++at) {
+    for (std::size_t at = kStateAt; at + sizeof pattern + 4 <= bytes.size(); at += kEvery) {
       Bytes changed = bytes;
       for (std::size_t i = 0; i < sizeof pattern; ++i) {
         changed[at + i] = static_cast<std::uint8_t>(pattern >> 8U * i);
