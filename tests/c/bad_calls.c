@@ -146,6 +146,7 @@ static void queries(void) {
   bench storage;
   ehsid_estimator* estimator = started(&storage);
   float numbers[N];
+  float matrix[N * N];
   unsigned char snapshot[EHSID_SNAPSHOT_BYTES(N)];
   CALL("no estimator", "ehsid_theta(NULL, theta, 4)", ehsid_theta(NULL, numbers, N));
   CALL("nowhere to write", "ehsid_theta(e, NULL, 4)", ehsid_theta(estimator, NULL, N));
@@ -155,6 +156,12 @@ static void queries(void) {
        ehsid_standard_deviation(estimator, numbers, N - 1));
   CALL("room for too few numbers", "ehsid_covariance_diagonal(e, variance, 3)",
        ehsid_covariance_diagonal(estimator, numbers, N - 1));
+  CALL("no estimator", "ehsid_covariance(NULL, covariance, 16)",
+       ehsid_covariance(NULL, matrix, N * N));
+  CALL("nowhere to write", "ehsid_covariance(e, NULL, 16)",
+       ehsid_covariance(estimator, NULL, N * N));
+  CALL("room for the diagonal alone", "ehsid_covariance(e, covariance, 4)",
+       ehsid_covariance(estimator, matrix, N));
   CALL("nowhere to write", "ehsid_read(e, NULL)", ehsid_read(estimator, NULL));
   CALL("nowhere to write", "ehsid_save(e, NULL, bytes, NULL)",
        ehsid_save(estimator, NULL, sizeof snapshot, NULL));
@@ -162,6 +169,22 @@ static void queries(void) {
        ehsid_save(estimator, snapshot, 10, NULL));
   CALL("no estimator", "ehsid_reset(NULL)", ehsid_reset(NULL));
   CALL("no estimator", "ehsid_enable(NULL, true)", ehsid_enable(NULL, true));
+}
+
+static void servos(void) {
+  const float theta[6] = {0};
+  const float covariance[36] = {0};
+  ehsid_servo servo;
+  ehsid_servo before;
+  memset(&servo, 0x5A, sizeof servo);
+  before = servo;
+  say("no parameters", "ehsid_identify_servo(NULL, covariance, 0.05F, &servo)",
+      ehsid_identify_servo(NULL, covariance, 0.05F, &servo));
+  say("no covariance", "ehsid_identify_servo(theta, NULL, 0.05F, &servo)",
+      ehsid_identify_servo(theta, NULL, 0.05F, &servo));
+  CHECK(memcmp(&servo, &before, sizeof servo) == 0);
+  say("nowhere to write", "ehsid_identify_servo(theta, covariance, 0.05F, NULL)",
+      ehsid_identify_servo(theta, covariance, 0.05F, NULL));
 }
 
 static void snapshots(void) {
@@ -218,6 +241,7 @@ int main(void) {
   storages();
   samples();
   queries();
+  servos();
   snapshots();
   seeds();
   return failures != 0;

@@ -276,4 +276,16 @@ CASES = (
     option("a rig of another plant", f"{HIL} --actual axis.toml --out out", "--actual", '"axis"'),
     option("a sampling time of NaN", f"{HIL} --dt nan --out out", "--dt", "expected"),
     option("a speed of 0 baud", f"{HIL} --baud 0 --out out", "--baud"),
+    option(
+        "a verdict that there is not",
+        "ehsid gap record.csv --rig rig.toml --out out --fail-on efects",
+        "--fail-on",
+        "did you mean 'effects'?",
+    ),
+    option(
+        "a verdict that there is not among others",
+        "ehsid gap-fleet machines --out out --fail-on no_gap,all",
+        "'all'",
+        "any",
+    ),
 )
