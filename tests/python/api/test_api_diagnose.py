@@ -1,52 +1,20 @@
 # SPDX-License-Identifier: MIT
 import json
 import logging
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from diagnosis_stand_in import FakeDiagnose
 from made_diagnoses import bench, made_diagnosis, measured_record
 
 import ehsid
 from ehsid.harness import gap
 from ehsid.harness.gap.schema import Verdict
-from ehsid.harness.parallel import Progress, worker_count
-from ehsid.harness.records import Record, write_record
+from ehsid.harness.records import write_record
 from ehsid.harness.report.diagnosis_files import simulation_table
-from ehsid.harness.rigs import Rig, write_rig
-
-
-class FakeDiagnose:
-    """Stands in for the diagnosis: keeps what it was asked and gives what it was made with."""
-
-    def __init__(self, diagnosis: gap.Diagnosis) -> None:
-        self.diagnosis = diagnosis
-        self.asked: dict[str, Any] = {}
-
-    def __call__(
-        self,
-        records: Sequence[Record],
-        rig: Rig,
-        *,
-        validate: Sequence[Record] = (),
-        exclude: Sequence[str] = (),
-        progress: Progress | None = None,
-    ) -> gap.Diagnosis:
-        self.asked = {
-            "names": [record.name for record in records],
-            "validate": [record.name for record in validate],
-            "columns": [set(record.columns) for record in (*records, *validate)],
-            "rig": rig,
-            "exclude": list(exclude),
-            "progress": progress,
-            "workers": worker_count(),
-        }
-        if progress is not None:
-            progress(0.5)
-        return self.diagnosis
+from ehsid.harness.rigs import write_rig
 
 
 @pytest.fixture
@@ -87,12 +55,15 @@ def test_records_and_rigs_of_every_kind_reach_the_diagnosis(
         exclude=["valve_lag", "valve_lag"],
         workers=1,
     )
-    assert fake.asked["names"] == ["run", "b"]
-    assert fake.asked["validate"] == ["record"]
-    assert all({"command_v", "position_m"} <= columns for columns in fake.asked["columns"])
-    assert fake.asked["exclude"] == ["valve_lag"]
-    assert fake.asked["workers"] == 1
-    assert dict(fake.asked["rig"].values) == dict(bench().values)
+    assert fake.asked.fitted == ["run", "b"]
+    assert fake.asked.held_out == ["record"]
+    assert all(
+        {"command_v", "position_m"} <= set(record.columns)
+        for record in (*fake.asked.records, *fake.asked.validate)
+    )
+    assert fake.asked.exclude == ["valve_lag"]
+    assert fake.asked.workers == 1
+    assert dict(fake.asked.rig.values) == dict(bench().values)
     assert [record.name for record in found.records] == ["run", "b", "record"]
 
 
@@ -109,7 +80,7 @@ def test_progress_goes_to_the_logger_where_no_terminal_is(
     assert lines[2].startswith("diagnosing bench: done after ")
     caplog.clear()
     ehsid.diagnose(record, bench(), progress=False)
-    assert fake.asked["progress"] is None
+    assert fake.asked.progress is None
     assert not caplog.records
 
 
@@ -123,7 +94,7 @@ def test_a_terminal_shows_a_bar(
     shown = capsys.readouterr()
     assert shown.out == ""
     assert "\x1b[2J" not in shown.err
-    assert fake.asked["progress"] is not None
+    assert fake.asked.progress is not None
 
 
 def test_saved_files_are_those_of_the_command(tmp_path: Path, no_plots: None) -> None:

@@ -4,56 +4,20 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from diagnosis_stand_in import FakeDiagnose
 from interrupts import interruptible
 from made_diagnoses import VERDICTS, bench, made_diagnosis, measured_record
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 from ehsid.harness.cli.many_values import repeated
-from ehsid.harness.gap.interim import Begun
 from ehsid.harness.gap.schema import Diagnosis
-from ehsid.harness.parallel import Progress, worker_count
-from ehsid.harness.records import Record, write_record
-from ehsid.harness.rigs import Rig, write_rig
-
-
-class FakeDiagnose:
-    """Stands in for the diagnosis: keeps what it was asked and gives what it was made with."""
-
-    def __init__(self, diagnosis: Diagnosis) -> None:
-        self.diagnosis = diagnosis
-        self.asked: dict[str, Any] = {}
-
-    def __call__(
-        self,
-        records: Sequence[Record],
-        rig: Rig,
-        *,
-        validate: Sequence[Record] = (),
-        exclude: Sequence[str] = (),
-        progress: Progress | None = None,
-        begun: Begun | None = None,
-    ) -> Diagnosis:
-        self.asked = {
-            "records": list(records),
-            "rig": rig,
-            "validate": list(validate),
-            "exclude": list(exclude),
-            "workers": worker_count(),
-        }
-        assert progress is not None
-        assert begun is not None
-        begun("alone")
-        progress(0.5)
-        roles = dict.fromkeys((r.name for r in records), "fit")
-        roles |= dict.fromkeys((r.name for r in validate), "held out")
-        return replace(self.diagnosis, records=roles)
+from ehsid.harness.records import write_record
+from ehsid.harness.rigs import write_rig
 
 
 @pytest.fixture
@@ -84,12 +48,14 @@ def test_what_is_asked_reaches_the_diagnosis(diagnose: FakeDiagnose, here: Path)
     options += ["--exclude-effect", "coulomb_friction", "--exclude-effect", "load_force"]
     outcome = run("one.csv", "two.csv", *options)
     assert outcome.exit_code == 0, outcome.output
-    assert [record.name for record in diagnose.asked["records"]] == ["one", "two"]
-    assert [record.name for record in diagnose.asked["validate"]] == ["three"]
-    assert diagnose.asked["exclude"] == ["coulomb_friction", "load_force"]
-    assert diagnose.asked["workers"] == 2
-    assert dict(diagnose.asked["rig"].values) == dict(bench().values)
-    assert set(diagnose.asked["records"][0].columns) == {
+    assert diagnose.asked.fitted == ["one", "two"]
+    assert diagnose.asked.held_out == ["three"]
+    assert diagnose.asked.exclude == ["coulomb_friction", "load_force"]
+    assert diagnose.asked.workers == 2
+    assert diagnose.asked.progress is not None
+    assert diagnose.asked.begun is not None
+    assert dict(diagnose.asked.rig.values) == dict(bench().values)
+    assert set(diagnose.asked.records[0].columns) == {
         "command_v",
         "position_m",
         "pressure_a_pa",
@@ -126,9 +92,9 @@ def test_held_out_records_are_never_fitted(diagnose: FakeDiagnose, here: Path) -
     options += ["--exclude-effect", "load_force", "load_spring"]
     outcome = run("one.csv", *options)
     assert outcome.exit_code == 0, outcome.output
-    assert [record.name for record in diagnose.asked["records"]] == ["one"]
-    assert [record.name for record in diagnose.asked["validate"]] == ["two", "three"]
-    assert diagnose.asked["exclude"] == ["load_force", "load_spring"]
+    assert diagnose.asked.fitted == ["one"]
+    assert diagnose.asked.held_out == ["two", "three"]
+    assert diagnose.asked.exclude == ["load_force", "load_spring"]
 
 
 @pytest.mark.parametrize("verdict", VERDICTS)
@@ -166,7 +132,7 @@ def test_a_verdict_that_must_not_be_ends_with_3_and_all_results(
 def test_json_on_the_terminal_is_the_file(diagnose: FakeDiagnose, here: Path) -> None:
     outcome = run("one.csv", "--rig", "rig.toml", "--out", "deep/down", "--json")
     assert outcome.exit_code == 0, outcome.output
-    assert diagnose.asked["validate"] == []
+    assert diagnose.asked.validate == []
     file = here / "deep" / "down" / "diagnosis.json"
     assert outcome.stdout == file.read_text(encoding="utf-8")
 
@@ -178,7 +144,7 @@ def test_columns_that_are_no_numbers_are_left_alone(diagnose: FakeDiagnose, here
     (here / "noted.csv").write_text("\n".join(noted))
     outcome = run("noted.csv", "--rig", "rig.toml", "--out", "out")
     assert outcome.exit_code == 0, outcome.output
-    assert "remark" not in diagnose.asked["records"][0].columns
+    assert "remark" not in diagnose.asked.records[0].columns
 
 
 @pytest.mark.usefixtures("no_plots")
@@ -189,8 +155,8 @@ def test_records_of_one_name_are_told_apart(diagnose: FakeDiagnose, here: Path) 
     options = ["--rig", "rig.toml", "--out", "out", "--validate", "tuesday/log.csv"]
     outcome = run("monday/log.csv", "three.csv", *options)
     assert outcome.exit_code == 0, outcome.output
-    assert [record.name for record in diagnose.asked["records"]] == ["monday_log", "three"]
-    assert [record.name for record in diagnose.asked["validate"]] == ["tuesday_log"]
+    assert diagnose.asked.fitted == ["monday_log", "three"]
+    assert diagnose.asked.held_out == ["tuesday_log"]
 
 
 @pytest.mark.parametrize(
@@ -224,7 +190,7 @@ def test_bad_input_is_one_message_and_nothing_written(
     for word in words:
         assert word in " ".join(outcome.stderr.split())
     assert not (here / "out").exists()
-    assert diagnose.asked == {}
+    assert diagnose.calls == []
 
 
 @pytest.mark.parametrize("out", ["rig.toml", "rig.toml/below"])
@@ -235,7 +201,7 @@ def test_a_folder_that_is_a_file_is_told_before_the_work(
     outcome = run("one.csv", "--rig", "rig.toml", "--out", out)
     assert outcome.exit_code == 2
     assert "is a file: expected a folder" in outcome.stderr
-    assert diagnose.asked == {}
+    assert diagnose.calls == []
     assert (here / "rig.toml").read_bytes() == before
 
 

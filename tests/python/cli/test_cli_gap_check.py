@@ -5,12 +5,12 @@ import json
 import re
 import shutil
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 from check_runs import StandIn
+from diagnosis_stand_in import Asked
 from typer.testing import CliRunner
 
 import ehsid
@@ -133,9 +133,9 @@ def test_a_changed_answer_is_refused_before_and_after_the_run(
     out = tmp_path / "check"
 
     class Cheats(StandIn):
-        def __call__(self, records: Sequence[Any], rig: Any, **options: Any) -> Diagnosis:
+        def answer(self, asked: Asked) -> Diagnosis:
             (out / "answers.json").write_text("{}")
-            return super().__call__(records, rig, **options)
+            return super().answer(asked)
 
     monkeypatch.setattr("ehsid.harness.gap.diagnose", Cheats(), raising=False)
     outcome = run("--out", str(out), *TINY)
@@ -237,7 +237,7 @@ def test_errors_are_results_and_the_exit_code_is_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Fails(StandIn):
-        def __call__(self, *_: Any, **__: Any) -> Diagnosis:
+        def answer(self, asked: Asked) -> Diagnosis:
             raise FloatingPointError("overflow")
 
     monkeypatch.setattr("ehsid.harness.gap.diagnose", Fails(), raising=False)

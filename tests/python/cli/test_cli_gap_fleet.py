@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from check_runs import StandIn
+from diagnosis_stand_in import Asked
 from made_diagnoses import bench, measured_record
 from offline_pages import read
 from typer.testing import CliRunner
@@ -113,23 +114,23 @@ def test_what_is_done_is_not_done_again_until_a_file_changes(
 ) -> None:
     assert run("fleet", "--out", "out").exit_code == 0
     before = {name: seen(here / "out", name)["seconds"] for name in MACHINES}
-    asked: list[str] = []
+    diagnosed: list[str] = []
 
     class Counts(StandIn):
-        def __call__(self, records: Any, rig: Any, **options: Any) -> Diagnosis:
-            asked.append(rig.name)
-            return super().__call__(records, rig, **options)
+        def answer(self, asked: Asked) -> Diagnosis:
+            diagnosed.append(asked.rig.name)
+            return super().answer(asked)
 
     monkeypatch.setattr("ehsid.harness.gap.diagnose", Counts(), raising=False)
     outcome = run("fleet", "--out", "out", "--json")
     assert outcome.exit_code == 0, outcome.output
-    assert asked == []
+    assert diagnosed == []
     assert outcome.stdout == (here / "out" / "fleet.json").read_text(encoding="utf-8")
 
     (here / "fleet" / "saw" / "monday.csv").unlink()
     outcome = run("fleet", "--out", "out")
     assert outcome.exit_code == 0, outcome.output
-    assert asked == ["no_gap-saw"]
+    assert diagnosed == ["no_gap-saw"]
     assert "3 of 4 machines are finished; going on" in outcome.stderr
     assert seen(here / "out", "saw")["settings"]["fitted"] == ["tuesday"]
     assert {name: seen(here / "out", name)["seconds"] for name in MACHINES} == before
@@ -137,7 +138,9 @@ def test_what_is_done_is_not_done_again_until_a_file_changes(
     # Another catalogue is another question, for all of them.
     outcome = run("fleet", "--out", "out", "--exclude-effect", "load_force", "load_spring")
     assert outcome.exit_code == 0, outcome.output
-    assert sorted(asked[1:]) == sorted(f"{verdict}-{name}" for name, verdict in MACHINES.items())
+    assert sorted(diagnosed[1:]) == sorted(
+        f"{verdict}-{name}" for name, verdict in MACHINES.items()
+    )
     assert seen(here / "out", "lift")["settings"]["exclude"] == ["load_force", "load_spring"]
 
 
@@ -249,9 +252,9 @@ def test_raw_logs_are_read_as_the_rig_files_and_the_options_say(
     saw: dict[str, Any] = {}
 
     class Seen(StandIn):
-        def __call__(self, records: Any, rig: Any, **settings: Any) -> Diagnosis:
-            saw[rig.name] = records[0]
-            return super().__call__(records, rig, **settings)
+        def answer(self, asked: Asked) -> Diagnosis:
+            saw[asked.rig.name] = asked.records[0]
+            return super().answer(asked)
 
     monkeypatch.setattr("ehsid.harness.gap.diagnose", Seen(), raising=False)
     fleet = here / "logs"
