@@ -34,7 +34,7 @@ def next_python(session: Session) -> list[str]:
     if wish.like_model:
         choice, recursion = session.settings.model, recursion_of(session.settings.model)
         names = (choice.input_name, choice.output_name)
-        orders = f"ArxOrders({choice.na}, {choice.nb}, {choice.nk})"
+        orders = f"ArxOrders({choice.na}, {choice.nb}, {choice.nk}, offset=True)"
         forgetting = f"ehsid.{recursion.forgetting!r}, reset={choice.reset}"
         imported = ["from ehsid.harness.identification import ArxOrders, IoData"]
     return [

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -68,7 +69,8 @@ def header_task(folder: Path, *, report: Callable[[float], None]) -> None:
         reset = True
         if wish.like_model:
             recursion = recursion_of(choice)
-            orders, forgetting, reset = recursion.orders, recursion.forgetting, recursion.reset
+            orders = replace(recursion.orders, offset=True)
+            forgetting, reset = recursion.forgetting, recursion.reset
         else:
             orders = chosen_orders(data)
         report(0.8)

@@ -7,6 +7,7 @@ Names of rigs, records and boards, and paths, are text of others. The console of
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import rich.console
@@ -38,6 +39,15 @@ class Console(rich.console.Console):
     def render_str(self, text: str, **settings: Any) -> Text:
         """Returns the text as rich prints it; every str comes through here, cells too."""
         return super().render_str(printable(text), **settings)
+
+
+def print_points(points: Iterable[str], console: Console, *, indent: int = 2) -> None:
+    """Prints a list: each point begins with a dash, and its further lines stand below its text."""
+    for point in points:
+        lines = Text(printable(point)).wrap(console, console.width - indent - 2)
+        for i, line in enumerate(lines):
+            mark = "  " if i else "- "
+            console.print(f"{' ' * indent}{mark}{line.plain.rstrip()}", soft_wrap=True)
 
 
 class PlainColumn(TextColumn):

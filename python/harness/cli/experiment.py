@@ -12,7 +12,7 @@ import typer
 
 import ehsid
 from ehsid.harness.cli.common import refuse
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, print_points
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RigOrPublished
 from ehsid.harness.cli.progress import stages
@@ -114,8 +114,7 @@ def experiment_command(
         typer.echo((out / "experiment.json").read_text(encoding="utf-8"))
     else:
         console = Console()
-        for sentence in report.lead:
-            console.print(f"- {sentence}")
+        print_points(report.lead, console, indent=0)
         console.print(f"report: {out / 'experiment.html'}", soft_wrap=True)
     if report.problems:
         source = record or rig_file or "the published rig"

@@ -11,8 +11,9 @@ import typer
 
 from ehsid.harness.catalogue.policies import POLICIES
 from ehsid.harness.cli.common import about, read_io
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, note
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
+from ehsid.harness.cli.next_command import Given, estimate_line
 from ehsid.harness.cli.options import InputColumn, OutputColumn, RecordFile, Reset
 from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 from ehsid.harness.files import result_files, write_text
@@ -50,7 +51,14 @@ def export_command(
     choose: Annotated[
         bool, typer.Option("--identify", help="let offline identification choose na, nb, nk")
     ] = False,
-    offset: Annotated[bool, typer.Option("--offset", help="estimate a constant term")] = False,
+    offset: Annotated[
+        bool,
+        typer.Option(
+            "--offset/--no-offset",
+            help="estimate a constant term: the mean command of a record is not the command at "
+            "which a servo stands still",
+        ),
+    ] = True,
     forgetting: Annotated[
         PolicyName, typer.Option(help="forgetting policy; f-ratio keeps what the start knows")
     ] = "f-ratio",
@@ -107,6 +115,13 @@ def export_command(
             )
         write_text(folder / path.name, header.text)
     Console().print(f"{path}: {header.summary}", soft_wrap=True)
+    if not header.converges:
+        given = Given(record, input_name, output_name, maps or (), sampling_time)
+        following = estimate_line(given, header.orders)
+        note(
+            "note: run over this record, the estimator does not report that it has converged; "
+            f"`{following}` says what to try"
+        )
     if policy.forgets_the_start:
         *others, last = (
             name for name, info in POLICIES.items() if not info.policy().forgets_the_start

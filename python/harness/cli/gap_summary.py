@@ -5,10 +5,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rich.padding import Padding
-
 from ehsid.harness.cli.common import shown_table
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, print_points
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.report.gap_brief import brief_tables
 from ehsid.harness.report.gap_words import VERDICTS, effect_set, plain_name
@@ -20,8 +18,7 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> Non
     title, _ = VERDICTS[diagnosis.verdict]
     console.print(f"\n{title}", style="bold")
     console.print(diagnosis.sentence, style="bold")
-    for reason in diagnosis.reasons:
-        console.print(Padding(f"- {reason}", (0, 0, 0, 2)))
+    print_points(diagnosis.reasons, console)
     for table in brief_tables(diagnosis):
         console.print()
         console.print(shown_table(table))
@@ -35,9 +32,8 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> Non
         )
     if diagnosis.cannot_judge:
         console.print("\nCould not be judged:")
-        for effect in diagnosis.cannot_judge:
-            line = f"- {plain_name(effect.id)}: {effect.why}"
-            console.print(Padding(line, (0, 0, 0, 2)))
+        unjudged = diagnosis.cannot_judge
+        print_points((f"{plain_name(effect.id)}: {effect.why}" for effect in unjudged), console)
     for remark in diagnosis.remarks:
         sign, style = ("serious", "red") if remark.serious else ("note", None)
         about = f"{remark.record}: " if remark.record else ""

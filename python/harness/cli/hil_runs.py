@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ehsid.harness.cli.common import make_table
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, print_points
 from ehsid.harness.cli.hil_progress import live
 from ehsid.harness.cli.options import HilLoop
 from ehsid.harness.deploy.hil.answers import Identity
@@ -113,8 +113,7 @@ def write_all(out: Path, identity: Identity, runs: Runs, provenance: Provenance)
 def show(identity: Identity, runs: Runs, file: HilFile, out: Path) -> None:
     """Prints the result in a few sentences and a table."""
     console = Console()
-    for sentence in lead(identity, runs):
-        console.print(f"- {sentence}")
+    print_points(lead(identity, runs), console, indent=0)
     rows = [_row(run) for run in file.runs]
     console.print(make_table(list(rows[0]), [list(row.values()) for row in rows]))
     console.print(f"report: {out / REPORTS[0]}", soft_wrap=True)

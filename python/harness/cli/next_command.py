@@ -10,10 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.padding import Padding
-
 from ehsid.harness.catalogue.channels import COMMAND, POSITION
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, print_points
 
 if TYPE_CHECKING:
     from ehsid.harness.identification import ArxOrders
@@ -55,7 +53,7 @@ def estimate_line(given: Given, orders: ArxOrders) -> str:
 
 def export_line(given: Given, orders: ArxOrders, settings: Sequence[str]) -> str:
     """Returns `ehsid export` with these orders and these options of the forgetting."""
-    offset = ["--offset"] * orders.offset
+    offset = [] if orders.offset else ["--no-offset"]
     words = [*given.words(), *order_words(orders), *offset, *settings]
     return shlex.join(["ehsid", "export", *words, "--out", "servo_configuration.hpp"])
 
@@ -71,8 +69,7 @@ def print_tries(tries: Sequence[str], console: Console) -> None:
     """Prints what to try as a list; nothing where there is nothing to try."""
     if tries:
         console.print("\nWhat to try:")
-    for one in tries:
-        console.print(Padding(f"- {one}", (0, 0, 0, 2)))
+    print_points(tries, console)
 
 
 def order_words(orders: ArxOrders) -> list[str]:

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 from ehsid.harness.cli.common import make_table, refuse
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, print_points
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.rigs import read_rig, write_rig
 from ehsid.harness.text import printable
@@ -43,6 +43,23 @@ def test_escape_sequences_in_data_are_written_out(capsys: pytest.CaptureFixture[
     with pytest.raises(Exception, match="2"):
         refuse(evil)
     assert capsys.readouterr().err == "ehsid: \\x1b[2Jgone\\r\\x07\\u202e\n"
+
+
+@pytest.mark.parametrize("indent", [0, 2])
+def test_further_lines_of_a_point_stand_below_its_text(indent: int) -> None:
+    console = Console(width=30)
+    words = "With [--nk 2] the estimate converges on this record."
+    with console.capture() as captured:
+        print_points([words, "short"], console, indent=indent)
+    *lines, last = captured.get().splitlines()
+    assert max(map(len, lines)) <= 30
+    assert [line[: indent + 2] for line in lines] == [
+        f"{' ' * indent}- ",
+        *[" " * (indent + 2)] * (len(lines) - 1),
+    ]
+    assert " ".join(line[indent + 2 :] for line in lines) == words
+    assert len(lines) > 1
+    assert last == f"{' ' * indent}- short"
 
 
 def test_spaces_of_all_kinds_and_letters_stay() -> None:

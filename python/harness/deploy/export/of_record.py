@@ -31,11 +31,14 @@ class Header:
         configuration and offline model from which it was made.
     tested
         what its self-test covers, in words.
+    converges
+        whether the estimator reports that it has converged at the end of the record.
     """
 
     text: str
     export: Export
     tested: str
+    converges: bool
 
     @property
     def orders(self) -> ArxOrders:
@@ -52,7 +55,7 @@ class Header:
         )
 
 
-def chosen_orders(data: IoData, *, offset: bool = False) -> ArxOrders:
+def chosen_orders(data: IoData, *, offset: bool = True) -> ArxOrders:
     """Returns the structure that offline identification chooses for the record."""
     return identify(data, offset=offset, remove_means=not offset).chosen.orders
 
@@ -93,16 +96,26 @@ def header_of_record(
         data, orders, forgetting=forgetting, inflation=inflation, reset=reset
     )
     provenance = _provenance(source, data, export)
+    converges = _converges(export, data)
     if c:
         text = render_c_header(
             export.configuration, name=name, dt_s=data.dt_s, provenance=provenance
         )
-        return Header(text, export, "no self-test")
+        return Header(text, export, "no self-test", converges)
     trace = GoldenTrace.of(export.configuration, *liveliest(data))
     text = render_header(
         export.configuration, trace, name=name, dt_s=data.dt_s, provenance=provenance
     )
-    return Header(text, export, f"self-test over {trace.command.size} samples")
+    return Header(text, export, f"self-test over {trace.command.size} samples", converges)
+
+
+def _converges(export: Export, data: IoData) -> bool:
+    """Whether the estimator reports that it has converged after a run over the record."""
+    estimator = export.configuration.estimator()
+    for segment in data.segments:
+        estimator.step(float("nan"), float("nan"))  # clears the history at a gap of the record
+        estimator.run(data.u[segment], data.y[segment])
+    return estimator.converged
 
 
 def _provenance(path: Path, data: IoData, export: Export) -> list[str]:

@@ -22,7 +22,7 @@ from ehsid.harness.identification import (
 LEAST_INFLATION = 10.0
 """Smallest default factor on the covariance of the offline model. The covariance holds for white
 residuals and for the plant on the day of the record. Residuals of real records are coloured, and
-the oil temperature changes; docs/export.md describes the cost and the gain of the factor."""
+the oil temperature changes; docs/evidence/export.md has the cost and the gain of the factor."""
 
 MOST_SAMPLES = 100.0
 """Largest number of samples for which the model counts by default, however long the record is.

@@ -426,7 +426,9 @@ def test_command_writes_the_header_whole(tmp_path: Path) -> None:
     assert f"ehsid {ehsid.__version__}" in text
     assert str(ROOT) not in text
     assert str(CRANE.parent) not in text
-    expected = configure_from_record(crane(), ArxOrders(2, 3, 1), forgetting=ehsid.FRatio())
+    expected = configure_from_record(
+        crane(), ArxOrders(2, 3, 1, offset=True), forgetting=ehsid.FRatio()
+    )
     assert read_back(text).estimator().save() == expected.configuration.estimator().save()
 
 
@@ -436,7 +438,7 @@ def test_command_writes_c(tmp_path: Path) -> None:
     assert code == 0
     assert "no self-test" in printed
     text = out.read_text(encoding="utf-8")
-    assert ".kernel = EHSID_KERNEL(f_ratio, 6)," in text
+    assert ".kernel = EHSID_KERNEL(f_ratio, 7)," in text
     assert "static const ehsid_configuration crane_configuration = {" in text
     assert hashlib.sha256(CRANE.read_bytes()).hexdigest() in text
 
