@@ -3,10 +3,8 @@
 
 from __future__ import annotations
 
-import math
-
-from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.gap.deciding import FIT_TOGETHER
+from ehsid.harness.gap.inference.bounds import values_at_bounds
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.effect_selection import Selection
 from ehsid.harness.gap.inference.gap_reduction import explained_share
@@ -15,7 +13,7 @@ from ehsid.harness.gap.inference.standing import standing
 from ehsid.harness.gap.inference.words import chance, in_words, percent
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.schema import HowFar
-from ehsid.harness.gap.thresholds import AT_BOUND, MUCH_REMOVED, WORSE_CALIBRATED
+from ehsid.harness.gap.thresholds import MUCH_REMOVED, WORSE_CALIBRATED
 
 
 def caveats(
@@ -86,24 +84,10 @@ def _unnamed_candidates(case: Case, search_result: SearchResult, selection: Sele
 
 def _values_at_bounds(case: Case, best: FittedCandidate) -> list[str]:
     """Says which fitted values of the rig or of an effect ended at an end of their range."""
-    sentences = []
-    for parameter, x in zip(case.parameters(best.effects), best.x, strict=False):
-        key = ParameterKey(parameter.name)
-        span = parameter.high - parameter.low
-        if key.is_nuisance or not 0.0 < span < math.inf:
-            continue
-        near = AT_BOUND * span
-        if parameter.low + near < x < parameter.high - near:
-            continue
-        end = "lower" if x <= parameter.low + near else "upper"
-        value = f"{parameter.name} = {parameter.value(float(x)):.4g} is at the {end} end of "
-        if key.effect in best.effects:
-            sentences.append(
-                f"{value}the range of this effect: a further cause may act in the same way."
-            )
-        else:
-            sentences.append(
-                f"{value}what the uncertainty in the rig file allows: either give it a larger one "
-                "under [uncertainty], or this value stands in for a cause that is not modelled."
-            )
-    return sentences
+    return [
+        f"{one.told} of the range of this effect: a further cause may act in the same way."
+        if one.key.effect in best.effects
+        else f"{one.told} of what the uncertainty in the rig file allows: either give it a larger "
+        "one under [uncertainty], or this value stands in for a cause that is not modelled."
+        for one in values_at_bounds(case, best)
+    ]

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ehsid.harness.gap.deciding import VALUES
+from ehsid.harness.gap.inference.bounds import AtBound, values_at_bounds
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.caveats import caveats
 from ehsid.harness.gap.inference.effect_selection import Selection
@@ -97,15 +98,8 @@ def decide(
     if nuisance_fit is not None:
         by_values = left(case, nuisance_fit) - left(case, search_result.calibrated)
     if moved and by_values >= VALUES:
-        return decision(
-            "parameters",
-            "No effect is missing, but values differ from the rig file: "
-            + ", ".join(
-                f"{name} {calibration[name].found.value:.4g} (file {calibration[name].rig:.4g})"
-                for name in moved[:4]
-            )
-            + ".",
-        )
+        sentence = _parameters_sentence(calibration, moved, values_at_bounds(case, best))
+        return decision("parameters", sentence)
     return decision("no_gap", "The simulator agrees with the machine.")
 
 
@@ -134,6 +128,29 @@ def _what_is_left(selection: Selection, missing: str) -> str:
         "whose cause is in the catalogue: a cause outside of it has a probability of "
         f"{chance(selection.posterior.outside)}."
     )
+
+
+def _parameters_sentence(
+    calibration: Mapping[str, CalibratedValue], moved: Sequence[str], at_bounds: Sequence[AtBound]
+) -> str:
+    """Says which values differ, but first which of them are at an end: those are not to trust."""
+    differing = ", ".join(
+        f"{name} {calibration[name].found.value:.4g} (file {calibration[name].rig:.4g})"
+        for name in moved[:4]
+    )
+    if not at_bounds:
+        return f"No effect is missing, but values differ from the rig file: {differing}."
+    values = "this value" if len(at_bounds) == 1 else "these values"
+    return (
+        f"Other values of the rig explain the gap, but {_and(one.told for one in at_bounds)} of "
+        "what the rig file allows, so the true cause may be something else: check "
+        f"{values} on the machine. Values that differ from the rig file: {differing}."
+    )
+
+
+def _and(parts: Iterable[str]) -> str:
+    *others, last = parts
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def _outside_sentence(best: FittedCandidate, missing: str) -> str:

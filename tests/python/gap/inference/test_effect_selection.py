@@ -194,6 +194,43 @@ def test_values_of_the_rig_file_that_fit_as_well_are_no_parameter_gap() -> None:
         assert decision.verdict == verdict
 
 
+@pytest.mark.parametrize(
+    ("ends", "told", "check"),
+    [
+        ({}, "", ""),
+        ({3: -4.0}, "load.value_3 = -4 is at the lower end of what", "check this value on"),
+        (
+            {3: -4.0, 7: 4.0},
+            "load.value_3 = -4 is at the lower end and load.value_7 = 4 is at the upper end of",
+            "check these values on the machine",
+        ),
+    ],
+)
+def test_the_first_sentence_says_which_value_is_not_to_trust(
+    ends: dict[int, float], told: str, check: str
+) -> None:
+    fitted = candidate(rms=HIDDEN)
+    for index, x in ends.items():
+        fitted.x[index] = x
+    result = search_result(fitted)
+    decision = decide(
+        CASE,
+        result,
+        select_effects(CASE, result),
+        _reduction(0.5, 0.1, 0.01),
+        _moved(True),
+        (),
+        candidate(rms=GAP),
+    )
+    assert decision.verdict == "parameters"
+    first, _, _ = decision.sentence.partition(". ")
+    assert told in first
+    assert check in first
+    assert ("No effect is missing" in first) == (not ends)
+    assert "may be something else" in first or not ends
+    assert "(file " in decision.sentence
+
+
 def test_a_coarse_sensor_is_the_effect_where_nothing_else_is() -> None:
     result = search_result(candidate(rms=HIDDEN))
     step = Estimate(1e-5, 0.9e-5, 1.1e-5)
