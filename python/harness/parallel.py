@@ -322,6 +322,13 @@ def single_threaded_algebra() -> Iterator[None]:
         yield
 
 
+def part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
+    """Returns the progress of a part of some work, as one of the whole work."""
+    if progress is None:
+        return None
+    return lambda share: progress(begin + share * (end - begin))
+
+
 def run_together(tasks: Sequence[Callable[[], T]], progress: Progress | None = None) -> list[T]:
     """Runs tasks on the same large data: in threads on few cores, else as `run_tasks`.
 

@@ -147,13 +147,13 @@ def _diagnose(
         joint_case = make_case(rig, [*fitted, *held_out])
         look = look_for(watch, begun, pace, joint_case)
         joint = _evaluate(joint_case, regimes, exclude, pace, look)
-        joint = _with_missing_laws(joint, regimes, look)
+        joint = _with_missing_laws(joint, regimes, pace, look)
         if joint.selection.posterior.outside < FIT_TOGETHER or joint.laws is not None:
             evaluation = joint
             remarks = (*remarks, Remark("", FITTED_TOGETHER))
     if evaluation.laws is None:
         look = look_for(watch, begun, pace, evaluation.case)
-        evaluation = _with_missing_laws(evaluation, regimes, look)
+        evaluation = _with_missing_laws(evaluation, regimes, pace, look)
     case, search_result, laws = evaluation.case, evaluation.search_result, evaluation.laws
     selection, decision = evaluation.selection, evaluation.decision
     best, values = selection.best, evaluation.values
@@ -171,7 +171,8 @@ def _diagnose(
         where = Where(subsystem={"sensor": 1.0})
     elif structural:
         told = best if laws is None else laws.candidate
-        _tell(look_for(watch, begun, pace, case), "where", search_result, told)
+        look = look_for(watch, begun, pace, case)
+        _tell(look, "where", search_result, told, tasks=len(selection.equivalent))
         shares = {effect.id: effect.share_of_shrinkage for effect in fitted_effects}
         of_laws = [
             (table_subsystem(found.law.adds_to, found.law.of), found.share_of_shrinkage)
@@ -181,11 +182,14 @@ def _diagnose(
             decision_case(case),
             search_result.calibrated,
             best,
-            equations=equation_shares(case, search_result.calibrated),
+            equations=equation_shares(case, search_result.calibrated, pace.within),
             shares=shares or None,
             laws=of_laws,
         )
-    experiment = _design_experiment(case, selection)
+    experiment = None
+    if selection.equivalent:
+        _tell(look_for(watch, begun, pace, case), "experiment", search_result, best)
+        experiment = _design_experiment(case, selection, pace.within)
     if progress is not None:
         progress(1.0)
     return Diagnosis(
@@ -291,9 +295,11 @@ def _log_case(case: Case) -> None:
     )
 
 
-def _tell(look: Look, stage: Stage, found: SearchResult, best: FittedCandidate) -> None:
-    """Tells that a stage begins after the search."""
-    look(stage, found.nominal, found.calibrated, [best, *found.fitted()])
+def _tell(
+    look: Look, stage: Stage, found: SearchResult, best: FittedCandidate, tasks: int = 0
+) -> None:
+    """Tells that a stage begins after the search; `tasks` as of `Look`."""
+    look(stage, found.nominal, found.calibrated, [best, *found.fitted()], tasks=tasks)
 
 
 def _leaves_large_gap(evaluation: _Evaluation) -> bool:
@@ -329,7 +335,7 @@ def _evaluate(
 
 
 def _with_missing_laws(
-    evaluation: _Evaluation, regimes: Sequence[Regimes], look: Look
+    evaluation: _Evaluation, regimes: Sequence[Regimes], pace: Pace, look: Look
 ) -> _Evaluation:
     """Adds the laws of a cause outside of the catalogue, as far as they can be told.
 
@@ -343,8 +349,9 @@ def _with_missing_laws(
     least = 2.0 * EFFECT if in_doubt else 0.0
     if kind != "outside" and not in_doubt:
         return evaluation
-    _tell(look, "laws", search_result, evaluation.selection.best)
-    laws = missing_laws(case, search_result.calibrated, evaluation.selection.best)
+    ahead = evaluation.selection.best
+    _tell(look, "laws", search_result, ahead, tasks=2 if ahead.effects else 1)
+    laws = missing_laws(case, search_result.calibrated, ahead, pace.within)
     if laws is None or laws.evidence < least:
         return evaluation
     probabilities = with_law(probabilities, laws.evidence)
@@ -374,10 +381,10 @@ def _with_missing_laws(
     )
 
 
-def _design_experiment(case: Case, selection: Selection) -> NextExperiment | None:
-    """Designs an experiment for sets that the data cannot separate; None if there are none."""
-    if not selection.equivalent:
-        return None
+def _design_experiment(
+    case: Case, selection: Selection, progress: Progress
+) -> NextExperiment | None:
+    """Designs an experiment for sets that the data cannot separate."""
     candidates = [
         (candidate.effects, candidate.values)
         for candidate in (selection.best, *selection.equivalent[:2])
@@ -389,7 +396,13 @@ def _design_experiment(case: Case, selection: Selection) -> NextExperiment | Non
         span = float(min(p.min() for p in positions)), float(max(p.max() for p in positions))
         limit = max(float(np.abs(record.column("command_v")).max()) for record in case.records)
     return next_experiment(
-        case.rig, candidates, case.outputs, case.floors, command_limit_v=limit, span_m=span
+        case.rig,
+        candidates,
+        case.outputs,
+        case.floors,
+        command_limit_v=limit,
+        span_m=span,
+        progress=progress,
     )
 
 

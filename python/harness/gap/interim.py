@@ -9,13 +9,15 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ehsid.harness.gap.deciding import WORSE_HELD_OUT
 from ehsid.harness.gap.inference import results
 from ehsid.harness.gap.inference.candidates import FittedCandidate
+from ehsid.harness.gap.inference.evidence import left
 from ehsid.harness.gap.inference.gap_reduction import mean_gap
 from ehsid.harness.gap.inference.likelihood_gain import above_floor
 from ehsid.harness.gap.inference.search import Look
 from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.pace import Pace
+from ehsid.harness.gap.pace import Known, Pace
 from ehsid.harness.gap.schema import Interim, Stage
 
 Watch = Callable[[Interim], None]
@@ -31,6 +33,7 @@ STAGES: MappingProxyType[Stage, str] = MappingProxyType(
         "deciding": "weighing the explanations",
         "laws": "looking for laws that the catalogue lacks",
         "where": "telling where the gap lies",
+        "experiment": "designing the experiment that separates the explanations",
     }
 )
 
@@ -46,20 +49,28 @@ def look_for(watch: Watch | None, begun: Begun | None, pace: Pace, case: Case) -
         nominal: FittedCandidate,
         calibrated: FittedCandidate,
         fitted: Sequence[FittedCandidate],
+        /,
+        *,
+        tasks: int = 0,
     ) -> None:
         LOGGER.info("%s", STAGES[stage])
         if begun is not None:
             begun(stage)
-        pace.begin(stage, above_floor(case, calibrated), above_floor(case, fitted[0]))
+        ahead = fitted[0]
+        apart = left(case, ahead, "held out") - left(case, ahead, "fitted")
+        known = Known(
+            above_floor(case, calibrated), above_floor(case, ahead), apart > WORSE_HELD_OUT, tasks
+        )
+        pace.begin(stage, known)
         if watch is None:
             return
-        runs, how_far = results.held_out_results(case, nominal, calibrated, fitted[0])
-        left: dict[tuple[str, ...], float] = {}
+        runs, how_far = results.held_out_results(case, nominal, calibrated, ahead)
+        gaps: dict[tuple[str, ...], float] = {}
         for candidate in fitted:
             gap = mean_gap(candidate.sums)
             if candidate.effects and np.isfinite(gap):
-                left[candidate.effects] = min(gap, left.get(candidate.effects, gap))
-        sets = sorted(left.items(), key=lambda one: one[1])
-        watch(Interim(stage, runs, how_far, fitted[0].effects, tuple(sets)))
+                gaps[candidate.effects] = min(gap, gaps.get(candidate.effects, gap))
+        sets = sorted(gaps.items(), key=lambda one: one[1])
+        watch(Interim(stage, runs, how_far, ahead.effects, tuple(sets)))
 
     return look

@@ -19,8 +19,11 @@ Verdict = Literal[
     "no_gap", "parameters", "effects", "ambiguous", "outside_catalogue", "insufficient_data"
 ]
 # What a diagnosis does: it fits the values of the rig, each effect alone and briefly, the best of
-# them at length, then sets of them; it weighs the sets, looks for missing laws, and tells where.
-Stage = Literal["values", "alone", "at length", "together", "deciding", "laws", "where"]
+# them at length, then sets of them; it weighs the sets, looks for missing laws, tells where, and
+# designs the experiment that separates what it cannot tell apart.
+Stage = Literal[
+    "values", "alone", "at length", "together", "deciding", "laws", "where", "experiment"
+]
 SUBSYSTEMS = ("valve", "hydraulics", "mechanics", "sensor", "timing")
 
 

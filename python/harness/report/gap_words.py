@@ -23,8 +23,8 @@ VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
         ),
         "parameters": (
             "Values of the rig",
-            "Some numbers in the rig file are wrong. With corrected numbers the simulator is as "
-            "good as these records allow; no effect has to be added.",
+            "Some numbers in the rig file differ from the machine. With the fitted numbers the "
+            "simulator is as good as these records allow, without an effect.",
         ),
         "effects": (
             "Missing effect",

@@ -18,6 +18,7 @@ from ehsid.harness.gap import STAGES, in_words
 from ehsid.harness.report.shares import percent
 
 KINDS = {"calibrated": "values fitted", "augmented": "set that is ahead"}
+SOMETIMES = ("together", "laws", "where", "experiment")  # stages that need not take place
 BARS = {
     "nominal": "as configured",
     "calibrated": "values fitted",
@@ -84,7 +85,7 @@ def _words(known: SoFar) -> str:
         f"<li>{'▸ <b>' if stage == known.stage else '✓ ' if stage in past else ''}{words}"
         f"{'</b>' if stage == known.stage else ''}</li>"
         for stage, words in STAGES.items()
-        if stage == known.stage or stage in past or stage not in ("together", "laws", "where")
+        if stage == known.stage or stage in past or stage not in SOMETIMES
     )
     html = f'<div class="columns"><ul class="stages">{stages}</ul>'
     if known.stage == "values":

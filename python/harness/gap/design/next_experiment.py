@@ -28,7 +28,7 @@ from ehsid.harness.gap.thresholds import (
     DESIGN_PRESSURE_NOISE,
     ITERATIONS,
 )
-from ehsid.harness.parallel import run_together
+from ehsid.harness.parallel import Progress, part_of, run_together
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import command_limit
@@ -37,6 +37,8 @@ from ehsid.harness.simulation.outputs import noise_sigma
 # Number of finalists that are fitted in parallel. The result depends on this number; therefore it
 # does not depend on the number of cores.
 PARALLEL_FITS = 2
+# Shares of the time: of the sensors that there are, which mostly suffice, and in it of short fits.
+FIRST_SENSORS, SHORT_FITS = 0.7, 0.6
 # Sensors that can be added, in this order of preference.
 ADDED_SENSORS = (CHAMBER_PRESSURES, (SUPPLY_PRESSURE,))
 
@@ -63,6 +65,7 @@ def next_experiment(
     dt_s: float = 1e-3,
     command_limit_v: float | None = None,
     span_m: tuple[float, float] | None = None,
+    progress: Progress | None = None,
 ) -> NextExperiment | None:
     """Designs a record that separates the best candidate from all others.
 
@@ -88,6 +91,8 @@ def next_experiment(
         largest command, V; by default the rated command, required if the rig has none.
     span_m
         smallest and largest position, m; by default the stroke, required if the rig has none.
+    progress
+        called with the share of the work that is done, 0 to 1.
 
     Returns
     -------
@@ -118,8 +123,11 @@ def next_experiment(
     if not experiments:
         return None
     best: tuple[float, Experiment, tuple[str, ...]] | None = None
-    for sensor_floors in _sensor_sets(rig, outputs, floors):
-        power, experiment = _most_powerful(rig, candidates, experiments, sensor_floors)
+    sensor_sets = _sensor_sets(rig, outputs, floors)
+    done = [0.0, *np.linspace(FIRST_SENSORS, 1.0, len(sensor_sets))]
+    for begin, end, sensor_floors in zip(done, done[1:], sensor_sets, strict=False):
+        part = part_of(progress, begin, end)
+        power, experiment = _most_powerful(rig, candidates, experiments, sensor_floors, part)
         if best is None or power > best[0] + DESIGN_GAIN:
             best = power, experiment, tuple(sensor_floors)
         if best[0] >= DESIGN_POWER:
@@ -140,6 +148,7 @@ def _most_powerful(
     candidates: Sequence[CandidateModel],
     experiments: Sequence[Experiment],
     floors: Mapping[str, float],
+    progress: Progress | None,
 ) -> tuple[float, Experiment]:
     """Returns the largest power and the experiment that has it.
 
@@ -148,7 +157,8 @@ def _most_powerful(
     """
     weakest = partial(_weakest_separation, rig, list(candidates), floors=floors)
     screened = run_together(
-        [partial(weakest, experiment, iterations=DESIGN_ITERATIONS) for experiment in experiments]
+        [partial(weakest, experiment, iterations=DESIGN_ITERATIONS) for experiment in experiments],
+        part_of(progress, 0.0, SHORT_FITS),
     )
     # The largest separation comes first; equal ones stay in the order of the menu.
     order = sorted(range(len(experiments)), key=lambda i: screened[i].nats, reverse=True)

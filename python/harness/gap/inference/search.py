@@ -7,6 +7,7 @@ import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 
@@ -42,15 +43,31 @@ from ehsid.harness.gap.thresholds import (
     MOST_EFFECTS,
     MOST_REFINED,
 )
-from ehsid.harness.parallel import Progress, run_threads, run_together
+from ehsid.harness.parallel import Progress, part_of, run_threads, run_together
 from ehsid.harness.rigs import Rig
 
 # Share of the time of a screening that the short fits from the start take; laws that grow from
 # simpler ones take the rest.
 SCREENING = 0.75
 
-# Called when a stage begins: rig as configured, with its values fitted, sets, that ahead first.
-Look = Callable[[Stage, FittedCandidate, FittedCandidate, Sequence[FittedCandidate]], None]
+
+class Look(Protocol):
+    """Called when a stage begins."""
+
+    def __call__(
+        self,
+        stage: Stage,
+        nominal: FittedCandidate,
+        calibrated: FittedCandidate,
+        fitted: Sequence[FittedCandidate],
+        /,
+        *,
+        tasks: int = 0,
+    ) -> None:
+        """Takes the rig as configured, with its values fitted, and sets, that ahead first.
+
+        tasks: how much there is to do, as of `pace.Known`.
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,27 +122,29 @@ def search(
 
     progress: called with the share of the present stage that is done; `look` begins a stage.
     """
-    progress = _no_progress if progress is None else progress
     look = _no_look if look is None else look
     nominal = nominal_candidate(case)
     look("values", nominal, nominal, [nominal])
     calibrated = calibrate(case)
     look("alone", nominal, calibrated, [calibrated])
     effect_ids = candidate_effects(case.rig, exclude)
-    screened = _screen_extensions(
-        case, [calibrated], effect_ids, _part(progress, 0.0, 1.0), extra_x=[nominal.x]
-    )
-    look("at length", nominal, calibrated, _by_held_out_cost(calibrated, *screened))
-    single_effects = _refine_promising(
-        case, screened, _total_cost(calibrated), _part(progress, 0.0, 0.5)
-    )
+    screened = _screen_extensions(case, [calibrated], effect_ids, progress, extra_x=[nominal.x])
+    promising = _promising(screened, _total_cost(calibrated))
+    singles = _by_held_out_cost(calibrated, *screened)
+    look("at length", nominal, calibrated, singles, tasks=len(promising))
+    single_effects = _refine_all(case, promising, part_of(progress, 0.0, 0.5))
     # The calibration alone gets the same chance: it starts again from the values of the rig that
     # the fits with the best effects have reached.
     rig_size = calibrated.x.size
     restarts = [candidate.x[:rig_size] for candidate in single_effects[:2]]
-    restarted = run_together([partial(refine, case, (), x) for x in restarts])
+    restarted = run_together(
+        [partial(refine, case, (), x) for x in restarts], part_of(progress, 0.5, 0.65)
+    )
     calibrated = min([calibrated, *restarted], key=lambda candidate: candidate.cost)
-    simpler = run_together(_simpler_law_tasks(case, effect_ids, single_effects, single_effects))
+    simpler = run_together(
+        _simpler_law_tasks(case, effect_ids, single_effects, single_effects),
+        part_of(progress, 0.65, 0.8),
+    )
     single_effects = _grown_again(case, single_effects, [*single_effects, *simpler])
     refined = [*single_effects, *simpler]
     front = single_effects
@@ -136,15 +155,18 @@ def search(
         parents = [each for each in front if _is_ahead_of_all_inside(case, each, contained)][:BEAM]
         if not parents:
             break
-        look("together", nominal, calibrated, _by_held_out_cost(*contained, *screened))
-        extended = _screen_extensions(case, parents, effect_ids, _part(progress, 0.0, 0.8))
+        ahead = _by_held_out_cost(*contained, *screened)
+        look("together", nominal, calibrated, ahead, tasks=len(parents))
+        extended = _screen_extensions(case, parents, effect_ids, part_of(progress, 0.0, 0.75))
         cost_before = min(_total_cost(candidate) for candidate in front)
-        grown = _refine_promising(case, extended, cost_before, _part(progress, 0.8, 0.9))
+        promising = _promising(extended, cost_before)
+        grown = _refine_all(case, promising, part_of(progress, 0.75, 0.85))
         reduced = run_together(
             [
                 *_backward_tasks(case, grown[:1], refined),
                 *_simpler_law_tasks(case, effect_ids, grown, [*grown, *refined]),
-            ]
+            ],
+            part_of(progress, 0.85, 0.95),
         )
         grown = _grown_again(case, grown, [*grown, *refined, *reduced])
         refined += [*grown, *reduced]
@@ -165,17 +187,8 @@ def search(
     )
 
 
-def _no_look(*known: object) -> None:
+def _no_look(*known: object, tasks: int = 0) -> None:
     """Nobody asked to be told."""
-
-
-def _no_progress(share: float) -> None:
-    """Nobody asked how far it is."""
-
-
-def _part(progress: Progress, begin: float, end: float) -> Progress:
-    """Returns the progress of a part of a stage, as one of the whole stage."""
-    return lambda share: progress(begin + share * (end - begin))
 
 
 def _held_out_cost(candidate: FittedCandidate) -> float:
@@ -217,7 +230,7 @@ def _screen_extensions(
     case: Case,
     parents: Sequence[FittedCandidate],
     effect_ids: Sequence[str],
-    progress: Progress,
+    progress: Progress | None,
     extra_x: Sequence[FloatArray] = (),
 ) -> list[FittedCandidate]:
     """Makes short fits of every parent with every effect that it does not have, each set once.
@@ -245,43 +258,49 @@ def _screen_extensions(
             if simpler is not None and simpler not in effect_set:
                 start_set = simpler_laws[effect_set] = (*parent.effects, simpler)
             tasks.setdefault(start_set, partial(screen, case, start_set, fit_starts))
-    shorts = run_together(list(tasks.values()), _part(progress, 0.0, SCREENING))
+    shorts = run_together(list(tasks.values()), part_of(progress, 0.0, SCREENING))
     found = dict(zip(tasks, shorts, strict=True))
     grown = run_together(
         [
             partial(grown_from, case, found[simpler_set], effect_set)
             for effect_set, simpler_set in simpler_laws.items()
         ],
-        _part(progress, SCREENING, 1.0),
+        part_of(progress, SCREENING, 1.0),
     )
     found |= {candidate.effects: candidate for candidate in grown}
     return sorted((found[effect_set] for effect_set in covered.values()), key=_total_cost)
 
 
-def _refine_promising(
-    case: Case, screened: Sequence[FittedCandidate], cost_before: float, progress: Progress
-) -> list[FittedCandidate]:
-    """Makes long fits of the first few, except of those that gain little beside the first one.
+def _promising(
+    screened: Sequence[FittedCandidate], cost_before: float
+) -> Sequence[FittedCandidate]:
+    """Returns the first few, except those that gain little beside the first one.
 
     cost_before: cost without the last effect, as `_total_cost` defines it, nats.
     """
     least_gain = (
         LEAST_SCREENED_GAIN * max(cost_before - _total_cost(screened[0]), 0.0) if screened else 0.0
     )
-    promising = [
+    return [
         candidate
         for candidate in screened[:MOST_REFINED]
         if cost_before - _total_cost(candidate) >= least_gain
     ] or screened[:1]
+
+
+def _refine_all(
+    case: Case, promising: Sequence[FittedCandidate], progress: Progress | None
+) -> list[FittedCandidate]:
+    """Makes long fits of promising sets, and longer ones of the two best."""
     tasks = [partial(refine, case, candidate.effects, candidate.x) for candidate in promising]
-    refined = sorted(run_together(tasks, progress), key=_total_cost)
+    refined = sorted(run_together(tasks, part_of(progress, 0.0, 0.8)), key=_total_cost)
     # The order of the two best must not depend on where their fits were stopped.
     tasks = [
         partial(refine, case, candidate.effects, candidate.x)
         for candidate in refined[:2]
         if not candidate.converged
     ]
-    repeated = run_together(tasks)
+    repeated = run_together(tasks, part_of(progress, 0.8, 1.0))
     repeated_sets = {candidate.effects for candidate in repeated}
     return sorted(
         [

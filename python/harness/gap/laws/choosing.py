@@ -29,6 +29,7 @@ from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import fit
 from ehsid.harness.gap.model.law import Law
 from ehsid.harness.gap.schema import MissingLaw
+from ehsid.harness.parallel import Progress, part_of
 from ehsid.harness.rigs.table_words import table_subsystem
 
 MOST_LAWS = 2
@@ -73,7 +74,10 @@ class LawsFound:
 
 
 def missing_laws(
-    case: Case, calibrated: FittedCandidate, best: FittedCandidate
+    case: Case,
+    calibrated: FittedCandidate,
+    best: FittedCandidate,
+    progress: Progress | None = None,
 ) -> LawsFound | None:
     """Looks for laws that explain what the best set leaves; None where there is none.
 
@@ -86,12 +90,19 @@ def missing_laws(
         the records.
     calibrated, best
         the rig without effects, and with the best set of effects.
+    progress
+        called with the share of the work that is done.
     """
     fine = decision_case(case)
     starts = [calibrated, best] if best.effects else [calibrated]
-    chains = [_Chain(fine, (start,), ()).longer() for start in starts]
+    parts = len(starts) + 1
+    chains = [
+        _Chain(fine, (start,), ()).longer(part_of(progress, place / parts, (place + 1) / parts))
+        for place, start in enumerate(starts)
+    ]
     chain = min(chains, key=lambda each: each.penalised)
-    chain = chain.longer() if chain.rivals else chain
+    last = part_of(progress, (parts - 1) / parts, 1.0)
+    chain = chain.longer(last) if chain.rivals else chain
     if not chain.rivals:
         return None
     candidate = _without_needless(fine, chain.last)
@@ -142,9 +153,9 @@ class _Chain:
         """What the last fit leaves, and the prior cost of its effects and laws on that scale."""
         return _penalised(self.case, self.last)
 
-    def longer(self) -> _Chain:
+    def longer(self, progress: Progress | None) -> _Chain:
         """With a law more, or the same where none is worth its cost."""
-        found = with_one_law(self.case, self.last)
+        found = with_one_law(self.case, self.last, progress)
         if not found:
             return self
         gains = [left(self.case, each) for each in self.steps]

@@ -31,7 +31,7 @@ from ehsid.harness.gap.model.law import Law
 from ehsid.harness.gap.model.linear import Linear
 from ehsid.harness.gap.model.problem import Problem
 from ehsid.harness.gap.model.relevance import Relevance, quadratic, relevance
-from ehsid.harness.parallel import run_together
+from ehsid.harness.parallel import Progress, run_together
 
 # Variables of each equation: first those that a table can have, then those of linear terms.
 TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -100,7 +100,9 @@ class EquationTerms:
     scale: float
 
 
-def equation_terms(case: Case, calibrated: FittedCandidate) -> tuple[EquationTerms, ...]:
+def equation_terms(
+    case: Case, calibrated: FittedCandidate, progress: Progress | None = None
+) -> tuple[EquationTerms, ...]:
     """Fits the terms of each equation that the plant has, beside the rig without effects."""
     problem = case.problem()
     # A calibration may have moved values far to hide what is missing.
@@ -112,7 +114,7 @@ def equation_terms(case: Case, calibrated: FittedCandidate) -> tuple[EquationTer
         for equation in TABLES
         if equation in sizes(case)
     ]
-    return tuple(run_together(tasks))
+    return tuple(run_together(tasks, progress))
 
 
 def _together(

@@ -16,10 +16,12 @@ from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.model.fit import descent, fit
 from ehsid.harness.gap.model.law import Law
 from ehsid.harness.gap.model.linear import Linear
-from ehsid.harness.parallel import run_together
+from ehsid.harness.parallel import Progress, part_of, run_together
 
 # Steps of a short fit of each law of the menu, number of laws that get a long one, and its steps.
 SHORT, KEPT, LONG = 3, 4, 12
+# Share of the time that the short fits take.
+SHORT_FITS = 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,15 +37,19 @@ class FittedLaw:
         return self.candidate.laws[-1]
 
 
-def with_one_law(case: Case, candidate: FittedCandidate) -> list[FittedLaw]:
+def with_one_law(
+    case: Case, candidate: FittedCandidate, progress: Progress | None = None
+) -> list[FittedLaw]:
     """Adds each law of the menu to a candidate; returns the best few, fitted, best first."""
     fine = decision_case(case)
     shared = fine.problem(candidate.effects, laws=candidate.laws).linear(candidate.x)
     present = {law.name for law in candidate.laws}
     menu = [law for law in laws(fine, candidate) if law.name not in present]
-    short = run_together([partial(_short, fine, candidate, law, shared) for law in menu])
+    tasks = [partial(_short, fine, candidate, law, shared) for law in menu]
+    short = run_together(tasks, part_of(progress, 0.0, SHORT_FITS))
     short.sort(key=lambda each: each.cost)
-    fitted = run_together([partial(_long, fine, each) for each in short[:KEPT]])
+    longer = [partial(_long, fine, each) for each in short[:KEPT]]
+    fitted = run_together(longer, part_of(progress, SHORT_FITS, 1.0))
     return sorted((FittedLaw(each, left(fine, each)) for each in fitted), key=lambda e: e.left)
 
 
