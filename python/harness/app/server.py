@@ -48,6 +48,11 @@ NO_TOKEN = (
     "This page needs the address that <code>ehsid app</code> printed, with its token. Copy it from "
     "the terminal, or start <code>ehsid app</code> again."
 )
+# The page is made for one set of colours: with that of this browser it is loaded once.
+TO_THE_PAGE = """<!doctype html><title>ehsid</title><script>
+const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+location.replace("/?theme=" + (dark ? "dark" : "light"));
+</script>"""
 # A report is a page of its own: it may run its scripts, and may not fetch anything.
 REPORT_POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
@@ -89,7 +94,7 @@ class _Token(AuthProvider):  # type: ignore[misc] # bokeh's types are left out
                         auth.cookie, auth.token, httponly=True, samesite="Strict", max_age=COOKIE_S
                     )
                     # A redirect would still count as coming from elsewhere, without the cookie.
-                    self.finish('<meta http-equiv="refresh" content="0; url=/">')
+                    self.finish(TO_THE_PAGE)
                     return
                 self.set_status(403)
                 self.finish(f"<!doctype html><title>ehsid</title><p>{NO_TOKEN}</p>")

@@ -119,9 +119,12 @@ class Workbench:
                 return
             if any(job.running for (_, key), job in self._jobs.items() if key == "read"):
                 return
-            session, entry = self._unread.pop(0)
-            self._read_now = (session.name, entry.id, entry.told())
-            self._start(session, "read", f"reading {entry.id}", read_task, entry.id)
+            while self._unread:
+                session, entry = self._unread.pop(0)
+                if self._sessions.get(session.name) is session:  # it was not removed meanwhile
+                    self._read_now = (session.name, entry.id, entry.told())
+                    self._start(session, "read", f"reading {entry.id}", read_task, entry.id)
+                    return
 
     def check(self, session: Session) -> None:
         """Starts the check of rig and records."""

@@ -59,6 +59,19 @@ def test_a_machine_whose_folder_was_removed_begins_anew(workbench: Workbench) ->
     until(lambda: reading_of(again, entry_of(again)) is not None)
 
 
+def test_a_page_of_a_machine_that_has_gone_does_not_keep_its_namesake_from_reading(
+    workbench: Workbench,
+) -> None:
+    gone = workbench.latest()
+    log = german_log(gone.folder.parent / "run.csv", 0.5)
+    entry = gone.add(log)
+    shutil.rmtree(gone.folder)
+    again = workbench.latest()
+    workbench.read(gone, entry)  # a tab that was not closed
+    workbench.read(again, again.add(log))
+    until(lambda: reading_of(again, entry_of(again)) is not None)
+
+
 def test_a_session_that_was_edited_is_read_again(workbench: Workbench) -> None:
     session = workbench.latest()
     file = session.folder / "session.toml"
@@ -84,7 +97,7 @@ def test_logs_are_read_and_the_check_follows(workbench: Workbench, tmp_path: Pat
     workbench.check(session)  # a second one is not started beside it
     job = workbench.job(session, "check")
     assert job is not None
-    job.wait(120.0)
+    job.wait(6.0)
     assert (job.state, job.message) == (State.done, "")
     until(lambda: standings(session)["check"].done)
     assert Session(session.folder).settings.made_of.keys() == {"check"}
