@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Makes the pictures of docs/hil.md: python docs/hil/make.py build/firmware/servo_an386.elf
+"""Makes the pictures of docs/evidence/hil.md.
+
+python docs/hil/make.py build/firmware/servo_an386.elf
 
 Runs `ehsid hil` on the emulated Cortex-M4F: the experiment, and position control of a machine whose
 supply has less pressure than the controller was tuned for, with and without retuning.

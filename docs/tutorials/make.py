@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Runs the tutorials and explanations, writes what they print, and draws their pictures.
+"""Runs the pages with code of three sections, writes what they print, and draws their pictures.
 
 python docs/tutorials/make.py [PAGE...]; without a page all of them. A picture of a page,
 PAGE/NAME.png, is the figure that its Python calls NAME.
@@ -18,12 +18,13 @@ sys.path.insert(0, str(DOCS))  # blocks.py stands beside the folders of the page
 
 import blocks  # noqa: E402
 
+FOLDERS = ("tutorials", "how_to", "explanation")
 PICTURE = re.compile(r"\]\((?P<folder>\w+)/(?P<name>\w+)\.png\)")
 
 
 def pages() -> list[Path]:
     """Returns the pages with code; index.md lists the pages of a folder for the site."""
-    every = [*DOCS.glob("tutorials/*.md"), *DOCS.glob("explanation/*.md")]
+    every = [page for name in FOLDERS for page in DOCS.glob(f"{name}/*.md")]
     return sorted(
         page
         for page in every

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The simulator against the hydraulic actuator of exudyn, a multibody code written by others.
 
-docs/simulator.md says which definitions differ and how they were matched. Ours is of second order
-in its step, exudyn's Runge-Kutta method of fourth. Two things are claimed: ours goes to exudyn's
-result at its own rate, and is there when extrapolated to step zero (Richardson).
+docs/evidence/simulator.md says which definitions differ and how they were matched. Ours is of
+second order in its step, exudyn's Runge-Kutta method of fourth. Two things are claimed: ours goes
+to exudyn's result at its own rate, and is there when extrapolated to step zero (Richardson).
 
 Tolerance of the second, for each output: what one halving of the step changes in exudyn's result,
 plus the same in our extrapolated result, plus MODEL. A halving changes at least seven times the

@@ -51,7 +51,7 @@ def test_links_to_terms_find_them() -> None:
 def test_relative_links_of_new_pages_find_files() -> None:
     """Of the pages whose tests stand here, with the headings that they name."""
     found = 0
-    folders = ("tutorials", "explanation", "notebooks")
+    folders = ("tutorials", "how_to", "explanation", "evidence", "notebooks")
     for page in [DOCS / "glossary.md", *(one for one in pages() if one.parent.name in folders)]:
         for file, heading in re.findall(r"\]\(([\w./]+)(?:#([\w-]+))?\)", text_of(page)):
             target = page.parent / file

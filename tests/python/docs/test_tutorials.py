@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The tutorials and explanations do what they say, and print what they show."""
+"""The tutorials, how-to pages and explanations do what they say, and print what they show."""
 
 from __future__ import annotations
 
@@ -52,6 +52,17 @@ def test_my_rig_in_twenty_minutes() -> None:
     # The command and the Python give the same answer.
     assert " ".join(made.split()).count(names["diagnosis"].sentence) == 2
     assert names["rig"].values["fluid.bulk_modulus_pa"] == pytest.approx(1e9)
+
+
+@pytest.mark.slow
+def test_two_causes_are_told_apart_by_the_next_experiment() -> None:
+    made, names = ran("how_to/ambiguous.md")
+    assert "The gap is due to transport delay, or to sensor lag." in made
+    assert "The gap is due to transport delay: adding it" in made
+    # Its size is the first number behind the probability, and the secret of the page is in ms.
+    size = float(shown(made.split("## 4.")[1], "│ transport delay │").split()[3])
+    secret = names["secret"]["effects.transport_delay.delay_s"]
+    assert size == pytest.approx(1e3 * secret, abs=0.6)
 
 
 @pytest.mark.slow

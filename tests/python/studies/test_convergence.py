@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A start from the offline model shortens convergence; the numbers of docs/export.md."""
+"""A start from the offline model shortens convergence; the numbers of docs/evidence/export.md."""
 
 from typing import Any
 
