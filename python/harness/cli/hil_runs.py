@@ -79,7 +79,7 @@ def run_all(
 ) -> Runs:
     """Runs each plan, writes its samples into its folder below `out`, and shows the progress."""
     runs = []
-    with live(console) as stage:
+    with live(console, sum(plan.samples for plan in plans.values())) as stage:
         for folder, plan in plans.items():
             estimator = plan.configuration.estimator
             with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], estimator.orders) as recording:

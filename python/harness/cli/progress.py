@@ -27,8 +27,8 @@ class LeftColumn(ProgressColumn):
     max_refresh = 0.5
 
     def render(self, task: Any) -> Text:
-        """Returns the time in words."""
-        return Text(left_words(task.fields["to_go"]))
+        """Returns the time in words; nothing where the task is finished."""
+        return Text("" if task.finished else left_words(task.fields["to_go"]))
 
 
 def left_words(to_go: TimeToGo) -> str:
