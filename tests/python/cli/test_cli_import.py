@@ -76,7 +76,7 @@ def with_text_columns(path: Path, delimiter: str, names: str) -> Path:
         ("import",),
         ("identify", "--orders", "2", "--delays", "1"),
         ("estimate", "--out", "estimate"),
-        ("export", "--na", "2", "--out", "header.h"),
+        ("export", "--na", "1", "--nb", "1", "--out", "header.h"),
         ("rig", "check", BENCH),
         (
             "inject",

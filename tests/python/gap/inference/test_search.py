@@ -144,7 +144,7 @@ def test_two_effects_are_identified_together_and_each_stage_has_progress() -> No
             case,
             made.all_but(*FEW[:3]),
             lambda share: told[-1][1].append(share),
-            lambda stage, *_: told.append((stage, [])),
+            lambda stage, *_, tasks=0: told.append((stage, [])),
         )
     best = result.refined[0]
     assert set(best.effects) == {"coulomb_friction", "valve_dead_band"}
