@@ -27,35 +27,47 @@ M4F, M7 = "Cortex-M4F", "Cortex-M7"
 
 HEAD = """# What an update costs on the target
 
-Written by `nice python benchmarks/target_budget.py`, which needs arm-none-eabi-g++, qemu-system-arm
-and Eigen. Made with {tools}.
+This page tells how many instructions, and how much flash, RAM and stack an update of the estimator
+takes on a Cortex-M. With it you can check, before you have a board, whether the estimator fits into
+your controller. [Goals](#goals) compares each policy with the textbook form, and
+[The whole estimator](#the-whole-estimator) has the cost of a whole `step`.
 
-The target is QEMU's mps2-an386 (Cortex-M4F) with float32, `-ffp-contract=off`, no exceptions, no
-RTTI and `NDEBUG`. Every form is compiled with the same flags, in its own translation unit. The
-tables give counted instructions and not cycles (`-icount`, SysTick, interrupts masked, barriers
-before and after the call). Flash wait states and the pipeline of a real part add to them. As a
-check, the script first counts a sequence of 1000 known instructions, and the result must be 1000.
+`nice python benchmarks/target_budget.py` writes this page. It needs arm-none-eabi-g++,
+qemu-system-arm and Eigen. This page was made with {tools}.
+
+## What is measured
+
+**The target** is QEMU's mps2-an386 (Cortex-M4F) with float32, `-ffp-contract=off`, no exceptions,
+no RTTI and `NDEBUG`. Every form is compiled with the same flags, in its own translation unit.
+
+**The tables count instructions, not cycles.** The flash wait states and the pipeline of a real part
+add cycles to them. The script counts with `-icount` and SysTick, with interrupts masked, and with
+barriers before and after the call. As a check, it first counts a sequence of 1000 known
+instructions, and the result must be 1000.
 
 **n** is the number of parameters of `Rls<float, n, Policy>::update(phi, y)`. All its guards are
-active, and the figures are over 400 samples that carry information. The **textbook** form is Eqs.
-(12)-(14) with a dense Eigen matrix of static size and without any check. C++ evaluates `K*phi'*P`
-from left to right, which is a product of two matrices. With the brackets the cost is only n^2.
+active, and the figures are over 400 samples that carry information.
+
+**The textbook form** is Eqs. (12)-(14) with a dense Eigen matrix of static size and without any
+check. C++ evaluates `K*phi'*P` from left to right, which is a product of two matrices. In the
+bracketed form, `K*(phi'*P)`, the cost is only n^2.
 """
 
 REASONS = """
-- **`Directional`** needs two operations per sample more than forgetting by a factor: a triangular
-  solve for the information that P holds along the regressor, and a rank-one update, after which the
-  regressor is projected again. These are 2 n^2 additional multiplications in any arrangement.
+- **`Directional`** needs two operations per sample more than forgetting by a factor. The first is a
+  triangular solve for the information that P holds along the regressor. The second is a rank-one
+  update, after which the regressor is projected again. Together these are 2 n^2 additional
+  multiplications in any arrangement.
 - **`RandomWalk`** adds Q to the diagonal by n rank-one updates and reads the diagonal of the
-  inverse: n^3 / 2 multiplications and 1.5 n^2 divisions. The textbook form beside it has none of
-  them.
-- **-O2 unrolls** the loops of an update (`EHSID_UNROLL`). This makes the update fast but needs
-  flash, most for `RandomWalk`. With -Os the loops are kept. Use -Os if flash is scarce or n is
-  large.
-- **Small n**: the guards cost about 130 instructions at any n. At -O2 the textbook form, which has
-  no guards, is shorter up to n = 3 or 4, and in its bracketed form up to 4 or 5.
+  inverse. This takes n^3 / 2 multiplications and 1.5 n^2 divisions. The textbook form, with which
+  it is compared, has none of them.
+- **-O2 unrolls** the loops of an update (`EHSID_UNROLL`). This makes the update fast but needs more
+  flash, most of all for `RandomWalk`. With -Os the loops are kept. Use -Os if flash is scarce or n
+  is large.
+- **Small n**: the guards cost about 130 instructions at any n. At -O2 the textbook form has no
+  guards and is therefore shorter up to n = 3 or 4, and in its bracketed form up to 4 or 5.
 - **Stack**: two thirds of it is the new state, which must be complete before it replaces the old
-  state. It grows with n^2 / 2, and from n = 7 on it is above 256 bytes at -Os.
+  state. The stack grows with n^2 / 2. From n = 7 on it is above 256 bytes at -Os.
 """
 
 
@@ -97,12 +109,12 @@ def goals(rows: list[Row]) -> str:
     head += ["-Os, bracketed", "stack, bytes"]
     return (
         "## Goals\n\nThe number of instructions relative to the textbook form must be at most 1 at "
-        "-O2 and below 0.5 at -Os. The stack must be below 256 bytes (the larger value of both "
-        "levels, painted and static).\n\n"
+        "-O2 and below 0.5 at -Os. The stack must be below 256 bytes. It is the largest of four "
+        "values: painted and static, at both levels.\n\n"
         + table(head, body)
         + REASONS
         + "\nNo image contains a heap, exceptions, the unwinder, static constructors or software "
-        "double arithmetic; the script checks each image with `tests/firmware/check_image.cmake`.\n"
+        "double arithmetic. The script checks each image with `tests/firmware/check_image.cmake`.\n"
     )
 
 
@@ -148,9 +160,10 @@ def whole(rows: list[Row]) -> str:
             )
     return (
         "## The whole estimator\n\n`ServoEstimator<float, 3, 3, 1, Policy>::step(command, "
-        "position)` includes scaling, regressor, recursion, reset and convergence. The largest of "
-        "400 samples is the sample at which `FRatio` sums up a window. The last three are the "
-        "estimators for noise that biases least squares (which_estimator.md); "
+        "position)` includes scaling, regressor, recursion, reset and convergence. "
+        '"Instructions" is the mean of 400 samples, and "most" is the largest. With `FRatio`, the '
+        "largest is the sample at which it sums up a window. The last three estimators are for "
+        "noise that biases least squares ([which_estimator.md](which_estimator.md)). "
         "`ArmaxServoEstimator` has nine parameters, three of them for the noise.\n\n"
         + table(["n = 6", "instructions", "most", "flash", "RAM", "stack", "(static)"], body)
     )
@@ -174,10 +187,12 @@ def other_processor(rows: list[Row]) -> str:
 def document(rows: list[Row], tools: str) -> str:
     """The page."""
     note = (
-        "Flash is the size of the image minus that of an empty image, and includes the call that "
-        "sets up the\nform. RAM is its storage and static data. Stack is measured by painting. "
-        "The value in brackets is\nthe sum of `-fstack-usage` along the deepest chain of calls, "
-        "for any input, without library\nfunctions.\n"
+        "- **Flash** is the size of the image minus that of an empty image. It includes the call "
+        "that sets up\n  the form.\n"
+        "- **RAM** is the storage of the form and its static data.\n"
+        "- **Stack** is measured by painting. The value in brackets is static: the sum of "
+        "`-fstack-usage`\n  along the deepest chain of calls, for any input, without library "
+        "functions.\n"
     )
     return "\n".join(
         [

@@ -32,7 +32,8 @@ LARGE = 0.01
 
 # Published by others or measured earlier, on other machines: not to be compared digit by digit.
 CITED = Table(
-    "Figures that this run does not measure.",
+    "This run does not measure these figures. Others published them, or we measured them earlier "
+    "on another machine.",
     ("what", "figure", "source"),
     (
         (
@@ -90,13 +91,13 @@ class Media:
 
 def listed(names: Sequence[str]) -> str:
     """A list in a sentence; the names have commas."""
-    return "; ".join(names)
+    return "; ".join(f"`{name}`" for name in names)
 
 
 def without_marks(block: Block) -> Block:
-    """A text or a table without the marks that Markdown has for code."""
+    """A text or a table without the marks that Markdown has for code and bold words."""
     if isinstance(block, str):
-        return block.replace("`", "")
+        return block.replace("`", "").replace("**", "")
     if isinstance(block, Table):
         rows = [
             [cell.replace("`", "") if isinstance(cell, str) else cell for cell in row]
@@ -114,12 +115,14 @@ def time_sentence(results: Results) -> str:
     faster = [name for name, ratio in ratios.items() if ratio < ours and "Rls" not in name]
     words = (
         f"In float with n = {SHOWN_N} at -O{level}, an update of `Rls` with `Constant` and all "
-        f"guards takes {ours:.2f} times the bare UD recursion in C, with `FRatio` "
-        f"{ratios['Rls, FRatio']:.2f} times, and a whole step of `ServoEstimator` "
-        f"{ratios['ServoEstimator::step, FRatio']:.2f} times."
+        f"guards takes {ours:.2f} times as long as the bare UD recursion in C, which has no guard. "
+        f"With `FRatio` it takes {ratios['Rls, FRatio']:.2f} times as long. A whole step of "
+        "`ServoEstimator` with `FRatio` takes "
+        f"{ratios['ServoEstimator::step, FRatio']:.2f} times as long."
     )
     return words + (
-        f" Faster than `Rls` with `Constant`, and without any guard: {listed(faster)}."
+        " These recursions are faster than `Rls` with `Constant`, and none of them has a guard: "
+        f"{listed(faster)}."
         if faster
         else ""
     )
@@ -130,10 +133,11 @@ def error_sentence(results: Results) -> str:
     fails = sorted({one.name.text for one in results.errors if not late_error(one) <= LARGE})
     ours = max(late_error(one) for one in results.errors if one.name.ours)
     return (
-        f"Errors above 1 %, or no numbers, in at least one of the four runs: {listed(fails)}. "
+        "In at least one of the four runs, these recursions have errors above 1 % or parameters "
+        f"that are not numbers: {listed(fails)}. "
         if fails
         else "No recursion is off by more than 1 %. "
-    ) + f"The largest error of ours is {ours:.1e}."
+    ) + f"The largest error of the recursions of ehsid is {ours:.1e}."
 
 
 def hold_sentence(results: Results) -> str:
@@ -145,14 +149,16 @@ def hold_sentence(results: Results) -> str:
     lost = [one for one in others if any(value is not None for value in one.not_finite)]
     own = [one for one in ours if any(value is not None for value in (*one.moved, *one.not_finite))]
     words = (
-        f"Of {len(others)} recursions of others, {len(moved)} have moved by 1 % within {last:,} "
-        f"held samples, and {len(lost)} end with parameters that are no numbers. "
+        f"In {len(moved)} of the {len(others)} recursions of others, a parameter has moved by 1 % "
+        f"within {last:,} held samples. {len(lost)} of them end with parameters that are not "
+        "numbers. "
     )
     held = min(one.held for one in ours)
     return words + (
-        f"Of {len(ours)} of ours, {len(own)} moved by 1 %."
+        f"In {len(own)} of the {len(ours)} recursions of ehsid, a parameter has moved by 1 %."
         if own
-        else f"None of our {len(ours)} has moved by 1 % in {held:,} samples."
+        else f"No parameter of the {len(ours)} recursions of ehsid has moved by 1 % in {held:,} "
+        "samples."
     )
 
 
@@ -163,32 +169,32 @@ def answer_sentence(results: Results) -> str:
     words = f"{len(same)} recursions find the parameters of batch least squares"
     if not wrong:
         return f"{words}; none is off by more than rounding."
-    names = sorted(f"{shown(one.name)} by {small(one.deviation)}" for one in wrong)
-    return f"{words}. Off by more than rounding: {listed(names)}."
+    names = sorted(f"`{shown(one.name)}` by {small(one.deviation)}" for one in wrong)
+    return f"{words}. These are off by more than rounding: {'; '.join(names)}."
 
 
 def make_page(results: Results, plan: Plan, media: Media, bank: Table | None = None) -> Page:
     """The whole page."""
     flags = ", ".join(f"-O{level}" for level in levels(results))
     how = (
-        f"Made by {COMMAND}, which builds every recursion, checks its answer and measures it. "
-        f"Compiler flags: {flags}, each with -ffp-contract=off and -DNDEBUG; libraries as "
-        f"packaged. All recursions in C and C++ run in one process and take turns, {plan.passes} "
-        f"passes of {plan.samples:,} samples; all get the same samples, the forgetting factor "
-        f"{FACTOR:g} and P0 = {VARIANCE0:g} I. `{results.machine[0]}`; "
-        f"{'; '.join(results.machine[1:])}."
+        f"**How it was measured.** {COMMAND} makes this page. It builds every recursion, checks "
+        f"its answer and measures it. The compiler flags are {flags}, each with -ffp-contract=off "
+        "and -DNDEBUG; the libraries are as packaged. All recursions in C and C++ run in one "
+        f"process and take turns, in {plan.passes} passes of {plan.samples:,} samples. All get the "
+        f"same samples, the forgetting factor {FACTOR:g} and P0 = {VARIANCE0:g} I. The machine and "
+        f"the versions are: `{results.machine[0]}`; {'; '.join(results.machine[1:])}."
     )
     first, *charts = media.times(results)
     times: list[Block] = [
-        "The bare UD recursion is Bierman's, in plain C and without any check: the least that a "
-        "factored recursion can do. A ratio is taken between passes that follow each other, so "
-        "other load on the machine changes it little; the shortest time depends on the machine.",
+        "The bare UD recursion is Bierman's, in plain C and without any check. No recursion on "
+        "factors can do less. A ratio is taken between passes that follow each other, so other "
+        "load on the machine changes it little. The shortest time depends on the machine.",
         goal_table(results),
         *charts,
         time_table(results),
         size_table(results),
         python_table(results),
-        *(f"{peer.name}: {peer.note}." for peer in PEERS if peer.note),
+        *(f"`{peer.name}` {peer.note}." for peer in PEERS if peer.note),
         *([bank] if bank is not None else []),
         "An update of liquid-dsp includes n pushes into its window, because it is an equaliser. "
         "dlib calls the BLAS that its package was built for. `ServoEstimator::step` also makes "
@@ -197,39 +203,45 @@ def make_page(results: Results, plan: Plan, media: Media, bank: Table | None = N
     ]
     answers: list[Block] = [
         answer_sentence(results),
-        "The truth is weighted batch least squares in float64, with the P0 from which each "
-        "recursion starts. The tolerance is 4 n u sqrt(M) times the condition number of the "
-        "information matrix, with the unit roundoff u and the memory M = 1 / (1 - lambda): "
-        "rounding errors of independent samples. Our policies other than `Constant` choose the "
-        "weights of the samples themselves, so their answer differs; they are compared with "
-        "papers in `tests/python/core/test_rls.py`. K (P phi)' keeps the part of P that "
-        "rounding made asymmetric, which grows by 1 / lambda in each sample. dlib's "
-        "regularisation enters P but not the update of the parameters, so it does not quite "
-        "solve the problem that it documents. statsmodels starts from an infinite P0, where the "
-        "first regressors are divided by differences that are almost zero.",
+        "**The truth** is weighted batch least squares in float64, with the P0 from which each "
+        "recursion starts.",
+        "**The tolerance** is 4 n u sqrt(M) times the condition number of the information matrix, "
+        "with the unit roundoff u and the memory M = 1 / (1 - lambda). It allows for rounding "
+        "errors that are independent from sample to sample.",
+        "**The policies of ehsid** other than `Constant` choose the weights of the samples "
+        "themselves, so their answer differs. They are compared with papers in "
+        "`tests/python/core/test_rls.py`.",
+        "**Beyond the tolerance** there are three causes. K (P phi)' keeps the part of P that "
+        "rounding made asymmetric, and this part grows by 1 / lambda in each sample. The "
+        "regularisation of dlib enters P but not the update of the parameters, so dlib does not "
+        "quite solve the problem that it documents. statsmodels starts from an infinite P0, where "
+        "the first regressors are divided by differences that are almost zero.",
         answer_table(results),
     ]
     errors: list[Block] = [
         error_sentence(results),
-        "Model (16) of Ghazali et al. (2011) with a random binary command and a noise of 1e-3, "
-        f"and the same servo sampled {FASTER[-1]} times as fast, {plan.accurate:,} samples each. "
-        "A line ends where a parameter is no number.",
+        "The runs use model (16) of Ghazali et al. (2011) with a random binary command and a noise "
+        f"of 1e-3, and the same servo sampled {FASTER[-1]} times as fast. Each run has "
+        f"{plan.accurate:,} samples. A line of the chart ends where a parameter is not a number.",
         *media.errors(results),
         error_table(results.errors),
     ]
     holds: list[Block] = [
         hold_sentence(results),
-        f"Model (16), {EXCITED:,} samples of a random binary command, then a command that stays "
-        "at 0.5, with a noise of 1e-3. Where it survives, a recursion in C++ is stopped after "
-        f"{plan.held:,} samples and one in Python after {plan.python_held:,}. Median of "
-        f"{plan.seeds} seeds.",
+        "The runs use model (16) with a noise of 1e-3. The command is random and binary for "
+        f"{EXCITED:,} samples, and then stays at 0.5. A recursion that survives is stopped after "
+        f"{plan.held:,} samples in C++, and after {plan.python_held:,} in Python. The table has "
+        f"the median of {plan.seeds} seeds.",
         *media.holds(results),
         hold_table(results.holds),
     ]
     lead: list[Block] = [
-        time_sentence(results),
-        error_sentence(results),
-        hold_sentence(results),
+        "This page compares an update of the estimator with those of other libraries. It is for "
+        "you if you choose a recursion for a controller, or want to know what the guards of ehsid "
+        "cost. A held input is a command that stays constant.",
+        f"**Time.** {time_sentence(results)}",
+        f"**Accuracy in float.** {error_sentence(results)}",
+        f"**A held input.** {hold_sentence(results)}",
         how,
     ]
     sections: dict[str, list[Block]] = {

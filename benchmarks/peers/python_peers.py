@@ -190,8 +190,8 @@ PEERS = (
         "filterpy KalmanFilter",
         "filterpy",
         start=FilterPy,
-        note="as a Kalman filter with a constant state, H = phi' and a fading memory; its own "
-        "least squares are for polynomials of time only",
+        note="is used as a Kalman filter with a constant state, H = phi' and a fading memory. Its "
+        "own least squares are for polynomials of time only",
     ),
     PythonPeer(
         "statsmodels RecursiveLS",
@@ -199,7 +199,7 @@ PEERS = (
         run=statsmodels_run,
         forgets=False,
         variance0=np.inf,
-        note="takes all samples at once and does not forget: compared at lambda = 1",
+        note="takes all samples at once and does not forget. It is compared at lambda = 1",
     ),
 )
 

@@ -82,8 +82,9 @@ def time_table(results: Results) -> Table:
             row += [number(same.least), ratio_text(same)]
         rows.append(row)
     caption = (
-        f"C and C++, n = {SHOWN_N}: shortest time of an update, and the ratio to the bare UD "
-        "recursion of the same precision in the same pass: median and quartiles."
+        f"C and C++ with n = {SHOWN_N}: the shortest time of an update, and the ratio. The ratio "
+        "is to the bare UD recursion of the same precision in the same pass, with median and "
+        "quartiles."
     )
     return Table(
         caption, columns, [*rows, *missing_rows(results, cpp_names(results), len(columns))]
@@ -200,7 +201,7 @@ def error_table(errors: Sequence[Errors]) -> Table:
     columns = ["recursion in float", *(case_words(*case) for case in cases)]
     return Table(
         "Error in float against batch least squares in double on the same samples, relative to the "
-        "largest parameter: the largest of the second half of the run.",
+        "largest parameter. The table has the largest error of the second half of the run.",
         columns,
         rows,
     )
