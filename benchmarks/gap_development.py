@@ -35,7 +35,7 @@ HEAD = (
     "verdict",
     "found (90 % interval)",
     "error of size",
-    "gap: told / calibrated / with effects / floor",
+    "gap: given / calibrated / with effects / floor",
     "shrinkage of the explainable gap",
     "s",
     "MB",
@@ -153,15 +153,22 @@ def table(rows: list[Row]) -> str:
         [
             "# Records whose cause is known",
             "",
-            "Written by `benchmarks/gap_development.py`. The error of size is the largest of the "
-            "parameters of the effects that are there; memory is the peak of the process and of "
-            f"its largest worker; {os.cpu_count()} cores.",
+            f"The diagnosis was right for {sum(one.right for one in rows)} of {len(rows)} records "
+            "whose cause is known. A record took at most "
+            f"{max(one.seconds for one in rows):.0f} s and "
+            f"{max(one.megabytes for one in rows):.0f} MB on {os.cpu_count()} cores.",
+            "",
+            "- **Sensors**: y is the position, pa and pb are the chamber pressures, and ps is the "
+            "supply pressure.",
+            "- **Error of size** is the largest error of the parameters of the effects that are "
+            "in the machine.",
+            "- **Gap** is the gap of the rig file as it was given, of the calibrated rig, and of "
+            "the rig with the found effects, followed by the noise floor.",
+            "- **MB** is the peak memory of the process and of its largest worker.",
+            "",
+            "`benchmarks/gap_development.py` writes this page.",
             "",
             *lines,
-            "",
-            f"{sum(one.right for one in rows)} of {len(rows)} right; at most "
-            f"{max(one.seconds for one in rows):.0f} s and "
-            f"{max(one.megabytes for one in rows):.0f} MB a record.",
             "",
         ]
     )

@@ -81,10 +81,14 @@ def main() -> None:
         [
             "# Could the missed effects have been identified?",
             "",
-            "Written by `benchmarks/gap_distinguishable.py`: effects of the cases that were not "
-            "answered right, fitted from their true sizes beside the rig and all nuisances. "
-            f"Below {SURE:g} deviations no diagnosis could identify the effect with confidence "
-            "from this record.",
+            "The table shows which of the effects that a diagnosis did not find could have been "
+            "found in the record. Each effect of the cases that were not answered right was fitted "
+            "together with the values of the rig and all nuisances, starting at its true size. The "
+            "column *deviations from zero* is the fitted size over its standard deviation. Below "
+            f"{SURE:g} deviations, no diagnosis could identify the effect with confidence from "
+            "this record.",
+            "",
+            "`benchmarks/gap_distinguishable.py` writes this page.",
             "",
             *lines,
             "",

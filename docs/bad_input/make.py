@@ -24,8 +24,9 @@ LONGEST = 400
 INTRODUCTION = """\
 # Bad input and the message that it gets
 
-This page is made by `docs/bad_input/make.py` from {count} bad inputs, each of which is a test
-(`tests/python/test_bad_input.py`).
+This page shows what the program does with bad input, and which message you get. The tables have
+{count} bad inputs. Each of them is a test (`tests/python/test_bad_input.py`), and
+`docs/bad_input/make.py` makes this page from them.
 
 For a command, bad input of any kind ends in **one message on stderr and exit code 2**:
 
@@ -41,9 +42,9 @@ In Python the same message is the text of an exception: `ValueError` or a class 
 `TypeError` where a value has the wrong type. In C the answer is a status. The firmware drops a
 damaged frame, and refuses a request that it cannot carry out.
 
-In the tables, files have names such as `record.csv` and `rig.toml` and are in the current folder;
-long messages are cut. `...` in a message stands for words of a library, which differ among its
-versions.
+In the tables, files have names such as `record.csv` and `rig.toml` and are in the current folder.
+Long messages are cut. `...` in a message stands for the words of a library, which depend on its
+version.
 """
 
 

@@ -2,8 +2,8 @@
 """Makes the results of docs/check.md: python docs/check/make.py [FOLDER]
 
 Runs `ehsid gap-check` twice, on blind cases and on cases whose own effect is left out of the
-catalogue, and keeps the page of each with its pictures. An hour on two cores; with a FOLDER a run
-that was stopped goes on, and finished ones are scored again.
+catalogue, and keeps the page of each with its pictures. This takes an hour on two cores. With a
+FOLDER, a run that was stopped continues, and finished runs are scored again.
 """
 
 from __future__ import annotations

@@ -79,16 +79,24 @@ def section(effect: ehsid.EffectInfo) -> str:
         f"| `{p.name}` | {p.unit} | {p.minimum:g} .. {p.maximum:g} | {p.typical:g} | {p.meaning} |"
         for p in effect.parameters
     )
-    simpler = "" if effect.contains is None else f"\n- Contains `{effect.contains}`."
-    machine = "".join(f" Here {name} = {value:g}." for name, value in machine_of(effect).items())
+    simpler = (
+        ""
+        if effect.contains is None
+        else f"\n- **Contains:** [`{effect.contains}`](#{effect.contains})."
+    )
+    machine = "".join(
+        f"\n- **Changed for the picture:** {name} = {value:g}."
+        for name, value in machine_of(effect).items()
+    )
     return f"""## {effect.id}
 
-{effect.subsystem}; `{effect.equation}` ({effect.source}).
+Subsystem: {effect.subsystem}. Equation: `{effect.equation}` ({effect.source}).
 
-- Shown by {effect.excitation}; measured by {effect.sensors}.{machine}{simpler}
-- Too small to be named: {effect.least_size}.
+- **Shown by:** {effect.excitation}.
+- **Sensors:** {effect.sensors}.{machine}{simpler}
+- **Too small to be named:** {effect.least_size}.
 
-| parameter | unit | plausible | here | |
+| parameter | unit | plausible range | here | meaning |
 |---|---|---|---|---|
 {rows}
 
@@ -130,24 +138,37 @@ def main() -> None:
         rows.append(agreement(effect))
     head = """# The catalogue of effects
 
-Made by `python docs/effects/make.py`; the texts are those of the compiled catalogue
-(`ehsid effects`). Every effect at its typical size on the bench of `examples/rigs` without its
-valve lag: a slow triangle of 0.8 V through null, then steps of up to 6 V. Grey without, blue with
-the effect; red the difference in position.
+This page has a section for each effect that the simulator knows and that the diagnosis can name.
+Use it to see what an effect does to a machine, which excitation and which sensors show it, and how
+large it may be.
 
-[Each effect agrees with a separate solution](effects/agreement.md) has the checks.
+- **Pictures.** Grey is the machine without the effect, and blue is the machine with it. Red is the
+  difference in position. The machine is the bench of `examples/rigs` without its valve lag. The
+  command is a slow triangle of 0.8 V through null, then steps of up to 6 V.
+- **Tables.** The column *here* has the size in the picture, which is a typical one.
+- **Too small to be named** says why the diagnosis does not name the effect if it is smaller.
+- **Contains** names a simpler effect that this one includes.
+
+`ehsid effects --json` prints the texts of this page. [Each effect agrees with a separate
+solution](effects/agreement.md) has the checks. `python docs/effects/make.py` makes both pages.
 """
     (HERE.parent / "effects.md").write_text("\n".join([head, *parts]), encoding="utf-8")
     compared = """# Each effect agrees with a separate solution
 
-Made by `python docs/effects/make.py`, together with [the catalogue](../effects.md).
+The table shows how exactly the simulator solves its equations with each effect of
+[the catalogue](../effects.md). The same equations are written separately in Python
+(`tests/python/plant_reference.py`) and solved by scipy's LSODA at a relative tolerance of 1e-9. The
+machine is the typical servo, and the command has steps of up to 6 V.
 
-The typical servo with each effect on steps of up to 6 V, against the same equations written apart
-in Python (`tests/python/plant_reference.py`) and solved by scipy's LSODA at a relative tolerance of
-1e-9. Largest error of position, velocity and both pressures as a share of the output's range, for
-so many steps of integration in a sample of 2 ms; the last column is what the last halving of the
-step divides the error by, four for a method of second order. Friction has kinks at its reversals,
-play and quantisation of the sensor flip single readings: there the rate is lost, not the agreement.
+- **8 to 64** is the number of integration steps in a sample of 2 ms. The cells have the largest
+  error of position, velocity and both pressures, as a share of the range of the output.
+- **rate** is the factor by which the last halving of the step reduces the error. It is four for a
+  method of second order.
+
+The rate can differ from four where friction has kinks at its reversals, and where the play or the
+quantisation of the sensor changes single readings. The two solutions agree there, too.
+
+`python docs/effects/make.py` makes this page.
 
 | effect | 8 | 16 | 32 | 64 | rate |
 |---|---|---|---|---|---|

@@ -27,7 +27,7 @@ from ehsid.harness.report.check_tables import (
     trust_table,
     wrong_table,
 )
-from ehsid.harness.report.check_words import HOW_TO_READ, figure_text, lead, number, plural
+from ehsid.harness.report.check_words import HOW_TO_READ, figure_text, lead, number
 from ehsid.harness.report.page import Block, Page, Picture, Section, Table, write_pictures
 from ehsid.harness.report.page_markdown import markdown
 from ehsid.harness.validation.scoring.figures import Figure
@@ -72,8 +72,9 @@ def check_page(score: Score) -> Page:
 def _picture(score: Score) -> Picture:
     return Picture(
         targets_drawing(score.tables[0]),
-        f"{score.tables[0].title.capitalize()}: value and interval of 90 %; green: where "
-        "it should be. Blue: met, orange: missed, grey: the interval reaches across.",
+        f"{score.tables[0].title.capitalize()}: values with 90 % intervals. The green areas are "
+        "the targets. Blue: the target is met. Orange: it is missed. Grey: the interval reaches "
+        "across the limit of the target.",
         "Figures of the check with intervals beside their targets",
     )
 
@@ -92,10 +93,10 @@ def _figures(score: Score) -> Section:
 
 def _grades(score: Score) -> Section:
     words = (
-        "Smooth and small records of the position alone (confusable) hold too little to tell many "
-        "effects apart: there a set that holds the truth is the answer, and targets of the first "
-        "name are shown for comparison only. Slow records (20 and 50 ms) do not follow the oil "
-        "spring; they have targets of their own."
+        "Smooth and small records with the position only (confusable) contain too little to "
+        "distinguish many effects. The right answer to them is a set that contains the truth; the "
+        "targets of the first name are shown only for comparison. Slow records (20 and 50 ms) do "
+        "not follow the oil spring; they have targets of their own."
     )
     return Section("Each grade by itself", [words, *map(target_table, score.tables[1:])])
 
@@ -106,14 +107,14 @@ def _confusions(score: Score) -> Section:
         [
             Picture(
                 confusion_drawing(score.effects, "first named, or the verdict", "in the machine"),
-                "Records with one cause or none. Numbers are records, the shade is the share of "
-                "the row; right answers of the catalogue lie on the diagonal.",
+                "Records with one cause or none. The numbers are numbers of records, and the shade "
+                "is the share of the row. Right answers from the catalogue lie on the diagonal.",
                 "Confusion matrix of effects",
             ),
             Picture(
                 confusion_drawing(score.verdicts, "verdict", "kind of record"),
-                "One or two effects of the catalogue, none, wrong values of the rig only, and one "
-                "outside of the catalogue.",
+                "The machines have one or two effects of the catalogue, no effect, only wrong "
+                "values of the rig, or one effect outside of the catalogue.",
                 "Confusion matrix of verdicts",
             ),
         ],
@@ -122,22 +123,24 @@ def _confusions(score: Score) -> Section:
 
 def _probabilities(score: Score) -> Section:
     reliability = score.reliability
-    words = f"{plural(reliability.claims, 'effect')} named."
+    words = f"Number of named effects: {reliability.claims}."
     if reliability.claims:
         words += (
-            f" Brier score {reliability.brier:.3f}; always giving the share that is true would "
-            f"score {reliability.brier_constant:.3f}. Expected calibration error "
+            f" The Brier score is {reliability.brier:.3f}. If every effect got the same "
+            "probability, the share of names that are true, it would be "
+            f"{reliability.brier_constant:.3f}. The expected calibration error is "
             f"{number(reliability.expected_error, 'share')}."
         )
     return Section(
-        "Is the probability meant?",
+        "Are the probabilities calibrated?",
         [
             words,
             Picture(
                 trust_drawing(reliability, score.risk),
-                "Left: effects by the probability they were named with, and how many of them are "
-                "there (bars: 90 %); on the dashed line it is meant. Right: if "
-                "only names above some probability are believed, how many are wrong.",
+                "Left: named effects by the probability with which they were named, and the share "
+                "of them that is true (bars: 90 % intervals). On the dashed line, the probability "
+                "is right. Right: the share of wrong names, if only the names with the highest "
+                "probabilities are believed.",
                 "Reliability of the probabilities; risk over coverage",
             ),
             bins_table(reliability),
@@ -151,10 +154,11 @@ def _sizes(score: Score) -> Section:
         [
             Picture(
                 sizes_drawing(score.sizes),
-                "Errors of the first parameter of each effect that was named and is there.",
+                "Errors of the first parameter of each effect that was named and is in the "
+                "machine.",
                 "Errors of the sizes by effect",
             ),
-            "Intervals of shares take the parameters of a record for independent.",
+            "The intervals of shares assume that the parameters of a record are independent.",
         ],
     )
 
@@ -168,18 +172,20 @@ def _transfer(score: Score) -> Section:
     drawn = [promises for promises in score.promises if promises.each]
     blocks: list[Block] = [
         (
-            "A wrong cause can shrink the gap on records like those it was fitted to. A third "
-            "record of the same machine under another excitation, which the diagnosis never saw, "
-            "is simulated with the rig that it found. The calibrated rig is not written by a "
-            "diagnosis; the found rig without its effects stands for it, so that the realised "
-            "shrinkage of the explainable gap is, as a rule, stated too large."
+            "A wrong cause can shrink the gap on records that are similar to those to which it was "
+            "fitted. Therefore a third record of the same machine, with another excitation, is "
+            "simulated with the rig that the diagnosis found. The diagnosis never saw this record. "
+            "A diagnosis does not write the calibrated rig; the found rig without its effects is "
+            "used in its place. The realised shrinkage of the explainable gap is therefore, as a "
+            "rule, stated too large."
         )
     ]
     if drawn:
         blocks.append(
             Picture(
                 promises_drawing(drawn),
-                "A point a record in which an effect was named; lines are intervals of 90 %.",
+                "Each point is a record in which an effect was named; the lines are 90 % "
+                "intervals.",
                 "Realised over predicted shrinkage",
             )
         )
@@ -191,18 +197,18 @@ def _transfer(score: Score) -> Section:
     regret = score.regret
     blocks.append(
         _plain_figures(
-            "Held-out cost of the winner less that of the true set, fitted likewise: below zero "
-            f"the winner is better. The truth was among the candidates of {regret.tried} records, "
-            f"in {regret.not_tried} it was never fitted.",
+            "The regret is the held-out cost of the winner minus that of the true set, fitted in "
+            "the same way: below zero the winner is better. The truth was among the candidates of "
+            f"{regret.tried} records; in {regret.not_tried} records it was never fitted.",
             regret.figures,
         )
     )
-    return Section("Does the promise hold on a third record?", blocks)
+    return Section("Does the predicted shrinkage hold on a third record?", blocks)
 
 
 def _baselines(score: Score) -> Section:
     return Section(
-        "Against simpler ways and against chance",
+        "Comparison with simpler methods and with chance",
         [
             (
                 ". ".join(
@@ -233,11 +239,11 @@ def _contradictions(score: Score) -> Section:
 def _how(score: Score) -> Section:
     blocks: list[Block] = [
         (
-            "Records come from a generator that shares no equation's form, no integrator and no "
-            "code with the simulator of the diagnosis. Answers lie in a file of their own, whose "
-            "SHA-256 is written before the run; the diagnosis reads rig and records only. Right is "
-            "judged by one table (module judging): all laws of friction are one; a set that holds "
-            "the truth is right."
+            "The records come from a generator that shares no form of the equations, no integrator "
+            "and no code with the simulator of the diagnosis. The answers are in a file of their "
+            "own, whose SHA-256 is written before the run. The diagnosis reads only the rig and "
+            "the records. One table (module judging) decides what is right: all laws of friction "
+            "count as one, and a set that contains the truth is right."
         )
     ]
     if score.seal is not None:

@@ -39,7 +39,7 @@ def target_table(table: FigureTable) -> Table:
 def trust_table(score: Score) -> Table:
     """Returns the table of the share of right answers for each verdict."""
     return Table(
-        "What a verdict is worth: how often it and all it names are right.",
+        "What a verdict is worth: how often the verdict and all that it names are right.",
         ("verdict", "right"),
         [(figure.words.replace("_", " "), figure_text(figure)) for figure in score.trust],
     )
@@ -61,7 +61,7 @@ def outcome_table(score: Score) -> Table:
 def bins_table(reliability: Reliability) -> Table:
     """Returns the table of the named effects, grouped by the probability given to them."""
     return Table(
-        "Effects by the probability they were named with.",
+        "Named effects, by the probability with which they were named.",
         ("probability", "mean", "are there"),
         [
             (group.true.words, number(group.probability, "share"), figure_text(group.true))
@@ -92,8 +92,9 @@ def baseline_table(each: Sequence[Baseline]) -> Table:
         texts = {figure.words: figure_text(figure) for figure in baseline.figures}
         rows.append((baseline.name, *(texts.get(name, "-") for name in words)))
     return Table(
-        "Simpler ways, judged alike. Effect first: gap at least 3 x floor.",
-        ("way", *words),
+        "Simpler methods, judged in the same way. 'effect first' counts only records with a gap of "
+        "at least 3 x floor.",
+        ("method", *words),
         rows,
         [0],
     )
@@ -102,8 +103,11 @@ def baseline_table(each: Sequence[Baseline]) -> Table:
 def control_table(each: Sequence[Control]) -> Table:
     """Returns the table of the negative control, which compares the check with chance."""
     return Table(
-        "Negative control: answers dealt out anew among the records of the same sensors.",
-        ("figure", "this check", "chance", "mean of the deals", "90 % of the deals", "p", "deals"),
+        "Negative control: answers assigned at random among the records with the same sensors.",
+        (
+            *("figure", "this check", "chance", "mean of the assignments"),
+            *("90 % of the assignments", "p", "assignments"),
+        ),
         [
             (
                 control.words,
@@ -122,9 +126,10 @@ def control_table(each: Sequence[Control]) -> Table:
 def wrong_table(each: Sequence[WrongCase]) -> Table:
     """Returns the table of all cases that were not answered right."""
     return Table(
-        "Every record that was not answered right, the worst first. Nats: held-out log-likelihood; "
-        "within 10 two explanations are alike for all that the record can tell.",
-        ("record", "grade, sensors", "outcome", "truth", "said", "why it may be"),
+        "All records that were not answered right, the worst first. Nats are the unit of the "
+        "held-out log-likelihood: the record cannot distinguish two explanations that differ by "
+        "less than 10 nats.",
+        ("record", "grade, sensors", "outcome", "truth", "diagnosis", "possible reason"),
         [
             (
                 case.name,

@@ -27,9 +27,9 @@ KINDS = {
     "open": "outside of the catalogue",
 }
 HOW_TO_READ = (
-    "Tables give a value, its interval of 90 % and the number of records (of intervals and sizes, "
-    "of these). Met or missed with a question mark: the interval of 90 % reaches across the "
-    "target, so that more records are needed to be sure."
+    "Each figure has its 90 % interval and the number of records in brackets. For figures of "
+    "intervals and sizes, it is the number of these. A question mark after 'met' or 'missed' means "
+    "that the 90 % interval reaches across the target: more records are needed to be sure."
 )
 
 
@@ -80,20 +80,21 @@ def lead(score: Score) -> list[str]:
     right = sum(case.judgement.right for case in score.cases)
     sentences = [
         f"Of {plural(len(score.cases), 'record')} whose cause was withheld, {right} "
-        f"({percent(right / len(score.cases))}) were answered exactly right: verdict, and "
-        "effects or a set that holds them."
+        f"({percent(right / len(score.cases))}) were answered exactly right: the verdict "
+        "is right, and the diagnosis names exactly the true effects or a set that contains them."
     ]
     without = sum(case.left_out for case in score.cases)
     if without:
         sentences.append(
-            f"In {without} of them the diagnosis had to do without the true effect: there a set, "
-            "or that the cause is outside of the catalogue, is right."
+            f"In {without} of them the diagnosis had to work without the true effect. The right "
+            "answer to such a record is a set, or that the cause is outside of the catalogue."
         )
     worth = {figure.words: figure for figure in score.trust}
     if "effects" in worth:
         sentences.append(
-            "Where the verdict was effects, that was the whole truth in "
-            f"{figure_text(worth['effects'])} (interval of 90 %; number of records)."
+            "If the verdict was 'effects', all that it named was right in "
+            f"{figure_text(worth['effects'])} of the records. The brackets contain the 90 % "
+            "interval and the number of records."
         )
     table = score.tables[0]
     for measured in SENSORS:
@@ -109,10 +110,10 @@ def lead(score: Score) -> list[str]:
             )
     for control in score.controls[:1]:
         sentences.append(
-            f"Negative control: with the answers dealt out anew the same diagnoses are right in "
-            f"{number(control.mean, 'share')} (90 % of the deals: {number(control.low, 'share')} "
-            f"to {number(control.high, 'share')}) instead of {number(control.real, 'share')}; p = "
-            f"{control.p_value:.2g}."
+            "Negative control: if the answers are assigned to other records at random, the same "
+            f"diagnoses are right in {number(control.mean, 'share')} (90 % of the assignments: "
+            f"{number(control.low, 'share')} to {number(control.high, 'share')}) instead of "
+            f"{number(control.real, 'share')}; p = {control.p_value:.2g}."
         )
     return sentences + _doubts(score)
 

@@ -22,7 +22,7 @@ from ehsid.harness.simulation import simulate
 TITLE = "Python arrays and values"
 ABOUT = (
     "`rls` is `ehsid.Rls(3)`, `servo` is `ehsid.ServoEstimator(2, 2, 1)`, `u` and `y` are vectors "
-    "of 100 numbers, `rig` is the rig of the examples. A refused call has changed nothing."
+    "of 100 numbers, and `rig` is the rig of the examples. A refused call changes nothing."
 )
 NAN, INF = float("nan"), float("inf")
 U = np.sin(np.arange(100.0))

@@ -11,8 +11,8 @@ from sources import ROOT
 
 TITLE = "Calls of the C API"
 ABOUT = (
-    "`e` is an estimator of 4 parameters that has run for 200 samples. A refused call has changed "
-    "nothing; a refused sample keeps the estimate and starts the history of samples anew. "
+    "`e` is an estimator of 4 parameters that has run for 200 samples. A refused call changes "
+    "nothing. A refused sample keeps the estimate and starts the history of samples anew. "
     "The last column is the status, with its meaning in `ehsid/c_api.h`."
 )
 HEADER = (ROOT / "cpp" / "include" / "ehsid" / "c_api.h").read_text("utf-8")

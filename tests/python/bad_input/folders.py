@@ -7,7 +7,7 @@ from bad_input.case import Case, Content, command
 from bad_input.inputs import BENCH, GOOD, LONG, a_folder, a_link_to
 
 TITLE = "Folders and files of results"
-ABOUT = "Everything that was there before is there afterwards, unchanged."
+ABOUT = "Everything that was in the folder before is still there afterwards, unchanged."
 FILES: dict[str, Content] = {"record.csv": LONG, "rig.toml": BENCH}
 GAP = "ehsid gap record.csv --rig rig.toml"
 SIMULATE = "ehsid simulate rig.toml --excitation steps --duration 0.1"

@@ -21,10 +21,10 @@ from ehsid.harness.deploy.hil.session import Session
 
 TITLE = "Frames on the serial line"
 ABOUT = (
-    "A frame that is damaged is dropped and counted, and the request is sent again: lines are "
-    "never perfect. A run ends only where no answer comes in time, or where the target answers "
-    "something that it would answer again. The first rows are frames that the host receives, then "
-    "targets that misbehave, then frames that the firmware of `examples/firmware/servo` receives."
+    "A damaged frame is dropped and counted, and the request is sent again, because no line is "
+    "perfect. A run ends only if no answer comes in time, or if the target gives a wrong answer "
+    "that it would give again. The first rows are frames that the host receives. Then follow "
+    "targets that misbehave, and frames that the firmware of `examples/firmware/servo` receives."
 )
 IDENTITY = struct.pack("<H3BBH", 1, 1, 2, 3, 0b1001, 1 << 6) + b"board".ljust(12, b"\0")
 RESULT = struct.pack("<I3fBBH", 0, 0.0, 20.0, 0.05, 0, 0, 0) + struct.pack("<5f", 0, 1, 99, 1, 0)

@@ -8,7 +8,7 @@ from bad_input.case import Case, Content, command
 from bad_input.inputs import AXIS, BENCH, GOOD, LONG, csv, signals
 
 TITLE = "Options"
-ABOUT = "The records and rig files beside these options are good."
+ABOUT = "The records and rig files that are used with these options are valid."
 STILL = csv({**signals(400), "position_m": np.full(400, 0.1)})
 FILES: dict[str, Content] = {
     "record.csv": LONG,

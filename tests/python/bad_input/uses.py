@@ -8,7 +8,7 @@ from bad_input.case import Case, Content, command
 from bad_input.inputs import AXIS, BENCH, GOOD, LONG, csv, signals
 
 TITLE = "Records of no use to a command"
-ABOUT = "These records are sound; the command needs something that they do not have."
+ABOUT = "These records are valid. The command needs something that they do not contain."
 
 ONE = signals(400)
 SHORT = csv({name: values[:30] for name, values in ONE.items()})

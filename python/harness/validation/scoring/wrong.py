@@ -129,7 +129,9 @@ def reasons(case: ScoredCase) -> tuple[str, ...]:
     elif nats > EQUAL_NATS:
         found.append(f"the truth, fitted, is better by {nats:.3g} nats on held-out data")
     elif nats >= -EQUAL_NATS:
-        found.append(f"not to be told from the truth: {abs(nats):.2g} nats on held-out data")
+        found.append(
+            f"cannot be distinguished from the truth: {abs(nats):.2g} nats on held-out data"
+        )
     else:
         found.append(f"fits better than the truth by {-nats:.3g} nats on held-out data")
     missing = [effect for effect in truth if effect in findings.cannot_judge]

@@ -33,7 +33,7 @@ def test_regret_counts_what_was_never_fitted() -> None:
 @pytest.mark.parametrize(
     ("subject", "words"),
     [
-        (case(findings(BIAS), BAND), "not to be told from the truth: 4 nats"),
+        (case(findings(BIAS), BAND), "cannot be distinguished from the truth: 4 nats"),
         (case(findings(BIAS), LAG), "the truth was never fitted"),
         (case(findings(), BAND), "the truth, fitted, is better by 56 nats"),
         (case(findings(BIAS), kind="none"), "fits better than the truth by 60 nats"),

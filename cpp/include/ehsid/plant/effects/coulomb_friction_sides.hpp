@@ -18,11 +18,10 @@ struct CoulombFrictionSides : Effect<Scalar> {
       "F = force_extending where v > 0, -force_retracting where v < 0",
       "Armstrong-Helouvry et al., Automatica 30(7), 1994",
       "slow reversals",
-      "both pressures; on an axis the position; a constant force beside a friction that is the "
-      "same "
-      "in both directions differs from it at rest only",
-      "seals have friction of up to 0.3 % of the largest force, and directions that differ by a "
-      "tenth of their mean are within its scatter"};
+      "both pressures; on an axis the position; only the behaviour at rest distinguishes it from "
+      "equal friction in both directions with a constant force",
+      "seals have friction of up to 0.3 % of the largest force, and a difference of the directions "
+      "of up to a tenth of their mean is normal scatter"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
       {{"force_extending_n", "N", 0.0, 2e4, 600.0, "friction force while the rod extends"},
        {"force_retracting_n", "N", 0.0, 2e4, 300.0, "friction force while it retracts"}}};

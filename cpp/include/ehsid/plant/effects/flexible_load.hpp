@@ -18,8 +18,8 @@ struct FlexibleLoad : Effect<Scalar> {
       "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6",
       "fast commands: the load swings on after each change of speed",
       "both pressures; on an axis the position",
-      "a twentieth of the mass is within what is known of it, above 150 Hz a load is as good as "
-      "rigid, and damped by more than 0.7 it does not swing"};
+      "the mass is not known better than to a twentieth; above 150 Hz a load is practically rigid; "
+      "with a damping above 0.7 it does not swing"};
   static constexpr std::array<ParameterInfo, 3> kParameters{
       {{"mass_share", "1", 0.0, 0.9, 0.3, "of the whole moved mass, that hangs on the rod"},
        {"frequency_hz", "Hz", 0.5, 300.0, 30.0, "of that mass, with the rod fixed", 0.0},

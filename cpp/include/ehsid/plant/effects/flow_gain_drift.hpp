@@ -19,8 +19,7 @@ struct FlowGainDrift : Effect<Scalar> {
       "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 2 and 3",
       "the same motion early and late in a long record",
       "the position or the velocity",
-      "oil that warms by half a kelvin a second changes its flow by a twentieth of a per cent a "
-      "second"};
+      "oil that warms by half a kelvin per second changes the flow by 0.05 % per second"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
       {{"rate_1_s", "1/s", -0.05, 0.05, 0.01, "relative change of the flow in a second"}}};
   std::array<Scalar, 1> parameters{};

@@ -20,8 +20,8 @@ struct LineResonance : Effect<Scalar> {
       "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 3 and 11",
       "fast changes of large flows; the measured supply pressure",
       "the supply pressure; without it both pressures",
-      "with oil of 1 GPa and the full flow of the valve it swings by less than a per cent of the "
-      "supply pressure, and the gauge is not better; damped by more than 0.7 the supply droops"};
+      "with oil of 1 GPa and the full flow of the valve the supply pressure swings by less than "
+      "1 %, and the gauge is not better than that; with a damping above 0.7 it droops instead"};
   static constexpr std::array<ParameterInfo, 3> kParameters{
       {{"frequency_hz", "Hz", 1.0, 500.0, 40.0, "of the oil in the line on the volume", 0.0},
        {"damping", "1", 1e-3, 2.0, 0.1, "damping ratio of the same", 0.0},

@@ -19,7 +19,7 @@ struct LoadForce : Effect<Scalar> {
       "motion in both directions; both pressures",
       "both pressures; on an axis the position",
       "zero errors of pressure sensors and the atmosphere on the rod look like forces of "
-      "a per cent; an axis has neither, so that 0.3 % count there"};
+      "a per cent; an axis has neither, so its limit is 0.3 %"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
       {{"force_n", "N", -2e4, 2e4, 800.0, "positive opposes extension"}}};
   std::array<Scalar, 1> parameters{};

@@ -19,9 +19,8 @@ struct MakeupCheck : Effect<Scalar> {
       "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 6",
       "braking of a heavy load: it draws a chamber below the tank pressure",
       "both pressures, low ones above all",
-      "a bar below the tank pressure it lets pass less than a per cent of the flow of the valve, "
-      "as "
-      "a spool at null does"};
+      "at one bar below the tank pressure it passes less than 1 % of the flow of the servo valve, "
+      "and a spool at null leaks as much"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
       {{"pressure_pa", "Pa", 0.0, 1e6, 3e4, "pressure below that of the tank at which it cracks",
         0.0},

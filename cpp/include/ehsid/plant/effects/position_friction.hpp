@@ -19,8 +19,8 @@ struct PositionFriction : Effect<Scalar> {
       "Armstrong-Helouvry et al., Automatica 30(7), 1994",
       "slow reversals at positions over much of the stroke",
       "both pressures; on an axis the position",
-      "seals have friction of up to 0.3 % of the largest force, and friction that changes by a "
-      "tenth from mid-stroke to either end is within its scatter"};
+      "seals have friction of up to 0.3 % of the largest force, and a change of up to a tenth from "
+      "mid-stroke to either end is normal scatter"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
       {{"force_n", "N", 0.0, 2e4, 400.0, "friction force at mid-stroke; of an axis at zero"},
        {"rise_n_m", "N/m", -2e5, 2e5, 1500.0, "rise of the force with the position"}}};

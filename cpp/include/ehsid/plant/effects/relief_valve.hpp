@@ -18,9 +18,9 @@ struct ReliefValve : Effect<Scalar> {
       "Merritt, Hydraulic Control Systems, Wiley 1967, ch. 5",
       "braking of a heavy load and forces that drive a chamber above the pressure of the valve",
       "both pressures",
-      "with a tenth of the supply pressure above cracking it lets pass less than a per cent of the "
-      "flow of the valve, as a spool at null does; one that cracks below half of the supply "
-      "pressure is a leakage at all times"};
+      "at a tenth of the supply pressure above its cracking pressure it passes less than 1 % of "
+      "the flow of the servo valve, and a spool at null leaks as much; one that cracks below half "
+      "of the supply pressure is a leakage at all times"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
       {{"pressure_pa", "Pa", 1e5, 1e8, 7.5e6, "absolute pressure at which it cracks", 0.0},
        {"flow_gain_m3_s_pa", "m^3/(s Pa)", 0.0, 1e-7, 2e-10, "flow over the pressure above it"}}};

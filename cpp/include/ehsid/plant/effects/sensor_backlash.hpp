@@ -19,7 +19,7 @@ struct SensorBacklash : Effect<Scalar> {
       "Brokate, Sprekels, Hysteresis and Phase Transitions, Springer 1996",
       "reversals of the motion",
       "the position, against pressures or a second sensor",
-      "a transducer plays by some micrometres, or by fifty millionths of its stroke"};
+      "any transducer has a play of some micrometres, or of 0.005 % of its stroke"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
       {{"half_width_m", "m", 0.0, 5e-3, 1e-4, "half the play"}}};
   std::array<Scalar, 1> parameters{};

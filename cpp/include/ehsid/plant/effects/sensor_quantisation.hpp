@@ -20,8 +20,8 @@ struct SensorQuantisation : Effect<Scalar> {
       "Widrow, Kollar, Quantization Noise, Cambridge 2008",
       "slow motion",
       "the position alone",
-      "it belongs to the noise floor, unless its rounding noise is most of that and more "
-      "than the rig file gives"};
+      "its rounding noise belongs to the noise floor, unless it is most of it and larger than the "
+      "noise in the rig file"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
       {{"step_m", "m", 0.0, 1e-2, 1e-5, "least step of the reading"}}};
   std::array<Scalar, 1> parameters{};

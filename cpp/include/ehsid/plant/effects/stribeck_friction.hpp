@@ -20,9 +20,8 @@ struct StribeckFriction : Effect<Scalar> {
       "Armstrong-Helouvry et al., Automatica 30(7), 1994",
       "very slow motion and reversals",
       "both pressures; on an axis the position",
-      "seals have friction of up to 0.3 % of the largest force; static friction of a "
-      "tenth more than sliding friction is within its scatter, and more than three times "
-      "it does not occur"};
+      "seals have friction of up to 0.3 % of the largest force; static friction of up to a tenth "
+      "above sliding friction is normal scatter, and of more than three times it does not occur"};
   static constexpr std::array<ParameterInfo, 3> kParameters{
       {{"coulomb_n", "N", 0.0, 2e4, 300.0, "at high speed"},
        {"static_n", "N", 0.0, 3e4, 600.0, "at rest"},
