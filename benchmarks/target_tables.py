@@ -64,10 +64,13 @@ REASONS = """
 - **-O2 unrolls** the loops of an update (`EHSID_UNROLL`). This makes the update fast but needs more
   flash, most of all for `RandomWalk`. With -Os the loops are kept. Use -Os if flash is scarce or n
   is large.
-- **Small n**: the guards cost about 130 instructions at any n. At -O2 the textbook form has no
-  guards and is therefore shorter up to n = 3 or 4, and in its bracketed form up to 4 or 5.
-- **Stack**: two thirds of it is the new state, which must be complete before it replaces the old
-  state. The stack grows with n^2 / 2. From n = 7 on it is above 256 bytes at -Os.
+- **Small n**: the textbook form has no guards. At -O2 it is therefore shorter up to n = 4, and with
+  `RandomWalk` up to n = 5. In its bracketed form it is shorter up to n = 6, and with `Directional`
+  and `RandomWalk` up to n = 10.
+- **Stack**: the largest part of it is the new state, which must be complete before it replaces the
+  old state. The stack grows with n^2 / 2. At -O2 it is below 256 bytes up to n = 6 with `Constant`,
+  `Exponential`, `ErrorDriven` and `FRatio`. At -Os it is below 256 bytes only up to n = 3, and with
+  `Exponential` and `RandomWalk` up to n = 2.
 """
 
 

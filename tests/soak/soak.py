@@ -173,8 +173,8 @@ def summary(line: dict[str, Any], fleets: dict[str, Any], holds: list[dict[str, 
             f"{line.get('runs', 0)} runs | {faults} faults on the line, "
             f"{line.get('resets', 0)} resets | {len(line.get('problems', []))}; memory grew by "
             f"{line.get('memory_growth_bytes', 0) / 2**20:.1f} MiB |",
-            f"| fleets | {fleets.get('rounds', 0)} of {fleets.get('machines', 0)} machines "
-            f"| {fleets.get('kills', 0)} kills | {len(fleets.get('problems', []))} |",
+            f"| fleets | {fleets.get('rounds', 0)}, with {fleets.get('machines', 0)} machines "
+            f"in all | {fleets.get('kills', 0)} kills | {len(fleets.get('problems', []))} |",
         ]
     )
 

@@ -98,7 +98,8 @@ def calibration_page(calibration: Calibration) -> Page:
         [
             *_families(calibration),
             Section(
-                "Are the probabilities meant?", [probabilities_table(calibration.probabilities)]
+                "Are the probabilities calibrated?",
+                [probabilities_table(calibration.probabilities)],
             ),
             Section("Constants", [constants_table(calibration.constants)]),
             Section("Sets", [sets_table(calibration.sets)]),

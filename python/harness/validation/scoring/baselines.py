@@ -141,7 +141,7 @@ def baselines(
         ),
         Baseline(
             "largest gain of an equation",
-            "equation that leaves most over its noise; needs pressures",
+            "equation in which terms of free form explain most",
             (_subsystem_first(_applied(largest_gain, cases)),),
         ),
     )
