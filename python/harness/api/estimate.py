@@ -19,11 +19,12 @@ from ehsid.harness.api.shown import Shown
 from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
 from ehsid.harness.api.wording import in_python
 from ehsid.harness.catalogue.policies import POLICIES
-from ehsid.harness.estimation import EstimationResult, structure
+from ehsid.harness.estimation import EstimationResult
 from ehsid.harness.estimation.advice import Advice, advise
 from ehsid.harness.estimation.recursion import START_VARIANCE, Recursion
-from ehsid.harness.estimation.words import advice_words
+from ehsid.harness.estimation.words import advice_words, state_words
 from ehsid.harness.files import result_folder
+from ehsid.harness.identification import ArxOrders
 from ehsid.harness.records.errors import nearest_name
 from ehsid.harness.report.model_file_names import ESTIMATION_FILES
 from ehsid.harness.report.model_tables import estimation_lines, parameter_table
@@ -59,6 +60,19 @@ class Estimation(Shown, Tabular):
     def parameters(self) -> dict[str, float]:
         """Parameters at the end of the record by name: a1 .., b1 .., offset."""
         return dict(zip(self.result.orders.names, self.result.theta.tolist(), strict=True))
+
+    @property
+    def converged(self) -> bool:
+        """Whether the estimate has settled, and its residuals show no sign that they are not white.
+
+        Only then the intervals of the parameters hold.
+        """
+        return self.result.converged
+
+    @property
+    def settled(self) -> bool:
+        """Whether each parameter is determined to 5 %, computed as if the residuals were white."""
+        return self.result.settled
 
     def to_control(self) -> control.TransferFunction:
         """Returns the final model as a discrete-time system of python-control.
@@ -115,10 +129,9 @@ class Estimation(Shown, Tabular):
     def _line(self) -> str:
         result = self.result
         values = ", ".join(f"{name} {value:.5g}" for name, value in self.parameters.items())
-        state = "converged" if result.converged else "not converged"
         return (
             f"{self.signals.name}, {result.orders}, {result.method}; {values}; one-step fit "
-            f"{result.one_step_fit_percent:.2f} %, {state}"
+            f"{result.one_step_fit_percent:.2f} %, {state_words(result)}"
         )
 
     def _sentences(self) -> Sequence[str]:
@@ -139,6 +152,7 @@ def estimate(
     na: int = 3,
     nb: int = 3,
     nk: int = 1,
+    offset: bool = True,
     forgetting: str | ehsid.Forgetting = "exponential",
     method: str = "rls",
     reset: bool = True,
@@ -155,6 +169,9 @@ def estimate(
         names of the columns.
     na, nb, nk
         structure of the model: na and nb from 1 to 6, nk in samples up to 20.
+    offset
+        whether the model has a constant term: the mean command of a record is not the command at
+        which a servo stands still.
     forgetting
         name of a policy with its defaults, such as "exponential" or "f-ratio"; or a policy with
         settings, such as ehsid.Exponential(lambda0=0.99).
@@ -180,14 +197,14 @@ def estimate(
     >>> log = "examples/data/hydraulic_crane.csv"
     >>> found = ehsid.estimate(log, input="valve_opening", output="oil_pressure", na=2, nb=2)
     >>> list(found.parameters)
-    ['a1', 'a2', 'b1', 'b2']
+    ['a1', 'a2', 'b1', 'b2', 'offset']
     """
     with in_python():
         signals = signals_of(record, input, output)
         policy = _policy(forgetting)
         with about(signals):
             recursion = Recursion(
-                structure(na, nb, nk, method),
+                ArxOrders(na, nb, nk, offset=offset),
                 policy,
                 reset=reset,
                 guards=guards,

@@ -8,7 +8,8 @@ import json
 import ehsid
 from ehsid.harness.app.session import MOST_COEFFICIENTS, MOST_DELAY, ModelChoice, Session
 from ehsid.harness.catalogue.policies import POLICIES, policies_of
-from ehsid.harness.estimation import Recursion, structure
+from ehsid.harness.estimation import Recursion
+from ehsid.harness.identification import ArxOrders
 
 # Factors are of interest near 1, where each step doubles or halves the memory or so.
 FACTORS = (
@@ -70,7 +71,7 @@ def recursion_of(choice: ModelChoice) -> Recursion:
         a setting is outside its range.
     """
     return Recursion(
-        structure(choice.na, choice.nb, choice.nk, choice.method),
+        ArxOrders(choice.na, choice.nb, choice.nk, offset=True),
         POLICIES[choice.policy].policy(**choice.settings),
         reset=choice.reset,
         method=choice.method,

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -69,8 +68,7 @@ def header_task(folder: Path, *, report: Callable[[float], None]) -> None:
         reset = True
         if wish.like_model:
             recursion = recursion_of(choice)
-            orders = replace(recursion.orders, offset=True)
-            forgetting, reset = recursion.forgetting, recursion.reset
+            orders, forgetting, reset = recursion.orders, recursion.forgetting, recursion.reset
         else:
             orders = chosen_orders(data)
         report(0.8)

@@ -24,6 +24,7 @@ from ehsid.harness.cli.options import (
     AsJson,
     Delay,
     InputColumn,
+    Offset,
     OutputColumn,
     PastInputs,
     PastOutputs,
@@ -62,6 +63,7 @@ def estimate_command(
     na: PastOutputs = 3,
     nb: PastInputs = 3,
     nk: Delay = 1,
+    offset: Offset = True,
     forgetting: Annotated[
         PolicyName, typer.Option(help="forgetting policy; exponential is Eq. (15)")
     ] = "exponential",
@@ -110,12 +112,13 @@ def estimate_command(
     """
     import ehsid
     from ehsid.harness.cli.estimate_folder import estimate_folder, is_folder_of_records
-    from ehsid.harness.estimation import Recursion, structure
+    from ehsid.harness.estimation import Recursion
+    from ehsid.harness.identification import ArxOrders
     from ehsid.harness.parallel import single_threaded_algebra
 
     hints = hints_of(maps, sampling_time)
     recursion = Recursion(
-        structure(na, nb, nk, method.value),
+        ArxOrders(na, nb, nk, offset=offset),
         make_policy(forgetting, lambda0, setting),
         reset=reset and not textbook,
         guards=ehsid.RlsOptions.textbook() if textbook else None,

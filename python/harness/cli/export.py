@@ -14,7 +14,7 @@ from ehsid.harness.cli.common import about, read_io
 from ehsid.harness.cli.console import Console, note
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.next_command import Given, estimate_line
-from ehsid.harness.cli.options import InputColumn, OutputColumn, RecordFile, Reset
+from ehsid.harness.cli.options import InputColumn, Offset, OutputColumn, RecordFile, Reset
 from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 from ehsid.harness.files import result_files, write_text
 
@@ -51,14 +51,7 @@ def export_command(
     choose: Annotated[
         bool, typer.Option("--identify", help="let offline identification choose na, nb, nk")
     ] = False,
-    offset: Annotated[
-        bool,
-        typer.Option(
-            "--offset/--no-offset",
-            help="estimate a constant term: the mean command of a record is not the command at "
-            "which a servo stands still",
-        ),
-    ] = True,
+    offset: Offset = True,
     forgetting: Annotated[
         PolicyName, typer.Option(help="forgetting policy; f-ratio keeps what the start knows")
     ] = "f-ratio",

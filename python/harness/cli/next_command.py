@@ -53,8 +53,7 @@ def estimate_line(given: Given, orders: ArxOrders) -> str:
 
 def export_line(given: Given, orders: ArxOrders, settings: Sequence[str]) -> str:
     """Returns `ehsid export` with these orders and these options of the forgetting."""
-    offset = [] if orders.offset else ["--no-offset"]
-    words = [*given.words(), *order_words(orders), *offset, *settings]
+    words = [*given.words(), *order_words(orders), *settings]
     return shlex.join(["ehsid", "export", *words, "--out", "servo_configuration.hpp"])
 
 
@@ -74,4 +73,5 @@ def print_tries(tries: Sequence[str], console: Console) -> None:
 
 def order_words(orders: ArxOrders) -> list[str]:
     """Returns the orders as options."""
-    return ["--na", f"{orders.na}", "--nb", f"{orders.nb}", "--nk", f"{orders.nk}"]
+    offset = [] if orders.offset else ["--no-offset"]
+    return ["--na", f"{orders.na}", "--nb", f"{orders.nb}", "--nk", f"{orders.nk}", *offset]

@@ -39,6 +39,14 @@ RigOrPublished = Annotated[
 ]
 InputColumn = Annotated[str, typer.Option("--input", help="input column")]
 OutputColumn = Annotated[str, typer.Option("--output", help="output column")]
+Offset = Annotated[
+    bool,
+    typer.Option(
+        "--offset/--no-offset",
+        help="estimate a constant term: the mean command of a record is not the command at which a "
+        "servo stands still",
+    ),
+]
 Reset = Annotated[
     bool, typer.Option("--reset/--no-reset", help="restart where the RMSE shows a change")
 ]

@@ -2,7 +2,7 @@
 """Replays records through the C++ estimator."""
 
 from ehsid.harness.estimation.many import estimate_all
-from ehsid.harness.estimation.recursion import Recursion, scaling_of, structure
+from ehsid.harness.estimation.recursion import Recursion, scaling_of
 from ehsid.harness.estimation.replay import estimate
 from ehsid.harness.estimation.result import Estimate, EstimationResult
 from ehsid.harness.estimation.spread import (
@@ -27,5 +27,4 @@ __all__ = [
     "estimate",
     "estimate_all",
     "scaling_of",
-    "structure",
 ]

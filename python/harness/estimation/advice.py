@@ -14,7 +14,7 @@ import numpy as np
 
 import ehsid
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.estimation.recursion import Recursion, scaling_of, structure
+from ehsid.harness.estimation.recursion import Recursion, scaling_of
 from ehsid.harness.estimation.replay import estimate
 from ehsid.harness.estimation.result import EstimationResult
 from ehsid.harness.identification import (
@@ -33,6 +33,8 @@ MOST_COEFFICIENTS, MOST_DELAY = 6, 20  # of the compiled estimator
 MOST_ADVISED = 3
 # From this share of samples without information on, the command moves the machine too little.
 MOST_SKIPPED = 0.5
+# Simulation fit, %, from which on a model predicts the motion of its record well.
+GOOD_SIMULATION = 80.0
 # Delays beside the present one that are compared, and the share of the loss that counts.
 FURTHER_DELAYS, CLEARLY_LESS = 6, 0.1
 # A record that would have to be so many times as long is not a matter of length.
@@ -111,6 +113,13 @@ _Change = tuple[str, Setting, Recursion]
 
 def _changes(data: IoData, recursion: Recursion, result: EstimationResult) -> Iterator[_Change]:
     """Yields changes that the figures of the run suggest."""
+    if not recursion.orders.offset:
+        yield (
+            "The model has no constant term: it takes the mean command of the record for the one "
+            "at which the output stands still.",
+            Setting("--offset", "offset=True"),
+            replace(recursion, orders=replace(recursion.orders, offset=True)),
+        )
     if not result.converged:
         yield from _slower(recursion, result)
     yield from _delays(data, recursion, result)
@@ -233,7 +242,7 @@ def _methods(recursion: Recursion) -> Iterator[_Change]:
             Setting(f"--method {method}", f'method="{method}"'),
             replace(
                 recursion,
-                orders=structure(orders.na, orders.nb, orders.nk, method),
+                orders=replace(orders, offset=True),
                 method=method,
             ),
         )
@@ -256,7 +265,7 @@ def _fewer(data: IoData, recursion: Recursion, result: EstimationResult) -> Iter
 
 
 def _lacks(data: IoData, recursion: Recursion, result: EstimationResult) -> list[str]:
-    """Says what the record lacks, where no change of a setting helps."""
+    """Says what the record lacks and what the estimate is good for, where no change helps."""
     found = []
     if not result.residuals_white and recursion.method == "rls":
         found.append(
@@ -264,11 +273,8 @@ def _lacks(data: IoData, recursion: Recursion, result: EstimationResult) -> list
             "may not be linear in this record, as with friction, a dead band or saturation: "
             "`ehsid gap` looks for such effects in the records of a servo."
         )
-    if result.skipped > MOST_SKIPPED * result.n_samples:
-        found.append(
-            f"{result.skipped} of {result.n_samples} samples carried no information. Record the "
-            "machine while the command moves it most of the time."
-        )
+    found += _use(result)
+    found += _without_information(data, recursion, result)
     name, times = _worst(data, result)
     if np.isfinite(times) and times > 1.0:
         longer = (
@@ -290,6 +296,41 @@ def _lacks(data: IoData, recursion: Recursion, result: EstimationResult) -> list
             "sampling is neither much faster nor much slower than the plant."
         )
     return found
+
+
+def _use(result: EstimationResult) -> Iterator[str]:
+    """Says what an estimate is good for that is not called converged."""
+    if result.settled:
+        yield (
+            "The estimate has settled: each coefficient is determined to 5 %, if the residuals are "
+            "taken for white. They are not, so the intervals may not hold, and the estimate is not "
+            "called converged. This is usual where the machine is not linear. A controller may use "
+            "such an estimate by `settled`, within limits of its own."
+        )
+    if result.simulation_fit_percent >= GOOD_SIMULATION:
+        yield (
+            "Simulated over the whole record, the model fits the output by "
+            f"{result.simulation_fit_percent:.1f} %: it predicts this motion well, also where its "
+            "coefficients are not known one by one."
+        )
+
+
+def _without_information(
+    data: IoData, recursion: Recursion, result: EstimationResult
+) -> Iterator[str]:
+    """Says why most samples carried no information: the record, or the method."""
+    if result.skipped <= MOST_SKIPPED * result.n_samples:
+        return
+    told = f"{result.skipped} of {result.n_samples} samples carried no information"
+    if recursion.method != "rls":
+        plain = estimate(data, **vars(replace(recursion, method="rls")))
+        if plain.skipped <= MOST_SKIPPED * plain.n_samples:
+            yield (
+                f"{told} for the method {recursion.method}, but {plain.skipped} for rls: the "
+                "record is not to blame. Take the method rls, or other orders."
+            )
+            return
+    yield f"{told}. Record the machine while the command moves it most of the time."
 
 
 def _worst(data: IoData, result: EstimationResult) -> tuple[str, float]:

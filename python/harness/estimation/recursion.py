@@ -32,7 +32,8 @@ class Recursion:
     Attributes
     ----------
     orders
-        structure of the model, na and nb up to 6, nk up to 20.
+        structure of the model, na and nb up to 6, nk up to 20. Without a constant term the model
+        takes the mean command of the record for the one at which the output stands still.
     forgetting
         forgetting policy, e.g. `ehsid.Exponential()`.
     reset
@@ -138,19 +139,12 @@ class Recursion:
             ),
             simulation_fit_percent=fit_percent(free_run.measured, free_run.predicted),
             resets=estimator.resets,
+            settled=estimator.settled,
             converged=estimator.converged,
             skipped=int(np.count_nonzero(status == ehsid.Status.no_information)),
             residuals_white=estimator.residuals_white,
             whiteness=estimator.whiteness,
         )
-
-
-def structure(na: int, nb: int, nk: int, method: str) -> ArxOrders:
-    """Returns the structure of a model as the method needs it: all but "rls" have a constant term.
-
-    The mean of a record is not the position of rest: running models sum up the difference.
-    """
-    return ArxOrders(na, nb, nk, offset=method != "rls")
 
 
 def scaling_of(data: IoData) -> ehsid.Scaling:

@@ -44,9 +44,11 @@ class Estimate:
         parameters of the sample before.
     simulation_fit_percent
         fit in percent of a free run over the whole record with the final parameters.
-    resets, converged, skipped
-        number of detected changes; whether the estimate has converged at the end; number of
-        samples without information.
+    resets, skipped
+        number of detected changes, and of samples without information.
+    settled, converged
+        whether each parameter is determined to 5 % at the end, computed as if the residuals were
+        white; whether they also show no sign that they are not.
     residuals_white, whiteness
         whether the residuals pass the test of `WhitenessMonitor` at the end, and its statistic. If
         they do not, the parameters are biased, and `standard_deviation` is enlarged but may still
@@ -64,6 +66,7 @@ class Estimate:
     one_step_fit_percent: float
     simulation_fit_percent: float
     resets: int
+    settled: bool
     converged: bool
     skipped: int
     residuals_white: bool
@@ -92,6 +95,7 @@ class Estimate:
             "one_step_fit_percent": self.one_step_fit_percent,
             "simulation_fit_percent": self.simulation_fit_percent if finite else None,
             "resets": self.resets,
+            "settled": self.settled,
             "converged": self.converged,
             "skipped": self.skipped,
             "residuals_white": self.residuals_white,

@@ -12,6 +12,7 @@ import scipy.special
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.estimation.result import Estimate
+from ehsid.harness.estimation.words import state_words
 
 # With fewer records there is no telling which of them is usual.
 LEAST_RECORDS = 5
@@ -110,7 +111,7 @@ class Estimates:
         distance above which a coefficient is an outlier: by chance, about one folder in a hundred
         has one. None with fewer than five records, which tell no outlier.
     coefficients
-        in the order of the model.
+        in the order of the model, without its constant term.
     outliers
         the farthest first.
     records
@@ -147,6 +148,8 @@ class Named:
 def compare(named: Sequence[Named], failed: Mapping[str, str]) -> Estimates:
     """Compares estimates of the same structure, at least one.
 
+    A constant term is not compared: it belongs to the means of its record.
+
     Parameters
     ----------
     named
@@ -157,13 +160,13 @@ def compare(named: Sequence[Named], failed: Mapping[str, str]) -> Estimates:
     first = named[0].estimate
     usual = _usual_time(named)
     same = np.array([_is_same(one.dt_s, usual) for one in named])
-    values = np.array([one.estimate.theta for one in named])
-    own = np.array([one.estimate.standard_deviation for one in named])
+    names = first.orders.names[: first.orders.na + first.orders.nb]
+    values = np.array([one.estimate.theta[: len(names)] for one in named])
+    own = np.array([one.estimate.standard_deviation[: len(names)] for one in named])
     kept = values[same]
     median = np.median(kept, axis=0)
     spread = MAD_TO_SIGMA * np.median(np.abs(kept - median), axis=0)
     low, high = np.quantile(kept, [0.05, 0.95], axis=0)
-    names = first.orders.names
     limit = distance_limit(len(kept), len(names))
     outliers = []
     if limit is not None:
@@ -249,7 +252,7 @@ def _warnings(one: Named, usual: float | None) -> list[str]:
             "coefficients cannot be compared; --dt resamples all records"
         )
     if not estimate.converged:
-        found.append("not converged")
+        found.append(state_words(estimate))
     if not estimate.residuals_white:
         found.append(f"residuals not white (statistic {estimate.whiteness:.3g})")
     if estimate.resets:

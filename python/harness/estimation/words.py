@@ -30,6 +30,13 @@ def not_white_words(estimate: Estimate) -> str:
     return _NOT_WHITE.format(estimate.whiteness) + _WHY_NOT_WHITE[estimate.method]
 
 
+def state_words(estimate: Estimate) -> str:
+    """Returns how far the estimate has come at the end of the record."""
+    if estimate.converged:
+        return "converged"
+    return "settled, not converged" if estimate.settled else "not converged"
+
+
 def advice_words(advice: Advice, *, python: bool = False) -> list[str]:
     """Returns advice in sentences, which name the options of the command, or those of Python."""
     tries = []

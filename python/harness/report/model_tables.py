@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ehsid.harness.estimation.words import not_white_words
+from ehsid.harness.estimation.words import not_white_words, state_words
 from ehsid.harness.report.text_table import TextTable
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def estimation_lines(result: EstimationResult) -> list[str]:
     figures = (
         f"one-step fit {result.one_step_fit_percent:.2f} %, simulation fit "
         f"{result.simulation_fit_percent:.2f} %, RMSE {result.rmse:.4g}, resets {result.resets}, "
-        f"{'converged' if result.converged else 'not converged'}, "
+        f"{state_words(result)}, "
         f"{result.skipped} of {result.status.size} samples carried no information; "
         f"one-step fit and RMSE leave out the first {result.n_start} equations"
     )

@@ -12,8 +12,7 @@ import pytest
 
 import ehsid
 from ehsid.harness import estimation, identification
-from ehsid.harness.estimation import structure
-from ehsid.harness.identification import IoData
+from ehsid.harness.identification import ArxOrders, IoData
 from ehsid.harness.records import read_record
 
 ROOT = Path(__file__).parents[3]
@@ -59,7 +58,9 @@ def test_orders_and_delays_are_numbers_or_ranges(given: dict[str, Any], data: Io
 
 
 def test_estimate_gives_the_result_of_the_room(data: IoData) -> None:
-    expected = estimation.estimate(data, structure(2, 2, 1, "rls"), forgetting=ehsid.Exponential())
+    expected = estimation.estimate(
+        data, ArxOrders(2, 2, 1, offset=True), forgetting=ehsid.Exponential()
+    )
     for source in sources():
         found = ehsid.estimate(source, **NAMES, na=2, nb=2, nk=1).result
         assert found.to_dict() == expected.to_dict()
@@ -70,7 +71,9 @@ def test_settings_reach_the_estimator(data: IoData) -> None:
     policy = ehsid.Constant(lambda_=0.98)
     guards = ehsid.RlsOptions.textbook()
     settings = {"reset": False, "guards": guards, "start_variance": 1e3, "method": "riv"}
-    expected = estimation.estimate(data, structure(2, 1, 2, "riv"), forgetting=policy, **settings)
+    expected = estimation.estimate(
+        data, ArxOrders(2, 1, 2, offset=True), forgetting=policy, **settings
+    )
     found = ehsid.estimate(CRANE, **NAMES, na=2, nb=1, nk=2, forgetting=policy, **settings)
     assert np.array_equal(found.result.theta_path, expected.theta_path)
     assert list(found.parameters) == ["a1", "a2", "b1", "offset"]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -36,6 +37,21 @@ def test_the_ring_holds_the_newest_samples(tmp_path: Path) -> None:
     # No more than the half that the writer does not reach while it is read.
     np.testing.assert_array_equal(reader.newest(100)[:, 1], [-18, -19, -20, -21, -22])
     assert path.stat().st_size < 11 * 16 + 200  # it does not grow
+
+
+def test_a_reader_never_finds_a_ring_that_is_not_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, make = tmp_path / "ring.npy", np.lib.format.open_memmap
+
+    def makes(*args: Any, **settings: Any) -> Any:
+        assert settings["mode"] != "w+" or not path.exists()
+        return make(*args, **settings)
+
+    monkeypatch.setattr("numpy.lib.format.open_memmap", makes)
+    RingWriter(path, 2, rows=10).add([1.0, 2.0])
+    np.testing.assert_array_equal(RingReader(path).newest(1), [[1.0, 2.0]])
+    assert [one.name for one in tmp_path.iterdir()] == [path.name]
 
 
 def test_few_samples_are_drawn_as_they_are() -> None:

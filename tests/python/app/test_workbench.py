@@ -97,7 +97,7 @@ def test_logs_are_read_and_the_check_follows(workbench: Workbench, tmp_path: Pat
     workbench.check(session)  # a second one is not started beside it
     job = workbench.job(session, "check")
     assert job is not None
-    job.wait(6.0)
+    job.wait(120.0)
     assert (job.state, job.message) == (State.done, "")
     until(lambda: standings(session)["check"].done)
     assert Session(session.folder).settings.made_of.keys() == {"check"}

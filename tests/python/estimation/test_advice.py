@@ -18,7 +18,7 @@ RNG = np.random.default_rng(2)
 U = RNG.choice([-1.0, 1.0], size=3000)
 E = 0.02 * RNG.normal(size=U.size)
 LATER = np.concatenate([np.zeros(3), U])[: U.size]
-USUAL = Recursion(ArxOrders(3, 3, 1, offset=False), ehsid.Exponential())
+USUAL = Recursion(ArxOrders(3, 3, 1, offset=True), ehsid.Exponential())
 
 
 def advice_on(u: npt.ArrayLike, y: npt.ArrayLike, recursion: Recursion = USUAL) -> Advice:
@@ -33,12 +33,12 @@ def advice_on(u: npt.ArrayLike, y: npt.ArrayLike, recursion: Recursion = USUAL) 
         (
             model16.output(U, E),
             Recursion(USUAL.orders, ehsid.Constant(0.95)),
-            "remembers about 20 samples",
+            "remembers about 22 samples",
             "--forgetting constant --lambda0 0.999",
         ),
         (
             model16.output(U, E),
-            Recursion(ArxOrders(3, 3, 3, offset=False), ehsid.Exponential()),
+            Recursion(ArxOrders(3, 3, 3, offset=True), ehsid.Exponential()),
             "less than the delay of 3",
             "--nk 1",
         ),
@@ -77,3 +77,50 @@ def test_where_nothing_helps_it_says_what_the_record_lacks() -> None:
     assert found.trials == ()
     assert "what counts as converged" in " ".join(found.lacks)
     assert "command" in " ".join(found.lacks)
+
+
+def integrating(at_rest: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """A servo that stands still at this command, moved by one whose mean is zero."""
+    u = np.repeat(np.random.default_rng(1).permutation([-1.0, 1.0] * 375), 4)
+    y = np.zeros(u.size)
+    for k in range(2, u.size):
+        y[k] = 1.6 * y[k - 1] - 0.6 * y[k - 2] + 0.1 * (u[k - 1] - at_rest) + 0.02 * E[k]
+    return u, y
+
+
+def test_a_constant_term_that_is_missing_is_the_first_advice() -> None:
+    u, y = integrating(0.2)
+    without = Recursion(ArxOrders(2, 1, 1, offset=False), ehsid.FRatio())
+    first = advice_on(u, y, without).trials[0]
+    assert first.setting.options == "--offset"
+    assert first.setting.arguments == "offset=True"
+    assert first.residuals_white
+
+
+def test_an_estimate_that_has_settled_with_coloured_residuals_may_be_used_within_limits() -> None:
+    """The output passes a dead band, so that no linear model has white residuals."""
+    u = np.repeat(np.random.default_rng(4).uniform(-1.0, 1.0, 600), 5)
+    moved = np.where(np.abs(u) > 0.1, u - 0.1 * np.sign(u), 0.0)
+    y = np.zeros(u.size)
+    for k in range(1, u.size):
+        y[k] = 0.5 * y[k - 1] + moved[k - 1] + 1e-3 * E[k]
+    data = IoData.from_arrays(u, y)
+    recursion = Recursion(ArxOrders(1, 1, 1, offset=True), ehsid.Constant(1.0), reset=False)
+    result = estimate(data, **vars(recursion))
+    assert result.settled
+    assert not result.converged
+    told = " ".join(advise(data, recursion, result).lacks)
+    assert "The estimate has settled" in told
+    assert f"fits the output by {result.simulation_fit_percent:.1f} %" in told
+
+
+def test_the_method_not_the_record_is_to_blame_where_least_squares_have_information() -> None:
+    u, y = integrating(0.2)
+    wrong = Recursion(
+        ArxOrders(2, 1, 1, offset=True), ehsid.Constant(1.0), reset=False, method="riv"
+    )
+    data = IoData.from_arrays(u, y)
+    result = estimate(data, **vars(wrong))
+    assert result.skipped > 0.5 * result.n_samples
+    told = " ".join(advise(data, wrong, result).lacks)
+    assert "carried no information for the method riv, but 0 for rls" in told

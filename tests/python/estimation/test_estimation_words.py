@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Advice and residuals in words; the structure fits the recursion."""
+"""Advice, residuals and the state of an estimate in words."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from ehsid.harness.catalogue.policies import METHODS
-from ehsid.harness.estimation import Estimate, structure
+from ehsid.harness.estimation import Estimate
 from ehsid.harness.estimation.advice import Advice, Setting, Trial
-from ehsid.harness.estimation.words import advice_words, not_white_words
+from ehsid.harness.estimation.words import advice_words, not_white_words, state_words
 from ehsid.harness.identification import ArxOrders
 
 ESTIMATE = Estimate(
     ArxOrders(2, 2, 1), "Constant(lambda_=0.99)", "rls", np.zeros(4), np.ones(4), 1000, 40, 1.0,
-    90.0, 80.0, 0, False, 0, False, 100.0,
+    90.0, 80.0, 0, False, False, 0, False, 100.0,
 )  # fmt: skip
 
 
@@ -38,6 +38,13 @@ def test_each_recursion_has_reasons_for_coloured_residuals(method: str) -> None:
     assert "friction" in words
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_running_models_have_a_constant_term(method: str) -> None:
-    assert structure(3, 2, 4, method) == ArxOrders(3, 2, 4, offset=method != "rls")
+@pytest.mark.parametrize(
+    ("settled", "converged", "told"),
+    [
+        (False, False, "not converged"),
+        (True, False, "settled, not converged"),
+        (True, True, "converged"),
+    ],
+)
+def test_a_state_is_told_in_words(settled: bool, converged: bool, told: str) -> None:
+    assert state_words(replace(ESTIMATE, settled=settled, converged=converged)) == told

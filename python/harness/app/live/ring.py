@@ -23,7 +23,10 @@ class RingWriter:
 
     def __init__(self, path: Path, columns: int, rows: int = ROWS) -> None:
         shape = (rows + 1, columns)
-        self._file = np.lib.format.open_memmap(path, mode="w+", dtype=np.float64, shape=shape)
+        # Whole under its name at once: a reader may look between the header and the rows.
+        aside = path.with_name(f".{path.name}.part")
+        self._file = np.lib.format.open_memmap(aside, mode="w+", dtype=np.float64, shape=shape)
+        aside.replace(path)
         self._rows = rows
         self._count = 0
 

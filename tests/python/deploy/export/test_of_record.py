@@ -61,6 +61,6 @@ def test_the_command_takes_the_constant_term_and_says_where_it_is_missed(
     assert without.exit_code == 0
     assert "offset" not in without.stdout
     assert "does not report that it has converged" in without.stderr
-    assert "--na 3 --nb 3 --nk 1` says what to try" in without.stderr
+    assert "--na 3 --nb 3 --nk 1 --no-offset` says what to try" in without.stderr
     quiet = run(cli, [*taken, "--no-offset", "--quiet", "--out", str(header)])
     assert quiet.stderr == ""
