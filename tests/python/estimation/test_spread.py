@@ -133,10 +133,26 @@ def test_records_of_another_sampling_time_are_shown_but_not_compared() -> None:
     assert compare(named(None), {}).dt_s is None
 
 
+def test_the_constant_term_belongs_to_the_record_and_is_not_compared() -> None:
+    with_offset = []
+    for number, one in enumerate(named()):
+        estimate = one.estimate
+        orders = replace(estimate.orders, offset=True)
+        theta = np.append(estimate.theta, 1e3 * (number == 0))
+        deviation = np.append(estimate.standard_deviation, 1e-3)
+        told = replace(estimate, orders=orders, theta=theta, standard_deviation=deviation)
+        with_offset.append(replace(one, estimate=told))
+    found, without = compare(with_offset, {}), compare(named(), {})
+    assert found.coefficients == without.coefficients
+    assert found.outliers == without.outliers
+    assert found.records[0].estimate["parameters"]["offset"]["value"] == 1e3
+
+
 def test_warnings_say_what_is_wrong_with_a_record() -> None:
     records = named()
     bad = replace(
         made()[0],
+        settled=True,
         converged=False,
         residuals_white=False,
         whiteness=99.5,
@@ -148,7 +164,7 @@ def test_warnings_say_what_is_wrong_with_a_record() -> None:
     records[2] = replace(records[2], estimate=replace(made()[2], converged=True, resets=0))
     found = compare(records, {}).records
     assert found[0].warnings == (
-        "not converged",
+        "settled, not converged",
         "residuals not white (statistic 99.5)",
         "2 resets",
         "the model is unstable",
