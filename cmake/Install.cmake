@@ -25,4 +25,5 @@ write_basic_package_version_file(ehsid-config-version.cmake COMPATIBILITY SameMi
                                  ${ehsid_architecture})
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ehsid-config.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/ehsid-config-version.cmake
+              ${CMAKE_CURRENT_LIST_DIR}/LocateEigen.cmake
         DESTINATION ${ehsid_package_dir} COMPONENT headers)

@@ -91,8 +91,10 @@ html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sourcelink = False
 html_show_search_summary = False  # a browser lets no page of files read another one
+html_sidebars = {"install": []}  # a page without others below it has nothing to list
 html_theme_options = {
     "navbar_align": "left",
+    "header_links_before_dropdown": 6,  # all sections: none goes into a menu "More"
     "navigation_with_keys": False,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],

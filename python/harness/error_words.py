@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
+
 # How the messages begin that pybind11 gives to values which a C++ type cannot hold.
 OF_PYBIND = ("incompatible function arguments", "incompatible constructor arguments")
 
@@ -49,3 +52,11 @@ def _of_the_system(error: OSError) -> str:
         f"{error.filename}: cannot be used ({error.strerror}): expected a path that can be read, "
         "or written to; check it, and its permissions"
     )
+
+
+def install_line(extra: str) -> str:
+    """Returns the line that installs the packages of an extra where this Python finds ehsid.
+
+    It names the Python that runs: a plain `pip` may belong to another one.
+    """
+    return f"{shlex.quote(sys.executable)} -m pip install 'ehsid[{extra}]'"

@@ -22,6 +22,8 @@ from functools import partial
 from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
+from ehsid.harness.error_words import install_line
+
 T = TypeVar("T")
 Progress = Callable[[float], None]
 
@@ -107,9 +109,7 @@ def on_cluster(address: str) -> Iterator[None]:
     try:
         from distributed import Client
     except ImportError:
-        raise ValueError(
-            "a Dask cluster needs dask.distributed: python -m pip install 'ehsid[dask]'"
-        ) from None
+        raise ValueError(f"a Dask cluster needs dask.distributed: {install_line('dask')}") from None
     try:
         _check_scheduler(address)
         client = Client(address, timeout=CONNECT_S, set_as_default=False)

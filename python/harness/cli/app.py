@@ -13,10 +13,11 @@ import typer
 
 from ehsid.harness.cli.common import refuse
 from ehsid.harness.cli.console import Console
+from ehsid.harness.error_words import install_line
 
 MISSING = (
     "the package 'panel', which makes the pages of the workbench, is not installed; install it "
-    "with: pip install 'ehsid[app]'"
+    f"with: {install_line('app')}"
 )
 
 

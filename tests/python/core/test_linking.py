@@ -67,6 +67,32 @@ def test_presets_name_toolchains_that_are_there() -> None:
     assert {"m4f-o2", "m4f-os", "m7-o2", "m7-os"} <= {preset["name"] for preset in presets}
 
 
+def settings(name: str) -> dict[str, str]:
+    """What a preset sets, with what it inherits: its own values and earlier bases go before."""
+    presets = {
+        preset["name"]: preset
+        for preset in json.loads(text("CMakePresets.json"))["configurePresets"]
+    }
+    bases = presets[name].get("inherits", [])
+    found: dict[str, str] = dict(presets[name].get("cacheVariables", {}))
+    for base in [bases] if isinstance(bases, str) else bases:
+        found = settings(base) | found
+    return found
+
+
+def test_presets_of_developers_switch_on_what_a_user_does_not_build() -> None:
+    names = ("C", "TESTS", "FIRMWARE")
+    options = [*(f"EHSID_BUILD_{name}" for name in names), "EHSID_WARNINGS_AS_ERRORS"]
+    defaults = dict(
+        re.findall(r'^option\((\w+) ".*" (\w+)\)$', text("CMakeLists.txt"), flags=re.MULTILINE)
+    )
+    assert [defaults[option] for option in options] == ["OFF"] * 4
+    for name in ("dev", "release", "clang", "tidy", "asan-ubsan", "arm"):
+        assert [settings(name).get(option) for option in options] == ["ON"] * 4
+    for name in ("m4f-o2", "m4f-os", "m7-o2", "m7-os"):
+        assert [settings(name).get(option) for option in options] == ["ON", "OFF", "OFF", "OFF"]
+
+
 def test_the_c_example_of_the_document_is_the_one_that_is_compiled() -> None:
     blocks = re.findall(r"```c\n(.*?)```", text("docs/linking.md"), flags=re.DOTALL)
     compiled = text("tests/install/consumer_c/controller.c").split("\n", 1)[1]

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from ehsid.harness.error_words import install_line
 from ehsid.harness.records.errors import first_line
 from ehsid.harness.records.logs.arrays import Part
 
@@ -26,9 +27,7 @@ def object_parts(data: bytes, notes: list[str]) -> list[Part]:
     try:
         import matio
     except ModuleNotFoundError:
-        notes.append(
-            f"tables and other objects are left out: pip install 'ehsid[logs]', or {ADVICE}"
-        )
+        notes.append(f"tables and other objects are left out: {install_line('logs')}, or {ADVICE}")
         return []
     with tempfile.TemporaryDirectory() as folder:  # the reader takes a path only
         file = Path(folder) / "log.mat"

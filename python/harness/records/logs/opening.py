@@ -7,6 +7,7 @@ import importlib
 from collections.abc import Callable
 from pathlib import Path
 
+from ehsid.harness.error_words import install_line
 from ehsid.harness.records.csv_text import decompress
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.formats import TEXT_ENDINGS
@@ -72,7 +73,7 @@ def open_log(data: bytes, path: Path, ending: str, refused: RecordError | None =
             path,
             f"the package '{error.name}', which reads files of this kind, is not installed",
             expected="the packages that read logs",
-            mend="install them with: pip install 'ehsid[logs]'",
+            mend=f"install them with: {install_line('logs')}",
         ) from None
     try:
         return read(data, path)
