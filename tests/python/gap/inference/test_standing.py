@@ -99,6 +99,32 @@ def test_a_better_candidate_that_is_not_named_is_explained(sizes: list[float]) -
             "too_small",
             "transport delay of this size is part of every servo",
         ),
+        (
+            0.5e-7,
+            ("stribeck_friction",),
+            {
+                "stribeck_friction.coulomb_n": 583.4,
+                "stribeck_friction.static_n": 23272.6,
+                "stribeck_friction.stribeck_velocity_m_s": 1e-4,
+            },
+            "too_small",
+            "no servo has Stribeck friction of these sizes (force at high speed 583.4 N, force at "
+            "rest 23273 N, stribeck velocity 0.0001 m/s): seals have friction",
+        ),
+        (
+            0.5e-7,
+            ("stribeck_friction",),
+            {"stribeck_friction.coulomb_n": 583.0, "stribeck_friction.static_n": 600.0},
+            "too_small",
+            "Stribeck friction differs from Coulomb friction by no more than in every servo",
+        ),
+        (
+            0.5e-7,
+            ("stribeck_friction",),
+            {"stribeck_friction.coulomb_n": 0.1, "stribeck_friction.static_n": 0.2},
+            "too_small",
+            "Stribeck friction of this size is part of every servo",
+        ),
     ],
 )
 def test_reasons(
