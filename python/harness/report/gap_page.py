@@ -92,7 +92,7 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
             summary=[
                 diagnosis_facts(diagnosis),
                 *gap_blocks(diagnosis, kinds),
-                *_reasons(diagnosis),
+                *reason_blocks(diagnosis),
             ],
             footer=[f"rig file {rig_file}", f"{diagnosis.seconds:.0f} s"],
             window_title=f"{badge}: {diagnosis.rig.name}",
@@ -100,7 +100,8 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
     )
 
 
-def _reasons(diagnosis: Diagnosis) -> list[Block]:
+def reason_blocks(diagnosis: Diagnosis) -> list[Block]:
+    """Returns the reasons for the verdict with their heading; none where there are none."""
     if not diagnosis.reasons:
         return []
     return [Heading("Reasons for the verdict"), Items(diagnosis.reasons)]
