@@ -68,7 +68,7 @@ def residual_tests(found: Identified) -> str:
         "The residual is independent of the input: the model has all that the command does."
         if independent.passed
         else "The residual depends on the input: the model lacks a part of what the command does, "
-        "such as a nonlinearity, a higher order or another delay."
+        "such as an effect that is not linear, a higher order or another delay."
     )
     return "<h2>What the model leaves</h2>" + "".join(
         f'<p><span class="{"good" if test.passed else "bad"}">{"✓" if test.passed else "✗"}</span> '

@@ -164,10 +164,7 @@ def advise(
             "model is to run without measurements."
         )
     if not independence.passed:
-        advice.append(
-            "The residual still contains the input: dynamics are missing or not linear. "
-            "Try a higher order or another delay, and look for nonlinear effects."
-        )
+        advice.append(_missing_advice(by_order, chosen, delays_tried))
     if not whiteness.passed:
         advice.append(
             "The residual is not white: the intervals of the parameters are not reliable, and the "
@@ -175,14 +172,37 @@ def advise(
         )
     if independence.feedback:
         advice.append(
-            "The input follows the residual, as in a closed loop: delay 0 and the independence "
-            "test are not to be trusted there."
+            "The residual is correlated with later inputs, which has two possible reasons. Either "
+            "the input reacts to the output, as in a closed loop: then do not trust a model with "
+            "delay 0, nor the test of independence. Or later inputs resemble earlier ones, as in a "
+            "periodic or slow command, and the model lacks a part of what these did, such as an "
+            "effect that is not linear: `ehsid gap` looks for such effects of a servo."
         )
     if chosen is by_order[-1] and len(by_order) > 1:
         advice.append("The highest order tried was chosen: try higher ones.")
     if len(delays_tried) > 1 and chosen.orders.nk == max(delays_tried):
         advice.append("The longest delay tried was chosen: try longer ones.")
     return tuple(advice)
+
+
+def _missing_advice(
+    by_order: Sequence[Candidate], chosen: Candidate, delays_tried: Sequence[int]
+) -> str:
+    """Says what may be missing where the residual contains the input, without what was tried."""
+    untried = []
+    if chosen is by_order[-1]:
+        untried.append("a higher order")
+    if chosen.orders.nk == max(delays_tried):
+        untried.append("a longer delay")
+    text = "The residual still contains the input: the model lacks a part of what the input does. "
+    if untried:
+        text += f"Try {' or '.join(untried)}. If this does not help, "
+    else:
+        text += "Higher orders and longer delays were tried and do not help enough, so that "
+    return text + (
+        "an effect that is not linear is probable, such as friction or a dead band: `ehsid gap` "
+        "looks for such effects of a servo."
+    )
 
 
 def _misfit(candidate: Candidate) -> float:

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from identification_truth import A16, B16, model16
@@ -29,7 +31,12 @@ from ehsid.harness.identification import (
     predict_one_step,
     simulate,
 )
-from ehsid.harness.identification.order_rules import choose_delay, choose_order, order_reason
+from ehsid.harness.identification.order_rules import (
+    advise,
+    choose_delay,
+    choose_order,
+    order_reason,
+)
 from ehsid.harness.records import read_record
 
 CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"
@@ -249,6 +256,42 @@ def test_what_cannot_be_identified_is_said() -> None:
         identify(IoData.from_arrays(u, y), split=1.0)
     with pytest.raises(IdentificationError, match="min_improvement"):
         identify(IoData.from_arrays(u, y), min_improvement=1.0)
+
+
+def multisine_through_a_dead_band(count: int = 2000, period: int = 100) -> IoData:
+    """A periodic command through a dead band, a delay and two poles; there is no feedback."""
+    time = np.arange(count)
+    u = sum(np.sin(2.0 * np.pi * k * time / period + k**2) for k in range(1, 6))
+    through = np.concatenate([[0.0], (np.sign(u) * np.maximum(np.abs(u) - 1.0, 0.0))[:-1]])
+    y = scipy.signal.lfilter([0.1], [1.0, -1.7, 0.75], through)
+    return IoData.from_arrays(u, y + 1e-4 * np.random.default_rng(3).normal(size=count))
+
+
+def test_a_plant_that_is_not_linear_is_not_taken_for_a_closed_loop() -> None:
+    result = identify(multisine_through_a_dead_band(), orders=[1, 2, 3, 4], delays=[1, 2, 3])
+    assert result.independence.feedback
+    text = " ".join(result.advice)
+    assert "two possible reasons" in text
+    assert "as in a periodic or slow command" in text
+    assert "`ehsid gap` looks for such effects" in text
+
+
+def test_what_was_tried_is_not_proposed() -> None:
+    result = identify(multisine_through_a_dead_band(), orders=[1, 2, 3], delays=[1, 2])
+    failed = replace(result.independence, passed=False)
+    low, high = result.by_order[0], result.by_order[-1]
+
+    def advised(chosen: Candidate, delay: int, tried: list[int]) -> str:
+        moved = replace(chosen, orders=replace(chosen.orders, nk=delay))
+        by_order = [moved if each is chosen else each for each in result.by_order]
+        return " ".join(advise(by_order, moved, tried, result.whiteness, failed, 0.05))
+
+    assert "Try " not in advised(low, 1, [1, 2])
+    assert "Higher orders and longer delays were tried" in advised(low, 1, [1, 2])
+    assert "Try a longer delay. If this does not help, " in advised(low, 2, [1, 2])
+    assert "Try a higher order. If this does not help, " in advised(high, 1, [1, 2])
+    assert "Try a higher order or a longer delay. If" in advised(high, 1, [1])
+    assert "`ehsid gap`" in advised(low, 1, [1, 2])
 
 
 def test_advice_at_the_edge_of_the_range() -> None:
