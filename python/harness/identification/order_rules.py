@@ -178,9 +178,10 @@ def advise(
             "periodic or slow command, and the model lacks a part of what these did, such as an "
             "effect that is not linear: `ehsid gap` looks for such effects of a servo."
         )
-    if chosen is by_order[-1] and len(by_order) > 1:
+    # Where the residual contains the input, the sentence on that has proposed these already.
+    if independence.passed and chosen is by_order[-1] and len(by_order) > 1:
         advice.append("The highest order tried was chosen: try higher ones.")
-    if len(delays_tried) > 1 and chosen.orders.nk == max(delays_tried):
+    if independence.passed and len(delays_tried) > 1 and chosen.orders.nk == max(delays_tried):
         advice.append("The longest delay tried was chosen: try longer ones.")
     return tuple(advice)
 
