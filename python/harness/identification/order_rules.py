@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,6 +15,9 @@ from ehsid.harness.identification.residuals import IndependenceTest, WhitenessTe
 
 # One-sided confidence level at which one delay counts as worse than another.
 DELAY_LEVEL = 0.99
+# Judged on fewer samples, or on a shorter time, a record is called short. So many samples are as
+# many as the recursive estimator needs before it converges, and a servo reverses in about a second.
+FEW_SAMPLES, FEW_SECONDS = 300, 1.0
 
 
 def orders_added(lower: Candidate, higher: Candidate) -> float:
@@ -144,9 +148,22 @@ def advise(
     whiteness: WhitenessTest,
     independence: IndependenceTest,
     min_improvement: float,
+    n_judged: int,
+    dt_s: float | None,
 ) -> tuple[str, ...]:
-    """Returns the advice as sentences, most important first; empty if there is no advice."""
+    """Returns the advice as sentences, most important first; empty if there is no advice.
+
+    n_judged, dt_s: number of samples on which the candidates were judged, and their sampling time.
+    """
     advice: list[str] = []
+    seconds = math.inf if dt_s is None else n_judged * dt_s
+    if n_judged < FEW_SAMPLES or seconds < FEW_SECONDS:
+        length = f"{n_judged} samples" + ("" if dt_s is None else f" ({seconds:.3g} s)")
+        advice.append(
+            f"The record is short: the models are judged on {length} only, so that order and delay "
+            "are uncertain, and slow motion does not show. Record for ten seconds or longer, with "
+            "motion in both directions."
+        )
     simulation = chosen.simulation_fit_percent
     if simulation < 0.0:
         advice.append(

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap.schema import Candidate, Diagnosis, HowFar
+from ehsid.harness.gap.schema import Candidate, Diagnosis, HowFar, Remark
 from ehsid.harness.report.gap_words import (
     SIMULATIONS,
     STANDINGS,
@@ -27,6 +27,21 @@ from ehsid.harness.rigs.table_words import table_words
 
 # More candidates than this are easier to read on the page.
 MOST_CANDIDATES = 5
+
+
+def told_reasons(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Returns the reasons of the verdict that its sentence does not say already."""
+    return tuple(reason for reason in diagnosis.reasons if reason not in diagnosis.sentence)
+
+
+def told_remarks(diagnosis: Diagnosis) -> tuple[Remark, ...]:
+    """Returns the remarks on the records that no reason of the verdict says already."""
+    reasons = " ".join(diagnosis.reasons)
+    return tuple(
+        remark
+        for remark in diagnosis.remarks
+        if not (remark.serious and remark.what.rstrip(".") in reasons)
+    )
 
 
 def brief_tables(diagnosis: Diagnosis) -> Iterator[TextTable]:

@@ -44,7 +44,7 @@ VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
         ),
         "insufficient_data": (
             "Not enough data",
-            "The records do not allow a judgement. What they lack stands below.",
+            "The records do not allow a judgement, for the reason that the first sentence gives.",
         ),
     }
 )

@@ -284,7 +284,7 @@ def test_what_was_tried_is_not_proposed() -> None:
     def advised(chosen: Candidate, delay: int, tried: list[int]) -> str:
         moved = replace(chosen, orders=replace(chosen.orders, nk=delay))
         by_order = [moved if each is chosen else each for each in result.by_order]
-        return " ".join(advise(by_order, moved, tried, result.whiteness, failed, 0.05))
+        return " ".join(advise(by_order, moved, tried, result.whiteness, failed, 0.05, 1000, None))
 
     assert "Try " not in advised(low, 1, [1, 2])
     assert "Higher orders and longer delays were tried" in advised(low, 1, [1, 2])
@@ -292,6 +292,22 @@ def test_what_was_tried_is_not_proposed() -> None:
     assert "Try a higher order. If this does not help, " in advised(high, 1, [1, 2])
     assert "Try a higher order or a longer delay. If" in advised(high, 1, [1])
     assert "`ehsid gap`" in advised(low, 1, [1, 2])
+
+
+@pytest.mark.parametrize(
+    ("count", "dt_s", "short"),
+    [
+        (800, None, False),
+        (500, None, True),
+        (500, 0.02, True),
+        (800, 2e-3, True),
+        (2000, 2e-3, False),
+    ],
+)
+def test_a_short_record_is_called_short(count: int, dt_s: float | None, short: bool) -> None:
+    u, y = model16(seed=8, n=count, noise=0.01)
+    result = identify(IoData.from_arrays(u, y, dt_s=dt_s))
+    assert any("The record is short: " in text for text in result.advice) == short
 
 
 def test_advice_at_the_edge_of_the_range() -> None:

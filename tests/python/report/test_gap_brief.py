@@ -6,10 +6,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from made_diagnoses import made_diagnosis
+import numpy as np
+from made_diagnoses import bench, made_diagnosis
 
-from ehsid.harness.gap.schema import Candidate, Diagnosis, Standing, StandingKind
-from ehsid.harness.report.gap_brief import brief_tables
+from ehsid.harness.gap import diagnose
+from ehsid.harness.gap.schema import Candidate, Diagnosis, Remark, Standing, StandingKind
+from ehsid.harness.records import make_record
+from ehsid.harness.report.gap_brief import brief_tables, told_reasons, told_remarks
+from ehsid.harness.report.gap_page import render_diagnosis
 from ehsid.harness.report.page import Note, Table
 from ehsid.harness.report.text_table import TextTable
 from ehsid.harness.report.which_section import which_section
@@ -69,3 +73,28 @@ def test_without_a_name_nats_are_counted_from_the_fit_without_effects() -> None:
     assert [row[2] for row in table.rows] == ["-2.5", "0.0"]
     assert "below that of the fit without effects" in table.caption
     assert "counted" not in table.caption
+
+
+def test_why_a_short_record_cannot_be_judged_is_told_once() -> None:
+    time = np.arange(200) * 5e-3
+    columns = {"time_s": time, "command_v": np.sin(time), "position_m": 0.1 + 0.01 * np.cos(time)}
+    diagnosis = diagnose([make_record(columns, name="short")], bench())
+    assert diagnosis.verdict == "insufficient_data"
+    assert "Record 'short': 1 s without a gap are too short" in diagnosis.sentence
+    assert diagnosis.reasons
+    assert told_reasons(diagnosis) == ()
+    assert not any(remark.serious for remark in told_remarks(diagnosis))
+    assert any(remark.serious for remark in diagnosis.remarks)
+    page = render_diagnosis(diagnosis, [], "bench.toml")
+    assert "Nothing could be judged" in page
+    assert "Reasons for the verdict" not in page
+
+
+def test_what_the_sentence_does_not_say_is_told() -> None:
+    diagnosis = made_diagnosis("effects")
+    assert told_reasons(diagnosis) == diagnosis.reasons
+    remarks = (Remark("one", "the clock jumps", serious=True), Remark("two", "a note"))
+    diagnosis = replace(diagnosis, remarks=remarks)
+    assert told_remarks(diagnosis) == remarks
+    told = replace(diagnosis, reasons=("Record 'one': the clock jumps.",))
+    assert told_remarks(told) == remarks[1:]

@@ -172,4 +172,4 @@ def test_the_reason_holds_for_all_records_together() -> None:
     poorer = replace(RICH, largest_command=0.2, travel=None, lowest_of_tank=5.0)
     why = {one.id: one.why for one in unidentifiable_effects([poor, poorer], IDS)}
     assert why["supply_droop"] == "command never above 20 % of rated"
-    assert why["makeup_check"] .endswith("the lowest one was 5.0 times as high")
+    assert why["makeup_check"].endswith("the lowest one was 5.0 times as high")

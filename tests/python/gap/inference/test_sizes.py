@@ -72,9 +72,7 @@ def test_a_law_beside_the_one_that_it_contains_is_too_large_or_too_small(
     effect: str, sizes: tuple[float, ...], large: bool
 ) -> None:
     names = [parameter.name for parameter in effects()[effect].parameters]
-    values = {
-        f"effects.{effect}.{name}": size for name, size in zip(names, sizes, strict=True)
-    }
+    values = {f"effects.{effect}.{name}": size for name, size in zip(names, sizes, strict=True)}
     assert not matters(effect, values, RIG)
     assert simpler_part(effect, values, RIG) == "coulomb_friction"
     assert too_large(effect, values, RIG) == large

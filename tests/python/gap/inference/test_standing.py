@@ -167,7 +167,9 @@ def test_a_missing_effect_is_the_reason_why_the_calibration_is_worse() -> None:
     result = search_result(candidate(rms=1e-4), candidate("coulomb_friction", rms=1e-7))
     selection = select_effects(CASE, result)
     (sentence,) = caveats(CASE, result, selection, reduction(0.18, 0.28, 0.005))
-    assert "without Coulomb friction the fit makes the values of the rig stand in for it" in sentence
+    assert (
+        "without Coulomb friction the fit makes the values of the rig stand in for it" in sentence
+    )
 
 
 def test_values_at_an_end_of_their_range_are_said() -> None:
