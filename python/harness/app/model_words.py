@@ -111,7 +111,11 @@ def _pole(root: Root) -> list[str]:
         place,
         f"{math.hypot(root.real, root.imag):.5g}",
         "" if root.deviation is None else f"± {root.deviation:.2g}",
-        "" if root.frequency_hz is None else f"{root.frequency_hz:.3g}",
+        "integrator"
+        if root.integrates
+        else ""
+        if root.frequency_hz is None
+        else f"{root.frequency_hz:.3g}",
         "" if root.damping is None else f"{root.damping:.3g}",
     ]
 
