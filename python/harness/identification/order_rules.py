@@ -11,6 +11,7 @@ import scipy.stats
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.candidates import Candidate
+from ehsid.harness.identification.criteria import diverges, simulation_words
 from ehsid.harness.identification.residuals import IndependenceTest, WhitenessTest
 
 # One-sided confidence level at which one delay counts as worse than another.
@@ -87,7 +88,7 @@ def order_reason(by_order: Sequence[Candidate], chosen: Candidate, min_improveme
     position = list(by_order).index(chosen)
     text = (
         f"{_label(chosen).capitalize()}: one-step fit {_fit(chosen)} on the validation data, "
-        f"simulation fit {chosen.simulation_fit_percent:.2f} %."
+        f"{simulation_words(chosen.simulation_fit_percent)}."
     )
     if position > 0:
         below = max(by_order[:position], key=lambda other: other.one_step_fit_percent)
@@ -175,10 +176,11 @@ def advise(
     # least one added order, also where the other candidate has a lower order.
     kept = (1.0 - min_improvement) ** max(orders_added(chosen, best), 1.0)
     if 100.0 - best.simulation_fit_percent < kept * (100.0 - simulation):
+        here = "a simulation that diverges" if diverges(simulation) else f"{simulation:.2f} %"
         advice.append(
             f"Another order simulates better: {best.orders} with a simulation fit of "
-            f"{best.simulation_fit_percent:.2f} % against {simulation:.2f} %; prefer it where the "
-            "model is to run without measurements."
+            f"{best.simulation_fit_percent:.2f} % against {here}; prefer it where the model is to "
+            "run without measurements."
         )
     if not independence.passed:
         advice.append(_missing_advice(by_order, chosen, delays_tried))

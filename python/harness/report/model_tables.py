@@ -7,6 +7,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ehsid.harness.estimation.words import not_white_words
+from ehsid.harness.identification.criteria import simulation_cell, simulation_words
 from ehsid.harness.report.text_table import TextTable
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def candidate_table(result: IdentificationResult) -> TextTable:
             f"{candidate.orders.na}{' *' * (candidate.orders == result.chosen.orders)}",
             str(candidate.orders.nk),
             f"{candidate.one_step_fit_percent:.2f}",
-            f"{candidate.simulation_fit_percent:.2f}",
+            simulation_cell(candidate.simulation_fit_percent),
             _scaled(candidate.validation.fpe, power),
             _scaled(candidate.validation.loss, power),
             f"{candidate.validation.aic:.4g}",
@@ -82,8 +83,9 @@ def parameter_table(result: EstimationResult) -> TextTable:
 def estimation_lines(result: EstimationResult) -> list[str]:
     """Returns the figures of an estimation, and what its residuals mean, in sentences."""
     figures = (
-        f"one-step fit {result.one_step_fit_percent:.2f} %, simulation fit "
-        f"{result.simulation_fit_percent:.2f} %, RMSE {result.rmse:.4g}, resets {result.resets}, "
+        f"one-step fit {result.one_step_fit_percent:.2f} %, "
+        f"{simulation_words(result.simulation_fit_percent)}, RMSE {result.rmse:.4g}, "
+        f"resets {result.resets}, "
         f"{'converged' if result.converged else 'not converged'}, "
         f"{result.skipped} of {result.status.size} samples carried no information; "
         f"one-step fit and RMSE leave out the first {result.n_start} equations"

@@ -239,6 +239,7 @@ def test_an_unstable_model_still_gives_a_result() -> None:
     result = identify(IoData.from_arrays(u, growing), orders=[1, 2], delays=[1])
     assert result.chosen.simulation_fit_percent < 0.0
     assert any("does not simulate" in text for text in result.advice)
+    assert "inf" not in " ".join([result.reason, *result.advice])
     json.dumps(result.to_dict(), allow_nan=False)
 
 
