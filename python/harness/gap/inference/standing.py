@@ -76,9 +76,9 @@ def _why_no_name(effect: str, values: Mapping[str, float], rig: Rig) -> str:
         return f"{name} of this size is part of every servo"
     if too_large(effect, values, rig):
         return (
-            f"no servo has {name} of these sizes ({_sizes(effect, values)}): "
-            f"{effects()[effect].least_size}; {in_words([simple])}, which it contains, is judged "
-            "by itself"
+            f"no servo has {name} of these sizes ({_sizes(effect, values)}), and "
+            f"{in_words([simple])}, which it contains, is judged by itself; the limits are: "
+            f"{effects()[effect].least_size}"
         )
     return f"{name} differs from {in_words([simple])} by no more than in every servo"
 
@@ -89,6 +89,7 @@ def _sizes(effect: str, values: Mapping[str, float]) -> str:
     for parameter in effects()[effect].parameters:
         key = ParameterKey.of_effect(effect, parameter.name)
         name = VALUE_NAMES.get(key, parameter.name.removesuffix("_m_s").replace("_", " "))
+        name = name.replace("stribeck", "Stribeck")
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
         told.append(f"{name} {values[key]:.5g}{unit}")
     return ", ".join(told)
