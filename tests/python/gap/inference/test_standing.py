@@ -109,8 +109,8 @@ def test_a_better_candidate_that_is_not_named_is_explained(sizes: list[float]) -
             },
             "too_small",
             "no servo has Stribeck friction of these sizes (force at high speed 583.4 N, force at "
-            "rest 23273 N, Stribeck velocity 0.0001 m/s), and Coulomb friction, which it contains, is "
-            "judged by itself; the limits are: seals have friction",
+            "rest 23273 N, Stribeck velocity 0.0001 m/s), and Coulomb friction, which it contains, "
+            "is judged by itself; the limits are: seals have friction",
         ),
         (
             0.5e-7,
