@@ -18,7 +18,7 @@ from withheld_record import REPORT, Opening, withheld_record
 from ehsid.harness.cli.progress import stages
 from ehsid.harness.files import result_folder
 from ehsid.harness.report.gap_facts import diagnosis_facts
-from ehsid.harness.report.gap_page import gap_blocks
+from ehsid.harness.report.gap_page import gap_blocks, reason_blocks
 from ehsid.harness.report.gap_words import SIMULATIONS, first_upper
 from ehsid.harness.report.page import Page, Section, write_page
 from ehsid.harness.studies.published import SOURCE
@@ -45,7 +45,11 @@ def demo_page(opening: Opening, others: Sequence[Part]) -> Page:
         overline="ehsid: what the servo really is, and why the simulation disagrees with it",
         badge="An effect that was withheld",
         kind=diagnosis.verdict,
-        summary=[diagnosis_facts(diagnosis), *gap_blocks(diagnosis, tuple(SIMULATIONS))],
+        summary=[
+            diagnosis_facts(diagnosis),
+            *gap_blocks(diagnosis, tuple(SIMULATIONS)),
+            *reason_blocks(diagnosis),
+        ],
         window_title="ehsid: a first run",
     )
 

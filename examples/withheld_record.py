@@ -139,9 +139,9 @@ def withheld_record(folder: Path, progress: Callable[[float], None]) -> Opening:
     )
     lead = (
         "This servo has an effect that was withheld from its rig file and from the diagnosis. The "
-        f"diagnosis names {effects}, and the error of the simulation falls from "
-        f"{percent(far.calibrated)} to {percent(far.augmented)} of the motion, on a record that "
-        "was not fitted."
+        f"diagnosis names {effects}. On a record that was not fitted, the error of the simulation "
+        f"falls from {percent(far.nominal)} of the motion with the rig file as it is to "
+        f"{percent(far.augmented)} with what the diagnosis found."
     )
     sections = [where_section(diagnosis), which_section(diagnosis), errors, answer]
     return Opening(diagnosis, lead, sections)

@@ -48,6 +48,11 @@ def test_page_opens_with_the_diagnosis(html: str) -> None:
     assert places[-1] < title.index("A real record: the hydraulic crane")
 
 
+def test_page_explains_why_fitted_values_alone_are_worse_than_the_rig_file(html: str) -> None:
+    text = " ".join(" ".join(read(html).words).split())
+    assert "Values are fitted to some data and judged by others; without valve dead band" in text
+
+
 def test_crane_table_shows_what_identify_finds(html: str) -> None:
     data = IoData.from_record(
         read_record(ROOT / "examples" / "data" / "hydraulic_crane.csv", columns=COLUMNS), *COLUMNS

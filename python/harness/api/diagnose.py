@@ -23,7 +23,7 @@ from ehsid.harness.gap.diagnosis_file import RESULT_FILES
 from ehsid.harness.parallel import workers as using
 from ehsid.harness.records import read_record
 from ehsid.harness.records.telling_apart import told_apart
-from ehsid.harness.report.gap_brief import brief_tables
+from ehsid.harness.report.gap_brief import brief_tables, told_reasons, told_remarks
 from ehsid.harness.report.gap_words import VERDICTS, plain_name
 from ehsid.harness.report.shares import percent
 from ehsid.harness.report.text_table import TextTable
@@ -136,13 +136,13 @@ class Diagnosis(Shown):
 
     def _sentences(self) -> Sequence[str]:
         found = self.result
-        lines = [found.sentence, *(f"- {reason}" for reason in found.reasons)]
+        lines = [found.sentence, *(f"- {reason}" for reason in told_reasons(found))]
         if found.next_experiment is not None:
             lines.append(f"Next experiment: {found.next_experiment.description}.")
         lines += [
             f"Could not be judged: {plain_name(one.id)}: {one.why}" for one in found.cannot_judge
         ]
-        for remark in found.remarks:
+        for remark in told_remarks(found):
             about = f"{remark.record}: " if remark.record else ""
             lines.append(f"{'serious' if remark.serious else 'note'}: {about}{remark.what}")
         return lines

@@ -18,6 +18,7 @@ from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
 from ehsid.harness.api.wording import in_python
 from ehsid.harness.files import result_folder
 from ehsid.harness.identification import IdentificationResult
+from ehsid.harness.identification.criteria import simulation_words
 from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
 from ehsid.harness.identification.selection import DEFAULT_DELAYS, DEFAULT_ORDERS
 from ehsid.harness.report.dynamics_tables import model_table, root_table, servo_lines
@@ -98,8 +99,8 @@ class Identification(Shown, Tabular):
         chosen = self.result.chosen
         return (
             f"{self.signals.name}, {chosen.orders}; on the validation half one-step fit "
-            f"{chosen.one_step_fit_percent:.2f} %, simulation fit "
-            f"{chosen.simulation_fit_percent:.2f} %"
+            f"{chosen.one_step_fit_percent:.2f} %, "
+            f"{simulation_words(chosen.simulation_fit_percent)}"
         )
 
     def _sentences(self) -> Sequence[str]:

@@ -26,7 +26,7 @@ from ehsid.harness.identification import (
 )
 from ehsid.harness.identification.residuals import IndependenceTest, WhitenessTest
 from ehsid.harness.identification.roots import Roots
-from ehsid.harness.identification.velocity_gain import velocity_gain
+from ehsid.harness.identification.velocity_gain import integrator, velocity_gain
 from ehsid.harness.records import Record
 
 FILE = "identified.json"
@@ -44,7 +44,9 @@ class Root(msgspec.Struct, frozen=True):
     deviation
         standard deviation of its modulus; None where another root is too near to tell.
     frequency_hz, damping
-        natural frequency and damping of a pole; None for a zero.
+        natural frequency and damping of a pole; None for a zero and for an integrator.
+    integrates
+        whether it is a pole that cannot be told from z = 1.
     """
 
     real: float
@@ -52,6 +54,7 @@ class Root(msgspec.Struct, frozen=True):
     deviation: float | None = None
     frequency_hz: float | None = None
     damping: float | None = None
+    integrates: bool = False
 
 
 class Correlation(msgspec.Struct, frozen=True):
@@ -216,8 +219,12 @@ def _poles(result: IdentificationResult, dt_s: float) -> list[Root]:
 
     model = result.chosen.model
     modes = analyse_loop(to_control(model, dt_s)).modes
+    at_one = integrator(model)
     made = []
-    for root in _roots(poles_zeros(model).poles):
+    for i, root in enumerate(_roots(poles_zeros(model).poles)):
+        if i == at_one:
+            made.append(msgspec.structs.replace(root, integrates=True))
+            continue
         pole = complex(root.real, abs(root.imag))
         mode = min(modes, key=lambda mode: abs(mode.pole - pole), default=None)
         if mode is None or abs(mode.pole - pole) > SAME_POLE:

@@ -68,7 +68,7 @@ def residual_tests(found: Identified) -> str:
         "The residual is independent of the input: the model has all that the command does."
         if independent.passed
         else "The residual depends on the input: the model lacks a part of what the command does, "
-        "such as a nonlinearity, a higher order or another delay."
+        "such as an effect that is not linear, a higher order or another delay."
     )
     return "<h2>What the model leaves</h2>" + "".join(
         f'<p><span class="{"good" if test.passed else "bad"}">{"✓" if test.passed else "✗"}</span> '
@@ -111,7 +111,11 @@ def _pole(root: Root) -> list[str]:
         place,
         f"{math.hypot(root.real, root.imag):.5g}",
         "" if root.deviation is None else f"± {root.deviation:.2g}",
-        "" if root.frequency_hz is None else f"{root.frequency_hz:.3g}",
+        "integrator"
+        if root.integrates
+        else ""
+        if root.frequency_hz is None
+        else f"{root.frequency_hz:.3g}",
         "" if root.damping is None else f"{root.damping:.3g}",
     ]
 

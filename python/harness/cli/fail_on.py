@@ -64,8 +64,12 @@ def fail_if(found: Sequence[str], of: str) -> None:
     found
         what was found of the verdicts that the user named, each with its place.
     of
-        what they are verdicts of, for the message.
+        what `found` has, for the message.
     """
     if found:
-        typer.echo(f"ehsid: --fail-on: {of}: {'; '.join(found)}", err=True)
+        typer.echo(
+            f"ehsid: the exit code is {EXIT_CODE}, because --fail-on names {of}: "
+            f"{'; '.join(found)}",
+            err=True,
+        )
         raise typer.Exit(EXIT_CODE)

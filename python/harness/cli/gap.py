@@ -78,6 +78,7 @@ def gap_command(
     """
     from ehsid.harness.cli.gap_summary import print_diagnosis
     from ehsid.harness.gap import STAGES, diagnose
+    from ehsid.harness.gap.data.gate import how_read
     from ehsid.harness.gap.diagnosis_file import RESULT_FILES
 
     excluded = tuple(dict.fromkeys(exclude_effect or ()))
@@ -88,6 +89,8 @@ def gap_command(
         hints = hints_of(maps, sampling_time)
         fitted, held_out = read_for(rig, records, hints), read_for(rig, validate or [], hints)
         named = told_apart([*fitted, *held_out])
+        # How a log was read is shown above, as a table.
+        told = [remark for record in named for remark in how_read(record)]
         # The libraries that draw the page take a second to import, which fits beside the diagnosis.
         Thread(target=import_module, args=("ehsid.harness.report.diagnosis_files",)).start()
         with progress_of(f"diagnosing {rig.name}") as progress, using(workers):
@@ -106,5 +109,5 @@ def gap_command(
     if as_json:
         typer.echo((out / "diagnosis.json").read_text(encoding="utf-8"), nl=False)
     else:
-        print_diagnosis(diagnosis, out, Console())
-    fail_if([diagnosis.verdict] if diagnosis.verdict in failing else [], "the verdict")
+        print_diagnosis(diagnosis, out, Console(), [] if Console(stderr=True).quiet else told)
+    fail_if([diagnosis.verdict] if diagnosis.verdict in failing else [], "this verdict")

@@ -152,7 +152,7 @@ def gap_fleet_command(
         _print(fleet, page, Console())
     if not fleet.ranked and not fleet.not_judged:
         refuse(f"{folder}: nothing could be diagnosed; see {page}")
-    fail_if(_found(fleet, failing), "machines")
+    fail_if(_found(fleet, failing), "the results of these machines")
 
 
 def _found(fleet: Fleet, failing: frozenset[str]) -> list[str]:

@@ -3,22 +3,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 
 from ehsid.harness.cli.common import shown_table
 from ehsid.harness.cli.console import Console, print_points
-from ehsid.harness.gap.schema import Diagnosis
-from ehsid.harness.report.gap_brief import brief_tables
+from ehsid.harness.gap.schema import Diagnosis, Remark
+from ehsid.harness.report.gap_brief import brief_tables, told_reasons, told_remarks
 from ehsid.harness.report.gap_words import VERDICTS, effect_set, plain_name
 from ehsid.harness.report.shares import percent
 
 
-def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> None:
-    """Prints the verdict in a sentence and then its reasons; the details are in the report."""
+def print_diagnosis(
+    diagnosis: Diagnosis, folder: Path, console: Console, shown: Collection[Remark] = ()
+) -> None:
+    """Prints the verdict in a sentence and then its reasons; the details are in the report.
+
+    shown: remarks that the user has seen already, which are not printed again.
+    """
     title, _ = VERDICTS[diagnosis.verdict]
     console.print(f"\n{title}", style="bold")
     console.print(diagnosis.sentence, style="bold")
-    print_points(diagnosis.reasons, console)
+    print_points(told_reasons(diagnosis), console)
     for table in brief_tables(diagnosis):
         console.print()
         console.print(shown_table(table))
@@ -34,7 +40,9 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path, console: Console) -> Non
         console.print("\nCould not be judged:")
         unjudged = diagnosis.cannot_judge
         print_points((f"{plain_name(effect.id)}: {effect.why}" for effect in unjudged), console)
-    for remark in diagnosis.remarks:
+    for remark in told_remarks(diagnosis):
+        if remark in shown:
+            continue
         sign, style = ("serious", "red") if remark.serious else ("note", None)
         about = f"{remark.record}: " if remark.record else ""
         console.print(f"{sign}: {about}{remark.what}", style=style)

@@ -127,7 +127,7 @@ def _diagnose(
     remarks = gate([*records, *validate], rig)
     fitted = [longest_stretch(record) for record in records]
     held_out = [longest_stretch(record) for record in validate]
-    reasons = [remark.what for remark in remarks if remark.serious]
+    reasons = [_of_record(remark) for remark in remarks if remark.serious]
     case = None
     if not reasons:
         try:
@@ -427,6 +427,12 @@ def _settings(case: Case, exclude: Sequence[str]) -> dict[str, object]:
     }
 
 
+def _of_record(remark: Remark) -> str:
+    """Returns a remark with the name of its record, as a sentence."""
+    what = f"{remark.what.rstrip('.')}."
+    return f"Record '{remark.record}': {what}" if remark.record else what
+
+
 def _insufficient(
     rig: Rig,
     records: Sequence[Record],
@@ -438,7 +444,7 @@ def _insufficient(
 ) -> Diagnosis:
     return Diagnosis(
         verdict="insufficient_data",
-        sentence=f"These data cannot carry a diagnosis: {reasons[0]}",
+        sentence=f"These data cannot carry a diagnosis. {reasons[0]}",
         reasons=tuple(reasons),
         where=Where(),
         effects=(),

@@ -236,8 +236,9 @@ class Standing:
     kind
         "named": the best set; "equivalent": the data cannot separate it from the best set;
         "sufficient": the calibrated rig, where no effect is named; "not_needed": the data do not
-        require it; "too_small": an effect is no larger than in every servo; "worse": its errors on
-        held-out data are larger; "screened": only a short fit was made.
+        require it; "too_small": an effect is no larger than in every servo, or has sizes that no
+        servo has; "worse": its errors on held-out data are larger; "screened": only a short fit was
+        made.
     why
         the condition that decided, as a clause; empty where `kind` says all.
     """

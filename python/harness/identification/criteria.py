@@ -17,6 +17,9 @@ import numpy as np
 
 from ehsid.harness.arrays import FloatArray
 
+# A simulation with a fit below this diverges: its error is ten thousand times the motion.
+DIVERGES_PERCENT = -1e6
+
 
 def loss(residual: FloatArray) -> float:
     """Loss V = (1/N) sum of squared residuals, in squared units of the output.
@@ -64,6 +67,25 @@ def fit_percent(measured: FloatArray, predicted: FloatArray) -> float:
     with np.errstate(over="ignore", invalid="ignore"):
         error = float(np.linalg.norm(measured - predicted))
     return 100.0 * (1.0 - error / spread) if math.isfinite(error) else -math.inf
+
+
+def diverges(simulation_fit_percent: float) -> bool:
+    """Whether a simulation with this fit grows without end, so that its fit says nothing more."""
+    return simulation_fit_percent < DIVERGES_PERCENT
+
+
+def simulation_words(simulation_fit_percent: float) -> str:
+    """Returns the fit of a simulation as a clause."""
+    if diverges(simulation_fit_percent):
+        return "the simulation diverges"
+    return f"simulation fit {simulation_fit_percent:.2f} %"
+
+
+def simulation_cell(simulation_fit_percent: float) -> str:
+    """Returns the fit of a simulation in per cent for a table."""
+    if diverges(simulation_fit_percent):
+        return "diverges"
+    return f"{simulation_fit_percent:.2f}"
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 import ehsid
 from ehsid.harness.identification.arx import ArxModel
 from ehsid.harness.identification.roots import Roots, poles_zeros
-from ehsid.harness.identification.velocity_gain import velocity_gain
+from ehsid.harness.identification.velocity_gain import integrator, velocity_gain
 
 # Largest imaginary part of a root that counts as real; a pair is told by its upper root.
 REAL = 1e-9
@@ -38,7 +38,10 @@ class Root:
         standard deviation of its distance from z = 0; None where another root is too near to tell.
     frequency_hz, damping
         natural frequency |s| / (2 pi) and damping ratio -Re(s) / |s| of a pole, s = ln(z) / dt;
-        None for a zero, for a delay, and without a sampling time.
+        None for a zero, for a delay, for an integrator, and without a sampling time.
+    integrates
+        whether it is a pole that cannot be told from z = 1, as `velocity_gain.integrator` says; its
+        frequency and damping would be those of rounding errors.
     """
 
     real: float
@@ -46,6 +49,7 @@ class Root:
     deviation: float | None
     frequency_hz: float | None = None
     damping: float | None = None
+    integrates: bool = False
 
 
 @dataclass(frozen=True)
@@ -113,8 +117,8 @@ def dynamics(model: ArxModel, dt_s: float | None) -> Dynamics:
     if gain is None and slope is not None and dt_s is not None:
         gain = Figure(slope, None)
     return Dynamics(
-        _roots(roots.poles, dt_s),
-        _roots(roots.zeros, None),
+        _roots(roots.poles, dt_s, integrator(model)),
+        _roots(roots.zeros, None, None),
         gain,
         None if integrates else _static_gain(model),
         servo,
@@ -122,22 +126,25 @@ def dynamics(model: ArxModel, dt_s: float | None) -> Dynamics:
     )
 
 
-def _roots(roots: Roots, dt_s: float | None) -> tuple[Root, ...]:
-    """Returns the roots; with frequency and damping where a sampling time is given."""
+def _roots(roots: Roots, dt_s: float | None, at_one: int | None) -> tuple[Root, ...]:
+    """Returns the roots; with frequency and damping where a sampling time is given.
+
+    at_one: place of the root that is an integrator; None if there is none.
+    """
     found = []
-    for value, deviation, reliable in zip(
-        roots.values.tolist(), roots.modulus_deviation.tolist(), roots.reliable, strict=True
+    for i, (value, deviation, reliable) in enumerate(
+        zip(roots.values.tolist(), roots.modulus_deviation.tolist(), roots.reliable, strict=True)
     ):
         if value.imag < -REAL:
             continue
         imag = value.imag if value.imag > REAL else 0.0
         frequency = damping = None
-        if dt_s is not None and abs(value) > DELAY:
+        if dt_s is not None and abs(value) > DELAY and i != at_one:
             s = complex(np.log(complex(value.real, imag))) / dt_s
             if abs(s) > 0.0:
                 frequency, damping = abs(s) / (2.0 * np.pi), -s.real / abs(s)
         known = deviation if reliable and np.isfinite(deviation) else None
-        found.append(Root(value.real, imag, known, frequency, damping))
+        found.append(Root(value.real, imag, known, frequency, damping, i == at_one))
     return tuple(found)
 
 

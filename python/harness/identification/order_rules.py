@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,10 +11,14 @@ import scipy.stats
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.identification.candidates import Candidate
+from ehsid.harness.identification.criteria import diverges, simulation_words
 from ehsid.harness.identification.residuals import IndependenceTest, WhitenessTest
 
 # One-sided confidence level at which one delay counts as worse than another.
 DELAY_LEVEL = 0.99
+# Judged on fewer samples, or on a shorter time, a record is called short. So many samples are as
+# many as the recursive estimator needs before it converges, and a servo reverses in about a second.
+FEW_SAMPLES, FEW_SECONDS = 300, 1.0
 
 
 def orders_added(lower: Candidate, higher: Candidate) -> float:
@@ -83,7 +88,7 @@ def order_reason(by_order: Sequence[Candidate], chosen: Candidate, min_improveme
     position = list(by_order).index(chosen)
     text = (
         f"{_label(chosen).capitalize()}: one-step fit {_fit(chosen)} on the validation data, "
-        f"simulation fit {chosen.simulation_fit_percent:.2f} %."
+        f"{simulation_words(chosen.simulation_fit_percent)}."
     )
     if position > 0:
         below = max(by_order[:position], key=lambda other: other.one_step_fit_percent)
@@ -144,9 +149,22 @@ def advise(
     whiteness: WhitenessTest,
     independence: IndependenceTest,
     min_improvement: float,
+    n_judged: int,
+    dt_s: float | None,
 ) -> tuple[str, ...]:
-    """Returns the advice as sentences, most important first; empty if there is no advice."""
+    """Returns the advice as sentences, most important first; empty if there is no advice.
+
+    n_judged, dt_s: number of samples on which the candidates were judged, and their sampling time.
+    """
     advice: list[str] = []
+    seconds = math.inf if dt_s is None else n_judged * dt_s
+    if n_judged < FEW_SAMPLES or seconds < FEW_SECONDS:
+        length = f"{n_judged} samples" + ("" if dt_s is None else f" ({seconds:.3g} s)")
+        advice.append(
+            f"The record is short: the models are judged on {length} only, so that order and delay "
+            "are uncertain, and slow motion does not show. Record for ten seconds or longer, with "
+            "motion in both directions."
+        )
     simulation = chosen.simulation_fit_percent
     if simulation < 0.0:
         advice.append(
@@ -158,16 +176,14 @@ def advise(
     # least one added order, also where the other candidate has a lower order.
     kept = (1.0 - min_improvement) ** max(orders_added(chosen, best), 1.0)
     if 100.0 - best.simulation_fit_percent < kept * (100.0 - simulation):
+        here = "a simulation that diverges" if diverges(simulation) else f"{simulation:.2f} %"
         advice.append(
             f"Another order simulates better: {best.orders} with a simulation fit of "
-            f"{best.simulation_fit_percent:.2f} % against {simulation:.2f} %; prefer it where the "
-            "model is to run without measurements."
+            f"{best.simulation_fit_percent:.2f} % against {here}; prefer it where the model is to "
+            "run without measurements."
         )
     if not independence.passed:
-        advice.append(
-            "The residual still contains the input: dynamics are missing or not linear. "
-            "Try a higher order or another delay, and look for nonlinear effects."
-        )
+        advice.append(_missing_advice(by_order, chosen, delays_tried))
     if not whiteness.passed:
         advice.append(
             "The residual is not white: the intervals of the parameters are not reliable, and the "
@@ -175,14 +191,38 @@ def advise(
         )
     if independence.feedback:
         advice.append(
-            "The input follows the residual, as in a closed loop: delay 0 and the independence "
-            "test are not to be trusted there."
+            "The residual is correlated with later inputs, which has two possible reasons. Either "
+            "the input reacts to the output, as in a closed loop: then do not trust a model with "
+            "delay 0, nor the test of independence. Or later inputs resemble earlier ones, as in a "
+            "periodic or slow command, and the model lacks a part of what these did, such as an "
+            "effect that is not linear: `ehsid gap` looks for such effects of a servo."
         )
-    if chosen is by_order[-1] and len(by_order) > 1:
+    # Where the residual contains the input, the sentence on that has proposed these already.
+    if independence.passed and chosen is by_order[-1] and len(by_order) > 1:
         advice.append("The highest order tried was chosen: try higher ones.")
-    if len(delays_tried) > 1 and chosen.orders.nk == max(delays_tried):
+    if independence.passed and len(delays_tried) > 1 and chosen.orders.nk == max(delays_tried):
         advice.append("The longest delay tried was chosen: try longer ones.")
     return tuple(advice)
+
+
+def _missing_advice(
+    by_order: Sequence[Candidate], chosen: Candidate, delays_tried: Sequence[int]
+) -> str:
+    """Says what may be missing where the residual contains the input, without what was tried."""
+    untried = []
+    if chosen is by_order[-1]:
+        untried.append("a higher order")
+    if chosen.orders.nk == max(delays_tried):
+        untried.append("a longer delay")
+    text = "The residual still contains the input: the model lacks a part of what the input does. "
+    if untried:
+        text += f"Try {' or '.join(untried)}. If this does not help, "
+    else:
+        text += "Higher orders and longer delays were tried and do not help enough, so that "
+    return text + (
+        "an effect that is not linear is probable, such as friction or a dead band: `ehsid gap` "
+        "looks for such effects of a servo."
+    )
 
 
 def _misfit(candidate: Candidate) -> float:

@@ -195,12 +195,14 @@ def independence_test(
     feedback = bool(np.any(size[~causal] > family_band))
     worst = int(lags[causal][np.argmax(size[causal])])
     verdict = (
-        f"{'independent of' if passed else 'depends on'} the input: {outside} of {max_lag + 1} "
-        f"lags outside the 99 % band, largest at lag {worst} with {np.max(size[causal]):.3f} "
-        f"(band {band:.3f}, for all lags together {family_band:.3f})"
+        f"{'independent of' if passed else 'depends on'} the input: the largest correlation with "
+        f"the present and past input, {np.max(size[causal]):.3f} at lag {worst}, is "
+        f"{'inside' if passed else 'outside'} the 99 % band for all {max_lag + 1} lags together, "
+        f"{family_band:.3f}, which decides ({outside} of the lags are outside the band of a single "
+        f"lag, {band:.3f})"
     )
     if feedback:
-        verdict += "; correlated with later inputs too, as in a closed loop"
+        verdict += "; it is correlated with later inputs, too"
     return IndependenceTest(
         lags, correlation, float(band), float(family_band), outside, passed, feedback, verdict
     )

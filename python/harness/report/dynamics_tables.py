@@ -33,7 +33,7 @@ def root_table(result: IdentificationResult) -> TextTable:
     rows = [_root_row("pole", one) for one in told.poles]
     rows += [_root_row("zero", one) for one in told.zeros]
     headings = ("", "z", "|z|", "1-sigma of |z|", "f in Hz", "damping")
-    shown = len(headings) if any(row[4] for row in rows) else 4
+    shown = len(headings) if result.dt_s is not None else 4
     return TextTable(headings[:shown], tuple(row[:shown] for row in rows))
 
 
@@ -58,9 +58,13 @@ def _root_row(kind: str, root: Root) -> tuple[str, ...]:
         place,
         f"{abs(complex(root.real, root.imag)):.5g}",
         "" if root.deviation is None else f"{root.deviation:.2g}",
-        "" if root.frequency_hz is None else f"{root.frequency_hz:.3g}",
-        "" if root.damping is None else f"{root.damping:.3g}",
+        "integrator" if root.integrates else _number(root.frequency_hz),
+        _number(root.damping),
     )
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.3g}"
 
 
 def _gain_line(told: Dynamics, input_name: str, output_name: str) -> str:

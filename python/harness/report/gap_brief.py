@@ -3,16 +3,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap.schema import Diagnosis, HowFar
+from ehsid.harness.gap.schema import Candidate, Diagnosis, HowFar, Remark
 from ehsid.harness.report.gap_words import (
     SIMULATIONS,
     STANDINGS,
+    candidate_notes,
+    chosen,
     effect_set,
     interval,
+    nats_behind,
     plain_name,
     quantity,
     unit_of,
@@ -24,6 +27,21 @@ from ehsid.harness.rigs.table_words import table_words
 
 # More candidates than this are easier to read on the page.
 MOST_CANDIDATES = 5
+
+
+def told_reasons(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Returns the reasons of the verdict that its sentence does not say already."""
+    return tuple(reason for reason in diagnosis.reasons if reason not in diagnosis.sentence)
+
+
+def told_remarks(diagnosis: Diagnosis) -> tuple[Remark, ...]:
+    """Returns the remarks on the records that no reason of the verdict says already."""
+    reasons = " ".join(diagnosis.reasons)
+    return tuple(
+        remark
+        for remark in diagnosis.remarks
+        if not (remark.serious and remark.what.rstrip(".") in reasons)
+    )
 
 
 def brief_tables(diagnosis: Diagnosis) -> Iterator[TextTable]:
@@ -56,16 +74,7 @@ def brief_tables(diagnosis: Diagnosis) -> Iterator[TextTable]:
         ]
         yield TextTable(("missing law", "its form", "share of what is removed"), tuple(laws))
     if diagnosis.candidates:
-        candidates = [
-            (
-                effect_set(candidate.effects),
-                percent(candidate.held_out_shrinkage),
-                f"{candidate.score:.1f}",
-                STANDINGS[candidate.standing.kind],
-            )
-            for candidate in diagnosis.candidates[:MOST_CANDIDATES]
-        ]
-        yield TextTable(("candidate", "removes", "nats behind", "decision"), tuple(candidates))
+        yield _candidates(diagnosis.candidates)
     moved = [
         (
             value_name(name),
@@ -77,6 +86,25 @@ def brief_tables(diagnosis: Diagnosis) -> Iterator[TextTable]:
     ]
     if moved:
         yield TextTable(("value that moved", "rig file", "estimate", "90 % interval"), tuple(moved))
+
+
+def _candidates(candidates: Sequence[Candidate]) -> TextTable:
+    """The first candidates, and the one that was chosen wherever it stands."""
+    best = chosen(candidates)
+    shown = list(candidates[:MOST_CANDIDATES])
+    if not any(candidate is best for candidate in shown):
+        shown[-1] = best
+    rows = [
+        (
+            effect_set(candidate.effects),
+            percent(candidate.held_out_shrinkage),
+            nats_behind(candidate, best),
+            STANDINGS[candidate.standing.kind],
+        )
+        for candidate in shown
+    ]
+    headings = ("candidate", "removes", "nats behind", "decision")
+    return TextTable(headings, tuple(rows), caption=candidate_notes(shown))
 
 
 def _gap(gap: HowFar, *, added: bool) -> TextTable:

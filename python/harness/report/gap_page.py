@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.gap.schema import Diagnosis, NextExperiment, Remark
 from ehsid.harness.records import Origin
+from ehsid.harness.report.gap_brief import told_reasons, told_remarks
 from ehsid.harness.report.gap_facts import change_of, diagnosis_facts
 from ehsid.harness.report.gap_marks import gap_bars, value_table
 from ehsid.harness.report.gap_plots import next_plots, run_blocks
@@ -65,7 +66,7 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
     badge, meaning = VERDICTS[diagnosis.verdict]
     if diagnosis.verdict == "effects" and len(diagnosis.effects) > 1:
         badge = "Missing effects"
-    serious = [_remark(remark) for remark in diagnosis.remarks if remark.serious]
+    serious = [_remark(remark) for remark in told_remarks(diagnosis) if remark.serious]
     number = f"{len(records)} record{'s' if len(records) > 1 else ''}"
     # Without added effects there is no third simulation to show.
     added = bool(diagnosis.effects or diagnosis.missing_laws)
@@ -92,7 +93,7 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
             summary=[
                 diagnosis_facts(diagnosis),
                 *gap_blocks(diagnosis, kinds),
-                *_reasons(diagnosis),
+                *reason_blocks(diagnosis),
             ],
             footer=[f"rig file {rig_file}", f"{diagnosis.seconds:.0f} s"],
             window_title=f"{badge}: {diagnosis.rig.name}",
@@ -100,10 +101,10 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
     )
 
 
-def _reasons(diagnosis: Diagnosis) -> list[Block]:
-    if not diagnosis.reasons:
-        return []
-    return [Heading("Reasons for the verdict"), Items(diagnosis.reasons)]
+def reason_blocks(diagnosis: Diagnosis) -> list[Block]:
+    """Returns the reasons for the verdict with their heading; none where there are none."""
+    reasons = told_reasons(diagnosis)
+    return [Heading("Reasons for the verdict"), Items(reasons)] if reasons else []
 
 
 def _remark(remark: Remark) -> Tagged:
@@ -213,7 +214,11 @@ def _values(diagnosis: Diagnosis) -> Section:
 
 
 def _limits(diagnosis: Diagnosis) -> Section:
-    blocks: list[Block] = ["Every effect of the catalogue would have shown in these records."]
+    blocks: list[Block] = [
+        "Nothing could be judged, because these records cannot carry a diagnosis."
+        if diagnosis.verdict == "insufficient_data"
+        else "Every effect of the catalogue would have shown in these records."
+    ]
     if diagnosis.cannot_judge:
         rows = [(named_effect(effect.id), effect.why) for effect in diagnosis.cannot_judge]
         blocks = [

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from types import MappingProxyType
 
 from ehsid.harness.catalogue.effect_names import effect_name
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.catalogue.value_names import SHARE_OF, VALUE_NAMES
-from ehsid.harness.gap.schema import Estimate, StandingKind, Verdict
+from ehsid.harness.gap.schema import Candidate, Estimate, StandingKind, Verdict
 from ehsid.harness.report.shares import SPACE
 
 VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
@@ -43,7 +44,7 @@ VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
         ),
         "insufficient_data": (
             "Not enough data",
-            "The records do not allow a judgement. What they lack stands below.",
+            "The records do not allow a judgement, for the reason that the first sentence gives.",
         ),
     }
 )
@@ -55,10 +56,20 @@ STANDINGS: MappingProxyType[StandingKind, str] = MappingProxyType(
         "equivalent": "cannot be told apart",
         "sufficient": "sufficient",
         "not_needed": "not needed",
-        "too_small": "too small",
+        "too_small": "size not counted",
         "worse": "larger errors",
         "screened": "short fit only",
     }
+)
+
+# What the words on a candidate mean that do not explain themselves.
+NATS_NOTE = (
+    "Nats behind: how far the log-likelihood of the held-out data is below that of the {chosen}; "
+    "a negative number means smaller errors."
+)
+NOT_COUNTED_NOTE = (
+    '"Size not counted": an effect of the set is no larger than in every servo, or it has sizes '
+    "that no servo has; the set then has no probability."
 )
 
 # The unit that is shown in place of an SI unit, with its factor.
@@ -96,6 +107,31 @@ def plain_name(identifier: str) -> str:
 def effect_set(effects: tuple[str, ...]) -> str:
     """Returns a set of effects in words."""
     return " + ".join(plain_name(effect) for effect in effects) or "no effect"
+
+
+def chosen(candidates: Sequence[Candidate]) -> Candidate:
+    """Returns the candidate that is named, or sufficient; the first one if none is."""
+    decided = (each for each in candidates if each.standing.kind in ("named", "sufficient"))
+    return next(decided, candidates[0])
+
+
+def candidate_notes(candidates: Sequence[Candidate]) -> str:
+    """Returns what a reader needs in order to read a table with these candidates."""
+    kinds = {candidate.standing.kind for candidate in candidates}
+    named = (
+        "fit without effects"
+        if "sufficient" in kinds
+        else "named set"
+        if "named" in kinds
+        else "first set"
+    )
+    notes = [NATS_NOTE.format(chosen=named)]
+    return " ".join([*notes, NOT_COUNTED_NOTE] if "too_small" in kinds else notes)
+
+
+def nats_behind(candidate: Candidate, other: Candidate) -> str:
+    """Returns by how many nats a candidate is behind another one; negative if it is ahead."""
+    return f"{round(candidate.score - other.score, 1) + 0.0:.1f}"
 
 
 def value_name(name: str) -> str:

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from ehsid.harness.estimation import EstimationResult
 from ehsid.harness.identification import IdentificationResult
+from ehsid.harness.identification.criteria import diverges
 from ehsid.harness.identification.residuals import IndependenceTest, WhitenessTest
 from ehsid.harness.report.plotting import (
     BLUE,
@@ -58,7 +59,8 @@ def identification_figure(result: IdentificationResult) -> Figure:
     _, label = time_axis(result.dt_s, 1)
     time = result.simulated.index * (result.dt_s or 1.0)
     upper.plot(time, result.simulated.measured, label="measured")
-    fit = f"simulated, fit {result.chosen.simulation_fit_percent:.1f} %"
+    chosen = result.chosen.simulation_fit_percent
+    fit = "simulated, diverges" if diverges(chosen) else f"simulated, fit {chosen:.1f} %"
     upper.plot(time, result.simulated.predicted, label=fit)
     upper.set_xlabel(label)
     upper.margins(x=0.0)

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from ehsid.harness.estimation.words import not_white_words, state_words
+from ehsid.harness.identification.criteria import simulation_cell, simulation_words
 from ehsid.harness.report.text_table import TextTable
 
 if TYPE_CHECKING:
@@ -13,25 +15,49 @@ if TYPE_CHECKING:
     from ehsid.harness.identification import IdentificationResult
     from ehsid.harness.simulation import SimulationRun
 
+# Numbers of 1e-3 to below 1e5 need no common power of ten.
+LEAST_POWER, MOST_POWER = -3, 4
+
 
 def candidate_table(result: IdentificationResult) -> TextTable:
-    """Returns the figures of the best candidate of each order; the chosen one is marked."""
+    """Returns the figures of the best candidate of each order; the chosen one is marked.
+
+    FPE, loss and MDL have a power of ten in common, which stands in the title, so that a terminal
+    of 80 columns shows all their digits.
+    """
+    power = _power(result.chosen.validation.loss)
     rows = tuple(
         (
             f"{candidate.orders.na}{' *' * (candidate.orders == result.chosen.orders)}",
             str(candidate.orders.nk),
             f"{candidate.one_step_fit_percent:.2f}",
-            f"{candidate.simulation_fit_percent:.2f}",
-            f"{candidate.validation.fpe:.5g}",
-            f"{candidate.validation.loss:.5g}",
+            simulation_cell(candidate.simulation_fit_percent),
+            _scaled(candidate.validation.fpe, power),
+            _scaled(candidate.validation.loss, power),
             f"{candidate.validation.aic:.4g}",
-            f"{candidate.validation.mdl:.4g}",
+            _scaled(candidate.validation.mdl, power),
         )
         for candidate in result.by_order
     )
     headings = ("order", "nk", "one-step %", "simulated %", "FPE", "loss", "AIC", "MDL")
     title = "fit on the validation half; the chosen order is marked"
+    if power:
+        title += f"; FPE, loss and MDL in units of 1e{power}"
     return TextTable(headings, rows, title=title)
+
+
+def _power(loss: float) -> int:
+    """Returns the power of ten that numbers of this size have in common; 0 for a usual size."""
+    if not (math.isfinite(loss) and loss > 0.0):
+        return 0
+    power = math.floor(math.log10(loss))
+    return power if power < LEAST_POWER or power > MOST_POWER else 0
+
+
+def _scaled(value: float, power: int) -> str:
+    """Returns a number in units of a power of ten; of a far larger or smaller one, one digit."""
+    scaled = value / 10.0**power
+    return f"{scaled:.5g}" if scaled == 0.0 or 1e-3 <= scaled < 1e5 else f"{scaled:.0e}"
 
 
 def identification_lines(result: IdentificationResult) -> list[str]:
@@ -57,9 +83,9 @@ def parameter_table(result: EstimationResult) -> TextTable:
 def estimation_lines(result: EstimationResult) -> list[str]:
     """Returns the figures of an estimation, and what its residuals mean, in sentences."""
     figures = (
-        f"one-step fit {result.one_step_fit_percent:.2f} %, simulation fit "
-        f"{result.simulation_fit_percent:.2f} %, RMSE {result.rmse:.4g}, resets {result.resets}, "
-        f"{state_words(result)}, "
+        f"one-step fit {result.one_step_fit_percent:.2f} %, "
+        f"{simulation_words(result.simulation_fit_percent)}, RMSE {result.rmse:.4g}, "
+        f"resets {result.resets}, {state_words(result)}, "
         f"{result.skipped} of {result.status.size} samples carried no information; "
         f"one-step fit and RMSE leave out the first {result.n_start} equations"
     )

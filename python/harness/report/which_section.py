@@ -11,7 +11,10 @@ from ehsid.harness.gap.schema import Candidate, Diagnosis, FoundEffect
 from ehsid.harness.report.gap_marks import share_bar
 from ehsid.harness.report.gap_words import (
     STANDINGS,
+    candidate_notes,
+    chosen,
     interval,
+    nats_behind,
     plain_name,
     quantity,
     unit_of,
@@ -62,9 +65,9 @@ def which_section(diagnosis: Diagnosis) -> Section:
         blocks.append(
             Note(
                 "Every set was fitted together with all values of the rig, with the same budget. "
-                '"Behind" is the held-out log-likelihood below that of the first, in nats. "Gap '
-                'removed" is the share of the gap above the noise floor that remained after the '
-                "rig's values were fitted. Marked sets are those the data cannot tell from the "
+                f"{candidate_notes(diagnosis.candidates)} "
+                '"Gap removed" is the share of the gap above the noise floor that remained after '
+                "the rig's values were fitted. Marked sets are those the data cannot tell from the "
                 "best."
             )
         )
@@ -104,6 +107,7 @@ def _card(effect: FoundEffect, *, several: bool, shared: bool) -> Card:
 
 
 def _candidates(candidates: Sequence[Candidate], first: int, end: int | None) -> Table:
+    best = chosen(candidates)
     rows = [
         (
             named_effects(
@@ -111,7 +115,7 @@ def _candidates(candidates: Sequence[Candidate], first: int, end: int | None) ->
                 f"{rank}. ",
                 STANDINGS[candidate.standing.kind] if candidate.in_confidence_set else "",
             ),
-            f"{candidate.score:.1f}",
+            nats_behind(candidate, best),
             share_bar("", candidate.held_out_shrinkage),
             "" if candidate.probability is None else percent(candidate.probability),
             ", ".join(
@@ -124,7 +128,7 @@ def _candidates(candidates: Sequence[Candidate], first: int, end: int | None) ->
         for rank, candidate in enumerate(candidates[first:end], start=first + 1)
     ]
     marked = [i for i, candidate in enumerate(candidates[first:end]) if candidate.in_confidence_set]
-    columns = ("effects", "behind", "gap removed", "probability", "sizes", "decision")
+    columns = ("effects", "nats behind", "gap removed", "probability", "sizes", "decision")
     return Table("", columns, rows, marked)
 
 

@@ -81,7 +81,7 @@ def test_what_is_drawn_of_a_model_is_what_was_written(session: Session) -> None:
     spread = np.std(signals[model_look.MEASURED])
     fit = 100.0 * (1.0 - np.sqrt(np.mean(away**2)) / spread)
     assert fit == pytest.approx(chosen["simulation_fit_percent"], rel=1e-9)
-    moving = [one for one in found.poles if one.frequency_hz is not None]
+    moving = [one for one in found.poles if one.integrates or one.frequency_hz is not None]
     assert len(moving) == found.chosen.na
 
 

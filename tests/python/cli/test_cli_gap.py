@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,8 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 from ehsid.harness.cli.many_values import repeated
-from ehsid.harness.gap.schema import Diagnosis
+from ehsid.harness.gap.data.gate import how_read
+from ehsid.harness.gap.schema import Diagnosis, Remark
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import write_rig
 
@@ -126,6 +128,23 @@ def test_a_verdict_that_must_not_be_ends_with_3_and_all_results(
     assert outcome.exit_code == code, outcome.output
     assert ("--fail-on" in outcome.stderr) == (code > 0)
     assert (here / "out" / "diagnosis.json").is_file() == (code != 2)
+
+
+@pytest.mark.usefixtures("no_plots")
+def test_how_a_log_was_read_is_told_once(diagnose: FakeDiagnose, here: Path) -> None:
+    log = (here / "one.csv").read_text().replace("position_m", "Stroke [m]", 1)
+    (here / "log.csv").write_text(log)
+    options = ("log.csv", "--rig", "rig.toml", "--out", "out")
+    assert run(*options).exit_code == 0
+    remarks = tuple(how_read(diagnose.asked.records[0]))
+    assert remarks
+    other = Remark("log", "a remark on the data")
+    diagnose.diagnosis = replace(made_diagnosis("effects"), remarks=(*remarks, other))
+    outcome = run(*options)
+    assert "Stroke [m]" in outcome.stderr
+    assert "Stroke [m]" not in outcome.stdout
+    assert "note: log: a remark on the data" in outcome.stdout
+    assert "Stroke [m]" in run(*options, "--quiet").stdout
 
 
 @pytest.mark.usefixtures("no_plots")

@@ -35,10 +35,11 @@ def test_a_word_that_is_no_verdict_is_refused(text: str) -> None:
 
 
 def test_what_was_found_is_named_on_stderr(capsys: pytest.CaptureFixture[str]) -> None:
-    fail_if([], "the verdict")
+    fail_if([], "this verdict")
     with pytest.raises(typer.Exit) as stopped:
-        fail_if(["press1: effects", "saw: ambiguous"], "machines")
+        fail_if(["press1: effects", "saw: ambiguous"], "the results of these machines")
     assert stopped.value.exit_code == 3
     assert capsys.readouterr().err == (
-        "ehsid: --fail-on: machines: press1: effects; saw: ambiguous\n"
+        "ehsid: the exit code is 3, because --fail-on names the results of these machines: press1: "
+        "effects; saw: ambiguous\n"
     )

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from statsmodels.tools.eval_measures import aic_sigma, bic_sigma
 
 from ehsid.harness.identification import aic, criteria, fit_percent, fpe, loss, mdl
+from ehsid.harness.identification.criteria import simulation_cell, simulation_words
 
 
 @pytest.mark.parametrize(
@@ -79,3 +80,17 @@ def test_fit_does_not_depend_on_units_or_zero(values: list[float], scale: float)
     # The shift rounds y by eps x 1e4, against a spread of 1e-3 at least.
     moved = fit_percent(scale * (y + 100.0), scale * (predicted + 100.0))
     assert moved == pytest.approx(fit_percent(y, predicted), rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("fit", "words", "cell"),
+    [
+        (92.612, "simulation fit 92.61 %", "92.61"),
+        (-95.69, "simulation fit -95.69 %", "-95.69"),
+        (-1e30, "the simulation diverges", "diverges"),
+        (-math.inf, "the simulation diverges", "diverges"),
+    ],
+)
+def test_a_simulation_that_grows_without_end_diverges(fit: float, words: str, cell: str) -> None:
+    assert simulation_words(fit) == words
+    assert simulation_cell(fit) == cell

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from identification_truth import A16, B16, model16
@@ -29,7 +31,12 @@ from ehsid.harness.identification import (
     predict_one_step,
     simulate,
 )
-from ehsid.harness.identification.order_rules import choose_delay, choose_order, order_reason
+from ehsid.harness.identification.order_rules import (
+    advise,
+    choose_delay,
+    choose_order,
+    order_reason,
+)
 from ehsid.harness.records import read_record
 
 CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"
@@ -232,6 +239,7 @@ def test_an_unstable_model_still_gives_a_result() -> None:
     result = identify(IoData.from_arrays(u, growing), orders=[1, 2], delays=[1])
     assert result.chosen.simulation_fit_percent < 0.0
     assert any("does not simulate" in text for text in result.advice)
+    assert "inf" not in " ".join([result.reason, *result.advice])
     json.dumps(result.to_dict(), allow_nan=False)
 
 
@@ -251,10 +259,64 @@ def test_what_cannot_be_identified_is_said() -> None:
         identify(IoData.from_arrays(u, y), min_improvement=1.0)
 
 
+def multisine_through_a_dead_band(count: int = 2000, period: int = 100) -> IoData:
+    """A periodic command through a dead band, a delay and two poles; there is no feedback."""
+    time = np.arange(count)
+    u = sum(np.sin(2.0 * np.pi * k * time / period + k**2) for k in range(1, 6))
+    through = np.concatenate([[0.0], (np.sign(u) * np.maximum(np.abs(u) - 1.0, 0.0))[:-1]])
+    y = scipy.signal.lfilter([0.1], [1.0, -1.7, 0.75], through)
+    return IoData.from_arrays(u, y + 1e-4 * np.random.default_rng(3).normal(size=count))
+
+
+def test_a_plant_that_is_not_linear_is_not_taken_for_a_closed_loop() -> None:
+    result = identify(multisine_through_a_dead_band(), orders=[1, 2, 3, 4], delays=[1, 2, 3])
+    assert result.independence.feedback
+    text = " ".join(result.advice)
+    assert "two possible reasons" in text
+    assert "as in a periodic or slow command" in text
+    assert "`ehsid gap` looks for such effects" in text
+
+
+def test_what_was_tried_is_not_proposed() -> None:
+    result = identify(multisine_through_a_dead_band(), orders=[1, 2, 3], delays=[1, 2])
+    failed = replace(result.independence, passed=False)
+    low, high = result.by_order[0], result.by_order[-1]
+
+    def advised(chosen: Candidate, delay: int, tried: list[int]) -> str:
+        moved = replace(chosen, orders=replace(chosen.orders, nk=delay))
+        by_order = [moved if each is chosen else each for each in result.by_order]
+        return " ".join(advise(by_order, moved, tried, result.whiteness, failed, 0.05, 1000, None))
+
+    assert "Try " not in advised(low, 1, [1, 2])
+    assert "Higher orders and longer delays were tried" in advised(low, 1, [1, 2])
+    assert "Try a longer delay. If this does not help, " in advised(low, 2, [1, 2])
+    assert "Try a higher order. If this does not help, " in advised(high, 1, [1, 2])
+    assert "Try a higher order or a longer delay. If" in advised(high, 1, [1])
+    assert "`ehsid gap`" in advised(low, 1, [1, 2])
+
+
+@pytest.mark.parametrize(
+    ("count", "dt_s", "short"),
+    [
+        (800, None, False),
+        (500, None, True),
+        (500, 0.02, True),
+        (800, 2e-3, True),
+        (2000, 2e-3, False),
+    ],
+)
+def test_a_short_record_is_called_short(count: int, dt_s: float | None, short: bool) -> None:
+    u, y = model16(seed=8, n=count, noise=0.01)
+    result = identify(IoData.from_arrays(u, y, dt_s=dt_s))
+    assert any("The record is short: " in text for text in result.advice) == short
+
+
 def test_advice_at_the_edge_of_the_range() -> None:
     u, y = model16(seed=8, n=800, noise=0.01, nk=2)
     result = identify(IoData.from_arrays(u, y), orders=[1, 2], delays=[1, 2])
-    assert any("try higher ones" in text for text in result.advice)
-    assert any("try longer ones" in text for text in result.advice)
+    edges = ("try higher ones", "try longer ones")
+    if not result.independence.passed:
+        edges = ("Try a higher order or a longer delay",) * 2
+    assert all(any(edge in text for text in result.advice) for edge in edges)
     inside = identify(IoData.from_arrays(u, y))
     assert inside.advice == ()

@@ -9,7 +9,9 @@ from identification_truth import arx_output
 
 import ehsid
 from ehsid.harness.identification import ArxModel, ArxOrders, IoData, fit_arx
-from ehsid.harness.identification.velocity_gain import velocity_gain
+from ehsid.harness.identification.dynamics import dynamics
+from ehsid.harness.identification.roots import poles_zeros
+from ehsid.harness.identification.velocity_gain import integrator, velocity_gain
 
 DT_S = 1e-3
 SERVO = ehsid.ContinuousServo(gain=0.03, omega_n=120.0, xi=0.4)
@@ -44,5 +46,14 @@ def test_a_model_that_does_not_integrate_has_none() -> None:
 def test_a_slow_pole_integrates_over_a_short_record_only() -> None:
     slow = np.poly([0.999, 0.5, 0.4])[1:]
     theta = np.concatenate((slow, [1.0, 0.0, 0.0]))
-    assert velocity_gain(exact(theta, 500), DT_S) == pytest.approx(1.0 / (DT_S * 0.5 * 0.6))
-    assert velocity_gain(exact(theta, 5000), DT_S) is None
+    short, long = exact(theta, 500), exact(theta, 5000)
+    assert velocity_gain(short, DT_S) == pytest.approx(1.0 / (DT_S * 0.5 * 0.6))
+    assert velocity_gain(long, DT_S) is None
+    at_one = integrator(short)
+    assert at_one is not None
+    assert poles_zeros(short).poles.values[at_one] == pytest.approx(0.999)
+    assert integrator(long) is None
+    for model, integrates in ((short, True), (long, False)):
+        (slow,) = [pole for pole in dynamics(model, DT_S).poles if pole.real > 0.9]
+        assert slow.integrates == integrates
+        assert (slow.frequency_hz is None) == (slow.damping is None) == integrates

@@ -45,6 +45,12 @@ def test_tables_have_all_coefficients_and_roots(servo: IdentificationResult) -> 
     table = root_table(servo)
     assert [row[0] for row in table.rows] == ["pole", "pole", "zero", "zero"]
     assert "f in Hz" in table.headings
+    (pole,) = [row for row in table.rows if row[4] == "integrator"]
+    assert pole[1].startswith(("1", "0.999"))
+    assert pole[5] == ""
+    assert [bool(row[5]) for row in table.rows] == [
+        row[4] not in ("", "integrator") for row in table.rows
+    ]
 
 
 def test_without_time_and_with_another_order_there_is_no_servo() -> None:

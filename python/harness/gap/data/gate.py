@@ -91,7 +91,7 @@ def _of_record(record: Record, rig: Rig) -> list[Remark]:
                 serious=True,
             )
         ]
-    remarks = [*_how_read(record), *check_clock(record)]
+    remarks = [*how_read(record), *check_clock(record)]
     if record.dt_s is None:
         return remarks
     part = longest_stretch(record)
@@ -103,7 +103,7 @@ def _of_record(record: Record, rig: Rig) -> list[Remark]:
     return remarks
 
 
-def _how_read(record: Record) -> list[Remark]:
+def how_read(record: Record) -> list[Remark]:
     """Says what was taken for what in a log that does not follow the schema of records."""
     origin = record.origin
     if origin is None:

@@ -21,22 +21,28 @@ def caveats(
 ) -> tuple[str, ...]:
     """Returns the sentences that apply, in the order in which a reader meets the matter."""
     return (
-        *_worse_calibration(reduction),
+        *_worse_calibration(selection.best, reduction),
         *_cause_not_excluded(selection),
         *_unnamed_candidates(case, search_result, selection),
         *_values_at_bounds(case, selection.best),
     )
 
 
-def _worse_calibration(reduction: HowFar) -> list[str]:
+def _worse_calibration(best: FittedCandidate, reduction: HowFar) -> list[str]:
     """Says where the fitted values are worse than the rig file on data that were not fitted."""
     nominal, calibrated = reduction.nominal, reduction.calibrated
     if calibrated <= max(WORSE_CALIBRATED * nominal, reduction.noise_floor[1]):
         return []
+    why = "the cause of the gap differs between these data, or the simulator lacks it"
+    if best.effects:
+        why = (
+            f"without {in_words(best.effects)} the fit makes the values of the rig stand in for "
+            f"{'it' if len(best.effects) == 1 else 'them'}, which holds for the fitted data only"
+        )
     return [
-        f"The fitted values of the rig are worse than those of the rig file on held-out data: "
-        f"{percent(calibrated)} after {percent(nominal)}. The fitted records need values that the "
-        "held-out ones contradict; the cause differs between them, or the model lacks it."
+        "The fitted values of the rig are worse than those of the rig file on held-out data: the "
+        f"gap is {percent(calibrated)} in place of {percent(nominal)}. Values are fitted to some "
+        f"data and judged by others; {why}."
     ]
 
 

@@ -99,7 +99,10 @@ def _low_pressures(regimes: Regimes) -> str | None:
     share = regimes.lowest_of_tank
     if share is None or share <= LOW_PRESSURE:
         return None
-    return f"no chamber below {share:.1f} times the tank pressure"
+    return (
+        "no chamber pressure came near to the tank pressure; the lowest one was "
+        f"{share:.1f} times as high"
+    )
 
 
 # Reason why a record does not show an effect, by what the effect needs; None where it does.

@@ -13,6 +13,9 @@ from ehsid.harness.rigs import Rig
 
 # Accuracy of a margin: it weighs a few nats, of which a hundredth is nothing.
 MARGIN_STEP = 0.01
+# Parts of what an effect has beyond a simpler one, of which one is of a usual size if the whole is
+# too large. They are only looked at for the words of a reason.
+PARTS = tuple(0.01 * k for k in range(1, 100))
 
 
 def matters(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
@@ -30,6 +33,36 @@ def matters(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
         the rig whose pressures, areas and flows set the scale.
     """
     return effects()[effect].matters(sizes_of(effect, values), machine_scale(rig))
+
+
+def simpler_part(effect: str, values: Mapping[str, float], rig: Rig) -> str | None:
+    """Returns the simpler effect that an effect contains, if this part alone matters; else None."""
+    info = effects()[effect]
+    if info.contains is None:
+        return None
+    simple = info.simplified(sizes_of(effect, values))
+    return info.contains if effects()[info.contains].matters(simple, machine_scale(rig)) else None
+
+
+def too_large(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
+    """Whether an effect that does not matter has more of its own than any servo has.
+
+    Then a part of what it has beyond the simpler effect that it contains would matter.
+
+    Parameters
+    ----------
+    effect, values, rig
+        as in `matters`; the effect contains a simpler one, and does not matter.
+    """
+    info, scale = effects()[effect], machine_scale(rig)
+    sizes = sizes_of(effect, values)
+    same = info.same(info.simplified(sizes))
+    return any(
+        info.matters(
+            {name: same[name] + part * (size - same[name]) for name, size in sizes.items()}, scale
+        )
+        for part in PARTS
+    )
 
 
 def margin(effect: str, values: Mapping[str, float], rig: Rig) -> float:

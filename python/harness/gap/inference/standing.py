@@ -4,15 +4,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
+from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.catalogue.value_names import VALUE_NAMES
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.effect_selection import Selection
 from ehsid.harness.gap.inference.likelihood_gain import likelihood_gain
 from ehsid.harness.gap.inference.search import SearchResult
-from ehsid.harness.gap.inference.sizes import matters
+from ehsid.harness.gap.inference.sizes import matters, simpler_part, too_large
 from ehsid.harness.gap.inference.words import chance, in_words
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.schema import Standing
+from ehsid.harness.rigs import Rig
 
 
 def standing(
@@ -51,15 +56,43 @@ def standing(
 
 
 def _why_too_small(case: Case, candidate: FittedCandidate) -> str:
-    small = [
-        effect for effect in candidate.effects if not matters(effect, candidate.values, case.rig)
+    reasons = [
+        _why_no_name(effect, candidate.values, case.rig)
+        for effect in candidate.effects
+        if not matters(effect, candidate.values, case.rig)
     ]
-    if small:
-        return f"{in_words(small)} of this size is part of every servo"
+    if reasons:
+        return "; ".join(reasons)
     return (
         "unequal metering edges of the valve can explain a load force of this size; measured "
         "chamber pressures would separate them"
     )
+
+
+def _why_no_name(effect: str, values: Mapping[str, float], rig: Rig) -> str:
+    """Says what of an effect is too small, or too large, to be named."""
+    name, simple = in_words([effect]), simpler_part(effect, values, rig)
+    if simple is None:
+        return f"{name} of this size is part of every servo"
+    if too_large(effect, values, rig):
+        return (
+            f"no servo has {name} of these sizes ({_sizes(effect, values)}), and "
+            f"{in_words([simple])}, which it contains, is judged by itself; the limits are: "
+            f"{effects()[effect].least_size}"
+        )
+    return f"{name} differs from {in_words([simple])} by no more than in every servo"
+
+
+def _sizes(effect: str, values: Mapping[str, float]) -> str:
+    """Returns the sizes of an effect in words, with units."""
+    told = []
+    for parameter in effects()[effect].parameters:
+        key = ParameterKey.of_effect(effect, parameter.name)
+        name = VALUE_NAMES.get(key, parameter.name.removesuffix("_m_s").replace("_", " "))
+        name = name.replace("stribeck", "Stribeck")
+        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+        told.append(f"{name} {values[key]:.5g}{unit}")
+    return ", ".join(told)
 
 
 def _how_much_worse(relative: float) -> str:

@@ -17,7 +17,8 @@ def in_words(effects: Sequence[str]) -> str:
 def percent(gap: float) -> str:
     """Returns a gap in per cent, with two digits; from 100 % on, with all before the point."""
     in_percent = 100.0 * gap
-    return f"{in_percent:.2g} %" if in_percent < 99.5 else f"{in_percent:.0f} %"
+    # The flag "#" keeps zeros at the end: 1.0 beside 0.78.
+    return f"{in_percent:#.2g} %" if 0.0 < in_percent < 9.95 else f"{in_percent:.0f} %"
 
 
 def chance(probability: float) -> str:

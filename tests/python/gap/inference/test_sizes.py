@@ -10,7 +10,14 @@ import pytest
 from gap_rig import RIG
 
 import ehsid
-from ehsid.harness.gap.inference.sizes import MARGIN_STEP, margin, matters
+from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.gap.inference.sizes import (
+    MARGIN_STEP,
+    margin,
+    matters,
+    simpler_part,
+    too_large,
+)
 from ehsid.harness.gap.model.machine import machine_scale
 
 FITTED = [info for info in ehsid.effects() if info.id != "sensor_quantisation"]
@@ -50,6 +57,31 @@ def test_stribeck_friction_without_a_rise_is_not_one() -> None:
     assert matters(
         "stribeck_friction", values | {"effects.stribeck_friction.static_n": 1200.0}, RIG
     )
+
+
+@pytest.mark.parametrize(
+    ("effect", "sizes", "large"),
+    [
+        ("stribeck_friction", (583.0, 23272.0, 1e-4), True),
+        ("stribeck_friction", (800.0, 810.0, 0.02), False),
+        ("coulomb_friction_sides", (561.0, 610.0), False),
+        ("position_friction", (587.0, -0.8), False),
+    ],
+)
+def test_a_law_beside_the_one_that_it_contains_is_too_large_or_too_small(
+    effect: str, sizes: tuple[float, ...], large: bool
+) -> None:
+    names = [parameter.name for parameter in effects()[effect].parameters]
+    values = {f"effects.{effect}.{name}": size for name, size in zip(names, sizes, strict=True)}
+    assert not matters(effect, values, RIG)
+    assert simpler_part(effect, values, RIG) == "coulomb_friction"
+    assert too_large(effect, values, RIG) == large
+    tiny = {name: 1e-6 * size for name, size in values.items()}
+    assert simpler_part(effect, tiny, RIG) is None
+
+
+def test_an_effect_that_contains_no_other_has_no_simpler_part() -> None:
+    assert simpler_part("load_force", {"effects.load_force.force_n": 1e4}, RIG) is None
 
 
 def _larger(effect: ehsid.EffectInfo, factor_ln: float) -> dict[str, float]:

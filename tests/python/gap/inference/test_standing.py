@@ -99,6 +99,33 @@ def test_a_better_candidate_that_is_not_named_is_explained(sizes: list[float]) -
             "too_small",
             "transport delay of this size is part of every servo",
         ),
+        (
+            0.5e-7,
+            ("stribeck_friction",),
+            {
+                "stribeck_friction.coulomb_n": 583.4,
+                "stribeck_friction.static_n": 23272.6,
+                "stribeck_friction.stribeck_velocity_m_s": 1e-4,
+            },
+            "too_small",
+            "no servo has Stribeck friction of these sizes (force at high speed 583.4 N, force at "
+            "rest 23273 N, Stribeck velocity 0.0001 m/s), and Coulomb friction, which it contains, "
+            "is judged by itself; the limits are: seals have friction",
+        ),
+        (
+            0.5e-7,
+            ("stribeck_friction",),
+            {"stribeck_friction.coulomb_n": 583.0, "stribeck_friction.static_n": 600.0},
+            "too_small",
+            "Stribeck friction differs from Coulomb friction by no more than in every servo",
+        ),
+        (
+            0.5e-7,
+            ("stribeck_friction",),
+            {"stribeck_friction.coulomb_n": 0.1, "stribeck_friction.static_n": 0.2},
+            "too_small",
+            "Stribeck friction of this size is part of every servo",
+        ),
     ],
 )
 def test_reasons(
@@ -130,10 +157,20 @@ def test_a_calibration_that_is_worse_than_the_rig_file_is_said() -> None:
     result = search_result(candidate(rms=1e-5))
     selection = select_effects(CASE, result)
     (sentence,) = caveats(CASE, result, selection, reduction(0.405, 0.538, 0.538))
-    assert "54 % after 40 %" in sentence or "54 % after 41 %" in sentence
+    assert "54 % in place of 40 %" in sentence or "54 % in place of 41 %" in sentence
+    assert "Values are fitted to some data and judged by others; the cause of the gap" in sentence
     assert caveats(CASE, result, selection, reduction(0.405, 0.41, 0.41)) == ()
     # Below the noise floor a change says nothing.
     assert caveats(CASE, result, selection, reduction(0.0005, 0.001, 0.001)) == ()
+
+
+def test_a_missing_effect_is_the_reason_why_the_calibration_is_worse() -> None:
+    result = search_result(candidate(rms=1e-4), candidate("coulomb_friction", rms=1e-7))
+    selection = select_effects(CASE, result)
+    (sentence,) = caveats(CASE, result, selection, reduction(0.18, 0.28, 0.005))
+    assert (
+        "without Coulomb friction the fit makes the values of the rig stand in for it" in sentence
+    )
 
 
 def test_values_at_an_end_of_their_range_are_said() -> None:
