@@ -21,6 +21,7 @@ from ehsid.harness.records.checks import check_columns
 from ehsid.harness.records.csv_text import decompress
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.formats import FORMATS, ending_of, format_of, stem_of
+from ehsid.harness.records.gaps import gap_remarks
 from ehsid.harness.records.layout import (
     ColumnMap,
     Layout,
@@ -190,7 +191,7 @@ def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
     }
     try:
         record = make_record(arrays, source=path, **about)
-        remarks = (*without_numbers(left_out), *slow_remarks(record))
+        remarks = (*without_numbers(left_out), *slow_remarks(record), *gap_remarks(record))
         return replace(record, origin=Origin(ending_of(path), (), remarks) if remarks else None)
     except TimeError as error:
         from ehsid.harness.records.logs.reading import even_record

@@ -10,7 +10,7 @@ import numpy as np
 from ehsid.harness.catalogue.channels import COMMAND, POSITION, SUPPLY_PRESSURE
 from ehsid.harness.gap.data.gate import longest_stretch
 from ehsid.harness.gap.data.gate_channels import check_saturated, check_spikes
-from ehsid.harness.gap.data.gate_clock import check_clock
+from ehsid.harness.gap.data.gate_clock import check_clock, longer
 from ehsid.harness.records import Record
 from ehsid.harness.rig_check.balance import moved_mass
 from ehsid.harness.rig_check.edges import Edges, edges
@@ -105,7 +105,7 @@ def _usable(record: Record) -> Record:
     if len(part) < LEAST_SAMPLES:
         raise ValueError(
             f"{where}: {len(part)} samples without a gap: expected at least {LEAST_SAMPLES}; "
-            "record for longer"
+            f"{longer(record, LEAST_SAMPLES)}"
         )
     for name in (COMMAND, POSITION):
         if np.ptp(part.column(name)) == 0.0:
