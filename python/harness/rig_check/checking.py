@@ -17,6 +17,7 @@ from ehsid.harness.rig_check.edges import Edges, edges
 from ehsid.harness.rig_check.finding import Finding, RecordCheck, Status, judged, untold
 from ehsid.harness.rig_check.limits import (
     command_findings,
+    doubted_units,
     measured_supply,
     sign_findings,
     stroke_finding,
@@ -77,6 +78,10 @@ def check_rig(record: Record, rig: Rig) -> RecordCheck:
     expected = None
     if wrong_way:
         findings.append(untold("flow, areas and mass", "the signs must be right first"))
+    elif doubted := doubted_units(findings):
+        units = "the units of" if len(doubted) > 1 else "the unit of"
+        found = f"{units} {', '.join(doubted)} must be right first"
+        findings.append(untold("supply, areas, flow and mass", found))
     elif rig.plant == "ehs":
         area = areas(rig)
         opened = not any(

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,8 +15,15 @@ from ehsid.harness.records.errors import RecordError, missing_column, nearest_na
 from ehsid.harness.records.layout import ColumnMap, layout_of
 from ehsid.harness.records.logs.log import Log, Series
 from ehsid.harness.records.logs.names import is_counter, means, parts_of, says
-from ehsid.harness.records.logs.units import conversion, converts, pint_unit, split_unit
+from ehsid.harness.records.logs.units import (
+    conversion,
+    converts,
+    pint_unit,
+    split_unit,
+    without_unit,
+)
 from ehsid.harness.records.origin import Taken
+from ehsid.harness.records.pasting import NAMED_BY_RIG, map_option
 
 PRESSURE_UNIT = "Pa"
 
@@ -49,10 +55,12 @@ class Matching:
         self._signals = [one for one in log.series if not one.is_time]
         self.remarks: list[str] = []
         self._maps = dict(maps)
+        self._by_rig: set[str] = set()
         # As in every layout, no unit stands for that of the schema.
         for channel, column in layout_of([one.name for one in self._signals], layout).items():
-            if channel != TIME:
-                self._maps.setdefault(channel, ColumnMap(column.name, column.unit or ""))
+            if channel != TIME and channel not in self._maps:
+                self._maps[channel] = ColumnMap(column.name, column.unit or "")
+                self._by_rig.add(channel)
 
     def choose(self, wanted: Collection[str], required: Collection[str]) -> list[Choice]:
         """Returns the choices for the wanted columns but the time, in the order of `wanted`.
@@ -157,6 +165,8 @@ class Matching:
             unit = "as it is" if series.unit is None else f"as it is, in {series.unit}"
             return Choice(series, Taken(name, series.name, None, 1.0, 0.0, f"named; {unit}"))
         why_name = "named" if name in self._maps else "by its name"
+        if name in self._by_rig:
+            why_name = NAMED_BY_RIG
         found_unit = self._unit(name, series)
         if found_unit is None:
             found_unit = self._guess(name, series, required, found)
@@ -265,7 +275,10 @@ class Matching:
 
     def map_option(self, channel: str, series: Series | None, unit: str | None = None) -> str:
         """Returns the option --map for a column, ready to paste; the unit is an example."""
-        name = "COLUMN" if series is None else split_unit(series.name)[0]
+        name = "COLUMN"
+        if series is not None:
+            known = channel in CHANNELS
+            name = without_unit(series.name, channel) if known else series.name
         if unit is None:
             guesses = CHANNELS[channel].guesses if channel in CHANNELS else ()
             unit = guesses[1].unit if len(guesses) > 1 else None
@@ -273,8 +286,7 @@ class Matching:
                 unit = "mm"
             elif guesses and CHANNELS[channel].unit == PRESSURE_UNIT:
                 unit = "bar"
-        value = f"{channel}={name}" if unit in (None, "1") else f"{channel}={name} [{unit}]"
-        return f"--map {shlex.quote(value)}"
+        return map_option(channel, name, unit)
 
     def _missing(self, channel: str, name: str) -> RecordError:
         names = [one.name for one in self._signals]

@@ -135,7 +135,7 @@ def _drifting(time: np.ndarray) -> np.ndarray:
 
 
 PRESSURES = ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
-UNIT = '[columns] {} = {{ name = "{}", unit = "{}" }}'.format
+UNIT = "perhaps it is in another unit: --map '{}={} [{}]'".format
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,11 @@ UNIT = '[columns] {} = {{ name = "{}", unit = "{}" }}'.format
         # Farther than the stroke, but nearly as fast as the valve allows in metres.
         (_each("position_m", by=4.0), "is too short, or the unit of the column is wrong", True),
         (_each("pressure_a_pa", by=1e-5), UNIT("pressure_a_pa", "pressure_a_pa", "bar"), True),
-        (_each("supply_pressure_pa", by=1e-6), '"supply_pressure_pa", unit = "MPa"', True),
+        (
+            _each("supply_pressure_pa", by=1e-6),
+            UNIT("supply_pressure_pa", "supply_pressure_pa", "MPa"),
+            True,
+        ),
         (_set("position_m", lambda c: c - 0.15), "not counted from the cap end", True),
         (_set("position_m", lambda c: c - c.min() - 0.004), "4 mm beyond an end", False),
         (_set("position_m", lambda c: c - np.quantile(c, 0.2)), "at an end of its stroke", False),
