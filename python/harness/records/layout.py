@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.records.errors import RecordError, missing_column
+from ehsid.harness.records.errors import RecordError, misnamed_column
 
 if TYPE_CHECKING:
     import pint
@@ -33,7 +33,8 @@ class ColumnMap:
     name
         name of the column as written in the file.
     unit
-        unit in the notation of pint, e.g. "mm", "bar", "percent"; None is the unit of the schema.
+        unit in the notation of pint, e.g. "mm", "bar", "percent"; None is the unit that the log
+        states, or else, in a layout, that of the schema.
     """
 
     name: str
@@ -91,7 +92,7 @@ def check_layout(layout: Layout, file: Path | str) -> None:
     """
     for target, column in layout.items():
         if target not in CHANNELS:
-            raise missing_column(file, target, CHANNELS, "a column of the schema")
+            raise misnamed_column(file, target, CHANNELS, "a column of the schema")
         if column.unit is not None and not is_convertible(column.unit, CHANNELS[target].unit):
             raise RecordError(
                 file,

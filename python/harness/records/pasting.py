@@ -28,6 +28,27 @@ def columns_line(channel: str, column: str, unit: str | None) -> str:
     return f"{channel} = {{ {pairs} }}"
 
 
+def units_differ(
+    channel: str, column: str, said: str | None, unit: str, where: str
+) -> tuple[str, ...]:
+    """Returns a remark where the log says another unit than the user says; else none.
+
+    `where` is "[columns]" or "--map", where the user says `unit`; `said` is that of the log.
+    """
+    from ehsid.harness.records.logs.units import conversion
+
+    if said is None or conversion(said, channel) == conversion(unit, channel):
+        return ()
+    if where == "--map":
+        line = _map_option_of(channel, column, said)
+    else:
+        line = columns_line(channel, column, said)
+    return (
+        f"'{column}' is in {said} as the log says, and in {unit} as {where} says: {unit} is taken. "
+        f"If the log is right: {line}",
+    )
+
+
 def taken_for(record: Record, channel: str) -> Taken | None:
     """Returns what was taken for a channel; None if the record says nothing of it."""
     taken = () if record.origin is None else record.origin.taken

@@ -79,10 +79,10 @@ GOOD = {"time_s": [0.0, 0.1], "command_v": [0.0, 0.0], "Stroke": [1.0, 2.0]}
 @pytest.mark.parametrize(
     ("layout", "column", "message"),
     [
-        ({"position_m": ColumnMap("stroke_")}, "stroke_", "rename 'Stroke' to 'stroke_'"),
+        ({"position_m": ColumnMap("stroke_")}, "stroke_", "did you mean 'Stroke'? In [columns]"),
         ({"position_m": ColumnMap("Stroke", "kg")}, "Stroke", "'kg' is not a unit of 'position_m'"),
         ({"position_m": ColumnMap("Stroke", "mmm")}, "Stroke", "converts into m."),
-        ({"positon_m": ColumnMap("Stroke")}, "positon_m", "rename 'position_m'"),
+        ({"positon_m": ColumnMap("Stroke")}, "positon_m", "did you mean 'position_m'?"),
         ({"command_v": ColumnMap("Stroke")}, "command_v", "both 'command_v' and 'Stroke' would"),
         ({"position_m": ColumnMap("Stroke"), "time_s": ColumnMap("t")}, "t", "no column 't'"),
         ({"position_m": ColumnMap("s"), "force_n": ColumnMap("F")}, "s", "no column 's'"),

@@ -55,7 +55,8 @@ def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None
     wanted = list(dict.fromkeys([*named, *required, *hints.maps]))
     matching = Matching(log, path, hints.maps, wish.layout)
     choices = matching.choose(wanted, set(required) - {TIME})
-    clocks = Clocks(log, path, time_map(hints.maps, wish.layout, log), hints.dt_s)
+    time = time_map(hints.maps, wish.layout, log)
+    clocks = Clocks(log, path, time, hints.dt_s, by_rig=TIME not in hints.maps)
     if wish.columns is None:
         times = {clock.taken.column for one in choices if (clock := clocks.of(one.series))}
         choices += matching.rest(choices, times)
