@@ -69,10 +69,14 @@ class RecordError(ValueError):
             place += f", column '{self.column}'"
         message = f"{place}: {self.problem}."
         if self.expected:
-            message += f" Expected: {self.expected}."
+            message += f" Expected: {_ended(self.expected)}"
         if self.mend:
-            message += f" To fix it: {self.mend}" + ("" if self.mend.endswith("?") else ".")
+            message += f" To fix it: {_ended(self.mend)}"
         return message
+
+
+def _ended(text: str) -> str:
+    return text if text.endswith("?") else f"{text}."
 
 
 class MisnamedColumnError(RecordError):

@@ -6,8 +6,10 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +43,32 @@ class ColumnMap:
     unit: str | None = None
 
 
+# Units that messages name, by the unit of the schema; the first are examples, the others only words
+# that a misspelt unit may have meant.
+EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "m": ("mm", "cm", "m", "in"),
+        "s": ("s", "ms", "us"),
+        "V": ("V", "mV"),
+        "Pa": ("bar", "kPa", "MPa", "psi"),
+        "m/s": ("mm/s", "cm/s", "m/s"),
+        "N": ("N", "kN", "lbf"),
+        "degC": ("degC", "degF", "kelvin"),
+        "1": ("percent",),
+    }
+)
+FURTHER_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "m": ("millimeter", "centimeter", "micrometer", "meter", "inch"),
+        "s": ("second", "millisecond", "microsecond", "minute"),
+        "V": ("volt", "millivolt"),
+        "Pa": ("pascal", "kilopascal", "megapascal", "millibar", "barg", "psig"),
+        "m/s": ("meter/second", "millimeter/second"),
+        "N": ("newton", "kilonewton", "kgf"),
+        "degC": ("celsius", "fahrenheit"),
+    }
+)
+
 Layout = Mapping[str, ColumnMap]
 """Maps a column name of the schema to name and unit in the file."""
 
@@ -71,6 +99,16 @@ def is_convertible(unit: object, schema_unit: str) -> bool:
         return False
 
 
+def usual_units(unit: object, schema_unit: str) -> str:
+    """Returns examples of units that convert into one of the schema, and what `unit` may mean."""
+    *first, last = EXAMPLES[schema_unit]
+    examples = f"{', '.join(first)} or {last}" if first else last
+    words = (*EXAMPLES[schema_unit], *FURTHER_UNITS.get(schema_unit, ()))
+    near = get_close_matches(str(unit).casefold(), [word.casefold() for word in words], n=1)
+    found = next((word for word in words if near and word.casefold() == near[0]), None)
+    return f"such as {examples}" + (f"; did you mean {found}?" if found else "")
+
+
 def in_schema_unit(
     values: npt.NDArray[np.float64], column: ColumnMap, schema_unit: str
 ) -> npt.NDArray[np.float64]:
@@ -98,7 +136,8 @@ def check_layout(layout: Layout, file: Path | str) -> None:
                 file,
                 f"'{column.unit}' is not a unit of '{target}'",
                 column=column.name,
-                expected=f"a unit that converts into {CHANNELS[target].unit}",
+                expected=f"a unit that converts into {CHANNELS[target].unit}, "
+                + usual_units(column.unit, CHANNELS[target].unit),
                 mend="correct the unit in the layout ([columns] of the rig)",
             )
 

@@ -17,7 +17,7 @@ from ehsid.harness.records.errors import (
     missing_column,
     nearest_name,
 )
-from ehsid.harness.records.layout import ColumnMap, layout_of
+from ehsid.harness.records.layout import ColumnMap, layout_of, usual_units
 from ehsid.harness.records.logs.log import Log, Series
 from ehsid.harness.records.logs.names import is_counter, means, parts_of, unit_in_name
 from ehsid.harness.records.logs.units import (
@@ -207,7 +207,8 @@ class Matching:
                     self._path,
                     f"the unit of the log, '{series.unit}', is not one of '{name}'",
                     column=series.name,
-                    expected=f"a unit that converts into {CHANNELS[name].unit}",
+                    expected=f"a unit that converts into {CHANNELS[name].unit}, "
+                    + usual_units(series.unit, CHANNELS[name].unit),
                     mend=f"say the unit: {self._line(name, series, self._example(name))}",
                 )
         unit = unit_in_name(series.name, name)

@@ -190,6 +190,10 @@ def test_a_command_in_milliamperes_keeps_its_numbers(tmp_path: Path) -> None:
         (["position_m="], "expected CHANNEL=COLUMN"),
         (["positon_m=Stroke"], "did you mean 'position_m'"),
         (["position_m=Stroke [bar]"], "'bar' is not a unit of 'position_m'"),
+        (
+            ["position_m=Stroke [milimeter]"],
+            "expected one that converts into m, such as mm, cm, m or in; did you mean millimeter?",
+        ),
         (["position_m=Stroke [m**9**9]"], "is not a unit of"),
         (["position_m=a", "position_m=b"], "named twice"),
     ],
