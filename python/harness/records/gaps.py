@@ -52,7 +52,7 @@ def mend_of_gaps(record: Record) -> str:
             f"read it with --dt {record.dt_s:.6g}, which interpolates holes of up to "
             f"{round(BRIDGED_STEPS) - 1} rows"
         )
-    return "find out why the logger left them out, or give a part without a gap"
+    return "find out why the logger left rows out, or give a part without a gap"
 
 
 def pieces_in_words(record: Record) -> str:

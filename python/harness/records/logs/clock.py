@@ -165,7 +165,7 @@ class Clocks:
     def _unit(self, time: Series, values: FloatArray) -> tuple[str, str, bool]:
         """Returns the unit, the reason, and whether it is only a guess."""
         if self._named is not None and self._named.unit:
-            stated = pint_unit(time.unit, TIME) if (time.unit or "").strip() else None
+            stated = pint_unit(time.unit or "", TIME) if (time.unit or "").strip() else None
             said = stated or unit_in_name(time.name, TIME)
             where = "[columns]" if self._by_rig else "--map"
             self.remarks += units_differ(TIME, time.name, said, self._named.unit, where)

@@ -224,7 +224,7 @@ class Matching:
 
     def _compare(self, name: str, series: Series, unit: str) -> None:
         """Remarks on a unit that the user states and that is not the one of the log."""
-        stated = pint_unit(series.unit, name) if (series.unit or "").strip() else None
+        stated = pint_unit(series.unit or "", name) if (series.unit or "").strip() else None
         said = stated or unit_in_name(series.name, name)
         where = "[columns]" if name in self._by_rig else "--map"
         self.remarks += units_differ(name, series.name, said, unit, where)

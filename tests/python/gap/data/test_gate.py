@@ -307,7 +307,7 @@ def test_a_gap_has_a_remark_and_the_longest_part_is_checked() -> None:
     assert serious.what == (
         "0.9 s without a gap are too short: the diagnosis needs 2.3 s, the first 0.3 s and 4 "
         "windows; there are 5 gaps, the longest of 0.101 s after 0.899 s, so the record is in "
-        "6 pieces: find out why the logger left them out, or give a part without a gap"
+        "6 pieces: find out why the logger left rows out, or give a part without a gap"
     )
 
 
