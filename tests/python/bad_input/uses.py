@@ -83,7 +83,7 @@ CASES = (
         "an output that is not there",
         "ehsid estimate record.csv --output positon_m",
         LONG,
-        "rename 'position_m'",
+        "did you mean 'position_m'?",
     ),
     given(
         "one column for input and output",
