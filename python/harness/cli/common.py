@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -60,11 +61,20 @@ def read_io(
     ValueError
         the two options name the same column, or the time; or the record has a problem.
     """
+    from ehsid.harness.catalogue.channels import CHANNELS
     from ehsid.harness.cli.log_options import read_shown
     from ehsid.harness.identification import IoData
+    from ehsid.harness.records.errors import MisnamedColumnError
 
     check_signals(input_name, output_name)
-    record = read_shown(path, hints, columns=[input_name, output_name])
+    try:
+        record = read_shown(path, hints, columns=[input_name, output_name])
+    except MisnamedColumnError as error:
+        options = {input_name: "--input", output_name: "--output"}
+        if error.column not in options or error.column in CHANNELS:
+            raise
+        name = error.nearest or "COLUMN"
+        raise error.with_remedy(f"{options[error.column]} {shlex.quote(name)}") from None
     return IoData.from_record(record, input_name, output_name), record.origin
 
 

@@ -69,10 +69,15 @@ def read_shown(
     from ehsid.harness.records import read_record
 
     record = read_record(path, columns=columns, required=required, layout=layout or {}, hints=hints)
+    show_read(record, path)
+    return record
+
+
+def show_read(record: Record, path: Path) -> None:
+    """Shows on stderr what was taken for what in a log, and logs what was read."""
     if record.origin is not None:
         show_origin(record.name, record.origin, Console(stderr=True))
     log_record(record, path)
-    return record
 
 
 def log_record(record: Record, path: Path) -> None:

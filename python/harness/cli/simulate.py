@@ -14,7 +14,7 @@ import typer
 from ehsid.harness.cli.common import check_ending, shown_table
 from ehsid.harness.cli.completing import effect_sizes
 from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.log_options import Maps, hints_of, read_shown
+from ehsid.harness.cli.log_options import Maps, hints_of, show_read
 from ehsid.harness.cli.options import AsJson, SignalName
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import result_files
@@ -96,6 +96,7 @@ def simulate_command(
     """
     import numpy as np
 
+    from ehsid.harness.records import read_record
     from ehsid.harness.records.writing import record_bytes
     from ehsid.harness.report.model_tables import run_table
     from ehsid.harness.rigs import read_rig
@@ -127,14 +128,15 @@ def simulate_command(
         check_start(rig, position0)
         volts, signal, limited = None, None, None
         if command is not None:
-            record = read_shown(
+            record = read_record(
                 command,
-                hints_of(maps, dt),
                 columns=["command_v"],
                 required=["time_s", "command_v"],
                 layout=rig.columns,
+                hints=hints_of(maps, dt),
             )
             volts, step = logged_command(record, rig)
+            show_read(record, command)
             samples = volts.size
         else:
             assert excitation is not None

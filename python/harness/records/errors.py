@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from functools import partial
@@ -68,10 +69,37 @@ class RecordError(ValueError):
             place += f", column '{self.column}'"
         message = f"{place}: {self.problem}."
         if self.expected:
-            message += f" Expected: {self.expected}."
+            message += f" Expected: {_ended(self.expected)}"
         if self.mend:
-            message += f" To fix it: {self.mend}."
+            message += f" To fix it: {_ended(self.mend)}"
         return message
+
+
+def _ended(text: str) -> str:
+    return text if text.endswith("?") else f"{text}."
+
+
+class MisnamedColumnError(RecordError):
+    """No column has a name that the user gave; `nearest` may be meant, if it is not None."""
+
+    nearest: str | None = None
+
+    def with_remedy(self, how: str) -> MisnamedColumnError:
+        """Returns the error with the text to paste in its remedy."""
+        asked = "name one of these columns, such as"
+        if self.nearest is not None:
+            asked = f"did you mean '{self.nearest}'?"
+            how = how[0].upper() + how[1:]  # it begins a sentence
+        error = MisnamedColumnError(
+            self.file,
+            self.problem,
+            row=self.row,
+            column=self.column,
+            expected=self.expected,
+            mend=f"{asked} {how}",
+        )
+        error.nearest = self.nearest
+        return error
 
 
 def nearest_name(wanted: str, existing: Iterable[str]) -> str | None:
@@ -98,6 +126,31 @@ def missing_column(file: Path | str, wanted: str, existing: Iterable[str], why: 
         expected=why,
         mend=f"{hint}, or name the columns to use",
     )
+
+
+def misnamed_column(
+    file: Path | str, wanted: str, existing: Iterable[str], why: str, read_as: str = ""
+) -> MisnamedColumnError:
+    """Returns the error for a name that the user gave to a column, and that no column has.
+
+    The nearest name is found without the units in brackets behind the names.
+    """
+    labels = {_label(name): name for name in existing}
+    near = nearest_name(_label(wanted), labels)
+    problem = missing_column(file, wanted, labels.values(), why).problem
+    error = MisnamedColumnError(
+        file,
+        f"{problem} (read as {read_as})" if read_as else problem,
+        column=wanted,
+        expected=why,
+        mend="name one of these columns" if near is None else f"did you mean '{labels[near]}'?",
+    )
+    error.nearest = None if near is None else labels[near]
+    return error
+
+
+def _label(name: str) -> str:
+    return re.sub(r"(?<=\S)\s*\[[^\[\]]*\]\s*$", "", name)
 
 
 def first_line(error: BaseException) -> str:

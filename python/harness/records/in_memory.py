@@ -16,6 +16,7 @@ from ehsid.harness.arrays import FloatArray, masked_count
 from ehsid.harness.catalogue.channels import CHANNELS, TIME
 from ehsid.harness.records.checks import check_columns
 from ehsid.harness.records.errors import RecordError
+from ehsid.harness.records.gaps import gap_remarks
 from ehsid.harness.records.origin import NO_HINTS, Hints, Origin, without_numbers
 from ehsid.harness.records.reading import AS_THE_SCHEMA, has_other_time, slow_remarks
 from ehsid.harness.records.record import Record, make_record
@@ -112,7 +113,7 @@ def _as_the_schema(columns: Mapping[str, npt.NDArray[Any]], texts: list[str], na
         return even_record(
             arrays, error, path=Path(name), name=name, sha256="", first_row=1, kind=KIND
         )
-    remarks = (*without_numbers(left_out), *slow_remarks(record))
+    remarks = (*without_numbers(left_out), *slow_remarks(record), *gap_remarks(record))
     return replace(record, origin=Origin(KIND, (), remarks) if remarks else None)
 
 

@@ -6,15 +6,17 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.records.errors import RecordError, missing_column
+from ehsid.harness.records.errors import RecordError, misnamed_column
 
 if TYPE_CHECKING:
     import pint
@@ -33,12 +35,39 @@ class ColumnMap:
     name
         name of the column as written in the file.
     unit
-        unit in the notation of pint, e.g. "mm", "bar", "percent"; None is the unit of the schema.
+        unit in the notation of pint, e.g. "mm", "bar", "percent"; None is the unit that the log
+        states, or else, in a layout, that of the schema.
     """
 
     name: str
     unit: str | None = None
 
+
+# Units that messages name, by the unit of the schema; the first are examples, the others only words
+# that a misspelt unit may have meant.
+EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "m": ("mm", "cm", "m", "in"),
+        "s": ("s", "ms", "us"),
+        "V": ("V", "mV"),
+        "Pa": ("bar", "kPa", "MPa", "psi"),
+        "m/s": ("mm/s", "cm/s", "m/s"),
+        "N": ("N", "kN", "lbf"),
+        "degC": ("degC", "degF", "kelvin"),
+        "1": ("percent",),
+    }
+)
+FURTHER_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "m": ("millimeter", "centimeter", "micrometer", "meter", "inch"),
+        "s": ("second", "millisecond", "microsecond", "minute"),
+        "V": ("volt", "millivolt"),
+        "Pa": ("pascal", "kilopascal", "megapascal", "millibar", "barg", "psig"),
+        "m/s": ("meter/second", "millimeter/second"),
+        "N": ("newton", "kilonewton", "kgf"),
+        "degC": ("celsius", "fahrenheit"),
+    }
+)
 
 Layout = Mapping[str, ColumnMap]
 """Maps a column name of the schema to name and unit in the file."""
@@ -70,6 +99,16 @@ def is_convertible(unit: object, schema_unit: str) -> bool:
         return False
 
 
+def usual_units(unit: object, schema_unit: str) -> str:
+    """Returns examples of units that convert into one of the schema, and what `unit` may mean."""
+    *first, last = EXAMPLES[schema_unit]
+    examples = f"{', '.join(first)} or {last}" if first else last
+    words = (*EXAMPLES[schema_unit], *FURTHER_UNITS.get(schema_unit, ()))
+    near = get_close_matches(str(unit).casefold(), [word.casefold() for word in words], n=1)
+    found = next((word for word in words if near and word.casefold() == near[0]), None)
+    return f"such as {examples}" + (f"; did you mean {found}?" if found else "")
+
+
 def in_schema_unit(
     values: npt.NDArray[np.float64], column: ColumnMap, schema_unit: str
 ) -> npt.NDArray[np.float64]:
@@ -91,13 +130,14 @@ def check_layout(layout: Layout, file: Path | str) -> None:
     """
     for target, column in layout.items():
         if target not in CHANNELS:
-            raise missing_column(file, target, CHANNELS, "a column of the schema")
+            raise misnamed_column(file, target, CHANNELS, "a column of the schema")
         if column.unit is not None and not is_convertible(column.unit, CHANNELS[target].unit):
             raise RecordError(
                 file,
                 f"'{column.unit}' is not a unit of '{target}'",
                 column=column.name,
-                expected=f"a unit that converts into {CHANNELS[target].unit}",
+                expected=f"a unit that converts into {CHANNELS[target].unit}, "
+                + usual_units(column.unit, CHANNELS[target].unit),
                 mend="correct the unit in the layout ([columns] of the rig)",
             )
 

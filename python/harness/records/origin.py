@@ -9,9 +9,10 @@ from types import MappingProxyType
 from typing import Any
 
 from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.records.layout import ColumnMap
+from ehsid.harness.records.layout import ColumnMap, is_convertible
 
 MOST_LISTED = 12  # names of columns in a remark
+DATES = "dates or times in the log"  # begins the reason of a time that has no unit
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class Hints:
     ----------
     maps
         for a column of the schema: name and unit of the column in the log; without a unit, the
-        unit is taken from the log, or guessed.
+        unit is that of the log, or else guessed.
     dt_s
         sampling time in seconds: of the rows where the log has no time, else the one to which the
         log is resampled. None: as in the log.
@@ -129,8 +130,14 @@ def unit_of(name: str) -> str:
 
 
 def _pairs(taken: Taken) -> str:
+    """Returns name and unit; no unit of dates and of a command that keeps its numbers, as in mA."""
     name = f"name = {toml_string(taken.column)}"
-    return name if taken.unit is None else f"{name}, unit = {toml_string(taken.unit)}"
+    schema_unit = CHANNELS[taken.channel].unit
+    unit = taken.unit or schema_unit
+    counted = taken.unit is None and (taken.offset != 0.0 or taken.why.startswith(DATES))
+    if counted or not is_convertible(unit, schema_unit):
+        return name
+    return f"{name}, unit = {toml_string(unit)}"
 
 
 def toml_string(text: str) -> str:

@@ -21,6 +21,7 @@ from ehsid.harness.records.checks import check_columns
 from ehsid.harness.records.csv_text import decompress
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.formats import FORMATS, ending_of, format_of, stem_of
+from ehsid.harness.records.gaps import gap_remarks
 from ehsid.harness.records.layout import (
     ColumnMap,
     Layout,
@@ -190,12 +191,32 @@ def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
     }
     try:
         record = make_record(arrays, source=path, **about)
-        remarks = (*without_numbers(left_out), *slow_remarks(record))
+        remarks = (
+            *without_numbers(left_out),
+            *_other_units(layout, wanted),
+            *slow_remarks(record),
+            *gap_remarks(record),
+        )
         return replace(record, origin=Origin(ending_of(path), (), remarks) if remarks else None)
     except TimeError as error:
         from ehsid.harness.records.logs.reading import even_record
 
         return even_record(arrays, error, path=path, kind=ending_of(path), **about)
+
+
+def _other_units(layout: Layout, wanted: Mapping[str, str]) -> list[str]:
+    """Returns remarks on columns whose names say another unit than the layout."""
+    stated = {name: one for name, one in layout.items() if one.unit is not None and name in wanted}
+    if not stated:
+        return []
+    from ehsid.harness.records.logs.names import unit_in_name
+    from ehsid.harness.records.pasting import units_differ
+
+    remarks: list[str] = []
+    for name, one in stated.items():
+        said = unit_in_name(one.name, name)
+        remarks += units_differ(name, one.name, said, one.unit or "", "[columns]")
+    return remarks
 
 
 def slow_remarks(record: Record) -> tuple[str, ...]:

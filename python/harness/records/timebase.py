@@ -14,6 +14,8 @@ from ehsid.harness.records.errors import RecordError
 
 MAX_JITTER = 0.01  # relative to dt; a record with more jitter does not count as uniform
 GAP_FACTOR = 1.5  # a step longer than this many median steps is a gap
+# A longer step than so many usual ones is a gap across which a log is not interpolated.
+BRIDGED_STEPS = 4.0
 
 
 class TimeError(RecordError):

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ehsid.harness.catalogue.channels import TIME
+from ehsid.harness.catalogue.channels import CHANNELS, TIME
 from ehsid.harness.records.layout import Layout, layout_of, names_in_file
 from ehsid.harness.records.origin import Hints
 
@@ -33,9 +33,20 @@ class Wish:
         names = names_in_file(file_names, layout, path)
         requested = self.requested(names)
         needed = (*self.required, *(name for name in layout if name in requested))
+        if any(self._log_has_unit(names, layout, name) for name in layout):
+            return False
         return all(
             names.get(name) == (layout[name].name if name in layout else name) for name in needed
         )
+
+    def _log_has_unit(self, names: Mapping[str, str], layout: Layout, channel: str) -> bool:
+        """Whether a column without a unit in the layout has one in its name, not the schema's."""
+        if layout[channel].unit is not None or channel not in self.requested(names):
+            return False
+        from ehsid.harness.records.logs.names import unit_in_name
+
+        unit = unit_in_name(layout[channel].name, channel)
+        return unit is not None and unit != CHANNELS[channel].unit
 
     def requested(self, names: Mapping[str, str]) -> set[str]:
         """Returns the columns to read of a file with the columns `names`."""

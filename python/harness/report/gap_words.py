@@ -43,8 +43,9 @@ VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
             "shows where it lies, and the missing term as a curve where the records can tell it.",
         ),
         "insufficient_data": (
-            "Not enough data",
-            "The records do not allow a judgement, for the reason that the first sentence gives.",
+            "These records cannot be judged",
+            "The records lack something, or the rig and the columns describe them wrongly. The "
+            "reason and what mends it stand below.",
         ),
     }
 )

@@ -27,7 +27,8 @@ WHAT_NOW: MappingProxyType[Verdict, str] = MappingProxyType(
         "outside_catalogue": "Look at the part of the machine that the report names. No effect of "
         "the catalogue explains the gap; rig.augmented.toml has the missing term as a table "
         "where the records could tell it.",
-        "insufficient_data": "Take better records first. The report says what these lack.",
+        "insufficient_data": "Mend the records or their description first. The report "
+        "says what is wrong.",
     }
 )
 

@@ -10,13 +10,14 @@ import numpy as np
 from ehsid.harness.catalogue.channels import COMMAND, POSITION, SUPPLY_PRESSURE
 from ehsid.harness.gap.data.gate import longest_stretch
 from ehsid.harness.gap.data.gate_channels import check_saturated, check_spikes
-from ehsid.harness.gap.data.gate_clock import check_clock
+from ehsid.harness.gap.data.gate_clock import check_clock, longer
 from ehsid.harness.records import Record
 from ehsid.harness.rig_check.balance import moved_mass
 from ehsid.harness.rig_check.edges import Edges, edges
 from ehsid.harness.rig_check.finding import Finding, RecordCheck, Status, judged, untold
 from ehsid.harness.rig_check.limits import (
     command_findings,
+    doubted_units,
     measured_supply,
     sign_findings,
     stroke_finding,
@@ -77,6 +78,10 @@ def check_rig(record: Record, rig: Rig) -> RecordCheck:
     expected = None
     if wrong_way:
         findings.append(untold("flow, areas and mass", "the signs must be right first"))
+    elif doubted := doubted_units(findings):
+        units = "the units of" if len(doubted) > 1 else "the unit of"
+        found = f"{units} {', '.join(doubted)} must be right first"
+        findings.append(untold("supply, areas, flow and mass", found))
     elif rig.plant == "ehs":
         area = areas(rig)
         opened = not any(
@@ -105,7 +110,7 @@ def _usable(record: Record) -> Record:
     if len(part) < LEAST_SAMPLES:
         raise ValueError(
             f"{where}: {len(part)} samples without a gap: expected at least {LEAST_SAMPLES}; "
-            "record for longer"
+            f"{longer(record, LEAST_SAMPLES)}"
         )
     for name in (COMMAND, POSITION):
         if np.ptp(part.column(name)) == 0.0:

@@ -3,10 +3,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ehsid.harness.catalogue.channels import COMMAND, POSITION, SPOOL, SUPPLY_PRESSURE
-from ehsid.harness.gap.data.gate_ranges import check_command, check_position, check_pressures
+from ehsid.harness.catalogue.channels import (
+    CHAMBER_PRESSURES,
+    COMMAND,
+    POSITION,
+    SPOOL,
+    SUPPLY_PRESSURE,
+)
+from ehsid.harness.gap.data.gate_ranges import (
+    OTHER_UNIT,
+    check_command,
+    check_position,
+    check_pressures,
+)
 from ehsid.harness.gap.data.gate_signs import check_directions, check_ports
 from ehsid.harness.records import Record
 from ehsid.harness.rig_check.finding import Finding, Status, judged, untold
@@ -56,7 +69,7 @@ def stroke_finding(record: Record, rig: Rig, moved: Motion) -> list[Finding]:
     remarks = [r for r in check_position(record, rig) if "beyond" in r.what or "runs" in r.what]
     if remarks:
         why = remarks[0].what
-        if low >= -NEAR_END * stroke and "another unit" not in why:
+        if low >= -NEAR_END * stroke and OTHER_UNIT not in why:
             why = (
                 f"the stroke of the rig file is too short, or the unit is wrong; if the unit is "
                 f"right, set {key} to the one of the data sheet, {high:.4g} at least"
@@ -111,6 +124,13 @@ def command_findings(record: Record, rig: Rig, moved: Motion) -> list[Finding]:
     return [Finding(check, Status.fits, shown, key)]
 
 
+def doubted_units(findings: Sequence[Finding]) -> list[str]:
+    """Returns the channels that are perhaps in another unit."""
+    texts = [one.text for one in findings if OTHER_UNIT in one.text]
+    channels = (POSITION, *CHAMBER_PRESSURES, SUPPLY_PRESSURE)
+    return [name for name in channels if any(name in text for text in texts)]
+
+
 def measured_supply(record: Record, rig: Rig) -> list[Finding]:
     """Compares a measured supply pressure with that of the rig, and pressures with their limits."""
     supply = rig.values.get("supply.pressure_pa")
@@ -121,6 +141,8 @@ def measured_supply(record: Record, rig: Rig) -> list[Finding]:
     found = [Finding("pressures", Status.does_not_fit, remark.what) for remark in strange]
     if SUPPLY_PRESSURE not in record.columns:
         return found
+    if SUPPLY_PRESSURE in doubted_units(found):
+        return [*found, untold(check, f"the unit of {SUPPLY_PRESSURE} must be right first", key)]
     # The pump gives its pressure at no flow; under flow it may be lower.
     column = record.column(SUPPLY_PRESSURE)
     measured, top = float(np.median(column)), float(np.quantile(column, 0.98))

@@ -17,7 +17,7 @@ from ehsid.harness.catalogue.parameters import (
 )
 from ehsid.harness.records import ColumnMap
 from ehsid.harness.records.errors import nearest_name
-from ehsid.harness.records.layout import is_convertible
+from ehsid.harness.records.layout import is_convertible, usual_units
 from ehsid.harness.rigs.checks import (
     check_complete,
     check_relations,
@@ -174,7 +174,7 @@ def _columns(table: Mapping[str, Any], problems: list[str]) -> dict[str, ColumnM
         if unit is not None and not is_convertible(unit, CHANNELS[key].unit):
             problems.append(
                 f"'columns.{key}.unit' = {value_text(unit)}: expected a unit of the same kind as "
-                f"{CHANNELS[key].unit}"
+                f"{CHANNELS[key].unit}, {usual_units(unit, CHANNELS[key].unit)}"
             )
             continue
         columns[key] = ColumnMap(entry["name"], unit)

@@ -8,6 +8,7 @@ import numpy as np
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import COMMAND
 from ehsid.harness.records import Record
+from ehsid.harness.records.gaps import mend_of_gaps, pieces_in_words
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation.controller import command_limit
 
@@ -29,7 +30,10 @@ def logged_command(record: Record, rig: Rig) -> tuple[FloatArray, float]:
     if record.dt_s is None:
         raise ValueError(f"{place}: a command without time cannot drive a rig; give its time")
     if len(record.segments) > 1:
-        raise ValueError(f"{place}: a command with gaps cannot drive a rig; give one stretch of it")
+        raise ValueError(
+            f"{place}: a command with gaps cannot drive a rig: {pieces_in_words(record)}; "
+            f"{mend_of_gaps(record)}"
+        )
     largest, limit = float(np.abs(command).max()), command_limit(rig)
     if largest > MOST_COMMAND * limit:
         raise ValueError(

@@ -38,6 +38,18 @@ CASES = (
     option("no rig", "ehsid gap record.csv --out out", "--rig"),
     option("no folder for the results", "ehsid gap record.csv --rig rig.toml", "--out"),
     option("an option without its value", "ehsid identify record.csv --orders", "--orders"),
+    option(
+        "a column that is misspelt",
+        "ehsid identify record.csv --map 'position_m=Positon_m [mm]'",
+        "did you mean 'position_m'?",
+        "--map 'position_m=position_m [mm]'",
+    ),
+    option(
+        "a unit that is misspelt",
+        "ehsid identify record.csv --map 'position_m=position_m [milimeter]'",
+        "such as mm, cm, m or in",
+        "did you mean millimeter?",
+    ),
     option("an order of 0", "ehsid estimate record.csv --na 0", "--na", "1"),
     option("an order of 7", "ehsid estimate record.csv --nb 7", "--nb", "6"),
     option("an order of 1e21", "ehsid export record.csv --na 1000000000000000000000", "--na", "6"),

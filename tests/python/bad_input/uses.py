@@ -83,7 +83,7 @@ CASES = (
         "an output that is not there",
         "ehsid estimate record.csv --output positon_m",
         LONG,
-        "rename 'position_m'",
+        "did you mean 'position_m'?",
     ),
     given(
         "one column for input and output",
@@ -134,7 +134,15 @@ CASES = (
     ),
     given("no time", SIMULATE, NO_TIME, "there is no time", "--dt 0.001"),
     given("no command", SIMULATE, LONG.replace("command_v", "q"), "no column 'command_v'"),
-    given("a hole in the command", SIMULATE, WITH_HOLE, "record.csv", "gaps", "one stretch"),
+    given(
+        "a hole in the command",
+        SIMULATE,
+        WITH_HOLE,
+        "record.csv",
+        "gaps",
+        "2 pieces",
+        "without a gap",
+    ),
     given(
         "a command of 1e299 V",
         SIMULATE,

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.records import CHANNELS, ColumnMap, RecordError, make_record, read_record
-from ehsid.harness.records.layout import is_convertible
+from ehsid.harness.records.layout import EXAMPLES, FURTHER_UNITS, is_convertible, usual_units
+from ehsid.harness.records.logs.units import pint_unit
 
 # Name in the file, unit, SI value of 1 and of 3 units; values from the definitions of the units
 # (BIPM, SI brochure, 9th ed.; psi from 1 lb = 0.45359237 kg, g = 9.80665 m/s^2, 1 in = 25.4 mm).
@@ -76,13 +77,42 @@ def test_names_may_be_exchanged(tmp_path: Path) -> None:
 GOOD = {"time_s": [0.0, 0.1], "command_v": [0.0, 0.0], "Stroke": [1.0, 2.0]}
 
 
+def test_every_unit_that_a_message_names_converts() -> None:
+    for channel in CHANNELS.values():
+        assert channel.unit in EXAMPLES
+        for unit in (*EXAMPLES[channel.unit], *FURTHER_UNITS.get(channel.unit, ())):
+            assert is_convertible(unit, channel.unit), unit
+            assert pint_unit(unit, channel.name), unit
+
+
+@pytest.mark.parametrize(
+    ("unit", "schema_unit", "words"),
+    [
+        ("milimeter", "m", "such as mm, cm, m or in; did you mean millimeter?"),
+        ("kilopascals", "Pa", "such as bar, kPa, MPa or psi; did you mean kilopascal?"),
+        ("Mbar", "Pa", "such as bar, kPa, MPa or psi; did you mean bar?"),
+        ("kg", "m", "such as mm, cm, m or in"),
+        ("%%", "1", "such as percent"),
+        (3, "V", "such as V or mV"),
+    ],
+)
+def test_a_wrong_unit_is_answered_with_units_of_the_quantity(
+    unit: object, schema_unit: str, words: str
+) -> None:
+    assert usual_units(unit, schema_unit) == words
+
+
 @pytest.mark.parametrize(
     ("layout", "column", "message"),
     [
-        ({"position_m": ColumnMap("stroke_")}, "stroke_", "rename 'Stroke' to 'stroke_'"),
+        ({"position_m": ColumnMap("stroke_")}, "stroke_", "did you mean 'Stroke'? In [columns]"),
         ({"position_m": ColumnMap("Stroke", "kg")}, "Stroke", "'kg' is not a unit of 'position_m'"),
-        ({"position_m": ColumnMap("Stroke", "mmm")}, "Stroke", "converts into m."),
-        ({"positon_m": ColumnMap("Stroke")}, "positon_m", "rename 'position_m'"),
+        (
+            {"position_m": ColumnMap("Stroke", "mmm")},
+            "Stroke",
+            "converts into m, such as mm, cm, m or in; did you mean mm? To",
+        ),
+        ({"positon_m": ColumnMap("Stroke")}, "positon_m", "did you mean 'position_m'?"),
         ({"command_v": ColumnMap("Stroke")}, "command_v", "both 'command_v' and 'Stroke' would"),
         ({"position_m": ColumnMap("Stroke"), "time_s": ColumnMap("t")}, "t", "no column 't'"),
         ({"position_m": ColumnMap("s"), "force_n": ColumnMap("F")}, "s", "no column 's'"),

@@ -179,6 +179,29 @@ def test_exchanged_ports_are_said() -> None:
 
 
 @pytest.mark.parametrize(
+    ("channel", "factor", "check", "unit"),
+    [
+        ("position_m", 1e3, "stroke", "mm"),
+        ("pressure_a_pa", 1e-5, "pressures", "bar"),
+        ("supply_pressure_pa", 1e-6, "pressures", "MPa"),
+    ],
+)
+def test_while_a_unit_is_in_doubt_nothing_else_is_made_of_it(
+    channel: str, factor: float, check: str, unit: str
+) -> None:
+    record = part(run(True), ALL[:4], 1)
+    scaled = {**record.columns, channel: factor * record.column(channel)}
+    found = findings(make_record({"time_s": record.time_s, **scaled}))
+    assert f"perhaps it is in another unit: --map '{channel}={channel} [{unit}]'" in (
+        found[check].text
+    )
+    assert wrong(found) == [check]
+    assert "flow" not in found
+    last = found["supply, areas, flow and mass"]
+    assert last.text == f"the unit of {channel} must be right first"
+
+
+@pytest.mark.parametrize(
     "effect",
     [
         ("effects.coulomb_friction.force_n", 800.0),

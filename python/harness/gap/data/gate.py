@@ -77,6 +77,7 @@ def stretch(record: Record, part: slice) -> Record:
         gaps=(),
         source=record.source,
         sha256=record.sha256,
+        origin=record.origin,
     )
 
 
@@ -95,7 +96,7 @@ def _of_record(record: Record, rig: Rig) -> list[Remark]:
     if record.dt_s is None:
         return remarks
     part = longest_stretch(record)
-    length_remarks = check_length(part)
+    length_remarks = check_length(part, record)
     if length_remarks:
         return remarks + length_remarks
     for check in _CHECKS:

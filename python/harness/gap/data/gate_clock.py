@@ -18,6 +18,7 @@ from ehsid.harness.gap.thresholds import (
     WINDOW_S,
 )
 from ehsid.harness.records import Record
+from ehsid.harness.records.gaps import mend_of_gaps, pieces_in_words
 from ehsid.harness.rigs import Rig
 
 # Number of parts of a record whose sampling times are compared.
@@ -84,8 +85,8 @@ def _drift(record: Record) -> list[Remark]:
     ]
 
 
-def check_length(record: Record) -> list[Remark]:
-    """Checks that the record is long enough to fit some windows and hold others out."""
+def check_length(record: Record, whole: Record) -> list[Remark]:
+    """Checks that the longest part of the `whole` record can fit windows and hold others out."""
     assert record.dt_s is not None
     seconds = len(record) * record.dt_s
     needed = SKIP_S + LEAST_WINDOWS * WINDOW_S
@@ -94,7 +95,8 @@ def check_length(record: Record) -> list[Remark]:
             Remark(
                 record.name,
                 f"{seconds:.3g} s without a gap are too short: the diagnosis needs {needed:g} s, "
-                f"the first {SKIP_S:g} s and {LEAST_WINDOWS} windows; record for longer",
+                f"the first {SKIP_S:g} s and {LEAST_WINDOWS} windows; "
+                f"{longer(whole, needed / record.dt_s)}",
                 serious=True,
             )
         ]
@@ -103,11 +105,18 @@ def check_length(record: Record) -> list[Remark]:
             Remark(
                 record.name,
                 f"{len(record)} samples are too few: the noise floor needs {LEAST_SAMPLES}; sample "
-                "faster, or record for longer",
+                f"faster, or {longer(whole, LEAST_SAMPLES)}",
                 serious=True,
             )
         ]
     return []
+
+
+def longer(record: Record, samples: float) -> str:
+    """Returns what makes the longest part of a record reach a number of samples."""
+    if not record.gaps or len(record) < samples * (1.0 - 1e-9):
+        return "record for longer"
+    return f"{pieces_in_words(record)}: {mend_of_gaps(record)}"
 
 
 def check_sampling(record: Record, rig: Rig) -> list[Remark]:

@@ -29,18 +29,14 @@ from ehsid.harness.gap.thresholds import (
     VACUUM_FLOORS,
 )
 from ehsid.harness.records import Record
+from ehsid.harness.records.pasting import how_to_read
 from ehsid.harness.rigs import Rig
 
 # Units that logs use, each with its size in the unit of the schema.
 LENGTHS = MappingProxyType({"cm": 1e-2, "mm": 1e-3, "um": 1e-6})
 PRESSURES = MappingProxyType({"kPa": 1e3, "psi": 6894.757, "bar": 1e5, "MPa": 1e6})
 ATMOSPHERE_PA = 101325.0
-
-
-def _mapping(rig: Rig, name: str, unit: str) -> str:
-    """Returns the line of [columns] in the rig file that would read this column in that unit."""
-    column = rig.columns.get(name)
-    return f'[columns] {name} = {{ name = "{column.name if column else name}", unit = "{unit}" }}'
+OTHER_UNIT = "perhaps it is in another unit"
 
 
 def _nearest(scale: float, units: Mapping[str, float]) -> str | None:
@@ -101,7 +97,7 @@ def check_position(record: Record, rig: Rig) -> list[Remark]:
         if -low > 0.0 and high - low <= 1.01 * stroke:
             remedy = "it is not counted from the cap end: add what is missing to the column"
         elif unit is not None:
-            remedy = f"perhaps it is in another unit: {_mapping(rig, 'position_m', unit)}"
+            remedy = f"{OTHER_UNIT}: {how_to_read(record, rig.columns, 'position_m', unit)}"
         else:
             remedy = (
                 "cylinder.stroke_m of the rig file is too short, or the unit of the column is wrong"
@@ -205,7 +201,7 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
         expected = supply if name == SUPPLY_PRESSURE else 0.7 * supply
         unit = _nearest(expected / top, PRESSURES) if top > 0.0 else None
         remedy = (
-            f"perhaps it is in another unit: {_mapping(rig, name, unit)}"
+            f"{OTHER_UNIT}: {how_to_read(record, rig.columns, name, unit)}"
             if unit
             else "check the sensor and the unit"
         )

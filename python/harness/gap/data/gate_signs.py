@@ -21,6 +21,7 @@ from ehsid.harness.gap.thresholds import (
     SPRING_HIDES_NOISE,
 )
 from ehsid.harness.records import Record
+from ehsid.harness.records.pasting import how_to_exchange
 from ehsid.harness.rigs import Rig
 
 
@@ -108,7 +109,8 @@ def check_ports(record: Record, rig: Rig) -> list[Remark]:
             Remark(
                 record.name,
                 "pressure_a_pa and pressure_b_pa are exchanged: only the other way round do they "
-                "balance the motion; A is the cap side",
+                "balance the motion; A is the cap side. Exchange the two columns: "
+                f"{how_to_exchange(record, rig.columns, *CHAMBER_PRESSURES)}",
                 serious=True,
             )
         ]

@@ -11,12 +11,13 @@ import numpy as np
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.records.errors import RecordError, missing_column
+from ehsid.harness.records.errors import MisnamedColumnError, RecordError, misnamed_column
 from ehsid.harness.records.layout import ColumnMap, layout_of
 from ehsid.harness.records.logs.log import Log, Series
-from ehsid.harness.records.logs.names import is_counter, means, parts_of, says
-from ehsid.harness.records.logs.units import pint_unit, split_unit
-from ehsid.harness.records.origin import Taken
+from ehsid.harness.records.logs.names import is_counter, means, parts_of, says, unit_in_name
+from ehsid.harness.records.logs.units import pint_unit, split_unit, without_unit
+from ehsid.harness.records.origin import DATES, Taken
+from ehsid.harness.records.pasting import columns_line, map_option, units_differ
 
 # Seconds of a unit of time.
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86400.0}
@@ -40,11 +41,20 @@ class Clock:
 class Clocks:
     """The clocks of a log by group; `remarks` are sentences on what was guessed."""
 
-    def __init__(self, log: Log, path: Path, time: ColumnMap | None, dt_s: float | None) -> None:
+    def __init__(
+        self,
+        log: Log,
+        path: Path,
+        time: ColumnMap | None,
+        dt_s: float | None,
+        *,
+        by_rig: bool = False,
+    ) -> None:
         self._log = log
         self._path = path
         self._named = time
         self._dt_s = dt_s
+        self._by_rig = by_rig
         self._found: dict[str, Clock | None] = {}
         self.remarks: list[str] = []
 
@@ -100,7 +110,7 @@ class Clocks:
             found = [one for one in named_so if one in group]
             if not named_so:
                 names = [one.name for one in self._log.series]
-                raise missing_column(self._path, self._named.name, names, "the column of time")
+                raise self._misnamed(names)
             return found
         named = [one for one in group if one.name == TIME]
         if named:
@@ -118,10 +128,24 @@ class Clocks:
         usable = [one for one in numbers if _runs(one)]
         return usable + [one for one in dates if _runs(one)]
 
+    def _misnamed(self, names: Sequence[str]) -> MisnamedColumnError:
+        assert self._named is not None
+        error = misnamed_column(self._path, self._named.name, names, "the column of time")
+        near = next((one for one in self._log.series if one.name == error.nearest), None)
+        column = "COLUMN" if near is None else near.name
+        unit = self._named.unit
+        if unit is None:
+            stated = pint_unit(near.unit or "", TIME) if near is not None else None
+            unit = stated or unit_in_name(column, TIME)
+        if self._by_rig:
+            line = columns_line(TIME, column, unit)
+            return error.with_remedy(f"in [columns] of the rig, {line}")
+        return error.with_remedy(map_option(TIME, without_unit(column, TIME), unit))
+
     def _read(self, time: Series) -> Clock:
         if time.is_time:
             values = time.read()
-            why = "dates or times in the log, counted from the first"
+            why = f"{DATES}, counted from the first"
             return Clock(values, Taken(TIME, time.name, None, 1.0, 0.0, why))
         values = time.read()
         unit, why, guessed = self._unit(time, values)
@@ -141,6 +165,10 @@ class Clocks:
     def _unit(self, time: Series, values: FloatArray) -> tuple[str, str, bool]:
         """Returns the unit, the reason, and whether it is only a guess."""
         if self._named is not None and self._named.unit:
+            stated = pint_unit(time.unit or "", TIME) if (time.unit or "").strip() else None
+            said = stated or unit_in_name(time.name, TIME)
+            where = "[columns]" if self._by_rig else "--map"
+            self.remarks += units_differ(TIME, time.name, said, self._named.unit, where)
             return _known(self._named.unit), "named; unit as named", False
         if time.name == TIME and not time.unit:
             return "s", "name of the schema", False

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.records.errors import nearest_name
-from ehsid.harness.records.layout import ColumnMap
+from ehsid.harness.records.layout import ColumnMap, usual_units
 from ehsid.harness.records.logs.units import pint_unit
 
 FORM = "CHANNEL=COLUMN or CHANNEL=COLUMN [UNIT], such as 'position_m=Stroke [mm]'"
@@ -47,7 +47,8 @@ def parse_maps(texts: Iterable[str], option: str = "--map") -> dict[str, ColumnM
         if unit is None:
             raise ValueError(
                 f"{option} {text!r}: '{match['unit']}' is not a unit of '{channel}'; expected one "
-                f"that converts into {CHANNELS[channel].unit}"
+                f"that converts into {CHANNELS[channel].unit}, "
+                + usual_units(match["unit"], CHANNELS[channel].unit)
             )
         maps[channel] = ColumnMap(match["name"], unit)
     return maps

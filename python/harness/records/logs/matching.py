@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,12 +11,24 @@ import numpy as np
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
-from ehsid.harness.records.errors import RecordError, missing_column, nearest_name
-from ehsid.harness.records.layout import ColumnMap, layout_of
+from ehsid.harness.records.errors import (
+    RecordError,
+    misnamed_column,
+    missing_column,
+    nearest_name,
+)
+from ehsid.harness.records.layout import ColumnMap, layout_of, usual_units
 from ehsid.harness.records.logs.log import Log, Series
-from ehsid.harness.records.logs.names import is_counter, means, parts_of, says
-from ehsid.harness.records.logs.units import conversion, converts, pint_unit, split_unit
+from ehsid.harness.records.logs.names import is_counter, means, parts_of, unit_in_name
+from ehsid.harness.records.logs.units import (
+    conversion,
+    converts,
+    pint_unit,
+    split_unit,
+    without_unit,
+)
 from ehsid.harness.records.origin import Taken
+from ehsid.harness.records.pasting import NAMED_BY_RIG, columns_line, map_option, units_differ
 
 PRESSURE_UNIT = "Pa"
 
@@ -49,10 +60,11 @@ class Matching:
         self._signals = [one for one in log.series if not one.is_time]
         self.remarks: list[str] = []
         self._maps = dict(maps)
-        # As in every layout, no unit stands for that of the schema.
+        self._by_rig: set[str] = set()
         for channel, column in layout_of([one.name for one in self._signals], layout).items():
-            if channel != TIME:
-                self._maps.setdefault(channel, ColumnMap(column.name, column.unit or ""))
+            if channel != TIME and channel not in self._maps:
+                self._maps[channel] = column
+                self._by_rig.add(channel)
 
     def choose(self, wanted: Collection[str], required: Collection[str]) -> list[Choice]:
         """Returns the choices for the wanted columns but the time, in the order of `wanted`.
@@ -157,6 +169,8 @@ class Matching:
             unit = "as it is" if series.unit is None else f"as it is, in {series.unit}"
             return Choice(series, Taken(name, series.name, None, 1.0, 0.0, f"named; {unit}"))
         why_name = "named" if name in self._maps else "by its name"
+        if name in self._by_rig:
+            why_name = NAMED_BY_RIG
         found_unit = self._unit(name, series)
         if found_unit is None:
             found_unit = self._guess(name, series, required, found)
@@ -170,7 +184,7 @@ class Matching:
                     f"'{COMMAND}', so rated_command_v of a rig must be in {unit}, too"
                 )
             return Choice(
-                series, Taken(name, series.name, None, 1.0, 0.0, f"{why_name}; {why_unit}")
+                series, Taken(name, series.name, unit, 1.0, 0.0, f"{why_name}; {why_unit}")
             )
         factor, offset = conversion(unit, name)
         kept = None if unit == CHANNELS[name].unit or unit == "1" else unit
@@ -182,7 +196,8 @@ class Matching:
         """Returns the unit in the notation of pint that is stated anywhere, and where; or None."""
         mapped = self._maps.get(name)
         if mapped is not None and mapped.unit is not None:
-            return mapped.unit or CHANNELS[name].unit, "unit as named"
+            self._compare(name, series, mapped.unit)
+            return mapped.unit, "unit as named"
         if series.unit is not None and series.unit.strip():
             stated = pint_unit(series.unit, name)
             if stated is not None:
@@ -192,22 +207,27 @@ class Matching:
                     self._path,
                     f"the unit of the log, '{series.unit}', is not one of '{name}'",
                     column=series.name,
-                    expected=f"a unit that converts into {CHANNELS[name].unit}",
-                    mend=f"say the unit: {self.map_option(name, series)}",
+                    expected=f"a unit that converts into {CHANNELS[name].unit}, "
+                    + usual_units(series.unit, CHANNELS[name].unit),
+                    mend=f"say the unit: {self._line(name, series, self._example(name))}",
                 )
-        for part in parts_of(series.name):
-            said = says(part, name)
-            if isinstance(said, str):
-                return said, f"unit {said} in its name"
-        bracket = split_unit(series.name)[1]
-        unit = None if bracket is None else pint_unit(bracket, name)
+        unit = unit_in_name(series.name, name)
         if unit is not None:
             return unit, f"unit {unit} in its name"
         if series.name == name:
             return CHANNELS[name].unit, "name of the schema"
         if name == COMMAND:
             return CHANNELS[name].unit, "no unit: taken as V"
+        if name in self._by_rig:
+            return CHANNELS[name].unit, "no unit there, nor in the log: that of the schema"
         return None
+
+    def _compare(self, name: str, series: Series, unit: str) -> None:
+        """Remarks on a unit that the user states and that is not the one of the log."""
+        stated = pint_unit(series.unit or "", name) if (series.unit or "").strip() else None
+        said = stated or unit_in_name(series.name, name)
+        where = "[columns]" if name in self._by_rig else "--map"
+        self.remarks += units_differ(name, series.name, said, unit, where)
 
     def _guess(
         self, name: str, series: Series, required: bool, found: Mapping[str, Series | None]
@@ -265,16 +285,27 @@ class Matching:
 
     def map_option(self, channel: str, series: Series | None, unit: str | None = None) -> str:
         """Returns the option --map for a column, ready to paste; the unit is an example."""
-        name = "COLUMN" if series is None else split_unit(series.name)[0]
-        if unit is None:
-            guesses = CHANNELS[channel].guesses if channel in CHANNELS else ()
-            unit = guesses[1].unit if len(guesses) > 1 else None
-            if channel == POSITION:
-                unit = "mm"
-            elif guesses and CHANNELS[channel].unit == PRESSURE_UNIT:
-                unit = "bar"
-        value = f"{channel}={name}" if unit in (None, "1") else f"{channel}={name} [{unit}]"
-        return f"--map {shlex.quote(value)}"
+        name = "COLUMN"
+        if series is not None:
+            known = channel in CHANNELS
+            name = without_unit(series.name, channel) if known else series.name
+        return map_option(channel, name, self._example(channel) if unit is None else unit)
+
+    @staticmethod
+    def _example(channel: str) -> str | None:
+        """Returns a unit in which logs often have a channel; None where it has but one."""
+        if channel == POSITION:
+            return "mm"
+        guesses = CHANNELS[channel].guesses if channel in CHANNELS else ()
+        if guesses and CHANNELS[channel].unit == PRESSURE_UNIT:
+            return "bar"
+        return guesses[1].unit if len(guesses) > 1 else None
+
+    def _line(self, channel: str, series: Series | None, unit: str | None) -> str:
+        """Returns the line of [columns] where the rig named the column, else the option --map."""
+        if channel in self._by_rig and series is not None:
+            return f"in [columns] of the rig, {columns_line(channel, series.name, unit)}"
+        return self.map_option(channel, series, unit)
 
     def _missing(self, channel: str, name: str) -> RecordError:
         names = [one.name for one in self._signals]
@@ -283,9 +314,17 @@ class Matching:
             if channel in CHANNELS
             else "a column of this name"
         )
-        error = missing_column(self._path, name, names, why)
         if channel not in CHANNELS:
-            return error
+            return misnamed_column(self._path, name, names, why)
+        if channel in self._maps:
+            misnamed = misnamed_column(self._path, name, names, why, self._log.kind)
+            near = misnamed.nearest
+            series = next((one for one in self._signals if one.name == near), None)
+            unit = self._maps[channel].unit
+            if unit is None and series is not None:
+                unit = pint_unit(series.unit or "", channel) or unit_in_name(series.name, channel)
+            return misnamed.with_remedy(self._line(channel, series, unit))
+        error = missing_column(self._path, name, names, why)
         near = nearest_name(channel, names)
         series = next((one for one in self._signals if one.name == near), None)
         option = self.map_option(channel, series)

@@ -77,6 +77,16 @@ def says(name: str, channel: str) -> str | bool:
     return pint_unit(unit_text, channel) or False
 
 
+def unit_in_name(name: str, channel: str) -> str | None:
+    """Returns the unit in the name of a column that is read as `channel`; None without one."""
+    for part in parts_of(name):
+        said = says(part, channel)
+        if isinstance(said, str):
+            return said
+    bracket = split_unit(name)[1]
+    return None if bracket is None else pint_unit(bracket, channel)
+
+
 def _is_unit_of_another(text: str) -> bool:
     return any(pint_unit(text, other) for other in CHANNELS)
 

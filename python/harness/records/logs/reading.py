@@ -18,16 +18,25 @@ from ehsid.harness.records.logs.uniform import (
     EQUAL,
     FILTER_RATIO,
     Grid,
+    Rows,
     Timed,
     beyond_repair,
     is_uniform,
+    missing_rows,
     repaired,
     rounded,
     usual_step,
+    with_rows,
 )
 from ehsid.harness.records.origin import Hints, Origin, without_numbers
 from ehsid.harness.records.record import Record, make_record
-from ehsid.harness.records.timebase import MAX_JITTER, TimeError, analyse_time
+from ehsid.harness.records.timebase import (
+    BRIDGED_STEPS,
+    GAP_FACTOR,
+    MAX_JITTER,
+    TimeError,
+    analyse_time,
+)
 from ehsid.harness.records.wish import Wish
 
 MIN_VALUES = 2
@@ -46,7 +55,8 @@ def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None
     wanted = list(dict.fromkeys([*named, *required, *hints.maps]))
     matching = Matching(log, path, hints.maps, wish.layout)
     choices = matching.choose(wanted, set(required) - {TIME})
-    clocks = Clocks(log, path, time_map(hints.maps, wish.layout, log), hints.dt_s)
+    time = time_map(hints.maps, wish.layout, log)
+    clocks = Clocks(log, path, time, hints.dt_s, by_rig=TIME not in hints.maps)
     if wish.columns is None:
         times = {clock.taken.column for one in choices if (clock := clocks.of(one.series))}
         choices += matching.rest(choices, times)
@@ -164,9 +174,45 @@ class _Maker:
         dt_s = self._hints.dt_s
         if same and is_uniform(first, MAX_JITTER):
             step = usual_step(first)
-            if dt_s is None or abs(dt_s - step) <= EQUAL * step:
-                return {TIME: first.copy(), **{name: one.values for name, one in signals.items()}}
+            rows = missing_rows(first, step)
+            if (dt_s is None or abs(dt_s - step) <= EQUAL * step) and (rows >= 0).all():
+                signals = self._filled(signals, rows, step)
+                time_s = next(iter(signals.values())).time_s
+                return {TIME: time_s.copy(), **{name: one.values for name, one in signals.items()}}
         return self._resampled(signals, leading, same)
+
+    def _filled(
+        self,
+        signals: Mapping[str, Timed],
+        rows: Rows,
+        step: float,
+    ) -> Mapping[str, Timed]:
+        """Returns signals on one even time with the single rows that are missing."""
+        bridged = int(rows.sum())
+        if bridged:
+            points = rows.size + 1 + bridged
+            error = beyond_repair(self._path, bridged, points, step)
+            if error is not None:
+                raise error
+            signals = with_rows(signals, rows)
+            held = [name for name, one in signals.items() if one.held]
+            self._say_bridged(bridged, points, held)
+        steps = np.diff(next(iter(signals.values())).time_s)
+        gaps = steps[steps > GAP_FACTOR * step]
+        if gaps.size:
+            self.remarks.append(
+                f"{gaps.size + 1} pieces are left between gaps of more than "
+                f"{round(BRIDGED_STEPS) - 1} rows, the longest of {float(gaps.max()):.3g} s; the "
+                "gaps are not filled"
+            )
+        return signals
+
+    def _say_bridged(self, bridged: int, points: int, held: Collection[str]) -> None:
+        text = (
+            f"{bridged} of {points} samples ({100.0 * bridged / points:.2g} %) lie in holes of "
+            "single rows and are interpolated"
+        )
+        self.remarks.append(text + (f"; {', '.join(held)} is held there" if held else ""))
 
     def _resampled(
         self, signals: Mapping[str, Timed], leading: Sequence[str], same: bool
@@ -236,6 +282,8 @@ class _Maker:
         regular = between[between <= 1.5 * np.median(between)]
         wavers = float(np.max(np.abs(regular / steps[leading[0]] - 1.0)))
         why = f"steps vary by up to {100.0 * wavers:.3g} %"
+        if same and wavers <= MAX_JITTER:
+            why = "a step is no whole number of usual ones"
         if self._hints.dt_s is not None:
             why = f"from {1e3 * steps[leading[0]]:.4g} ms"
         rates = sorted({f"{1e3 * step:.4g}" for step in steps.values()}, key=float)
@@ -255,9 +303,8 @@ class _Maker:
                 f"{0.5 / max(steps[n] for n in slow):.3g} Hz nothing was measured"
             )
         if bridged:
-            self.remarks.append(
-                f"{bridged} samples lie in holes of single rows and are interpolated"
-            )
+            held = [name for name in signals if signals[name].held]
+            self._say_bridged(bridged, int(grid.time_s.size) - left_out, held)
         if left_out:
             self.remarks.append(
                 f"{left_out} samples lie in gaps, which divide the record and are not filled"

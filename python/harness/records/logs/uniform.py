@@ -14,6 +14,7 @@ the new step. This keeps its integral, and needs no other filter.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -23,10 +24,8 @@ import numpy as np
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.limits import SAMPLES
-from ehsid.harness.records.timebase import MAX_JITTER, written_resolution
+from ehsid.harness.records.timebase import BRIDGED_STEPS, MAX_JITTER, written_resolution
 
-# A longer step than so many usual ones is a gap, across which nothing is interpolated.
-BRIDGED_STEPS = 4.0
 # A step beyond this many usual ones lacks at least one sample.
 MISSING_STEPS = 1.5
 # Rows of a stretch whose mean step is taken.
@@ -45,6 +44,9 @@ LEAST_COARSE = 10
 MOST_BACK_STEPS = 5.0
 # Relative difference of sampling times that counts as equal.
 EQUAL = 1e-3
+
+
+Rows = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 
 @dataclass(frozen=True)
@@ -88,9 +90,52 @@ def is_uniform(time_s: FloatArray, most_jitter: float) -> bool:
     return bool(np.max(np.abs(regular / dt_s - 1.0)) <= most_jitter + rounding)
 
 
-def repaired(
-    time_s: FloatArray, remarks: list[str]
-) -> tuple[FloatArray, np.ndarray[tuple[int], np.dtype[np.intp]]] | None:
+def missing_rows(time_s: FloatArray, step: float) -> Rows:
+    """Returns how many rows are to be put between each row and the next one of an even time.
+
+    Shape (n - 1,): 1 to 3 where a step is two to four usual ones, 0 where it is one, or longer.
+    -1 stands for a step between them: what lies behind it is not on the even time before it.
+    """
+    steps = np.diff(time_s) / step
+    whole = np.round(steps)
+    rounding = float(np.spacing(np.max(np.abs(time_s)))) / step
+    off = np.abs(steps - whole) > MAX_JITTER + rounding
+    hole = (steps > MISSING_STEPS) & (steps <= BRIDGED_STEPS + MAX_JITTER + rounding)
+    rows = np.where(hole, np.where(off, 0.0, whole) - 1.0, 0.0)
+    return np.asarray(rows, dtype=np.intp)
+
+
+def with_rows(signals: Mapping[str, Timed], rows: Rows) -> dict[str, Timed]:
+    """Returns signals on one even time with the missing rows; the others keep their bits.
+
+    `rows` are those of `missing_rows`, without -1. A held signal keeps its value there, the others
+    are interpolated within the part between two gaps.
+    """
+    first = next(iter(signals.values())).time_s
+    before = np.repeat(np.arange(rows.size), rows)
+    # The k-th row of a hole lies k of its steps behind the row before the hole.
+    count = np.arange(before.size) - np.repeat(np.cumsum(rows) - rows, rows) + 1
+    share = count / (rows[before] + 1)
+    new_s = first[before] + share * (first[before + 1] - first[before])
+    step = usual_step(first)
+    edges = [0, *(np.flatnonzero((np.diff(first) > MISSING_STEPS * step) & (rows == 0)) + 1)]
+    filled = {}
+    for name, one in signals.items():
+        new = one.values[before].copy()
+        for a, b in pairwise([*edges, first.size]):
+            inside = (before >= a) & (before < b)
+            if not one.held and inside.any():
+                part = Timed(one.time_s[a:b], one.values[a:b])
+                new[inside] = _interpolated(part, new_s[inside])
+        filled[name] = Timed(
+            np.insert(one.time_s, before + 1, new_s),
+            np.insert(one.values, before + 1, new),
+            one.held,
+        )
+    return filled
+
+
+def repaired(time_s: FloatArray, remarks: list[str]) -> tuple[FloatArray, Rows] | None:
     """Returns increasing times and the rows that they belong to; None where they are no clock.
 
     Times that are written with too few digits become even; few repeated rows are dropped, and few

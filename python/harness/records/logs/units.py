@@ -86,6 +86,12 @@ def split_unit(name: str) -> tuple[str, str | None]:
     return name, None
 
 
+def without_unit(name: str, channel: str) -> str:
+    """Returns the name of a column without its unit; A is none in "Druck (A)"."""
+    label, unit = split_unit(name)
+    return name if unit is None or pint_unit(unit, channel) is None else label
+
+
 def split_ending(name: str) -> tuple[str, str | None]:
     """Returns a name such as "position_mm" as ("position", "mm"); (name, None) if none ends it."""
     for count in (2, 1):

@@ -135,7 +135,7 @@ def _drifting(time: np.ndarray) -> np.ndarray:
 
 
 PRESSURES = ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
-UNIT = '[columns] {} = {{ name = "{}", unit = "{}" }}'.format
+UNIT = "perhaps it is in another unit: --map '{}={} [{}]'".format
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,11 @@ UNIT = '[columns] {} = {{ name = "{}", unit = "{}" }}'.format
         # Farther than the stroke, but nearly as fast as the valve allows in metres.
         (_each("position_m", by=4.0), "is too short, or the unit of the column is wrong", True),
         (_each("pressure_a_pa", by=1e-5), UNIT("pressure_a_pa", "pressure_a_pa", "bar"), True),
-        (_each("supply_pressure_pa", by=1e-6), '"supply_pressure_pa", unit = "MPa"', True),
+        (
+            _each("supply_pressure_pa", by=1e-6),
+            UNIT("supply_pressure_pa", "supply_pressure_pa", "MPa"),
+            True,
+        ),
         (_set("position_m", lambda c: c - 0.15), "not counted from the cap end", True),
         (_set("position_m", lambda c: c - c.min() - 0.004), "4 mm beyond an end", False),
         (_set("position_m", lambda c: c - np.quantile(c, 0.2)), "at an end of its stroke", False),
@@ -299,7 +303,27 @@ def test_a_gap_has_a_remark_and_the_longest_part_is_checked() -> None:
     # If all parts are too short, there is a serious remark.
     is_present = np.concatenate([np.arange(k, k + 900) for k in range(0, N - 900, 1000)])
     short = make_record({name: column[is_present] for name, column in CLEAN.items()}, name="one")
-    assert any(remark.serious and "too short" in remark.what for remark in gate([short], RIG))
+    (serious,) = (remark for remark in gate([short], RIG) if remark.serious)
+    assert serious.what == (
+        "0.9 s without a gap are too short: the diagnosis needs 2.3 s, the first 0.3 s and 4 "
+        "windows; there are 5 gaps, the longest of 0.101 s after 0.899 s, so the record is in "
+        "6 pieces: find out why the logger left rows out, or give a part without a gap"
+    )
+
+
+def test_single_missing_rows_are_named_as_the_cause_and_not_the_length() -> None:
+    columns = {name: np.delete(column, np.s_[50::97]) for name, column in CLEAN.items()}
+    rows = N - columns["time_s"].size
+    (serious,) = (each for each in gate([make_record(columns)], RIG) if each.serious)
+    assert serious.what == (
+        "0.096 s without a gap are too short: the diagnosis needs 2.3 s, the first 0.3 s and 4 "
+        f"windows; {rows} single rows are missing, so the record is in {rows + 1} "
+        "pieces: read it with --dt 0.001, which interpolates holes of up to 3 rows"
+    )
+    # A record that is too short even as a whole must be longer.
+    brief = make_record({name: column[:1000] for name, column in columns.items()})
+    (serious,) = (each for each in gate([brief], RIG) if each.serious)
+    assert serious.what.endswith("record for longer")
 
 
 def test_records_that_differ_in_noise_or_sampling_are_named() -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -189,6 +190,10 @@ def test_a_command_in_milliamperes_keeps_its_numbers(tmp_path: Path) -> None:
         (["position_m="], "expected CHANNEL=COLUMN"),
         (["positon_m=Stroke"], "did you mean 'position_m'"),
         (["position_m=Stroke [bar]"], "'bar' is not a unit of 'position_m'"),
+        (
+            ["position_m=Stroke [milimeter]"],
+            "expected one that converts into m, such as mm, cm, m or in; did you mean millimeter?",
+        ),
         (["position_m=Stroke [m**9**9]"], "is not a unit of"),
         (["position_m=a", "position_m=b"], "named twice"),
     ],
@@ -211,3 +216,106 @@ def test_a_map_may_name_what_is_not_there(tmp_path: Path) -> None:
     path = write(tmp_path / "log.csv", y=100 * WAVE)
     with pytest.raises(RecordError, match="there is no column 'Stroke'"):
         read_record(path, hints=Hints(parse_maps(["position_m=Stroke [mm]"])))
+
+
+@pytest.mark.parametrize(
+    ("settings", "mend"),
+    [
+        (
+            {"hints": Hints(parse_maps(["position_m=Kolbenweck"]))},
+            "did you mean 'Kolbenweg [mm]'? --map 'position_m=Kolbenweg [mm]'",
+        ),
+        (
+            {"hints": Hints(parse_maps(["position_m=Kolbenweck [cm]"]))},
+            "did you mean 'Kolbenweg [mm]'? --map 'position_m=Kolbenweg [cm]'",
+        ),
+        (
+            {"hints": Hints(parse_maps(["time_s=Zait"]))},
+            "did you mean 'Zeit [ms]'? --map 'time_s=Zeit [ms]'",
+        ),
+        (
+            {"hints": Hints(parse_maps(["position_m=Q"]))},
+            "name one of these columns, such as --map 'position_m=COLUMN [mm]'",
+        ),
+        (
+            {"layout": {"position_m": ColumnMap("Kolbenweck", "mm")}},
+            "did you mean 'Kolbenweg [mm]'? "
+            'In [columns] of the rig, position_m = { name = "Kolbenweg [mm]", unit = "mm" }',
+        ),
+        (
+            {"layout": {"time_s": ColumnMap("Zait [ms]"), "command_v": ColumnMap("u")}},
+            "did you mean 'Zeit [ms]'? "
+            'In [columns] of the rig, time_s = { name = "Zeit [ms]", unit = "ms" }',
+        ),
+        ({"columns": ["u", "Kolbenweck"]}, "did you mean 'Kolbenweg [mm]'?"),
+    ],
+)
+def test_a_misspelt_name_is_mended_on_the_side_of_the_user(
+    tmp_path: Path, settings: dict[str, object], mend: str
+) -> None:
+    path = write(tmp_path / "log.csv", **{"Kolbenweg [mm]": 100 * WAVE})
+    path.write_text(path.read_text().replace("t,u,", "Zeit [ms],u,"))
+    with pytest.raises(RecordError) as caught:
+        read_record(path, **settings)  # type: ignore[arg-type]
+    assert caught.value.mend == mend
+    assert "rename" not in str(caught.value)
+
+
+@pytest.mark.parametrize("heading", ["Weg [mm]", "weg_mm"])
+@pytest.mark.parametrize("extra", ["", "\n"])
+def test_without_a_unit_that_of_the_log_counts_for_map_and_rig(
+    tmp_path: Path, heading: str, extra: str
+) -> None:
+    """In a file that has all names of the layout, too, and that is read as it is otherwise."""
+    path = write(tmp_path / "log.csv", **{heading: 100 * WAVE})
+    path.write_text(extra + path.read_text().replace("t,u,", "time_s,command_v,"))
+    one = {"position_m": ColumnMap(heading)}
+    for settings in ({"hints": Hints(one)}, {"layout": one}):
+        record = read_record(path, **settings)  # type: ignore[arg-type]
+        np.testing.assert_allclose(record.column("position_m"), 0.1 * WAVE, atol=1e-9)
+
+
+def test_where_the_log_has_no_unit_a_layout_has_that_of_the_schema(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", CH3=100 * WAVE)
+    one = {"position_m": ColumnMap("CH3")}
+    by_rig = read_record(path, layout=one)
+    np.testing.assert_allclose(by_rig.column("position_m"), 100 * WAVE, atol=1e-6)
+    by_map = read_record(path, hints=Hints(one))
+    np.testing.assert_allclose(by_map.column("position_m"), 0.1 * WAVE, atol=1e-9)
+
+
+def test_a_unit_other_than_that_of_the_log_is_taken_and_told(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", **{"Weg [mm]": 100 * WAVE})
+    one = {"position_m": ColumnMap("Weg [mm]", "m")}
+    said = "'Weg [mm]' is in mm as the log says, and in m as {} says: m is taken. If the log is "
+    assert remark_on(path, "is taken", hints=Hints(one)) == (
+        said.format("--map") + "right: --map 'position_m=Weg [mm]'"
+    )
+    in_rig = said.format("[columns]") + 'right: position_m = { name = "Weg [mm]", unit = "mm" }'
+    assert remark_on(path, "is taken", layout=one) == in_rig
+    np.testing.assert_allclose(
+        read_record(path, layout=one).column("position_m"), 100 * WAVE, atol=1e-6
+    )
+    schema = tmp_path / "schema.csv"
+    schema.write_text(path.read_text().replace("t,u,", "time_s,command_v,"))
+    assert remark_on(schema, "is taken", layout=one) == in_rig
+    assert "'t' is in" not in remark_on(path, "is taken", hints=Hints(one))
+
+
+@pytest.mark.parametrize(
+    "names",
+    ["t,u,Weg [mm]", "t,Valve [mA],y_m", "Zeit [ms],u,Weg [m]", "t,u,Spool [%]"],
+)
+def test_the_block_has_every_unit_and_reads_the_log_again_so(tmp_path: Path, names: str) -> None:
+    path = write(tmp_path / "log.csv", y=0.1 + 0.01 * WAVE)
+    path.write_text(path.read_text().replace("t,u,y", names))
+    record = read_record(path)
+    assert record.origin is not None
+    columns = tomllib.loads(record.origin.columns_block())["columns"]
+    without = {one["name"] for one in columns.values() if "unit" not in one}
+    assert without == ({"Valve [mA]"} if "mA" in names else set())
+    again = read_record(path, layout={key: ColumnMap(**one) for key, one in columns.items()})
+    assert again.columns.keys() == record.columns.keys()
+    for name in record.columns:
+        np.testing.assert_array_equal(again.column(name), record.column(name))
+    np.testing.assert_array_equal(again.time_s, record.time_s)

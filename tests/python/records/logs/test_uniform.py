@@ -129,6 +129,105 @@ def test_single_missing_rows_are_bridged_and_long_gaps_are_not(tmp_path: Path) -
     assert np.max(np.abs(record.column("position_m") - true)) <= 0.05 * pchip_bound(3.1 * DT_S)
 
 
+FOREIGN = "time,command,position [m]"  # names of a log, not of the schema
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    lost=st.lists(st.integers(1, 298), min_size=1, max_size=40, unique=True),
+    jitter=st.floats(0.0, 0.002),
+)
+def test_single_rows_of_an_even_clock_are_interpolated(
+    tmp_path_factory: pytest.TempPathFactory, lost: list[int], jitter: float
+) -> None:
+    """The rows that are there keep their bits, the command is held, the position is bounded."""
+    rng = np.random.default_rng(len(lost))
+    whole_s = DT_S * (np.arange(300) + jitter * rng.uniform(-1.0, 1.0, 300))
+    time_s = np.delete(whole_s, lost)
+    path = write(tmp_path_factory.mktemp("log") / "r.csv", time_s, FOREIGN)
+    record = read_record(path)
+    steps = np.diff(time_s)
+    short = steps <= 4.01 * DT_S
+    missing = np.round(steps / DT_S).astype(int) - 1
+    assert len(record) == time_s.size + missing[short].sum()
+    assert len(record.segments) == 1 + np.count_nonzero(~short)
+    assert record.time_s is not None
+    there = np.searchsorted(record.time_s, time_s - 1e-6)
+    command, position = record.column("command_v"), record.column("position_m")
+    np.testing.assert_array_equal(command[there], np.round(tone(time_s), 12))
+    np.testing.assert_array_equal(position[there], 0.1 + 0.05 * tone(time_s))
+    new = np.setdiff1d(np.arange(len(record)), there)
+    np.testing.assert_array_equal(command[new], command[new - 1])
+    error = np.abs(position - 0.1 - 0.05 * tone(record.time_s))
+    assert error.max() <= 0.05 * pchip_bound(4.01 * DT_S) + 1e-9
+    count = int(missing[short].sum())
+    if count:
+        share = f"{count} of {len(record)} samples ({100.0 * count / len(record):.2g} %)"
+        assert (
+            f"{share} lie in holes of single rows and are interpolated; command_v is held there"
+            in remarks(record)
+        )
+    if not short.all():
+        assert "the gaps are not filled" in remarks(record)
+
+
+def test_three_missing_rows_are_interpolated_and_four_are_a_gap(tmp_path: Path) -> None:
+    time_s = DT_S * np.arange(300)
+    three = read_record(write(tmp_path / "3.csv", np.delete(time_s, [50, 51, 52]), FOREIGN))
+    assert len(three) == 300
+    assert len(three.segments) == 1
+    four = read_record(write(tmp_path / "4.csv", np.delete(time_s, [50, 51, 52, 53]), FOREIGN))
+    assert len(four) == 296
+    assert remarks(four) == (
+        "2 pieces are left between gaps of more than 3 rows, the longest of 0.01 s; the gaps are "
+        "not filled"
+    )
+
+
+def test_a_log_of_which_more_than_30_percent_is_missing_is_refused(tmp_path: Path) -> None:
+    # Three rows are there, then two or one of them missing: 40 % or 25 %.
+    def kept(missing: int) -> FloatArray:
+        there = np.arange(600) % (3 + missing) < 3
+        return np.asarray((DT_S * np.arange(600))[there], dtype=np.float64)
+
+    with pytest.raises(RecordError, match=r"of 598 samples every 0\.002 s, 238 would"):
+        read_record(write(tmp_path / "two.csv", kept(2), FOREIGN))
+    assert "149 of 599 samples (25 %)" in remarks(
+        read_record(write(tmp_path / "one.csv", kept(1), FOREIGN))
+    )
+
+
+def test_a_clock_that_goes_on_between_its_steps_is_resampled(tmp_path: Path) -> None:
+    time_s = DT_S * np.concatenate([np.arange(100), np.arange(101.5, 200.0)])
+    record = read_record(write(tmp_path / "r.csv", time_s, FOREIGN))
+    assert len(record.segments) == 1
+    assert "resampled to an even 0.002 s (a step is no whole number of usual ones)" in remarks(
+        record
+    )
+    true = 0.1 + 0.05 * tone(np.asarray(record.time_s))
+    assert np.max(np.abs(record.column("position_m") - true)) <= 0.05 * pchip_bound(2.5 * DT_S)
+
+
+def test_a_record_of_the_schema_keeps_its_holes_and_says_what_mends_them(tmp_path: Path) -> None:
+    time_s = np.delete(DT_S * np.arange(300), [50, 100, 150])
+    path = write(tmp_path / "r.csv", time_s)
+    record = read_record(path)
+    np.testing.assert_array_equal(record.column("position_m"), 0.1 + 0.05 * tone(time_s))
+    assert remarks(record) == (
+        "3 single rows are missing, so the record is in 4 pieces; nothing is filled in, "
+        "and a simulation starts anew in each. To mend it: read it with --dt 0.002, which "
+        "interpolates holes of up to 3 rows"
+    )
+    mended = read_record(path, hints=Hints(dt_s=0.002))
+    assert (len(mended), len(mended.segments)) == (300, 1)
+    time_s = np.delete(DT_S * np.arange(300), [50, 51, *range(100, 150)])
+    assert remarks(read_record(write(tmp_path / "long.csv", time_s))) == (
+        "2 rows at 1 place are missing and there is a gap of 0.102 s after 0.198 s, so "
+        "the record is in 3 pieces; nothing is filled in, and a simulation starts anew in each. To "
+        "mend it: read it with --dt 0.002, which interpolates holes of up to 3 rows"
+    )
+
+
 def test_few_late_and_repeated_rows_are_mended(tmp_path: Path) -> None:
     time_s = DT_S * np.arange(300)
     late = np.concatenate([time_s[:50], time_s[51:53], time_s[50:51], time_s[53:]])
