@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ehsid.harness.estimation.words import not_white_words
+from ehsid.harness.plain_number import plain_number
 from ehsid.harness.report.text_table import TextTable
 
 if TYPE_CHECKING:
@@ -24,8 +25,8 @@ def candidate_table(result: IdentificationResult) -> TextTable:
             f"{candidate.simulation_fit_percent:.2f}",
             f"{candidate.validation.fpe:.5g}",
             f"{candidate.validation.loss:.5g}",
-            f"{candidate.validation.aic:.4g}",
-            f"{candidate.validation.mdl:.4g}",
+            plain_number(candidate.validation.aic, 4),
+            plain_number(candidate.validation.mdl, 4),
         )
         for candidate in result.by_order
     )
@@ -58,7 +59,8 @@ def estimation_lines(result: EstimationResult) -> list[str]:
     """Returns the figures of an estimation, and what its residuals mean, in sentences."""
     figures = (
         f"one-step fit {result.one_step_fit_percent:.2f} %, simulation fit "
-        f"{result.simulation_fit_percent:.2f} %, RMSE {result.rmse:.4g}, resets {result.resets}, "
+        f"{result.simulation_fit_percent:.2f} %, RMSE {plain_number(result.rmse, 4)}, "
+        f"resets {result.resets}, "
         f"{'converged' if result.converged else 'not converged'}, "
         f"{result.skipped} of {result.status.size} samples carried no information; "
         f"one-step fit and RMSE leave out the first {result.n_start} equations"
@@ -69,7 +71,7 @@ def estimation_lines(result: EstimationResult) -> list[str]:
 def run_table(run: SimulationRun) -> TextTable:
     """Returns the range of each simulated output, and the error of its integration."""
     rows = tuple(
-        (name, f"{values.min():.5g}", f"{values.max():.5g}", f"{100.0 * error:.2g}")
+        (name, f"{values.min():.5g}", f"{values.max():.5g}", plain_number(100.0 * error, 2))
         for name, error in run.error.items()
         for values in [run.record.column(name)]
     )
