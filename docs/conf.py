@@ -30,6 +30,7 @@ extensions = [
     "repository_files",
     "repository_links",
     "schemas",
+    "widths",
 ]
 exclude_patterns = ["extensions", *without_file()]
 smartquotes = False  # they make of two hyphens, as in --out, a dash
@@ -86,6 +87,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = "ehsid"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
 html_context = {"default_mode": "auto"}
 html_math_renderer = "mathml"
 html_copy_source = False

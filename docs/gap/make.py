@@ -15,8 +15,10 @@ sys.path.insert(0, str(ROOT / "tests" / "app"))
 
 from served_workbench import found_browser  # noqa: E402
 
-# The head of the page: the verdict, the answers, and the picture of the gap.
-WIDTH, HEIGHT = 1000, 860
+# The head of the page: the verdict, the answers, and the picture of the gap, whole.
+WIDTH = 1000
+END = ".bars"
+MARGIN = 8
 
 
 def main() -> None:
@@ -26,10 +28,12 @@ def main() -> None:
         browser = playwright.chromium.launch(
             executable_path=found_browser(), args=["--no-sandbox", "--disable-gpu"]
         )
-        page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT}, color_scheme="light")
+        page = browser.new_page(viewport={"width": WIDTH, "height": WIDTH}, color_scheme="light")
         page.goto((demo / "diagnosis" / "report.html").resolve().as_uri())
         path = Path(__file__).with_name("report.png")
-        page.screenshot(path=path)
+        last = page.locator(END).first.bounding_box()
+        height = last["y"] + last["height"] + MARGIN
+        page.screenshot(path=path, clip={"x": 0, "y": 0, "width": WIDTH, "height": height})
         browser.close()
     # As many colours as it needs, which is a third of the size.
     Image.open(path).convert("RGB").quantize(128).save(path, optimize=True)

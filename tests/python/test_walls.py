@@ -152,7 +152,8 @@ ROOMS: dict[str, set[str]] = {
 TABLES = {"deciding.py", "diagnosis_file.py", "schema.py", "thresholds.py"}
 # Modules of no room, which every room may use.
 SHARED = {
-    *("arrays", "encoding", "error_words", "exchange", "files", "manifest", "parallel", "text"),
+    *("arrays", "encoding", "error_words", "exchange", "files", "manifest", "parallel"),
+    *("plain_number", "text"),
     "time_to_go",
 }
 # The room of the tables, which every room but the independent generator may read.

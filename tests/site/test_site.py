@@ -142,6 +142,16 @@ def test_every_link_inside_the_site_leads_somewhere() -> None:
     assert not broken
 
 
+@pytest.mark.parametrize("section", ["tutorials", "how_to", "explanation", "reference", "evidence"])
+def test_an_index_is_one_list_with_a_few_words_on_each_page(section: str) -> None:
+    text = page(SITE / section / "index.html")
+    article = text[text.index('<article class="bd-article"') : text.index("</article>")]
+    assert 'class="toctree-l1"' not in article
+    entries = re.findall(r"<li><p>(.*?)</p>", article, re.DOTALL)
+    assert len(entries) > 5
+    assert not [one for one in entries if not re.match(r"<a .*?</a>: \S.*\.$", one, re.DOTALL)]
+
+
 def test_links_to_other_sites_are_well_formed() -> None:
     outside = {
         html.unescape(given)

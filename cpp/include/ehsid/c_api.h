@@ -5,8 +5,12 @@
  *   static uint64_t storage[EHSID_STORAGE_WORDS(6)];
  *   static ehsid_estimator* servo;
  *
- *   ehsid_status power_on(void) { return ehsid_init(&servo, storage, sizeof storage, &servo_configuration); }
- *   ehsid_status every_sample(float command, float position) { return ehsid_step(servo, command, position); }
+ *   ehsid_status power_on(void) {
+ *     return ehsid_init(&servo, storage, sizeof storage, &servo_configuration);
+ *   }
+ *   ehsid_status every_sample(float command, float position) {
+ *     return ehsid_step(servo, command, position);
+ *   }
  *
  * The storage is the caller's and all there is: no heap, nothing kept between calls elsewhere. Every function
  * may be called for different estimators at the same time, and for one estimator from one place at a time.

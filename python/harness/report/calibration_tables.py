@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from ehsid.harness.plain_number import plain_number
 from ehsid.harness.report.check_words import KINDS, MARKS, figure_text, number, target_text
 from ehsid.harness.report.page import Table
 from ehsid.harness.validation.calibration.checking import Calibration, Constant, Probabilities
@@ -28,9 +29,9 @@ def constants_table(constants: Sequence[Constant]) -> Table:
         [
             (
                 constant.name.upper(),
-                f"{constant.in_use:.3g}",
-                f"{constant.fitted:.3g}",
-                f"{constant.error:.2g}",
+                plain_number(constant.in_use, 3),
+                plain_number(constant.fitted, 3),
+                plain_number(constant.error, 2),
                 f"{constant.deviation:+.1f}",
             )
             for constant in constants
@@ -82,7 +83,9 @@ def sets_table(each: Sequence[ClassOfSensors]) -> Table:
                 MARKS[one.coverage.met],
                 figure_text(one.size),
                 _target(one.size),
-                f"{one.threshold:.3g}" if math.isfinite(one.threshold) else "too few machines",
+                plain_number(one.threshold, 3)
+                if math.isfinite(one.threshold)
+                else "too few machines",
             )
             for one in each
         ],
@@ -99,7 +102,7 @@ def intervals_table(each: Sequence[Intervals]) -> Table:
             kind.words,
             figure_text(kind.in_use),
             _target(kind.in_use),
-            *(f"{end:.3g}" if math.isfinite(end) else "-" for end in (kind.low, kind.high)),
+            *(plain_number(end, 3) if math.isfinite(end) else "-" for end in (kind.low, kind.high)),
             figure_text(kind.corrected),
         )
         for measured, kind in kinds

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 
+from ehsid.harness.plain_number import plain_number
 from ehsid.harness.report.shares import SPACE, percent
 from ehsid.harness.validation.scoring.figures import Figure, Range
 from ehsid.harness.validation.scoring.reading import SENSORS
@@ -39,7 +40,7 @@ def number(value: float, unit: str) -> str:
         return "-"
     if unit == "share":
         return percent(value)
-    return f"{value:.3g}{' s' if unit == 'seconds' else ''}"
+    return f"{plain_number(value, 3)}{' s' if unit == 'seconds' else ''}"
 
 
 def figure_text(figure: Figure) -> str:

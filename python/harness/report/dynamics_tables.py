@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.identification.dynamics import Dynamics, Figure, Root, dynamics
+from ehsid.harness.plain_number import plain_number
 from ehsid.harness.report.text_table import TextTable
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ def model_table(result: IdentificationResult) -> TextTable:
     """Returns the coefficients of the chosen model with their standard deviations."""
     model = result.chosen.model
     rows = tuple(
-        (name, f"{value:.6g}", f"{deviation:.2g}")
+        (name, plain_number(value, 6), plain_number(deviation, 2))
         for name, value, deviation in zip(
             model.orders.names, model.theta.tolist(), model.standard_deviations, strict=True
         )
@@ -57,14 +58,14 @@ def _root_row(kind: str, root: Root) -> tuple[str, ...]:
         kind,
         place,
         f"{abs(complex(root.real, root.imag)):.5g}",
-        "" if root.deviation is None else f"{root.deviation:.2g}",
+        "" if root.deviation is None else plain_number(root.deviation, 2),
         "integrator" if root.integrates else _number(root.frequency_hz),
         _number(root.damping),
     )
 
 
 def _number(value: float | None) -> str:
-    return "" if value is None else f"{value:.3g}"
+    return "" if value is None else plain_number(value, 3)
 
 
 def _gain_line(told: Dynamics, input_name: str, output_name: str) -> str:
@@ -81,8 +82,8 @@ def _gain_line(told: Dynamics, input_name: str, output_name: str) -> str:
 
 def _figure(figure: Figure) -> str:
     if figure.deviation is None:
-        return f"{figure.value:.4g}"
-    return f"{figure.value:.4g} +- {figure.deviation:.2g}"
+        return plain_number(figure.value, 4)
+    return f"{plain_number(figure.value, 4)} +- {plain_number(figure.deviation, 2)}"
 
 
 def _unit(name: str) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 from ehsid.harness.encoding import json_text
 from ehsid.harness.estimation import Estimates, RecordEstimate
 from ehsid.harness.files import write_text
+from ehsid.harness.plain_number import plain_number
 from ehsid.harness.report import page as pages
 from ehsid.harness.report.estimates_figure import estimates_figure
 from ehsid.harness.report.page import Block, Page, Picture, Section, Table
@@ -62,8 +63,8 @@ def coefficient_rows(found: Estimates) -> list[list[str]]:
         [
             one.name,
             f"{one.median:.5g}",
-            f"{one.spread:.2g}",
-            f"{one.standard_deviation:.2g}",
+            plain_number(one.spread, 2),
+            plain_number(one.standard_deviation, 2),
             f"{one.low:.5g}",
             f"{one.high:.5g}",
         ]
@@ -148,13 +149,18 @@ def _coefficients(found: Estimates) -> Section:
     if found.outliers:
         blocks.append(
             Table(
-                f"Far from the others: more than {found.limit:.3g} times the spread of the "
-                "records, or the deviation of the record itself if that is larger; where all "
-                "records state more than they show together, less of it counts. In a folder "
+                f"Far from the others: more than {plain_number(found.limit, 3)} times the spread "
+                "of the records, or the deviation of the record itself if that is larger; where "
+                "all records state more than they show together, less of it counts. In a folder "
                 "without outliers, this limit is exceeded with a probability of about 1 %.",
                 ["record", "coefficient", "value", "distance"],
                 [
-                    [one.file, one.coefficient, f"{one.value:.5g}", f"{one.distance:.3g}"]
+                    [
+                        one.file,
+                        one.coefficient,
+                        f"{one.value:.5g}",
+                        plain_number(one.distance, 3),
+                    ]
                     for one in found.outliers
                 ],
             )
@@ -168,7 +174,7 @@ def _records(records: Sequence[RecordEstimate]) -> Section:
         [
             f"{number}. {one.file}",
             str(one.samples),
-            "–" if one.dt_s is None else f"{one.dt_s:.6g}",
+            "–" if one.dt_s is None else plain_number(one.dt_s, 6),
             *(_interval(one.estimate["parameters"][name]) for name in names),
             f"{one.estimate['one_step_fit_percent']:.2f}",
             _fit(one.estimate["simulation_fit_percent"]),
@@ -184,7 +190,7 @@ def _records(records: Sequence[RecordEstimate]) -> Section:
 
 def _interval(parameter: dict[str, Any]) -> str:
     low, high = parameter["ci95"]
-    return f"{parameter['value']:.5g} ± {0.5 * (high - low):.2g}"
+    return f"{parameter['value']:.5g} ± {plain_number(0.5 * (high - low), 2)}"
 
 
 def _fit(percent: float | None) -> str:

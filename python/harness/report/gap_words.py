@@ -87,6 +87,9 @@ SHOWN_UNITS = MappingProxyType(
         "1": (1.0, ""),
     }
 )
+# Digits and sign of a power of ten.
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+POWER = "·10"
 # A value in Pa of this size or larger is a stiffness and is shown in MPa.
 STIFF_PA = 1e8
 
@@ -182,14 +185,14 @@ def number(value: float | None, digits: int = 4) -> str:
     if -4 < exponent < 7:
         return f"{value:.{max(0, digits - 1 - exponent)}f}"
     mantissa, power = f"{value:.{max(0, digits - 1)}e}".split("e")
-    return f"{mantissa}·10^{int(power)}"
+    return f"{mantissa}{POWER}{str(int(power)).translate(RAISED)}"
 
 
 def quantity(value: float, unit: str, digits: int = 4) -> str:
     """Returns a value (given in `unit`, SI) with its shown unit, without trailing zeros."""
     factor, shown = in_shown_unit(value, unit)
     text = number(factor * value, digits)
-    if "." in text and "^" not in text:
+    if "." in text and POWER not in text:
         text = text.rstrip("0").rstrip(".")
     return with_unit(text, shown)
 

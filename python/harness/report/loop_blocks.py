@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ehsid.harness.identification.loop import LoopAnalysis, Mode, ProportionalLoop
+from ehsid.harness.plain_number import plain_number
 from ehsid.harness.report.page import Block, Table
 from ehsid.harness.report.plotting import frequency_unit
 
@@ -41,7 +42,7 @@ def loop_blocks(
             "s = ln(z) / dt.",
             ("pole z", f"natural frequency, {unit}", "damping ratio"),
             [
-                (place(mode.pole), f"{mode.frequency_hz:.4g}", f"{mode.damping:.3f}")
+                (place(mode.pole), plain_number(mode.frequency_hz, 4), f"{mode.damping:.3f}")
                 for mode in loop.modes
             ],
         ),
@@ -57,12 +58,12 @@ def limit_words(
         return (
             f"{control} no gain makes the model oscillate: its phase does not reach -180 degrees."
         )
-    limit = f"k = {loop.limit_gain:.4g}"
+    limit = f"k = {plain_number(loop.limit_gain, 4)}"
     if not loop.half.stable:
         return f"{control} the model is unstable with half of {limit} already."
     text = (
         f"{control} the model is stable up to {limit}, where it oscillates at "
-        f"{loop.phase_crossover_hz:.4g} {frequency_unit(dt_s)}."
+        f"{plain_number(loop.phase_crossover_hz, 4)} {frequency_unit(dt_s)}."
     )
     if input_band is not None and not input_band[0] <= loop.phase_crossover_hz <= input_band[1]:
         text += (
@@ -78,11 +79,11 @@ def place(z: complex) -> str:
 
 def _row(loop: ProportionalLoop) -> Sequence[str]:
     return (
-        f"{loop.gain:.4g}",
+        plain_number(loop.gain, 4),
         "yes" if loop.stable else "no",
         "no limit" if np.isinf(loop.gain_margin) else f"{20.0 * np.log10(loop.gain_margin):.1f}",
         "no crossover" if loop.phase_margin_deg is None else f"{loop.phase_margin_deg:.1f}",
-        "none" if loop.gain_crossover_hz is None else f"{loop.gain_crossover_hz:.4g}",
+        "none" if loop.gain_crossover_hz is None else plain_number(loop.gain_crossover_hz, 4),
         _least_damping(loop.modes),
     )
 

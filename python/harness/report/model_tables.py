@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ehsid.harness.estimation.words import not_white_words, state_words
 from ehsid.harness.identification.criteria import simulation_cell, simulation_words
+from ehsid.harness.plain_number import plain_number
 from ehsid.harness.report.text_table import TextTable
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def candidate_table(result: IdentificationResult) -> TextTable:
             simulation_cell(candidate.simulation_fit_percent),
             _scaled(candidate.validation.fpe, power),
             _scaled(candidate.validation.loss, power),
-            f"{candidate.validation.aic:.4g}",
+            plain_number(candidate.validation.aic, 4),
             _scaled(candidate.validation.mdl, power),
         )
         for candidate in result.by_order
@@ -84,7 +85,7 @@ def estimation_lines(result: EstimationResult) -> list[str]:
     """Returns the figures of an estimation, and what its residuals mean, in sentences."""
     figures = (
         f"one-step fit {result.one_step_fit_percent:.2f} %, "
-        f"{simulation_words(result.simulation_fit_percent)}, RMSE {result.rmse:.4g}, "
+        f"{simulation_words(result.simulation_fit_percent)}, RMSE {plain_number(result.rmse, 4)}, "
         f"resets {result.resets}, {state_words(result)}, "
         f"{result.skipped} of {result.status.size} samples carried no information; "
         f"one-step fit and RMSE leave out the first {result.n_start} equations"
@@ -95,7 +96,7 @@ def estimation_lines(result: EstimationResult) -> list[str]:
 def run_table(run: SimulationRun) -> TextTable:
     """Returns the range of each simulated output, and the error of its integration."""
     rows = tuple(
-        (name, f"{values.min():.5g}", f"{values.max():.5g}", f"{100.0 * error:.2g}")
+        (name, f"{values.min():.5g}", f"{values.max():.5g}", plain_number(100.0 * error, 2))
         for name, error in run.error.items()
         for values in [run.record.column(name)]
     )

@@ -21,8 +21,9 @@ from ehsid.harness.text import printable
 if TYPE_CHECKING:
     from bokeh.plotting import figure as bokeh_figure
 
-# A column is aligned to the right if its first cell with text begins like a number or a dash.
-NUMBER = re.compile(r"[-+−–±≤≥<>(]?\s*[\d.]|[-–]$")
+# A column is aligned to the right if its first cell with text begins with a number or is a dash. A
+# word such as a checksum may begin with a digit.
+NUMBER = re.compile(r"[-+−–±≤≥<>(]?\s*(?:\d[\d.,]*|\.\d+)(?:e[-+]?\d+)?(?!\w)|[-–]$")
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,18 @@
 
 from __future__ import annotations
 
+import re
+
 from ehsid.harness.gap.schema import Diagnosis, Where
 from ehsid.harness.report.gap_marks import share_bar, subsystem_bars, timelines
 from ehsid.harness.report.gap_words import first_upper
 from ehsid.harness.report.page import Bars, Beside, Block, Folded, Heading, Note, Section, Table
-from ehsid.harness.report.shares import percent
+from ehsid.harness.report.shares import SPACE, percent
 from ehsid.harness.report.unknown_input_section import unknown_input_card
 from ehsid.harness.rigs.table_words import TERM_WORDS
+
+# The space between a number and its unit.
+AT_UNIT = re.compile(r"(?<=\d) (?=(?:m/s|MPa|[mNsV])(?: |$))")
 
 
 def where_section(diagnosis: Diagnosis) -> Section:
@@ -17,7 +22,7 @@ def where_section(diagnosis: Diagnosis) -> Section:
     where = diagnosis.where
     regimes = [
         share_bar(
-            share.condition,
+            AT_UNIT.sub(SPACE, share.condition),
             share.share_of_gap,
             note=f"in {percent(share.share_of_time)} of the time",
         )
@@ -31,19 +36,21 @@ def where_section(diagnosis: Diagnosis) -> Section:
     if where.subsystem:
         bars = Bars("shares by part of the machine", subsystem_bars(diagnosis))
         groups.append([Heading("Part of the machine"), bars])
-    if regimes:
-        note = Note("Regimes overlap: their shares need not add up.")
-        groups.append([Heading("Way of running"), Bars("shares by regime", regimes), note])
     if bands:
         groups.append([Heading("Frequency"), Bars("shares by frequency", bands)])
+    below: list[Block] = []
+    if regimes:
+        note = Note("Regimes overlap: their shares need not add up.")
+        below += [Heading("Way of running"), Bars("shares by regime", regimes), note]
     if where.time:
-        groups.append([Heading("Time"), *timelines(where.time)])
-    if not groups and not where.equations:
+        below += [Heading("Time"), *timelines(where.time)]
+    if not (groups or below or where.equations):
         return Section("Where the gap lies", [])
     blocks: list[Block] = [
         "Shares of what remains after the values of the rig have been fitted, above the noise. "
         "Whiskers are intervals of 90 %.",
-        Beside(groups),
+        *([Beside(groups)] if groups else []),
+        *below,
     ]
     if where.equations:
         blocks.append(Folded("What each equation of the simulator lacks", _equations(where)))

@@ -13,7 +13,8 @@ from ehsid.harness.gap.schema import Estimate, HeldOutRun, Remark
 from ehsid.harness.records import Origin, Taken
 from ehsid.harness.report.gap_marks import gap_bars, share_bar, timelines, value_table
 from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
-from ehsid.harness.report.page import Mark, Tagged
+from ehsid.harness.report.page import Bars, Heading, Mark, Tagged
+from ehsid.harness.report.where_section import where_section
 
 RECORDS = [
     RecordLine("fit", "fit", "data/fit run.csv", "ab" * 32),
@@ -110,6 +111,15 @@ def test_the_answers_stand_in_the_order_of_the_questions_and_before_the_plots() 
     )
     places = [text.index(word) for word in words]
     assert places == sorted(places)
+
+
+def test_many_ways_of_running_have_the_whole_width_of_the_page() -> None:
+    section = where_section(made_diagnosis("effects"))
+    titles = [block.text for block in section.blocks if isinstance(block, Heading)]
+    assert titles[:2] == ["Way of running", "Time"]
+    shown = [bar.label for block in section.blocks if isinstance(block, Bars) for bar in block.bars]
+    assert shown
+    assert all("\N{NO-BREAK SPACE}" in label for label in shown if label.startswith("|velocity|"))
 
 
 def test_the_ids_of_effects_and_values_appear_on_hovering() -> None:

@@ -20,6 +20,7 @@ from ehsid.harness.gap.thresholds import (
     TURN_OF_COMMAND,
     TURN_OF_ROD,
 )
+from ehsid.harness.plain_number import plain_number
 from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import command_limit, measured_states
 
@@ -45,14 +46,16 @@ def conditions(records: Sequence[Compared], rig: Rig) -> dict[str, BoolArray]:
     slow = SLOW_SHARE * float(np.abs(speed).max())
     low, high = np.min(position) + np.ptp(position) * np.array([1.0, 2.0]) / 3.0
     holding: dict[str, BoolArray] = {
-        f"|command| < {null:.3g} V": np.abs(command) < null,
-        f"|command| > {0.5 * largest:.3g} V": np.abs(command) > 0.5 * largest,
-        f"|velocity| < {slow:.2g} m/s": np.abs(speed) < slow,
-        f"velocity > {slow:.2g} m/s": speed > slow,
-        f"velocity < {-slow:.2g} m/s": speed < -slow,
-        f"position < {low:.3g} m": position < low,
-        f"position {low:.3g} to {high:.3g} m": (position >= low) & (position <= high),
-        f"position > {high:.3g} m": position > high,
+        f"|command| < {plain_number(null, 3)} V": np.abs(command) < null,
+        f"|command| > {plain_number(0.5 * largest, 3)} V": np.abs(command) > 0.5 * largest,
+        f"|velocity| < {plain_number(slow, 2)} m/s": np.abs(speed) < slow,
+        f"velocity > {plain_number(slow, 2)} m/s": speed > slow,
+        f"velocity < {plain_number(-slow, 2)} m/s": speed < -slow,
+        f"position < {plain_number(low, 3)} m": position < low,
+        f"position {plain_number(low, 3)} to {plain_number(high, 3)} m": (
+            (position >= low) & (position <= high)
+        ),
+        f"position > {plain_number(high, 3)} m": position > high,
     }
     for source, column, share in (
         ("command", "command_v", TURN_OF_COMMAND),
@@ -82,7 +85,7 @@ def _of_pressures(
     return {
         "load against extension (p_a A_a > p_b A_b)": load > 0.0,
         "load with extension (p_a A_a < p_b A_b)": load < 0.0,
-        f"|load| > {half:.3g} N": np.abs(load) > half,
+        f"|load| > {plain_number(half, 3)} N": np.abs(load) > half,
         f"a chamber below {LOW_PRESSURE_PA / 1e6:g} MPa": np.minimum(a, b) < LOW_PRESSURE_PA,
     }
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.plain_number import plain_number
 from ehsid.harness.rigs.table_law import TableLaw
 from ehsid.harness.rigs.table_words import OF_TERM, OF_VARIABLE
 
@@ -116,7 +117,7 @@ def _stribeck_words(c: FloatArray, width: float, law: TableLaw) -> str | None:
         return None
     return (
         f"falls from {_term(c[1] + c[2], law)} near rest to {_term(c[1], law)} beyond "
-        f"{width:.3g} {OF_VARIABLE[law.of][0]}, as Stribeck friction"
+        f"{plain_number(width, 3)} {OF_VARIABLE[law.of][0]}, as Stribeck friction"
     )
 
 
@@ -158,7 +159,8 @@ def _bend(x: FloatArray, at: float) -> list[FloatArray]:
 
 def _bend_words(c: FloatArray, at: float, law: TableLaw) -> str:
     return (
-        f"{_slope(c[1], law)} up to {at:.3g} {OF_VARIABLE[law.of][0]}, then {_slope(c[2], law)}; "
+        f"{_slope(c[1], law)} up to {plain_number(at, 3)} {OF_VARIABLE[law.of][0]}, "
+        f"then {_slope(c[2], law)}; "
         f"it is {_term(c[0], law)} there"
     )
 
@@ -174,7 +176,7 @@ def _limits(x: FloatArray) -> FloatArray:
 
 
 def _term(value: float, law: TableLaw) -> str:
-    return f"{value:.3g} {OF_TERM[law.adds_to][0]}"
+    return f"{plain_number(value, 3)} {OF_TERM[law.adds_to][0]}"
 
 
 def _slope(value: float, law: TableLaw) -> str:

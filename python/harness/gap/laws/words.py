@@ -11,6 +11,7 @@ import numpy as np
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.gap.laws.forms import Form, forms_of
 from ehsid.harness.gap.schema import MissingLaw
+from ehsid.harness.plain_number import plain_number
 from ehsid.harness.rigs.table_law import TableLaw
 from ehsid.harness.rigs.table_words import OF_TERM, OF_VARIABLE, table_words
 
@@ -79,6 +80,7 @@ def _range(x: FloatArray, y: FloatArray, law: TableLaw) -> str:
     low, high = int(np.argmin(y)), int(np.argmax(y))
     unit, of = OF_TERM[law.adds_to][0], OF_VARIABLE[law.of][0]
     return (
-        f"lies between {y[low]:.3g} {unit} (at {x[low]:.3g} {of}) and {y[high]:.3g} {unit} "
-        f"(at {x[high]:.3g} {of})"
+        f"lies between {plain_number(y[low], 3)} {unit} (at {plain_number(x[low], 3)} {of}) "
+        f"and {plain_number(y[high], 3)} {unit} "
+        f"(at {plain_number(x[high], 3)} {of})"
     )

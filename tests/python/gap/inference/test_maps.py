@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: MIT
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -41,6 +42,11 @@ def test_an_error_in_slow_motion_is_mapped_there() -> None:
             assert regime.share_of_gap.value < 0.02
     values = [regime.share_of_gap.value for regime in mapped.regimes]
     assert values == sorted(values, reverse=True)
+
+
+def test_limits_of_conditions_are_written_for_people() -> None:
+    load = next(name for name in conditions([COMPARED], RIG) if name.startswith("|load|"))
+    assert re.fullmatch(r"\|load\| > \d+ N", load)
 
 
 @pytest.mark.parametrize(("hz", "place"), [(1.0, 0), (6.0, 1), (30.0, 2), (200.0, 3)])

@@ -21,10 +21,10 @@ def law(adds_to: str, of: str, values: npt.NDArray[np.float64]) -> TableLaw:
 
 
 CASES = {
-    "a load force": (law("force", "time_s", np.full(12, 1200.0)), "constant at 1.2e+03 N"),
+    "a load force": (law("force", "time_s", np.full(12, 1200.0)), "constant at 1200 N"),
     "a load spring": (law("force", "position_m", 7000.0 * X - 350.0), "rises 7 N per mm, as"),
     "viscous friction": (law("force", "velocity_m_s", 2000.0 * X), "rises 2 N per mm/s"),
-    "Coulomb friction of 500 N": (law("force", "velocity_m_s", 500.0 * np.sign(X)), "by 1e+03 N"),
+    "Coulomb friction of 500 N": (law("force", "velocity_m_s", 500.0 * np.sign(X)), "by 1000 N"),
     "Stribeck friction": (
         law("force", "velocity_m_s", np.sign(X) * (300.0 + 500.0 * np.exp(-np.abs(X) / 0.05))),
         "N beyond 5",
