@@ -111,6 +111,7 @@ def test_an_estimate_that_has_settled_with_coloured_residuals_may_be_used_within
     assert not result.converged
     told = " ".join(advise(data, recursion, result).lacks)
     assert "The estimate has settled" in told
+    assert "what counts as converged" not in told
     assert f"fits the output by {result.simulation_fit_percent:.1f} %" in told
 
 
