@@ -147,6 +147,7 @@ def _coefficients(found: Estimates) -> Section:
         ),
     ]
     if found.outliers:
+        assert found.limit is not None  # without a limit no record is far from the others
         blocks.append(
             Table(
                 f"Far from the others: more than {plain_number(found.limit, 3)} times the spread "
