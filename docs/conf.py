@@ -93,7 +93,8 @@ html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sourcelink = False
 html_show_search_summary = False  # a browser lets no page of files read another one
-html_sidebars: dict[str, list[str]] = {"install": []}  # a page without others below it has nothing to list
+# A page without others below it has nothing to list.
+html_sidebars: dict[str, list[str]] = {"install": []}
 html_theme_options = {
     "navbar_align": "left",
     "header_links_before_dropdown": 6,  # all sections: none goes into a menu "More"
