@@ -10,8 +10,10 @@ import itertools
 import logging
 import os
 import pickle
+import shlex
 import signal
 import socket
+import sys
 import threading
 import time
 import warnings
@@ -21,8 +23,6 @@ from contextvars import ContextVar
 from functools import partial
 from typing import Any, TypeVar
 from urllib.parse import urlsplit
-
-from ehsid.harness.error_words import install_line
 
 T = TypeVar("T")
 Progress = Callable[[float], None]
@@ -109,7 +109,10 @@ def on_cluster(address: str) -> Iterator[None]:
     try:
         from distributed import Client
     except ImportError:
-        raise ValueError(f"a Dask cluster needs dask.distributed: {install_line('dask')}") from None
+        # Said here as everywhere, without the module for it: the independent generator imports this
+        # one, and through it nothing else of ehsid.
+        line = f"{shlex.quote(sys.executable)} -m pip install 'ehsid[dask]'"
+        raise ValueError(f"a Dask cluster needs dask.distributed: {line}") from None
     try:
         _check_scheduler(address)
         client = Client(address, timeout=CONNECT_S, set_as_default=False)
