@@ -45,8 +45,9 @@ def test_a_reader_never_finds_a_ring_that_is_not_whole(
     path, make = tmp_path / "ring.npy", np.lib.format.open_memmap
 
     def makes(*args: Any, **settings: Any) -> Any:
+        made = make(*args, **settings)
         assert settings["mode"] != "w+" or not path.exists()
-        return make(*args, **settings)
+        return made
 
     monkeypatch.setattr("numpy.lib.format.open_memmap", makes)
     RingWriter(path, 2, rows=10).add([1.0, 2.0])

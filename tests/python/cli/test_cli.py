@@ -29,6 +29,17 @@ def test_real_record_gives_json_and_picture(verb: str, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == [".ehsid", *names]
 
 
+@pytest.mark.parametrize(
+    ("option", "has_term"), [([], True), (["--offset"], True), (["--no-offset"], False)]
+)
+def test_an_estimate_has_a_constant_term_unless_it_is_not_wanted(
+    option: list[str], has_term: bool
+) -> None:
+    outcome = CliRunner().invoke(cli, ["estimate", str(CRANE), *COLUMNS, "--json", *option])
+    assert outcome.exit_code == 0, outcome.output
+    assert ("offset" in json.loads(outcome.stdout)["parameters"]) == has_term
+
+
 @pytest.mark.parametrize("noise", ["equation", "position"])
 def test_estimate_says_whether_its_intervals_can_be_believed(noise: str, tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
