@@ -65,6 +65,8 @@ FITTED_TOGETHER = (
     "explains the gap. All were fitted together, and every third block of each was held out."
 )
 
+NOT_TOLD = "Where the gap lies could not be told: its computation failed on these numbers."
+
 
 def diagnose(
     records: Sequence[Record],
@@ -173,19 +175,7 @@ def _diagnose(
         told = best if laws is None else laws.candidate
         look = look_for(watch, begun, pace, case)
         _tell(look, "where", search_result, told, tasks=len(selection.equivalent))
-        shares = {effect.id: effect.share_of_shrinkage for effect in fitted_effects}
-        of_laws = [
-            (table_subsystem(found.law.adds_to, found.law.of), found.share_of_shrinkage)
-            for found in (() if laws is None else laws.laws)
-        ]
-        where = localise(
-            decision_case(case),
-            search_result.calibrated,
-            best,
-            equations=equation_shares(case, search_result.calibrated, pace.within),
-            shares=shares or None,
-            laws=of_laws,
-        )
+        where = _located(evaluation, fitted_effects, pace)
     experiment = None
     if selection.equivalent:
         _tell(look_for(watch, begun, pace, case), "experiment", search_result, best)
@@ -219,6 +209,26 @@ def _diagnose(
         settings=_settings(case, exclude),
         seconds=time.monotonic() - began,
     )
+
+
+def _located(evaluation: _Evaluation, effects: Sequence[FoundEffect], pace: Pace) -> Where:
+    """Tells where the gap lies; where that cannot be computed, the verdict stands without it."""
+    case, found, laws = evaluation.case, evaluation.search_result, evaluation.laws
+    try:
+        return localise(
+            decision_case(case),
+            found.calibrated,
+            evaluation.selection.best,
+            equations=equation_shares(case, found.calibrated, pace.within),
+            shares={effect.id: effect.share_of_shrinkage for effect in effects} or None,
+            laws=[
+                (table_subsystem(each.law.adds_to, each.law.of), each.share_of_shrinkage)
+                for each in (() if laws is None else laws.laws)
+            ],
+        )
+    except (ValueError, ArithmeticError):
+        LOGGER.info("where the gap lies could not be told", exc_info=True)
+        return Where(notes=(NOT_TOLD,))
 
 
 def _augmented(rig: Rig, values: Mapping[str, float], laws: LawsFound | None) -> Rig:

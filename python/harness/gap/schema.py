@@ -149,7 +149,8 @@ class Where:
     Attributes
     ----------
     subsystem
-        share of each subsystem, with sum 1; empty where there is no structural gap.
+        share of each subsystem, with sum 1; empty where there is no structural gap, or where notes
+        say that it could not be told.
     regimes, frequency, time
         shares of the calibrated gap above the noise floor; regimes have the largest share first,
         frequency and time are in their own order.

@@ -45,7 +45,7 @@ def where_section(diagnosis: Diagnosis) -> Section:
     if where.time:
         below += [Heading("Time"), *timelines(where.time)]
     if not (groups or below or where.equations):
-        return Section("Where the gap lies", [])
+        return Section("Where the gap lies", list(where.notes))
     blocks: list[Block] = [
         "Shares of what remains after the values of the rig have been fitted, above the noise. "
         "Whiskers are intervals of 90 %.",

@@ -178,3 +178,17 @@ def test_records_are_fitted_together_where_the_held_out_ones_show_another_cause(
         case=CASE, selection=SimpleNamespace(best=best, posterior=posterior)
     )
     assert diagnosis_module._leaves_large_gap(cast(Any, evaluation)) == together
+
+
+def test_a_map_that_fails_does_not_lose_the_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As by a matrix that rounding made indefinite."""
+
+    def fails(*_: object) -> None:
+        raise np.linalg.LinAlgError("Matrix is not positive definite")
+
+    monkeypatch.setattr(diagnosis_module, "equation_shares", fails)
+    found = diagnose([measured_record("fit", 1, seconds=6.0, dt_s=1e-3)], bench())
+    assert found.verdict == "effects"
+    assert [effect.id for effect in found.effects] == ["coulomb_friction"]
+    assert found.where.subsystem == {}
+    assert found.where.notes == (diagnosis_module.NOT_TOLD,)

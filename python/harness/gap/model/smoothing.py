@@ -93,73 +93,84 @@ def ornstein_uhlenbeck(count: int, spacing_s: float, corner_hz: float) -> FloatA
 def posterior(
     parts: Sequence[Part], variance: FloatArray, size: float, information: FloatArray
 ) -> Smoothed:
-    """Posterior for given variances of the errors, shape (R,), and size q of the input."""
-    weights = 1.0 / variance
-    shared = np.diag(information)
-    right = np.zeros(information.size)
+    """Posterior for given variances of the errors, shape (R,), and size q of the input.
+
+    All unknowns are eliminated by orthogonal triangles (G. J. Bierman, Factorization Methods for
+    Discrete Sequential Estimation, Academic Press 1977, ch. IV-V): no matrix of squares is built,
+    inverted or subtracted from another one, so that rounding cannot make one indefinite. In each
+    window, with d = q L z, L L' = K, and errors of deviation 1, that is
+
+        [ G q L   S   c ]         [ R   U   v ]
+        [   I     0   0 ]  =  Q * [ 0   T   r ]
+    """
+    scale = 1.0 / np.sqrt(variance)
+    rows = [np.column_stack([np.diag(np.sqrt(information)), np.zeros(information.size)])]
     evidence = 0.5 * float(np.sum(np.log(information)))
-    inner: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
+    inner: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     for part in parts:
-        weighted = part.responses * weights[:, np.newaxis]
-        turned = np.swapaxes(weighted, 1, 2)
-        prior = np.asarray(np.linalg.inv(size**2 * part.correlation), dtype=np.float64)
-        precision = turned @ part.responses + prior
-        covariance = np.asarray(np.linalg.inv(precision), dtype=np.float64)
-        mixed = turned @ part.slopes
-        by_errors: FloatArray = np.einsum("wnr,wr->wn", turned, part.errors, optimize=True)
-        gain = covariance @ mixed
-        slopes = part.slopes * weights[:, np.newaxis]
-        shared = shared + np.tensordot(slopes, part.slopes, axes=((0, 1), (0, 1)))
-        shared = shared - np.tensordot(mixed, gain, axes=((0, 1), (0, 1)))
-        right = right - np.tensordot(slopes, part.errors, axes=((0, 1), (0, 1)))
-        right = right + np.tensordot(gain, by_errors, axes=((0, 1), (0, 1)))
-        explained = np.einsum("wn,wnm,wm->", by_errors, covariance, by_errors, optimize=True)
-        windows = part.errors.shape[0]
-        evidence += 0.5 * float(
-            explained
-            - np.sum(weights * part.errors**2)
-            - windows * np.sum(np.log(2.0 * np.pi * variance))
-            - np.linalg.slogdet(precision)[1].sum()
-            + windows * np.linalg.slogdet(prior)[1]
+        windows, nodes = part.responses.shape[0], part.responses.shape[2]
+        root = size * np.linalg.cholesky(part.correlation)
+        whole = np.concatenate(
+            [part.responses @ root, part.slopes, part.errors[:, :, np.newaxis]], axis=2
         )
-        inner.append((prior, covariance, gain, by_errors))
-    of_shared = np.asarray(np.linalg.inv(shared), dtype=np.float64)
-    changes = of_shared @ right
-    evidence += 0.5 * float(right @ changes - np.linalg.slogdet(shared)[1])
-    return _collected(parts, inner, changes, of_shared, size, evidence)
+        of_prior = np.tile(np.eye(nodes, whole.shape[2]), (windows, 1, 1))
+        triangles = np.linalg.qr(
+            np.concatenate([scale[:, np.newaxis] * whole, of_prior], axis=1), mode="r"
+        )
+        rows.append(triangles[:, nodes:, nodes:].reshape(-1, information.size + 1))
+        own = triangles[:, :nodes, :nodes]
+        evidence -= float(np.sum(np.log(np.abs(np.einsum("wnn->wn", own)))))
+        evidence -= 0.5 * windows * float(np.sum(np.log(2.0 * np.pi * variance)))
+        inner.append((root, np.linalg.inv(own), triangles[:, :nodes, nodes:]))
+    shared = np.linalg.qr(np.concatenate(rows), mode="r")
+    evidence -= float(np.sum(np.log(np.abs(np.diag(shared)[:-1]))) + 0.5 * shared[-1, -1] ** 2)
+    return _collected(
+        parts, inner, np.linalg.inv(shared[:-1, :-1]), shared[:-1, -1], size, evidence
+    )
 
 
 def _collected(
     parts: Sequence[Part],
-    inner: Sequence[tuple[FloatArray, FloatArray, FloatArray, FloatArray]],
-    changes: FloatArray,
+    inner: Sequence[tuple[FloatArray, FloatArray, FloatArray]],
     of_shared: FloatArray,
+    right: FloatArray,
     size: float,
     evidence: float,
 ) -> Smoothed:
-    """The posterior of all parts from those of the nodes for given shared parameters."""
-    root = np.linalg.cholesky(of_shared)
+    """The posterior of all parts from the triangles.
+
+    Parameters
+    ----------
+    parts
+        windows.
+    inner
+        by part q L, the inverse of R, and [U v].
+    of_shared, right
+        root of the covariance of the shared parameters, and what it is multiplied by.
+    size, evidence
+        as of `Smoothed`.
+    """
+    # The errors are simulated less measured: an input that explains them has the other sign.
+    changes = -of_shared @ right
     means, deviations, rests, spreads = [], [], [], []
     squares, free = 0.0, 0.0
-    for part, (prior, covariance, gain, by_errors) in zip(parts, inner, strict=True):
-        # The errors are simulated less measured: an input that explains them has the other sign.
-        own = -np.einsum("wnm,wm->wn", covariance, by_errors) - gain @ changes
-        marginal = gain @ root
-        squares += float(np.einsum("wn,nm,wm->", own, prior, own, optimize=True))
-        taken = np.einsum("nm,wmn->", prior, covariance)
-        taken += np.einsum("nm,wmk,wnk->", prior, marginal, marginal, optimize=True)
-        free += own.size - float(taken)
-        whole = (part.known - gain) @ root
-        variances = np.einsum("wnn->wn", covariance) + np.sum(whole**2, axis=2)
+    for part, (root, inverse, beside) in zip(parts, inner, strict=True):
+        solved = inverse @ beside
+        z = -(solved @ np.append(changes, 1.0))
+        squares += float(np.sum(z**2))
+        marginal = solved[:, :, :-1] @ of_shared
+        free += z.size - float(np.sum(inverse**2) + np.sum(marginal**2))
+        own, gain, of_nodes = z @ root.T, root @ solved[:, :, :-1], root @ inverse
+        whole = (part.known - gain) @ of_shared
+        variances = np.sum(of_nodes**2, axis=2) + np.sum(whole**2, axis=2)
         means.append(own + part.known @ changes)
         deviations.append(np.sqrt(variances))
         rest = part.errors + part.slopes @ changes
         rest = rest + np.einsum("wrn,wn->wr", part.responses, own, optimize=True)
-        spread = np.sum((part.responses @ np.linalg.cholesky(covariance)) ** 2, axis=2)
-        spread += np.sum(((part.slopes - part.responses @ gain) @ root) ** 2, axis=2)
+        spread = np.sum((part.responses @ of_nodes) ** 2, axis=2)
+        spread += np.sum(((part.slopes - part.responses @ gain) @ of_shared) ** 2, axis=2)
         rests.append(rest)
         spreads.append(spread)
-    next_size = size * float(np.sqrt(squares / max(free, 1e-3)))
     return Smoothed(
         tuple(means),
         tuple(deviations),
@@ -168,7 +179,7 @@ def _collected(
         evidence,
         tuple(rests),
         tuple(spreads),
-        next_size,
+        size * float(np.sqrt(squares / max(free, 1e-3))),
     )
 
 

@@ -86,6 +86,44 @@ def test_it_is_the_dense_posterior(
     )
 
 
+@pytest.mark.parametrize("strong", [1e7, 1e10])
+def test_rounding_keeps_a_strong_input_definite(strong: float) -> None:
+    """Flows of 1e-8 m^3/s move the pressures of fast records: responses of 1e10 errors a unit.
+
+    What the parameters do is nearly what the input does. The posterior of the parameters, and the
+    evidence less the logarithm of the units, are those of an input that is a thousand times weaker.
+    """
+    rng = np.random.default_rng(7)
+    windows, rows, nodes, shared = 40, 60, 12, 3
+    responses = rng.standard_normal((windows, rows, nodes))
+    mixed = rng.standard_normal((windows, nodes, shared))
+    own = rng.standard_normal((windows, rows, shared))
+    errors = rng.standard_normal((windows, rows))
+    found = [
+        posterior(
+            [
+                Part(
+                    errors,
+                    size * responses,
+                    size * (responses @ mixed) + own,
+                    np.zeros((windows, nodes, shared)),
+                    ornstein_uhlenbeck(nodes, 0.02, 1.0),
+                )
+            ],
+            np.ones(rows),
+            1.0,
+            np.ones(shared),
+        )
+        for size in (1e4, strong)
+    ]
+    weak, same = found
+    np.testing.assert_allclose(same.changes, weak.changes, rtol=2e-3)
+    # The noise of the weak input adds some 1e-4 to its deviations.
+    np.testing.assert_allclose(same.deviations[0], weak.deviations[0], rtol=1e-3)
+    units = windows * nodes * np.log(strong / 1e4)
+    assert same.evidence == pytest.approx(weak.evidence - units, abs=0.1)
+
+
 def test_it_is_a_kalman_smoother_where_the_input_is_measured_at_once() -> None:
     """An Ornstein-Uhlenbeck process in noise; the equations of Rauch, Tung and Striebel."""
     rng = np.random.default_rng(3)
