@@ -81,7 +81,12 @@ def _servo(found: Identified) -> str:
     """Says K, omega_n and xi, as far as they exist."""
     pairs = [one for one in found.poles if one.imag > REAL and one.frequency_hz is not None]
     lines = []
-    if found.velocity_gain is None:
+    if any(not one.integrates and math.hypot(one.real, one.imag) > 1.0 for one in found.poles):
+        lines.append(
+            "The model is unstable: a pole lies outside of the unit circle. There is no velocity "
+            "gain K."
+        )
+    elif found.velocity_gain is None:
         lines.append(
             "The model does not integrate: a constant input gives no constant speed. There is no "
             "velocity gain K."

@@ -79,11 +79,13 @@ class Dynamics:
     ----------
     poles, zeros
         without those at z = 0 that follow from the structure.
+    stable
+        whether no pole lies outside of the unit circle, besides an integrator.
     velocity_gain
         K of a model that integrates, units of the output a second and unit of the input; None for
-        one that does not, and without a sampling time.
+        one that does not or is unstable, and without a sampling time.
     static_gain
-        B(1) / A(1) of a model that does not integrate: output over input at rest; else None.
+        B(1) / A(1) of a stable model that does not integrate: output over input at rest; else None.
     servo
         the servo that the model is; None where it is none.
     why_no_servo
@@ -92,6 +94,7 @@ class Dynamics:
 
     poles: tuple[Root, ...]
     zeros: tuple[Root, ...]
+    stable: bool
     velocity_gain: Figure | None
     static_gain: Figure | None
     servo: Servo | None
@@ -109,18 +112,21 @@ def dynamics(model: ArxModel, dt_s: float | None) -> Dynamics:
         sampling time in seconds; None if it is not known.
     """
     roots = poles_zeros(model)
+    poles = _roots(roots.poles, dt_s, integrator(model))
+    stable = all(one.integrates or abs(complex(one.real, one.imag)) <= 1.0 for one in poles)
     servo, why = _servo(model, dt_s)
     # Whether a model integrates does not depend on the unit of time.
     slope = velocity_gain(model, dt_s or 1.0)
     integrates = slope is not None or servo is not None
     gain = None if servo is None else servo.gain
-    if gain is None and slope is not None and dt_s is not None:
+    if gain is None and slope is not None and dt_s is not None and stable:
         gain = Figure(slope, None)
     return Dynamics(
-        _roots(roots.poles, dt_s, integrator(model)),
+        poles,
         _roots(roots.zeros, None, None),
+        stable,
         gain,
-        None if integrates else _static_gain(model),
+        _static_gain(model) if stable and not integrates else None,
         servo,
         why,
     )

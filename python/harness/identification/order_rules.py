@@ -19,6 +19,8 @@ DELAY_LEVEL = 0.99
 # Judged on fewer samples, or on a shorter time, a record is called short. So many samples are as
 # many as the recursive estimator needs before it converges, and a servo reverses in about a second.
 FEW_SAMPLES, FEW_SECONDS = 300, 1.0
+# Delays proposed beyond the lag at which the residual depends most on the input.
+DELAYS_AROUND = 3
 
 
 def orders_added(lower: Candidate, higher: Candidate) -> float:
@@ -87,7 +89,8 @@ def order_reason(by_order: Sequence[Candidate], chosen: Candidate, min_improveme
     """Returns the reason for the chosen order, with the numbers."""
     position = list(by_order).index(chosen)
     text = (
-        f"{_label(chosen).capitalize()}: one-step fit {_fit(chosen)} on the validation data, "
+        f"{_label(chosen).capitalize()}, chosen by the prediction of one step: one-step fit "
+        f"{_fit(chosen)} on the validation data, "
         f"{simulation_words(chosen.simulation_fit_percent)}."
     )
     if position > 0:
@@ -175,14 +178,29 @@ def advise(
     # The required improvement is the same as in the choice of the order, but always that of at
     # least one added order, also where the other candidate has a lower order.
     kept = (1.0 - min_improvement) ** max(orders_added(chosen, best), 1.0)
-    if 100.0 - best.simulation_fit_percent < kept * (100.0 - simulation):
+    # A model that is worse than the mean of the output is no advice.
+    if 0.0 < best.simulation_fit_percent > 100.0 - kept * (100.0 - simulation):
         here = "a simulation that diverges" if diverges(simulation) else f"{simulation:.2f} %"
         advice.append(
             f"Another order simulates better: {best.orders} with a simulation fit of "
             f"{best.simulation_fit_percent:.2f} % against {here}; prefer it where the model is to "
             "run without measurements."
         )
-    if not independence.passed:
+    # Where the residual points to an input longer ago than was tried, this comes first, and nothing
+    # else can be concluded from it.
+    causal = independence.lags >= 0
+    lag = int(independence.lags[causal][np.argmax(np.abs(independence.correlation[causal]))])
+    reached = max(*delays_tried, chosen.orders.nk + chosen.orders.nb - 1)
+    points_beyond = not independence.passed and lag > reached
+    if points_beyond:
+        longest = lag + DELAYS_AROUND
+        advice.append(
+            "The residual still contains the input, most of all that of "
+            f"{lag} samples ago, and the longest delay tried is {max(delays_tried)}: try delays up "
+            f"to {longest} (--delays {min(delays_tried)}-{longest})"
+            + (" or a higher order." if chosen is by_order[-1] else ".")
+        )
+    elif not independence.passed:
         advice.append(_missing_advice(by_order, chosen, delays_tried))
     if not whiteness.passed:
         advice.append(
@@ -194,8 +212,13 @@ def advise(
             "The residual is correlated with later inputs, which has two possible reasons. Either "
             "the input reacts to the output, as in a closed loop: then do not trust a model with "
             "delay 0, nor the test of independence. Or later inputs resemble earlier ones, as in a "
-            "periodic or slow command, and the model lacks a part of what these did, such as an "
-            "effect that is not linear: `ehsid gap` looks for such effects of a servo."
+            "periodic or slow command, and the model lacks a part of what these did"
+            + (
+                "."
+                if points_beyond
+                else ", such as an effect that is not linear: `ehsid gap` looks for such effects "
+                "of a servo."
+            )
         )
     # Where the residual contains the input, the sentence on that has proposed these already.
     if independence.passed and chosen is by_order[-1] and len(by_order) > 1:

@@ -77,6 +77,11 @@ def _gain_line(told: Dynamics, input_name: str, output_name: str) -> str:
             f"The model does not integrate: static gain {_figure(told.static_gain)} {y} per {u}, "
             "and no velocity gain K."
         )
+    if not told.stable:
+        return (
+            "The model is unstable: a pole lies outside of the unit circle, so that it has neither "
+            "a static gain nor a velocity gain K."
+        )
     return "The model integrates. Its velocity gain K needs the sampling time, which is not known."
 
 

@@ -74,7 +74,7 @@ class ClaimResults:
     Attributes
     ----------
     start_of_one
-        P0 at which lambda = 1 has the same error after 100 s as the paper's column.
+        P0 at which the error of lambda = 1 after 100 s is as large as that of the paper's column.
     error_of_one
         relative error of the paper's column for lambda = 1 against model (16).
     """
@@ -138,6 +138,18 @@ def published_error_of_one() -> float:
     return float(np.linalg.norm(np.array(RECURSIVE["1"].theta) - truth) / np.linalg.norm(truth))
 
 
+def same_direction(known: KnownPlantResults) -> float:
+    """Returns whether lambda = 1 from the start `start_of_one` errs as the paper's column does.
+
+    It is the cosine of the angle between both errors against model (16): 1 where they have the
+    same direction, near 0 where they are in other parameters.
+    """
+    truth = np.array(MODEL_16)
+    ours = np.median(known.runs[-1].outcomes["1"].theta, axis=0) - truth
+    published = np.array(RECURSIVE["1"].theta) - truth
+    return float(ours @ published / (np.linalg.norm(ours) * np.linalg.norm(published)))
+
+
 def start_of_one(judged: Sequence[Judged], noise: float, error: float) -> float:
     """Returns the P0 at which the median error of lambda = 1 after 100 s equals `error`.
 
@@ -157,7 +169,7 @@ def start_of_one(judged: Sequence[Judged], noise: float, error: float) -> float:
 
 
 def judge_claims(noise: float, progress: Progress) -> ClaimResults:
-    """Computes the maps on model (16) and the start that explains the paper's lambda = 1."""
+    """Computes the maps on model (16) and the start of an error as large as the published."""
     judged = map_claims(
         p0s=P0S,
         noises=NOISES,

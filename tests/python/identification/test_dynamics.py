@@ -46,11 +46,21 @@ def test_a_servo_is_read_from_a_noisy_record_within_its_deviations() -> None:
 def test_a_model_that_does_not_integrate_has_a_static_gain_with_its_deviation() -> None:
     deviation = 1e-3
     found = dynamics(model_of([-0.5], [1.0], deviation), DT_S)
+    assert found.stable
     assert found.velocity_gain is None
     assert found.static_gain is not None
     assert found.static_gain.value == pytest.approx(2.0)
     # d(b / (1 + a)) = (db - 2 da) / 0.5
     assert found.static_gain.deviation == pytest.approx(deviation * math.sqrt(5.0) / 0.5)
+
+
+@pytest.mark.parametrize("poles", [[1.1], [0.5, 1.02], [0.5, -1.1], [1.0, 0.9 + 0.6j, 0.9 - 0.6j]])
+def test_an_unstable_model_has_no_gain(poles: list[complex]) -> None:
+    b = [1.0, *[0.0] * (len(poles) - 1)]
+    found = dynamics(model_of(np.poly(poles)[1:].real.tolist(), b), DT_S)
+    assert not found.stable
+    assert found.static_gain is None
+    assert found.velocity_gain is None
 
 
 def test_other_orders_and_records_without_time_say_why_there_is_no_servo() -> None:

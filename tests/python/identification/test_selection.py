@@ -279,12 +279,13 @@ def test_a_plant_that_is_not_linear_is_not_taken_for_a_closed_loop() -> None:
 
 def test_what_was_tried_is_not_proposed() -> None:
     result = identify(multisine_through_a_dead_band(), orders=[1, 2, 3], delays=[1, 2])
-    failed = replace(result.independence, passed=False)
     low, high = result.by_order[0], result.by_order[-1]
 
-    def advised(chosen: Candidate, delay: int, tried: list[int]) -> str:
+    def advised(chosen: Candidate, delay: int, tried: list[int], lag: int = 1) -> str:
         moved = replace(chosen, orders=replace(chosen.orders, nk=delay))
         by_order = [moved if each is chosen else each for each in result.by_order]
+        depends = np.where(result.independence.lags == lag, -0.5, 0.1)
+        failed = replace(result.independence, passed=False, correlation=depends)
         return " ".join(advise(by_order, moved, tried, result.whiteness, failed, 0.05, 1000, None))
 
     assert "Try " not in advised(low, 1, [1, 2])
@@ -293,6 +294,46 @@ def test_what_was_tried_is_not_proposed() -> None:
     assert "Try a higher order. If this does not help, " in advised(high, 1, [1, 2])
     assert "Try a higher order or a longer delay. If" in advised(high, 1, [1])
     assert "`ehsid gap`" in advised(low, 1, [1, 2])
+    # An input from before the longest delay: nothing else can be concluded before it was tried.
+    beyond = advised(low, 1, [1, 2], lag=12)
+    assert "try delays up to 15 (--delays 1-15)." in beyond
+    assert "(--delays 1-15) or a higher order." in advised(high, 1, [1, 2], lag=12)
+    assert "not linear" not in beyond
+    assert "Higher orders and longer delays were tried" in advised(low, 1, [1, 12], lag=12)
+    # The three b of the highest order reach from delay 2 to lag 4.
+    assert "--delays" not in advised(high, 2, [1, 2], lag=4)
+
+
+@pytest.mark.parametrize(("lag", "seed"), [(12, 1), (17, 3)])
+def test_a_dead_time_beyond_the_delays_tried_is_pointed_at_and_then_found(
+    lag: int, seed: int
+) -> None:
+    """The plant of SIPPY's Ex_RECURSIVE.py, linear, with a longer dead time than was tried."""
+    rng = np.random.default_rng(seed)
+    u = np.cumprod(np.where(rng.random(800) < 0.1, -1.0, 1.0))
+    a = [1.0, -2.21, 1.7494, -0.584256, 0.0684029]
+    delayed = np.concatenate((np.zeros(lag), u))[: u.size]
+    noise = scipy.signal.lfilter([1.0, 0.3, 0.2], a, 0.1 * rng.normal(size=u.size))
+    y = scipy.signal.lfilter([1.5, -2.07, 1.3146], a, delayed) + noise
+    data = IoData.from_arrays(u, y)
+    before = " ".join(identify(data).advice)
+    assert f"that of {lag} samples ago" in before
+    assert f"--delays 1-{lag + 3}" in before
+    assert "not linear" not in before
+    found = identify(data, delays=range(1, lag + 4))
+    # A delay that is short by one costs one small coefficient, see `choose_delay`.
+    assert found.chosen.orders.nk in (lag - 1, lag)
+    assert found.independence.passed
+
+
+def test_an_order_that_simulates_worse_than_the_mean_is_no_advice() -> None:
+    table = [with_fit(2, -80.0), with_fit(3, -20.0)]
+    result = identify(multisine_through_a_dead_band(), orders=[1], delays=[1])
+    for simulated, told in ((-20.0, False), (20.0, True)):
+        table[1] = replace(table[1], simulation_fit_percent=simulated)
+        tests = (result.whiteness, result.independence)
+        advice = advise(table, table[0], [1], *tests, 0.05, 1000, None)
+        assert any("Another order simulates better" in one for one in advice) == told
 
 
 @pytest.mark.parametrize(
@@ -316,7 +357,7 @@ def test_advice_at_the_edge_of_the_range() -> None:
     result = identify(IoData.from_arrays(u, y), orders=[1, 2], delays=[1, 2])
     edges = ("try higher ones", "try longer ones")
     if not result.independence.passed:
-        edges = ("Try a higher order or a longer delay",) * 2
+        edges = ("try delays up to ", " or a higher order")
     assert all(any(edge in text for text in result.advice) for edge in edges)
     inside = identify(IoData.from_arrays(u, y))
     assert inside.advice == ()

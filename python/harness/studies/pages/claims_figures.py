@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Figures of the start behind the paper's lambda = 1, and of the reset."""
+"""Figures of the start of lambda = 1, and of the reset."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ehsid.harness.studies.pages.claims_map import FINDINGS, draw_resets
 def start_figure(judged: Sequence[Judged], published: float) -> Figure:
     """Draws the error of lambda = 1 after 100 s over P0, with one curve for each noise.
 
-    The dashed line is the error of the paper's column.
+    The dashed line is the size of the error of the paper's column.
     """
     figure, (axes,) = stacked(4.0, [1], xlabel="P0", width=8.0)
     noises = sorted({cell.condition.noise for cell in judged})
