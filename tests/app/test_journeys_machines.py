@@ -82,6 +82,14 @@ def test_a_machine_that_has_gone_is_told(machines: Any, served: Any) -> None:
     machines.get_by_text("there is no such machine any more").wait_for()
 
 
+def test_a_machine_that_cannot_be_opened_is_told_beside_the_others(page: Any, served: Any) -> None:
+    (served.folder / "later").mkdir()
+    (served.folder / "later" / "session.toml").write_text("version = 99\n")
+    page.goto(f"{served.root}/?session=later")
+    page.get_by_role("alert").get_by_text("has version 99").wait_for()
+    page.get_by_role("link", name="machine", exact=True).wait_for()
+
+
 @pytest.mark.parametrize("width", [390, 1400])
 def test_the_table_is_not_wider_than_the_window(machines: Any, width: int) -> None:
     machines.set_viewport_size({"width": width, "height": 844})

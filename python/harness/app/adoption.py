@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+import shutil
+
 from ehsid.harness.app.session import RIG, Session, SessionError, free_name
 from ehsid.harness.app.workbench import Workbench
-from ehsid.harness.files import write_text
+from ehsid.harness.files import replacing, write_text
 from ehsid.harness.rigs import read_rig
 
 FOUND = "gap/rig.augmented.toml"
-BEFORE = "rig.before"
+BEFORE = "rig.before.toml"
 
 
 def use_as_rig(session: Session) -> str:
@@ -22,10 +24,16 @@ def use_as_rig(session: Session) -> str:
     SessionError
         the diagnosis has left no rig.
     """
-    text = _found(session)
-    taken = {path.stem for path in session.folder.glob(f"{BEFORE}*.toml")}
-    kept = f"{free_name(BEFORE, taken)}.toml"
-    write_text(session.folder / kept, session.rig_file.read_text(encoding="utf-8"))
+    return replace_rig(session, _found(session))
+
+
+def replace_rig(session: Session, text: str) -> str:
+    """Gives the machine another rig; returns the name under which the one before stays, or ""."""
+    kept = ""
+    if session.rig_file.exists():
+        kept = free_name(BEFORE, {path.name for path in session.folder.iterdir()})
+        with replacing(session.folder / kept) as unfinished:
+            shutil.copyfile(session.rig_file, unfinished)
     write_text(session.rig_file, text)
     session.settings.rig.answers.clear()  # the form no longer makes this rig
     session.save()

@@ -103,6 +103,11 @@ def package_task(folder: Path, *, report: Callable[[float], None]) -> None:
 
 
 def packed_files(folder: Path) -> list[Path]:
-    """Returns the files of a session that belong into its archive, those of links left out."""
+    """Returns the files of a session that belong into its archive, those behind links left out."""
     found = {path for pattern in PACKED for path in folder.glob(pattern)}
-    return sorted(path for path in found if path.is_file() and not path.is_symlink())
+    whole = folder.resolve()
+    return sorted(
+        path
+        for path in found
+        if path.is_file() and path.resolve() == whole / path.relative_to(folder)
+    )

@@ -31,9 +31,12 @@ from ehsid.harness.files import write_text
 
 SETTINGS = "session.toml"
 RIG = "rig.toml"
+VERSION = 1  # of the layout of the folder
 MOST_RECORDS = 20
 LONGEST_NAME = 60
 MOST_COEFFICIENTS, MOST_DELAY = 6, 20  # that the estimator has, see ehsid.ServoEstimator
+# What a name keeps when it becomes shorter or gets a number: ".csv", ".csv.gz".
+ENDING = re.compile(r"\.[^.]{1,10}(\.gz)?$", re.IGNORECASE)
 # Names that some systems keep for devices.
 DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 
@@ -180,7 +183,7 @@ class Settings(msgspec.Struct):
         for each result of a step the digest of what it was made of.
     """
 
-    version: int = 1
+    version: int = VERSION
     records: list[Entry] = msgspec.field(default_factory=list)
     rig: RigAnswers = msgspec.field(default_factory=RigAnswers)
     model: ModelChoice = msgspec.field(default_factory=ModelChoice)
@@ -197,7 +200,7 @@ class Session:
         Raises
         ------
         SessionError
-            the folder cannot be used, or its session.toml is damaged.
+            the folder cannot be used, or its session.toml is damaged or of another version.
         """
         self.folder = folder.resolve()
         self._listeners: list[Callable[[], None]] = []
@@ -217,7 +220,14 @@ class Session:
         if not path.exists():
             return Settings()
         try:
-            settings = msgspec.toml.decode(path.read_bytes(), type=Settings)
+            content = msgspec.toml.decode(path.read_bytes())
+            version = content.get("version", VERSION)
+            if version != VERSION:  # before its content, which may have other types
+                raise SessionError(
+                    f"{path}: this session has version {version!r}, and this ehsid reads version "
+                    f"{VERSION}: open it with the ehsid that wrote it; nothing was changed"
+                )
+            settings = msgspec.convert(content, Settings)
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
             raise SessionError(
                 f"{path}: this is not the file of a session ({error}): expected a file that "
@@ -228,6 +238,11 @@ class Session:
                 raise SessionError(
                     f"{path}: {entry.id!r} is no name of a record: expected a plain file name; "
                     "correct the file, or move it away to begin anew"
+                )
+            if ".." in Path(entry.file).parts:
+                raise SessionError(
+                    f"{path}: the log {entry.file!r} leads out of the folder of the session: "
+                    "expected a path inside it, or one from the root; correct the file"
                 )
         return settings
 
@@ -322,11 +337,17 @@ class Session:
         """Takes a record out of the session, with the copies that the session made of it."""
         with self._lock:
             self.settings.records.remove(entry)
-            if not Path(entry.file).is_absolute():
-                self.log_of(entry).unlink(missing_ok=True)
-            self.record_of(entry).unlink(missing_ok=True)
-            shutil.rmtree(self.look_of(entry), ignore_errors=True)
+            # A log that was named by its path stays, and so does what a link leads to.
+            for copy in (self.log_of(entry), self.record_of(entry)):
+                if self._made(copy) and not copy.is_dir():
+                    copy.unlink(missing_ok=True)
+            if self._made(self.look_of(entry)):
+                shutil.rmtree(self.look_of(entry), ignore_errors=True)
             self.save()
+
+    def _made(self, path: Path) -> bool:
+        """Whether a path is directly in a folder that has only copies of the session itself."""
+        return path.parent.resolve() in (self.folder / one for one in ("logs", "records", "looks"))
 
     def modelled(self) -> Entry | None:
         """Returns the record of which a model is made; None if there is no record."""
@@ -362,15 +383,26 @@ def safe_name(name: str) -> str:
     """Returns a name of others as a plain file name: no folders, no controls, not too long."""
     plain = unicodedata.normalize("NFC", name).replace("\\", "/").rpartition("/")[2]
     plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in plain)
-    plain = plain.strip("._")[:LONGEST_NAME].rstrip("._")
+    plain = plain.strip("._")
+    if len(plain) > LONGEST_NAME:
+        stem, ending = _parted(plain)
+        plain = stem[: LONGEST_NAME - len(ending)].rstrip("._") + ending
     return f"file_{plain}".rstrip("_") if not plain or DEVICES.fullmatch(plain) else plain
 
 
 def free_name(name: str, taken: set[str]) -> str:
-    """Returns the name, with a number behind it if it is taken; case does not matter."""
+    """Returns the name, with a number behind its stem if it is taken; case does not matter."""
     folded = {one.casefold() for one in taken}
+    stem, ending = _parted(name)
     number, free = 1, name
     while free.casefold() in folded:
         number += 1
-        free = f"{name}_{number}"
+        free = f"{stem}_{number}{ending}"
     return free
+
+
+def _parted(name: str) -> tuple[str, str]:
+    """Returns the stem of a name and its ending, "" without one."""
+    ending = ENDING.search(name)
+    place = len(name) if ending is None else ending.start()
+    return name[:place], name[place:]

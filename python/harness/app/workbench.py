@@ -3,9 +3,14 @@
 
 from __future__ import annotations
 
+import os
+import re
 import shutil
+import sys
+import tempfile
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +29,14 @@ from ehsid.harness.app.session import (
 )
 from ehsid.harness.app.tasks import check_task, gap_task, read_task
 
+if sys.platform != "win32":
+    import fcntl
+
 FIRST = "machine"
 ERRORS = "errors.log"
 REMOVED = "removed"  # below the folder of the sessions: those that were removed
+LIVE = "_live"  # and the runs of the page Live; no session can have this name
+PART = re.compile(r"\..*[0-9a-f]{8}\.part")  # a file that is being written, see `replacing`
 
 
 class Workbench:
@@ -36,13 +46,50 @@ class Workbench:
     """
 
     def __init__(self, folder: Path) -> None:
+        """Opens the folder, which is made if it is missing.
+
+        Raises
+        ------
+        SessionError
+            it cannot be made, or not be written to.
+        """
         self.folder = folder.resolve()
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=self.folder):  # whether it can be written to
+                pass
+        except OSError as error:
+            raise SessionError(
+                f"{folder}: cannot be used as the folder of the workbench ({error.strerror}): "
+                "expected a folder that can be written to; name another one"
+            ) from None
         self._sessions: dict[str, Session] = {}
         self._jobs: dict[tuple[str, str], Job] = {}
         self._unread: list[tuple[Session, Entry]] = []
         self._read_now: tuple[str, str, str] | None = None  # session, record, and what was told
         self._lock = threading.RLock()
         self._closed = False
+        self._at_work = self._cleared()
+
+    def _cleared(self) -> int | None:
+        """Removes what a workbench that was killed has left half-written.
+
+        Returns a lock on the folder, which ends with this process. While another workbench has it,
+        its files are left to it. Windows refuses to remove a file that is open.
+        """
+        lock = None
+        if sys.platform != "win32":
+            lock = os.open(self.folder, os.O_RDONLY)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:  # another one has it, or the file system has no locks
+                return lock
+        for name in (*self.names(), LIVE):
+            for path in (self.folder / name).rglob("*.part"):
+                if PART.fullmatch(path.name):
+                    with suppress(OSError):
+                        path.unlink()
+        return lock
 
     def names(self) -> list[str]:
         """Returns the names of the sessions, the one that was changed last in front."""
@@ -262,6 +309,9 @@ class Workbench:
         for job in jobs:
             if job.running:
                 job.cancel()
+        if self._at_work is not None:
+            os.close(self._at_work)
+            self._at_work = None
 
 
 def _changed_at(path: Path) -> float:

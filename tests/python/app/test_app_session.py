@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from ehsid.harness.app.session import (
     LONGEST_NAME,
     MOST_RECORDS,
     SETTINGS,
+    Entry,
     Session,
     SessionError,
     free_name,
@@ -49,9 +51,25 @@ def test_every_name_becomes_one_that_stays(name: str) -> None:
     assert safe_name(safe) == safe
 
 
-def test_a_taken_name_gets_a_number() -> None:
-    assert free_name("run", set()) == "run"
-    assert free_name("Run", {"run", "run_2"}) == "Run_3"
+@pytest.mark.parametrize(
+    ("name", "taken", "free"),
+    [
+        ("run", set(), "run"),
+        ("Run", {"run", "run_2"}, "Run_3"),
+        ("run.csv", {"RUN.CSV"}, "run_2.csv"),
+        ("run.csv.gz", {"run.csv.gz", "run_2.csv.gz"}, "run_3.csv.gz"),
+        ("2024.05.01.mf4", {"2024.05.01.mf4"}, "2024.05.01_2.mf4"),
+    ],
+)
+def test_a_taken_name_gets_a_number_and_keeps_its_ending(
+    name: str, taken: set[str], free: str
+) -> None:
+    assert free_name(name, taken) == free
+
+
+@pytest.mark.parametrize("ending", [".csv", ".csv.gz", ".hdf5", ".TDMS", ""])
+def test_a_long_name_keeps_its_ending(ending: str) -> None:
+    assert safe_name("ä" * 500 + ending) == "ä" * (LONGEST_NAME - len(ending)) + ending
 
 
 def test_a_session_opens_again_as_it_was(tmp_path: Path) -> None:
@@ -95,17 +113,56 @@ def test_a_removed_record_takes_its_copies_along_and_never_a_file_of_the_user(
     assert Session(tmp_path / "press").settings.records == []
 
 
-def test_a_damaged_file_is_told_and_kept(tmp_path: Path) -> None:
-    (tmp_path / SETTINGS).write_text("version = [", encoding="utf-8")
-    with pytest.raises(SessionError, match="move it away"):
-        Session(tmp_path)
-    assert (tmp_path / SETTINGS).read_text(encoding="utf-8") == "version = ["
+@pytest.mark.parametrize(
+    "file", ["gap/x.csv", "rig.toml", "linked/x.csv", "logs/../rig.toml", "../x.csv", "logs/bag"]
+)
+def test_only_a_copy_that_the_session_has_made_is_deleted(file: str, tmp_path: Path) -> None:
+    session = Session(tmp_path / "press")
+    for name in ("gap", "logs/bag"):
+        (session.folder / name).mkdir(parents=True)
+    (session.folder / "linked").symlink_to(tmp_path)
+    for path in (tmp_path / "x.csv", session.folder / "gap" / "x.csv", session.rig_file):
+        path.touch()
+    entry = Entry("x", file)
+    session.settings.records.append(entry)
+    session.remove(entry)
+    assert session.log_of(entry).exists()
 
 
-def test_a_record_whose_id_leads_out_of_the_folder_is_refused(tmp_path: Path) -> None:
-    (tmp_path / SETTINGS).write_text('[[records]]\nid = "../x"\nfile = "a.csv"\n')
-    with pytest.raises(SessionError, match="no name of a record"):
+@pytest.mark.parametrize("name", ["logs", "records", "looks"])
+def test_what_a_link_leads_to_is_not_deleted(name: str, tmp_path: Path) -> None:
+    session = Session(tmp_path / "press")
+    for file in ("x.csv", "x.parquet", "x/reading.json"):
+        path = tmp_path / "mine" / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    (session.folder / name).symlink_to(tmp_path / "mine")
+    entry = Entry("x", "logs/x.csv")
+    session.settings.records.append(entry)
+    session.remove(entry)
+    left = {path.name for path in (tmp_path / "mine").rglob("*")}
+    assert left == {"x.csv", "x.parquet", "x", "reading.json"}
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ("version = [", "move it away"),
+        ("version = 99\nrecords = 3\n", "has version 99, and this ehsid reads version 1"),
+        ("version = 0\n", "has version 0"),
+        ('version = "2"\n', "has version '2'"),
+        ('[[records]]\nid = "../x"\nfile = "a.csv"\n', "no name of a record"),
+        ('[[records]]\nid = "x"\nfile = "../../x.csv"\n', "leads out of the folder"),
+        ('[[records]]\nid = "x"\nfile = "logs/../../x.csv"\n', "leads out of the folder"),
+    ],
+)
+def test_a_file_that_is_not_of_such_a_session_is_told_and_kept(
+    content: str, says: str, tmp_path: Path
+) -> None:
+    (tmp_path / SETTINGS).write_text(content, encoding="utf-8")
+    with pytest.raises(SessionError, match=re.escape(says)):
         Session(tmp_path)
+    assert (tmp_path / SETTINGS).read_text(encoding="utf-8") == content
 
 
 def test_a_folder_that_cannot_be_used_is_told(tmp_path: Path) -> None:

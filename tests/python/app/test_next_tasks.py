@@ -73,6 +73,17 @@ def test_without_a_record_there_is_no_command_and_the_task_says_why(tmp_path: Pa
         header_task(tmp_path, report=silent)
 
 
+@pytest.mark.parametrize("name", ["logs", "gap", "gap/deeper"])
+def test_a_folder_behind_a_link_is_not_packed(name: str, tmp_path: Path) -> None:
+    session = Session(tmp_path / "press")
+    session.save()
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "secret.csv").touch()
+    (session.folder / name).parent.mkdir(exist_ok=True)
+    (session.folder / name).symlink_to(tmp_path / "mine")
+    assert [path.name for path in packed_files(session.folder)] == ["session.toml"]
+
+
 def test_the_archive_opens_as_a_session_of_its_own(session: Session, tmp_path: Path) -> None:
     (session.folder / "errors.log").write_text("x")
     (session.folder / "records" / "link.csv").symlink_to(Path(__file__))

@@ -48,3 +48,15 @@ def test_a_port_that_is_taken_is_told(tmp_path: Path) -> None:
     assert outcome.returncode == 2
     assert f"--port {port}: this port is taken" in outcome.stderr
     assert "Traceback" not in outcome.stderr
+
+
+@pytest.mark.parametrize("folder", ["file", "file/machines", "x" * 300])
+def test_a_folder_that_cannot_be_made_is_told(folder: str, tmp_path: Path) -> None:
+    pytest.importorskip("panel", reason="the extra app is not installed")
+    (tmp_path / "file").touch()
+    command = [sys.executable, "-m", "ehsid", "app", str(tmp_path / folder)]
+    outcome = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert outcome.returncode == 2
+    assert outcome.stdout == ""
+    assert f"{folder}: cannot be used as the folder of the workbench (" in outcome.stderr
+    assert "Traceback" not in outcome.stderr

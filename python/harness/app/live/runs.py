@@ -25,11 +25,10 @@ from ehsid.harness.app.live.settings import LiveSettings, read_settings
 from ehsid.harness.app.live.task import RESULT, live_task
 from ehsid.harness.app.live.told import RING
 from ehsid.harness.app.session import Session
-from ehsid.harness.app.workbench import ERRORS, Workbench
+from ehsid.harness.app.workbench import ERRORS, LIVE, Workbench
 from ehsid.harness.files import free_folder, write_text
 from ehsid.harness.rigs.published import published_text
 
-FOLDER = "_live"  # no session can have this name
 SETTINGS = "settings.json"
 # Files of a run that the page may fetch.
 SERVED = re.compile(r"run_\d+/(hil/[\w.]+|snapshots/[\w.]+)")
@@ -47,7 +46,7 @@ class LiveRuns:
 
     def __init__(self, workbench: Workbench) -> None:
         self.workbench = workbench
-        self.folder = workbench.folder / FOLDER
+        self.folder = workbench.folder / LIVE
         self.job: Job | None = None
         self._control: Connection | None = None
         self._lock = threading.Lock()
