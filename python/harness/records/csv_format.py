@@ -12,7 +12,12 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from ehsid.harness.records.csv_text import is_number, split_header, unreadable_line
+from ehsid.harness.records.csv_text import (
+    is_number,
+    plain_number_mend,
+    split_header,
+    unreadable_line,
+)
 from ehsid.harness.records.errors import RecordError
 
 FIRST_DATA_ROW = 2  # row 1 is the header
@@ -101,6 +106,7 @@ class CsvTable:
             mend = "write the number with the digits 0 to 9 and a decimal point"
         elif text.replace(",", ".", 1).lstrip("+-").replace(".", "", 1).isdigit():
             mend = "write the number with a decimal point"
+        mend = plain_number_mend(text) or mend
         raise RecordError(
             self._path,
             f"the text '{shown}' is not a number",
@@ -121,6 +127,8 @@ class CsvTable:
                 mend = "if the numbers have a decimal comma, export them with a decimal point"
             elif any(cell.count('"') % 2 for cell in cells) or "\n" in "".join(cells):
                 mend = "look for a quotation mark that is not closed"
+            elif row == FIRST_DATA_ROW:
+                mend = "give the header one name for each cell of the rows, or correct the row"
         return RecordError(
             self._path, problem, row=row, expected="one cell for every column", mend=mend
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import gzip
+import re
 import zlib
 from collections import Counter
 from io import BytesIO
@@ -16,6 +17,11 @@ from ehsid.harness.records.limits import BYTES, COLUMNS, LINE, SAMPLES
 GZIP_MAGIC = b"\x1f\x8b"
 UTF8_BOM = b"\xef\xbb\xbf"
 UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
+# A number with a prefix of the SI, a unit, or both behind it: "-5.7m", "3k", "12.5 mV".
+WITH_PREFIX = re.compile(
+    r"([+-]?(?:\d+[.,]?\d*|[.,]\d+))\s?(?=\S)([fpnuµμmkKMGT]|[Mm]eg)?(?:V|A|m|s|Hz|N|Pa|bar)?"
+)
+POWERS = {"f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "k": 3, "K": 3, "M": 6, "G": 9, "T": 12}
 # So many rows with the same number of decimals are taken for a fixed form of numbers.
 ROWS_OF_ONE_FORM = 50
 EXPECTED_CSV = "comma-separated UTF-8 text with column names in row 1 and a decimal point"
@@ -221,6 +227,23 @@ def _wrong_delimiter(line: str, body: bytes, path: Path) -> RecordError:
         problem += " and the numbers have a decimal comma"
         mend += " and a decimal point in the numbers"
     return RecordError(path, problem, row=1, expected=EXPECTED_CSV, mend=mend)
+
+
+def plain_number_mend(cell: str) -> str | None:
+    """Returns the remedy for a cell such as "-5.7m"; None for any other text.
+
+    The letter is not read: "M" is a million to most programs and a thousandth to LTspice, and "m"
+    may be the unit.
+    """
+    match = WITH_PREFIX.fullmatch(cell.strip())
+    if match is None:
+        return None
+    power = POWERS.get((match[2] or "").replace("µ", "u").replace("μ", "u")[:1])
+    shown = f" (if '{match[2]}' is a prefix, {match[1]}e{power})" if power else ""
+    return (
+        f"export the column as plain numbers{shown}, and put a unit into the name of the column, "
+        "such as 'Stroke [mm]'"
+    )
 
 
 def is_number(text: str) -> bool:

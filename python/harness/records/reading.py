@@ -20,7 +20,7 @@ from ehsid.harness.catalogue.channels import CHANNELS, REQUIRED_COLUMNS, TIME
 from ehsid.harness.records.checks import check_columns
 from ehsid.harness.records.csv_text import decompress
 from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.formats import FORMATS, ending_of, format_of, stem_of
+from ehsid.harness.records.formats import FORMATS, ending_of, format_of, stem_of, told_by_head
 from ehsid.harness.records.gaps import gap_remarks
 from ehsid.harness.records.layout import (
     ColumnMap,
@@ -34,6 +34,7 @@ from ehsid.harness.records.limits import bounded_memory, read_file
 from ehsid.harness.records.origin import NO_HINTS, Hints, Origin, without_numbers
 from ehsid.harness.records.record import Record, make_record
 from ehsid.harness.records.timebase import TimeError
+from ehsid.harness.records.unread import refusal
 from ehsid.harness.records.wish import Wish
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
 
 AS_THE_SCHEMA: Layout = MappingProxyType({})
 # Kinds whose readers decompress more than a file states.
-UNBOUNDED = ("mf4", "mdf", "mf3", "dat", "tdms", "mcap", "bag", "db3")
+UNBOUNDED = ("mf4", "mdf", "mf3", "mdf3", "dat", "tdms", "mcap", "bag", "db3")
 # Longer sampling times are none of a servo; such a column of time is often in milliseconds.
 SLOW_S = 0.5
 
@@ -322,6 +323,8 @@ def _csv_table(text: bytes, path: Path) -> CsvTable:
     from ehsid.harness.records.csv_format import CsvTable
     from ehsid.harness.records.logs.text import differs_from_schema
 
+    if told_by_head(text) is not None or refusal(path, text) is not None:
+        raise _NotTheSchemaError(None)
     refused = None
     try:
         table = CsvTable(text, path)

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ehsid.harness.records.csv_text import WITH_PREFIX
 from ehsid.harness.records.logs.units import looks_like_a_unit
 
 SAMPLE_LINES = 400  # header blocks of loggers are shorter than half of these
@@ -54,6 +55,8 @@ class Dialect:
         row of the names, 0 if there is none, and first row of the data.
     columns
         number of columns.
+    cells
+        usual number of cells in a row, without an empty one behind a delimiter at its end.
     dt_s
         sampling time that the header block states, or None.
     dates
@@ -67,6 +70,7 @@ class Dialect:
     names_row: int
     data_row: int
     columns: int
+    cells: int
     dt_s: float | None
     dates: frozenset[int]
 
@@ -146,7 +150,9 @@ def sniff(lines: Sequence[str], *, whole: bool) -> Dialect | None:
     if start is None:
         return None
     above = [(row, line) for row, line in filled[:start]]
-    names_row, names, units = _header(above, columns, delimiter, decimal)
+    last = {cells[-1] for _, cells in rows[start:] if len(cells) == columns}
+    named = columns - (last == {""})
+    names_row, names, units = _header(above, named, delimiter, decimal)
     first = rows[start][1]
     widest = max(columns, len(names), *(len(c) for _, c in rows[start:] if len(c) <= len(names)))
     return Dialect(
@@ -157,6 +163,7 @@ def sniff(lines: Sequence[str], *, whole: bool) -> Dialect | None:
         names_row,
         rows[start][0],
         widest,
+        named,
         _stated_step([line for row, line in above if row != names_row]),
         frozenset(
             i for i, cell in enumerate(first) if is_date(cell) and not is_number(cell, decimal)
@@ -185,11 +192,12 @@ def _score(region: Sequence[str], delimiter: str, decimal: str) -> float:
     columns = _usual_count(rows)
     if columns < 2:
         return 0.0
-    good = total = 0
+    good = 0.0
+    total = 0
     points = 0
     for cells in rows:
         if len(cells) == columns:
-            good += sum(is_number(cell, decimal) or is_date(cell) for cell in cells)
+            good += sum(_value(cell, delimiter, decimal) for cell in cells)
             points += sum(decimal in cell for cell in cells)
         total += (
             max(columns, len(cells))
@@ -200,6 +208,15 @@ def _score(region: Sequence[str], delimiter: str, decimal: str) -> float:
     return good / max(total, 1) + (1e-3 if points else 0.0) - (1e-4 if decimal == "," else 0.0)
 
 
+def _value(cell: str, delimiter: str, decimal: str) -> float:
+    """Returns 1 for a number or a date, and less for a number in another notation."""
+    if is_number(cell, decimal) or is_date(cell):
+        return 1.0
+    if delimiter != "," and (is_number(cell, ".") or is_number(cell, ",")):
+        return 0.5  # a single column may have the other decimal mark
+    return 0.9 if WITH_PREFIX.fullmatch(cell) else 0.0
+
+
 def _usual_count(rows: Sequence[Sequence[str]]) -> int:
     counts = Counter(len(cells) for cells in rows)
     return counts.most_common(1)[0][0]
@@ -207,7 +224,10 @@ def _usual_count(rows: Sequence[Sequence[str]]) -> int:
 
 def _is_data(cells: Sequence[str], columns: int, decimal: str) -> bool:
     filled = [cell for cell in cells if cell.casefold() not in EMPTY]
-    numbers = sum(is_number(cell, decimal) or is_date(cell) for cell in filled)
+    numbers = sum(
+        is_number(cell, decimal) or is_date(cell) or bool(WITH_PREFIX.fullmatch(cell))
+        for cell in filled
+    )
     return (
         len(cells) >= max(2, columns - 1)
         and bool(filled)
@@ -253,6 +273,9 @@ def _header_cells(line: str, columns: int, delimiter: str) -> list[str] | None:
             return cells
         if len(cells) > columns + 1 and separator == delimiter != " ":
             return cells
+        if len(cells) == columns - 1 > 1 and separator == delimiter != " " and all(cells):
+            # One name less than columns, which the reader refuses: no line as "Operator: A, B".
+            return None if re.search("[:=]", stripped) else cells
     return None
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ehsid.harness.records.logs import dspace
 from ehsid.harness.records.logs.arrays import Part, series_of
 from ehsid.harness.records.logs.log import Log
 from ehsid.harness.records.logs.matlab_objects import object_parts
@@ -30,6 +31,14 @@ def read(data: bytes, path: Path) -> Log:
     """
     table = MatTable(data, path)
     notes: list[str] = []
+    recorded = {name: one for name, one in table.variables.items() if dspace.is_recording(one)}
+    if recorded and recorded.keys() == table.variables.keys():
+        series = [
+            one
+            for value in recorded.values()
+            for one in dspace.series_of_recording(value, path, notes)
+        ]
+        return Log(dspace.KIND, tuple(series), 1, tuple(notes))
     parts = [part for name, value in table.variables.items() for part in _parts((name,), value, 0)]
     if any(type(value).__name__ == OPAQUE for value in table.variables.values()):
         parts += object_parts(data, notes)

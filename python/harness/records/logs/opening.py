@@ -10,32 +10,13 @@ from pathlib import Path
 from ehsid.harness.error_words import install_line
 from ehsid.harness.records.csv_text import decompress
 from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.formats import TEXT_ENDINGS
+from ehsid.harness.records.formats import KINDS, told_by_head
 from ehsid.harness.records.logs.log import Log
+from ehsid.harness.records.unread import HEAD_BYTES, refusal
 
-# Ending -> module of this package, and the first bytes that tell a kind whatever the name says.
-MODULES = {
-    **dict.fromkeys(("csv", "csv.gz", *TEXT_ENDINGS), "text"),
-    **dict.fromkeys(("xlsx", "xlsm", "xlsb", "xls", "ods"), "spreadsheet"),
-    **dict.fromkeys(("h5", "hdf5", "hdf"), "hdf5"),
-    **dict.fromkeys(("mf4", "mdf", "mf3"), "mdf"),
-    **dict.fromkeys(("bag", "db3"), "rosbag"),
-    "parquet": "parquet",
-    "npz": "npz",
-    "mat": "mat",
-    "tdms": "tdms",
-    "mcap": "mcap",
-}
-HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
-MATLAB_HEAD = 512  # bytes in front of it in a MAT file of version 7.3
-MAGIC = (
-    (b"MDF     ", "mdf"),
-    (b"UnFinMF ", "mdf"),
-    (b"TDSm", "tdms"),
-    (b"\x89MCAP0\r\n", "mcap"),
-    (b"#ROSBAG V2.0", "rosbag"),
-    (HDF5_MAGIC, "hdf5"),
-)
+# Ending -> module of this package.
+MODULES = {ending: kind.module for kind in KINDS for ending in kind.endings}
+MATLAB_HEAD = 512  # bytes in front of HDF5 in a MAT file of version 7.3
 
 
 def open_log(data: bytes, path: Path, ending: str, refused: RecordError | None = None) -> Log:
@@ -59,9 +40,12 @@ def open_log(data: bytes, path: Path, ending: str, refused: RecordError | None =
     """
     if ending.endswith(".gz"):
         data = decompress(data, path)
-    module = next((name for magic, name in MAGIC if data.startswith(magic)), MODULES[ending])
-    if ending == "mat" and data.startswith(HDF5_MAGIC, MATLAB_HEAD):
-        module = "hdf5"
+    kind = told_by_head(data)
+    if kind is None and ending == "mat":
+        kind = told_by_head(data[MATLAB_HEAD : MATLAB_HEAD + HEAD_BYTES])
+    if kind is None and (known := refusal(path, data)) is not None:
+        raise known
+    module = MODULES[ending] if kind is None else kind.module
     try:
         read: Callable[[bytes, Path], Log] = importlib.import_module(
             f"ehsid.harness.records.logs.{module}"

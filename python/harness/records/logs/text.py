@@ -12,7 +12,13 @@ import numpy as np
 import polars as pl
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.records.csv_text import GZIP_MAGIC, UTF8_BOM, UTF16_BOMS, check_size
+from ehsid.harness.records.csv_text import (
+    GZIP_MAGIC,
+    UTF8_BOM,
+    UTF16_BOMS,
+    check_size,
+    plain_number_mend,
+)
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.limits import BYTES, COLUMNS
 from ehsid.harness.records.logs.dates import seconds
@@ -20,6 +26,7 @@ from ehsid.harness.records.logs.dialect import EMPTY, SAMPLE_LINES, Dialect, cel
 from ehsid.harness.records.logs.log import Log, Series
 
 CELL_BYTES = 8
+MARKS = {".": "point", ",": "comma"}
 EXPECTED = "a table of numbers as text, with names above the columns"
 
 
@@ -102,10 +109,10 @@ def table_log(data: bytes, path: Path) -> Log | None:
     text, note = decode(data, path)
     check_size(text, path)
     dialect = dialect_of(text)
-    return None if dialect is None else _Text(text, path, dialect).log([note] if note else [])
+    return None if dialect is None else TextTable(text, path, dialect).log([note] if note else [])
 
 
-class _Text:
+class TextTable:
     """The rows of a text file below its header."""
 
     def __init__(self, text: bytes, path: Path, dialect: Dialect) -> None:
@@ -120,13 +127,14 @@ class _Text:
         body = self._body(notes)
         BYTES.check((body.count(b"\n") + 1) * dialect.columns * CELL_BYTES, path)
         frame = self._frame(body)
+        self._check_header(body)
         names = _unique([*dialect.names, *[""] * (dialect.columns - len(dialect.names))], notes)
         units = [*dialect.units, *[""] * (dialect.columns - len(dialect.units))]
         series, texts = [], []
         for i, name in enumerate(names):
             column = frame[f"{i}"]
             if column.null_count() < len(column):
-                series.append(self._series(name, units[i] or None, column, i))
+                series.append(self._series(name, units[i] or None, column, i, notes))
                 if not series[-1].is_time and self._is_text(column):
                     texts.append(name)
         series += self._date_and_time(series, names, frame)
@@ -155,22 +163,51 @@ class _Text:
 
     def _frame(self, body: bytes) -> pl.DataFrame:
         dialect = self._dialect
+        # The reader takes the number of columns from the first row, which may be a short one.
+        widest = dialect.delimiter.encode() * (dialect.columns - 1) + b"\n"
         try:
             return pl.read_csv(
-                body,
+                widest + body,
                 has_header=False,
                 separator=dialect.delimiter,
                 schema={f"{i}": pl.String for i in range(dialect.columns)},
                 quote_char='"' if b'"' in body else None,
-            )
-        except pl.exceptions.PolarsError as error:
+            ).slice(1)
+        except pl.exceptions.PolarsError:
             self._find_ragged(body)
             raise RecordError(
                 self._path,
-                f"the rows cannot be divided into cells ({str(error).splitlines()[0][:80]})",
+                "the rows cannot be divided into cells",
                 expected=EXPECTED,
                 mend="look for stray quotation marks and control characters",
             ) from None
+
+    def _check_header(self, body: bytes) -> None:
+        """Checks that there is a name for every column, and a column for every name."""
+        dialect = self._dialect
+        names = len(dialect.names)
+        if not dialect.names_row or dialect.delimiter == " ":
+            return
+        rows = body.decode("utf-8", "replace").split("\n")
+        widest = max(row.count(dialect.delimiter) for row in rows) + 1
+        if names < dialect.cells:
+            mend = (
+                "add the name that is missing; if the first column only numbers the rows, it may "
+                "have none"
+            )
+            if dialect.delimiter == ",":
+                mend += "; if the numbers have a decimal comma, export them with a decimal point"
+        elif names > widest and all(dialect.names[widest:]):
+            mend = "remove the name that has no values, or export the file again with all values"
+        else:
+            return
+        raise RecordError(
+            self._path,
+            f"the header has {names} names, the rows have {min(widest, dialect.columns)} cells",
+            row=dialect.names_row,
+            expected="one name for each column",
+            mend=mend,
+        )
 
     def _find_ragged(self, body: bytes) -> None:
         dialect = self._dialect
@@ -185,9 +222,14 @@ class _Text:
                     mend="correct the row; a second log may follow in the same file",
                 )
 
-    def _series(self, name: str, unit: str | None, column: pl.Series, number: int) -> Series:
-        sample = column.drop_nulls().head(1)
-        dates = seconds(sample) is not None and bool(self._numbers(sample)[1].any())
+    def _series(
+        self, name: str, unit: str | None, column: pl.Series, number: int, notes: list[str]
+    ) -> Series:
+        sample = column.drop_nulls()
+        dates = seconds(sample.head(1)) is not None and self._unread(sample.head(1))
+        decimal = self._decimal(sample.head(SAMPLE_LINES))
+        if decimal != self._dialect.decimal:
+            notes.append(f"'{name}' has a decimal {MARKS[decimal]}, unlike other columns")
 
         @cache
         def values() -> FloatArray:
@@ -195,7 +237,7 @@ class _Text:
                 found = seconds(column)
                 if found is not None:
                     return found
-            numbers, bad = self._numbers(column)
+            numbers, bad = self._numbers(column, decimal)
             if bad.any():
                 raise self._no_number(name, column, int(np.argmax(bad)))
             return numbers
@@ -204,12 +246,24 @@ class _Text:
             name, len(column), values, "s" if dates else unit, is_time=dates, column=number
         )
 
+    def _unread(self, column: pl.Series) -> bool:
+        """Whether a cell of a column is no number in the notation of the file."""
+        return bool(self._numbers(column, self._dialect.decimal)[1].any())
+
+    def _decimal(self, sample: pl.Series) -> str:
+        """Returns the decimal mark of a column: that of the file, if its numbers do not differ."""
+        other = "," if self._dialect.decimal == "." else "."
+        if self._unread(sample) and not self._numbers(sample, other)[1].any():
+            return other
+        return self._dialect.decimal
+
+    @staticmethod
     def _numbers(
-        self, column: pl.Series
+        column: pl.Series, decimal: str
     ) -> tuple[FloatArray, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
         """Returns the numbers of a column, NaN where there is none, and where text is no number."""
         text = column.str.strip_chars()
-        if self._dialect.decimal == ",":
+        if decimal == ",":
             text = text.str.replace(",", ".", literal=True)
         numbers = text.str.replace("[dD]([+-]?[0-9]+)$", "e${1}").cast(pl.Float64, strict=False)
         unread = numbers.is_null() & text.is_not_null()
@@ -219,7 +273,8 @@ class _Text:
 
     def _is_text(self, column: pl.Series) -> bool:
         """Whether the first cells of a column hold text, and not one of them a number."""
-        numbers, unread = self._numbers(column.drop_nulls().head(SAMPLE_LINES))
+        head = column.drop_nulls().head(SAMPLE_LINES)
+        numbers, unread = self._numbers(head, self._decimal(head))
         return bool(unread.any()) and not bool(np.isfinite(numbers).any())
 
     def _no_number(self, name: str, column: pl.Series, row: int) -> RecordError:
@@ -231,7 +286,7 @@ class _Text:
             row=self._dialect.data_row + row,
             column=name,
             expected=f"a number such as 0{self._dialect.decimal}125 or 1.2e-3",
-            mend="correct the cell, or name the columns to use",
+            mend=plain_number_mend(cell) or "correct the cell, or name the columns to use",
         )
 
     def _date_and_time(

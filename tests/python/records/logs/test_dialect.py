@@ -67,6 +67,12 @@ TEXTS = [
          "text, columns separated by ';'"),
     Text("trailing delimiter", ";".join(NAMES) + ";\n" + table(";").replace("\n", ";\n"),
          "text, columns separated by ';'"),
+    Text("delimiter behind the rows only", ";".join(NAMES) + "\n"
+         + table(";").replace("\n", ";\n"), "text, columns separated by ';'"),
+    Text("delimiter behind the names only", ";".join(NAMES) + ";\n" + table(";"),
+         "text, columns separated by ';'"),
+    Text("delimiter behind some rows", ";".join(NAMES) + "\n"
+         + table(";").replace("0000\n", "0000;\n"), "text, columns separated by ';'"),
 ]  # fmt: skip
 
 
@@ -143,6 +149,63 @@ def test_a_last_row_that_the_logger_did_not_finish_is_left_out(tmp_path: Path) -
     assert len(record) == N - 1
     assert record.origin is not None
     assert "the last row is not complete and is left out" in record.origin.remarks
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+@pytest.mark.parametrize(
+    ("names", "remedy"),
+    [
+        ("Time [s],Valve,Stroke [m],Swing", "remove the name that has no values"),
+        ("Time [s],Valve,Stroke [m],Swing,Boom", "remove the name that has no values"),
+        ("Valve,Stroke [m]", "add the name that is missing"),
+    ],
+)
+def test_names_and_cells_that_differ_are_counted(
+    tmp_path: Path, separator: str, names: str, remedy: str
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(names.replace(",", separator) + "\n" + table(separator))
+    with pytest.raises(RecordError) as caught:
+        read_record(path)
+    count = names.count(",") + 1
+    assert caught.value.problem == f"the header has {count} names, the rows have 3 cells"
+    assert caught.value.row == 1
+    assert caught.value.mend is not None
+    assert remedy in caught.value.mend
+
+
+@pytest.mark.parametrize("name", ["time_s", "position_m"])
+def test_one_column_with_a_decimal_comma_is_read_and_told(tmp_path: Path, name: str) -> None:
+    at = NAMES.index(name)
+    lines = [line.split(";") for line in table(";").splitlines()]
+    rows = [[*r[:at], r[at].replace(".", ","), *r[at + 1 :]] for r in lines]
+    path = tmp_path / "log.csv"
+    path.write_text(";".join(NAMES) + "\n" + "\n".join(map(";".join, rows)) + "\n")
+    record = read_record(path)
+    np.testing.assert_allclose(np.asarray(record.time_s), TIME_S, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(record.column("position_m"), POSITION_M)
+    assert record.origin is not None
+    assert f"'{name}' has a decimal comma, unlike other columns" in record.origin.remarks
+
+
+@pytest.mark.parametrize("cell", ["-5.7m", "3k", "12.5u", "12.5µ", "1.5Meg", "50.2 mm", "3 V"])
+@pytest.mark.parametrize("column", [1, 2])
+@pytest.mark.parametrize("every", [True, False])
+@pytest.mark.parametrize("separator", [",", ";"])
+def test_numbers_with_prefixes_are_named_with_their_row(
+    tmp_path: Path, cell: str, column: int, every: bool, separator: str
+) -> None:
+    lines = [line.split(separator) for line in table(separator).splitlines()]
+    for k in range(0 if every else 7, N if every else 8):
+        lines[k][column] = cell
+    path = tmp_path / "log.csv"
+    path.write_text(separator.join(NAMES) + "\n" + "\n".join(map(separator.join, lines)) + "\n")
+    with pytest.raises(RecordError) as caught:
+        read_record(path, columns=["command_v", "position_m"])
+    assert caught.value.problem == f"the text '{cell}' is not a number"
+    assert (caught.value.row, caught.value.column) == (2 if every else 9, NAMES[column])
+    assert caught.value.mend is not None
+    assert "export the column as plain numbers" in caught.value.mend
 
 
 @settings(max_examples=200)

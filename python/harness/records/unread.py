@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: MIT
+"""Kinds of measurement files that are known but not read, and the export that is read."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from ehsid.harness.records.errors import RecordError
+
+HEAD_BYTES = 4096
+DECODED = (
+    "decode its signals with the database of the bus (.dbc) and export them as MF4 or CSV, for "
+    "example in CANalyzer or asammdf"
+)
+UNPACKED = "unpack it, and name the file in it"
+
+
+class Unread(NamedTuple):
+    """A kind of file that is not read.
+
+    Attributes
+    ----------
+    name
+        what the file is, for a sentence.
+    endings
+        endings that only this kind has.
+    export
+        how to make a file of it that is read.
+    head
+        regular expression of its first bytes; None if they are not known.
+    """
+
+    name: str
+    endings: tuple[str, ...]
+    export: str
+    head: bytes | None = None
+
+
+UNREAD = (
+    Unread("an imc FAMOS file", ("raw",), "export it in imc FAMOS as MATLAB (.mat) or text, or "
+           "convert it to CSV with imctermite", rb"\s*\|CF,\d"),
+    Unread("a simulation result of LTspice", (), "use File > Export data as text in the window of "
+           "the curves", rb"Title:[^\n]*\nDate:[^\n]*\nPlotname:|T\x00i\x00t\x00l\x00e\x00:\x00"),
+    Unread("a ULog file of PX4", ("ulg", "ulog"), "convert it with ulog2csv (package pyulog), and "
+           "name the CSV file with the signals", rb"ULog\x01\x12\x35"),
+    Unread("an ASAM ODS file", ("atf", "atfx", "atfxml"), "export it as MF4 or CSV in the program "
+           "that wrote it", rb"(?:\xef\xbb\xbf)?(?:<\?xml[^>]*>\s*)?<atfx_file|ATF_FILE"),
+    Unread("a CAN trace (Vector BLF)", ("blf",), DECODED, rb"(?s:LOGG..\x00\x00)"),
+    Unread("a CAN trace (Vector ASC)", (), DECODED, rb"date [^\n]*\r?\n\s*base (?:hex|dec)"),
+    Unread("a waveform of a LeCroy oscilloscope", (), "save it as text (CSV) on the oscilloscope",
+           rb"(?:#\d{1,10})?WAVEDESC"),
+    Unread("a CAN trace (PEAK TRC)", ("trc",), DECODED, rb"\s*;\$FILEVERSION"),
+    Unread("a CAN trace (candump)", (), DECODED, rb"\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-Fa-f]{3,8}#"),
+    Unread("a recording of TwinCAT Scope", ("svdx", "svd"), "export it in TwinCAT Scope as CSV "
+           "with a full header, tabs between the columns and the time in ms"),
+    Unread("a Dewesoft file", ("dxd", "dxz", "d7d", "d7z", "dewesoft"), "export it in Dewesoft as "
+           "MATLAB (.mat) or text (CSV)"),
+    Unread("a SoMat SIE file", ("sie",), "export it as text (CSV) in the program that wrote it"),
+    Unread("a Yokogawa waveform", ("wdf", "wvf"), "export it as CSV in Xviewer"),
+    Unread("an RPC III time history of MTS", ("rsp", "drv", "rpc"), "export it as text (CSV) in "
+           "the program that wrote it", rb"FORMAT\x00"),
+    Unread("a file in the Standard Data Format (SDF) of an analyser", ("sdf",), "export it as text "
+           "(CSV) or MATLAB (.mat) in the program that wrote it"),
+    Unread("an HBM Perception recording", ("pnrf",), "export it in Perception as MATLAB (.mat) or "
+           "text (CSV)"),
+    Unread("a DIAdem TDM file", ("tdm", "tdx"), "save it in DIAdem as TDMS",
+           rb"(?:\xef\xbb\xbf)?(?:<\?xml[^>]*>\s*)?<usi:tdm"),
+    Unread("the index of a TDMS file", ("tdms_index",), "name the .tdms file beside it", rb"TDSh"),
+    Unread("a recording of dSPACE ControlDesk", ("idf",), "export it in ControlDesk as MATLAB "
+           "(.mat), MF4 or CSV"),
+    Unread("a waveform of a Tektronix oscilloscope", ("isf", "wfm"), "save it as CSV"),
+    Unread("a PicoScope file", ("psdata",), "save it in PicoScope as MATLAB (.mat) or CSV"),
+    Unread("a WinDaq file", ("wdq", "wdh"), "export it in WinDaq as CSV"),
+    Unread("a testXpert file", ("zs2", "zse"), "export it in testXpert as text"),
+    Unread("a session of the Simulation Data Inspector", ("mldatx",), "export it there as MATLAB "
+           "(.mat)"),
+    Unread("a universal file (UFF)", ("uff", "unv"), "export it as text (CSV) or MATLAB (.mat) in "
+           "the program that wrote it", rb"\s{4}-1\s*\n\s*(?:58b?|151|164)\s"),
+    Unread("a capture of network packets", ("pcap", "pcapng", "cap"), "export the signals in "
+           "Wireshark as CSV",
+           rb"\xd4\xc3\xb2\xa1|\xa1\xb2\xc3\xd4|\x4d\x3c\xb2\xa1|\x0a\x0d\x0d\x0a"),
+    Unread("a Microsoft Access database", ("mdb", "accdb"), "export the table with the signals as "
+           "CSV or .xlsx", rb"\x00\x01\x00\x00Standard (?:Jet|ACE) DB"),
+    Unread("an SQLite database", ("db", "sqlite", "sqlite3"), "export the table with the signals "
+           "as CSV; a ROS 2 bag is named by its folder"),
+    Unread("an Arrow or Feather file", ("arrow", "feather"), "write it as Parquet",
+           rb"ARROW1\x00\x00"),
+    Unread("an array of NumPy", ("npy",), "save its columns by name with numpy.savez",
+           rb"\x93NUMPY"),
+    Unread("a pickle of Python, which can run code", ("pkl", "pickle"), "save the signals as "
+           "Parquet or NPZ"),
+    Unread("an archive", ("zip", "7z", "rar", "tar", "tgz", "xz", "bz2", "zst"), UNPACKED,
+           rb"7z\xbc\xaf\x27\x1c|Rar!\x1a\x07|BZh\d1AY&SY|\xfd7zXZ\x00|\x28\xb5\x2f\xfd"),
+)  # fmt: skip
+
+
+def refusal(path: Path, data: bytes | None = None) -> RecordError | None:
+    """Returns the error for a file of a kind that is known but not read; None for any other file.
+
+    Parameters
+    ----------
+    path
+        its name, whose ending tells the kind where the content does not.
+    data
+        its content, if it has been read already; then only the content counts.
+    """
+    head = first_bytes(path) if data is None else data[:HEAD_BYTES]
+    known = next((kind for kind in UNREAD if kind.head and re.match(kind.head, head)), None)
+    if known is None and data is None:
+        ending = path.suffix.lower().removeprefix(".")
+        known = next((kind for kind in UNREAD if ending in kind.endings), None)
+    if known is None:
+        return None
+    return RecordError(
+        path,
+        f"this is {known.name}, which is not read",
+        expected="a record, or a log of a kind that is read",
+        mend=known.export,
+    )
+
+
+def first_bytes(path: Path) -> bytes:
+    """Returns the first bytes of a file; none if it cannot be read, of which others tell."""
+    try:
+        with path.open("rb") as file:
+            return file.read(HEAD_BYTES)
+    except (OSError, ValueError):
+        return b""
