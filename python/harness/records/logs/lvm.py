@@ -228,14 +228,14 @@ class _File:
     def _times(self, column: int, x: FloatArray | None) -> FloatArray:
         """Returns the times of the rows of a channel, from the start of the first channel on."""
         origin = self._start(self._segments[0], 1)
-        times, at, end = [], 0, -np.inf
+        times: list[FloatArray] = []
+        at, end = 0, -np.inf
         for number, one in enumerate(self._segments, start=1):
             count = len(one.rows)
-            part = None if x is None else x[at : at + count]
-            if part is None or not np.isfinite(part).any():
-                part = self._number(one, "X0", column, 0.0) + np.arange(count) * self._number(
-                    one, "Delta_X", column, None
-                )
+            part = np.full(count, np.nan) if x is None else x[at : at + count]
+            if not np.isfinite(part).any():
+                step = self._number(one, "Delta_X", column, None)
+                part = self._number(one, "X0", column, 0.0) + step * np.arange(count)
             if not np.nanmax(np.abs(part)) > ABSOLUTE_S:
                 day, second = self._start(one, column)
                 part = part + (86400.0 * (day - origin[0]) + (second - origin[1]))
