@@ -20,6 +20,7 @@ from ehsid.harness.records.gaps import gap_remarks
 from ehsid.harness.records.origin import NO_HINTS, Hints, Origin, without_numbers
 from ehsid.harness.records.reading import AS_THE_SCHEMA, has_other_time, slow_remarks
 from ehsid.harness.records.record import Record, make_record
+from ehsid.harness.records.sentinels import has_sentinels
 from ehsid.harness.records.timebase import TimeError
 from ehsid.harness.records.wish import Wish
 
@@ -106,6 +107,8 @@ def _as_the_schema(columns: Mapping[str, npt.NDArray[Any]], texts: list[str], na
     kept = {key: values for key, values in columns.items() if key not in left_out}
     try:
         record = make_record(kept, name=name)
+        if has_sentinels(record.columns):
+            return _as_a_log(columns, texts, NO_HINTS, name)
     except TimeError as error:
         from ehsid.harness.records.logs.reading import even_record
 

@@ -33,6 +33,7 @@ from ehsid.harness.records.layout import (
 from ehsid.harness.records.limits import bounded_memory, read_file
 from ehsid.harness.records.origin import NO_HINTS, Hints, Origin, without_numbers
 from ehsid.harness.records.record import Record, make_record
+from ehsid.harness.records.sentinels import has_sentinels
 from ehsid.harness.records.timebase import TimeError
 from ehsid.harness.records.unread import refusal
 from ehsid.harness.records.wish import Wish
@@ -243,6 +244,8 @@ def _arrays(
     read = table.read(list(dict.fromkeys(wanted.values())))
     # The check comes before the renaming, so that messages use the column names of the file.
     arrays = check_columns(read, file=path, first_row=table.first_row)
+    if has_sentinels({target: arrays[name] for target, name in wanted.items()}):
+        raise _NotTheSchemaError(None)  # its gaps are those of a log
     return {
         target: in_schema_unit(arrays[name], layout[target], CHANNELS[target].unit)
         if target in layout

@@ -77,7 +77,7 @@ class Clocks:
         group = [
             one
             for one in self._log.series
-            if one.group == series.group and one.size == series.size and one is not series
+            if one.group == series.group and one.size == series.size and one.name != series.name
         ]
         candidates = self._candidates(group)
         if candidates:

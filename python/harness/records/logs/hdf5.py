@@ -15,9 +15,10 @@ import numpy.typing as npt
 
 from ehsid.harness.records.errors import RecordError, damaged
 from ehsid.harness.records.limits import BYTES, COLUMNS
-from ehsid.harness.records.logs.arrays import Part, series_of
+from ehsid.harness.records.logs.arrays import SEPARATOR, Part, series_of
 from ehsid.harness.records.logs.log import Log
 from ehsid.harness.records.logs.matlab_objects import object_parts
+from ehsid.harness.records.logs.packing import Unpack, unpacking
 
 # As in MAT files before version 7.3.
 MOST_DEPTH, MOST_CELLS = 3, 64
@@ -47,7 +48,7 @@ def read(data: bytes, path: Path) -> Log:
             if not name.startswith("#"):
                 for inner, dataset in _datasets(file, name, item, MOST_DEPTH):
                     COLUMNS.check(len(parts), path)
-                    parts.extend(_parts(inner, dataset, path, objects))
+                    parts.extend(_parts(inner, dataset, path, objects, notes))
 
         file.visititems(visit)
     except RecordError:
@@ -86,7 +87,7 @@ def _datasets(file: Any, name: str, item: Any, depth: int) -> Iterator[tuple[str
             yield from _datasets(file, at, cell, depth - 1)
 
 
-def _parts(name: str, dataset: Any, path: Path, objects: list[str]) -> list[Part]:
+def _parts(name: str, dataset: Any, path: Path, objects: list[str], notes: list[str]) -> list[Part]:
     where = tuple(name.split("/"))
     of_matlab = _text(dataset.attrs.get("MATLAB_class"))
     if of_matlab is not None and of_matlab not in NUMERIC_CLASSES:
@@ -96,17 +97,18 @@ def _parts(name: str, dataset: Any, path: Path, objects: list[str]) -> list[Part
     if dataset.is_virtual or dataset.external or "MATLAB_empty" in dataset.attrs:
         return []
     unit = next((u for key in UNIT_NAMES if (u := _text(dataset.attrs.get(key)))), None)
+    unpack = unpacking(dict(dataset.attrs), SEPARATOR.join(where), path, notes)
     if dataset.dtype.names:
         return [
             Part(
                 (*where, field),
                 dataset.shape,
                 dataset.dtype[field],
-                partial(_values, dataset, field, path),
+                partial(_values, dataset, field, unpack, path),
             )
             for field in dataset.dtype.names
         ]
-    read_all = partial(_values, dataset, None, path)
+    read_all = partial(_values, dataset, None, unpack, path)
     return [Part(where, dataset.shape, dataset.dtype, read_all, unit)]
 
 
@@ -122,12 +124,13 @@ def _content_bytes(file: Any) -> int:
     return sum(sizes)
 
 
-def _values(dataset: Any, field: str | None, path: Path) -> npt.NDArray[Any]:
+def _values(dataset: Any, field: str | None, unpack: Unpack, path: Path) -> npt.NDArray[Any]:
     BYTES.check(int(dataset.size) * 8, path)
     try:
-        return np.asarray(dataset[()] if field is None else dataset[field])
+        stored = np.asarray(dataset[()] if field is None else dataset[field])
     except Exception as error:  # as in `read`
         raise damaged(path, "HDF5", error) from None
+    return unpack(stored)
 
 
 def _text(value: Any) -> str | None:

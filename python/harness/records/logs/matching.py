@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,7 @@ from ehsid.harness.records.logs.units import (
 )
 from ehsid.harness.records.origin import Taken
 from ehsid.harness.records.pasting import NAMED_BY_RIG, columns_line, map_option, units_differ
+from ehsid.harness.records.sentinels import sentinels_of
 
 PRESSURE_UNIT = "Pa"
 
@@ -50,7 +52,10 @@ class Choice:
 
 
 class Matching:
-    """The choices for one log; `remarks` are sentences on what was guessed or left out."""
+    """The choices for one log; `remarks` are sentences on what was guessed or left out.
+
+    `without_value` are those on numbers that stand for no value, by the name of the series.
+    """
 
     def __init__(
         self, log: Log, path: Path, maps: Mapping[str, ColumnMap], layout: Mapping[str, ColumnMap]
@@ -59,6 +64,7 @@ class Matching:
         self._path = path
         self._signals = [one for one in log.series if not one.is_time]
         self.remarks: list[str] = []
+        self.without_value: dict[str, str] = {}
         self._maps = dict(maps)
         self._by_rig: set[str] = set()
         for channel, column in layout_of([one.name for one in self._signals], layout).items():
@@ -104,16 +110,32 @@ class Matching:
                 continue
             try:
                 values = series.read()
-            except RecordError:
-                self.remarks.append(f"'{series.name}' is left out: it does not hold numbers only")
+            except RecordError as error:
+                self.remarks.append(f"'{series.name}' is left out: {error.problem}")
                 continue
             if not np.isfinite(values).any():
                 self.remarks.append(f"'{series.name}' is left out: it is empty")
                 continue
             names.add(series.name)
+            series = self._with_gaps(series, series.name)
             why = "no channel of the schema; kept as it is"
             rest.append(Choice(series, Taken(series.name, series.name, None, 1.0, 0.0, why)))
         return rest
+
+    def _with_gaps(self, series: Series, channel: str) -> Series:
+        """Returns a series with NaN in place of numbers that stand for no value."""
+
+        @cache
+        def values() -> FloatArray:
+            read = series.read()
+            none = sentinels_of(read, channel)
+            if none is None:
+                return read
+            self.without_value[series.name] = none.remark(series.name, read)
+            self.remarks.append(self.without_value[series.name])
+            return none.without(read)
+
+        return replace(series, read=values)
 
     def _named(self, name: str) -> list[Series]:
         """Returns the series of a name; the unit in brackets may be left out, and the case."""
@@ -142,7 +164,7 @@ class Matching:
             ]
             found = [one for one in found if not is_counter(one.name)]
         if len(found) == 1:
-            return found[0]
+            return self._with_gaps(found[0], name)
         if len(found) > 1:
             problem = f"{len(found)} columns can be '{name}': {_listed(found)}"
             if required or name in self._maps:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -25,6 +26,12 @@ COMPRESSED = b"##DZ"
 LENGTH_AT = 32
 # Numbers of the types of text in versions 4 and 3 of the format.
 TEXT_TYPES, TEXT_TYPES_3 = (6, 7, 8, 9), (7,)
+# Names that ASAM gives to the channels of raw frames.
+RAW_FRAME = re.compile(r"(CAN|LIN|FLX|ETH|MOST|USB|K_LINE)_(\w*Frame|Message)(\.|$)")
+DECODE = (
+    "decode the frames to signals first, with the database of the bus (DBC, ARXML), such as by "
+    "asammdf's MDF.extract_bus_logging"
+)
 
 
 def _close_quietly(file: Any) -> None:
@@ -55,6 +62,10 @@ def read(data: bytes, path: Path) -> Log:
             path,
         )  # fmt: skip
         COLUMNS.check(sum(len(g.channels) for _, g in groups), path)
+        raw = [number for number, group in groups if _has_raw_frames(group)]
+        if raw and not any(_has_signals(g) for number, g in groups if number not in raw):
+            raise _not_decoded(path)
+        groups = [(number, group) for number, group in groups if number not in raw]
         series = [one for number, group in groups for one in _of_group(file, number, group, path)]
     except RecordError:
         raise
@@ -67,7 +78,25 @@ def read(data: bytes, path: Path) -> Log:
         for channel in group.channels
         if channel.data_type in (TEXT_TYPES if version >= "4" else TEXT_TYPES_3)
     ]
-    return Log(f"MDF {version}", tuple(series), texts=tuple(texts))
+    notes = (f"{len(raw)} groups of raw bus frames are left out: {DECODE}",) if raw else ()
+    return Log(f"MDF {version}", tuple(series), notes=notes, texts=tuple(texts))
+
+
+def _has_raw_frames(group: Any) -> bool:
+    return any(RAW_FRAME.match(str(channel.name)) for channel in group.channels)
+
+
+def _has_signals(group: Any) -> bool:
+    return int(group.channel_group.cycles_nr) > 0 and len(group.channels) > 1
+
+
+def _not_decoded(path: Path) -> RecordError:
+    return RecordError(
+        path,
+        "the file holds raw frames of a bus, such as CAN, and no signals",
+        expected="signals with numbers",
+        mend=DECODE,
+    )
 
 
 def _of_group(file: Any, number: int, group: Any, path: Path) -> list[Series]:
@@ -85,7 +114,16 @@ def _of_group(file: Any, number: int, group: Any, path: Path) -> list[Series]:
     @cache
     def values(index: int) -> FloatArray:
         with _damage_named(path):
-            signal = file.get(group=number, index=index, ignore_invalidation_bits=False)
+            # All samples, so that each has its time; with False the invalid ones are left out.
+            signal = file.get(group=number, index=index, ignore_invalidation_bits=True)
+        if signal.samples.ndim != 1 or signal.samples.dtype.names:
+            raise RecordError(
+                path,
+                "it has several numbers in each sample",
+                column=signal.name,
+                expected="one number in each sample",
+                mend="export each of them as a channel, or name other columns to use",
+            )
         numbers = as_float(signal.samples, signal.name, path)
         invalid = signal.invalidation_bits
         if invalid is not None:

@@ -69,6 +69,15 @@ def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None
         )
     maker = _Maker(path, log.first_row, clocks, hints)
     made, taken_time = maker.make(choices, set(required), TIME in required)
+    if taken_time is None and matching.without_value:
+        column, remark = next(iter(matching.without_value.items()))
+        raise RecordError(
+            path,
+            f"{remark}, and without a time there can be no gap",
+            column=column,
+            expected="a value in every row, or a time",
+            mend="say the sampling time in seconds, such as --dt 0.001, or correct these rows",
+        )
     remarks = (
         *log.notes,
         *matching.remarks,
@@ -289,6 +298,8 @@ class _Maker:
         rates = sorted({f"{1e3 * step:.4g}" for step in steps.values()}, key=float)
         if not same and len(rates) > 1:
             why = f"signals every {', '.join(rates)} ms"
+        elif not same and wavers <= MAX_JITTER:
+            why = "its signals have values at different times"
         filtered = [
             n for n in signals if grid.dt_s >= FILTER_RATIO * steps[n] and not signals[n].held
         ]
@@ -314,12 +325,11 @@ class _Maker:
 def _leading(signals: Mapping[str, Timed], required: Collection[str]) -> list[str]:
     """Returns the signals whose rate and span the record gets.
 
-    They are the required ones, else command and position, else the fastest.
+    They are the required ones with command and position, else the fastest.
     """
-    for names in (required, (COMMAND, POSITION)):
-        found = [name for name in signals if name in names]
-        if found:
-            return found
+    found = [name for name in signals if name in (*required, COMMAND, POSITION)]
+    if found:
+        return found
     steps = {name: usual_step(one.time_s) for name, one in signals.items()}
     return [name for name, step in steps.items() if step <= FILTER_RATIO * min(steps.values())]
 
