@@ -7,10 +7,12 @@ import dataclasses
 import inspect
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
+
+T = TypeVar("T")
 
 
 def to_plain(value: Any) -> Any:
@@ -42,6 +44,22 @@ def json_text(result: Any, *, indent: int = 2) -> str:
     A field is a key; a number that is not finite becomes null.
     """
     return msgspec.json.format(msgspec.json.encode(result), indent=indent).decode() + "\n"
+
+
+def from_json(content: bytes, kind: type[T]) -> T:
+    """Returns what `json_text` wrote of a result of this class.
+
+    Raises
+    ------
+    msgspec.DecodeError
+        the content is no JSON, or not of this class.
+    """
+    try:
+        return msgspec.json.decode(content, type=kind)
+    except RecursionError:
+        raise msgspec.DecodeError(
+            "brackets are nested too deeply: expected the few levels of a file of ehsid"
+        ) from None
 
 
 def json_schema(kind: type, title: str) -> dict[str, Any]:

@@ -34,7 +34,7 @@ def error_words(error: BaseException) -> str | None:
     if isinstance(error, RecursionError):
         return (
             "the input is nested too deeply: expected the few levels of the documented formats; "
-            "check the rig file"
+            "check the files that were given"
         )
     if isinstance(error, TypeError) and any(words in str(error) for words in OF_PYBIND):
         return (

@@ -12,6 +12,7 @@ from typing import Literal
 import msgspec
 
 import ehsid
+from ehsid.harness.encoding import from_json
 
 
 class FileEntry(msgspec.Struct, frozen=True):
@@ -75,7 +76,7 @@ def read_manifest(path: Path, result: str) -> Manifest:
         the file is no manifest, or names a file outside of the folder of the result.
     """
     try:
-        manifest = msgspec.json.decode(path.read_bytes(), type=Manifest)
+        manifest = from_json(path.read_bytes(), Manifest)
         for name in manifest.files:
             parts = PurePosixPath(name)
             if parts.is_absolute() or ".." in parts.parts or not parts.parts:

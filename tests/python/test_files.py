@@ -371,7 +371,16 @@ def test_a_manifest_never_leads_out_of_its_folder(tmp_path: Path, name: str) -> 
     assert (tmp_path / "mine.txt").read_text() == "earlier"
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"result": "test", "files": {"a.txt": 1}}'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "{}",
+        '{"result": "test", "files": {"a.txt": 1}}',
+        pytest.param('{"more": ' + "[" * 100_000, id="brackets"),
+    ],
+)
 def test_a_damaged_manifest_is_a_message_with_a_remedy(tmp_path: Path, text: str) -> None:
     put(tmp_path, a="earlier")
     (tmp_path / FOLDER / "test.json").write_text(text)

@@ -145,15 +145,15 @@ class Estimation(Shown, Tabular):
 
 
 def estimate(
-    record: Source | Arrays,
-    *,
+    record: Source | Arrays | npt.ArrayLike,
+    *arrays: npt.ArrayLike | None,
     input: str = "command_v",
     output: str = "position_m",
     na: int = 3,
     nb: int = 3,
     nk: int = 1,
     offset: bool = True,
-    forgetting: str | ehsid.Forgetting = "exponential",
+    forgetting: str | float | ehsid.Forgetting = "exponential",
     method: str = "rls",
     reset: bool = True,
     guards: ehsid.RlsOptions | None = None,
@@ -163,7 +163,7 @@ def estimate(
 
     Parameters
     ----------
-    record
+    record, arrays
         as for `identify`.
     input, output
         names of the columns.
@@ -173,8 +173,9 @@ def estimate(
         whether the model has a constant term: the mean command of a record is not the command at
         which a servo stands still.
     forgetting
-        name of a policy with its defaults, such as "exponential" or "f-ratio"; or a policy with
-        settings, such as ehsid.Exponential(lambda0=0.99).
+        name of a policy with its defaults, such as "exponential" or "f-ratio"; a policy with
+        settings, such as ehsid.Exponential(lambda0=0.99); or a number, the constant forgetting
+        factor.
     method
         "rls", or for noise that biases least squares "riv", "oe" or "armax"
         (docs/which_estimator.md).
@@ -200,7 +201,7 @@ def estimate(
     ['a1', 'a2', 'b1', 'b2', 'offset']
     """
     with in_python():
-        signals = signals_of(record, input, output)
+        signals = signals_of(record, input, output, arrays)
         policy = _policy(forgetting)
         with about(signals):
             recursion = Recursion(
@@ -215,8 +216,18 @@ def estimate(
     return Estimation(result, signals, recursion)
 
 
-def _policy(forgetting: str | ehsid.Forgetting) -> ehsid.Forgetting:
-    """Returns the policy of this name with its defaults; a policy stays as it is."""
+def _policy(forgetting: str | float | ehsid.Forgetting) -> ehsid.Forgetting:
+    """Returns the policy of this name with its defaults; a policy stays as it is.
+
+    A number is the constant factor, which must be in (0, 1].
+    """
+    if isinstance(forgetting, int | float) and not isinstance(forgetting, bool):
+        if 0.0 < forgetting <= 1.0:
+            return ehsid.Constant(float(forgetting))
+        raise ValueError(
+            f"forgetting={forgetting!r}: expected a constant factor above 0, 1 at most, or one of "
+            f"{', '.join(POLICIES)}"
+        )
     policies = tuple(info.policy for info in POLICIES.values())
     if not isinstance(forgetting, str) and isinstance(forgetting, policies):
         return forgetting

@@ -15,7 +15,7 @@ from ehsid.harness.api.frames import Tabular, time_column
 from ehsid.harness.api.read import Source
 from ehsid.harness.api.shown import Shown
 from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
-from ehsid.harness.api.wording import in_python
+from ehsid.harness.api.wording import in_python, in_python_words
 from ehsid.harness.files import result_folder
 from ehsid.harness.identification import IdentificationResult
 from ehsid.harness.identification.criteria import simulation_words
@@ -106,7 +106,7 @@ class Identification(Shown, Tabular):
     def _sentences(self) -> Sequence[str]:
         data, orders = self.signals.data, self.result.chosen.orders
         return [
-            *identification_lines(self.result),
+            *map(in_python_words, identification_lines(self.result)),
             *servo_lines(self.result, data.input_name, data.output_name),
             f"Next: ehsid.estimate(..., na={orders.na}, nb={orders.nb}, nk={orders.nk})",
         ]
@@ -116,8 +116,8 @@ class Identification(Shown, Tabular):
 
 
 def identify(
-    record: Source | Arrays,
-    *,
+    record: Source | Arrays | npt.ArrayLike,
+    *arrays: npt.ArrayLike | None,
     input: str = "command_v",
     output: str = "position_m",
     orders: int | str | Iterable[int | tuple[int, int]] = DEFAULT_ORDERS,
@@ -131,8 +131,10 @@ def identify(
     Parameters
     ----------
     record
-        a record, a path, columns in memory as `read` takes them, or the tuple (u, y, dt_s) of two
-        arrays of shape (n,) and the sampling time in seconds or None.
+        a record, a path, or columns in memory as `read` takes them.
+    arrays
+        behind a plain array in place of a record: identify(u, y, dt_s), with arrays of shape (n,)
+        and the sampling time in seconds or None. One tuple (u, y, dt_s) is taken, too.
     input, output
         names of the columns.
     orders
@@ -158,7 +160,7 @@ def identify(
     True
     """
     with in_python():
-        signals = signals_of(record, input, output)
+        signals = signals_of(record, input, output, arrays)
         tried = _several(orders, "--orders", MOST_ORDER)
         delayed = _several(delays, "--delays", MOST_DELAY)
         with about(signals):

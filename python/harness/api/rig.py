@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Literal, SupportsFloat
 
 from ehsid.harness import rigs
 from ehsid.harness.api.shown import Shown
@@ -14,10 +15,10 @@ from ehsid.harness.api.wording import in_python
 from ehsid.harness.files import result_files, write_text
 from ehsid.harness.report.text_table import TextTable
 from ehsid.harness.rigs import parse_rig, read_rig, rig_text
-from ehsid.harness.rigs.answers import answered, rig_file_text
+from ehsid.harness.rigs.answers import answered, read_answer, rig_file_text
 from ehsid.harness.rigs.checks import unknown
 from ehsid.harness.rigs.new import shown
-from ehsid.harness.rigs.questions import QUESTIONS
+from ehsid.harness.rigs.questions import QUESTIONS, Question
 
 
 class Rig(Shown):
@@ -71,7 +72,7 @@ class Rig(Shown):
         double_rod: bool = False,
         hoses: bool = False,
         drop_over: Literal["edge", "both"] = "edge",
-        **answers: str,
+        **answers: str | float,
     ) -> Rig:
         """Returns a rig of what is known; typical values fill the rest.
 
@@ -88,14 +89,16 @@ class Rig(Shown):
         drop_over
             whether the rated drop was measured over one metering edge or over both.
         answers
-            texts with units by the options of `ehsid rig new`, with underscores: bore="63 mm",
-            mass="120 kg +- 20 %". For "ehs" bore, rod, stroke, supply and rated_flow are needed,
+            by the options of `ehsid rig new`, with underscores: texts with units, bore="63 mm",
+            mass="120 kg +- 20 %"; or numbers in SI units, bore=0.063. The rated command in V, the
+            oil as its ISO grade. For "ehs" bore, rod, stroke, supply and rated_flow are needed,
             for "axis" mass and force_gain.
 
         Raises
         ------
         ValueError
-            an answer is unknown, missing or not to be read, or the answers contradict each other.
+            an answer is unknown, missing, not to be read or a text without a unit, or the answers
+            contradict each other.
 
         Examples
         --------
@@ -109,7 +112,8 @@ class Rig(Shown):
             raise ValueError(f"plant={plant!r}: expected one of {', '.join(QUESTIONS)}")
         if drop_over not in ("edge", "both"):
             raise ValueError(f"drop_over={drop_over!r}: expected 'edge' or 'both'")
-        known = [question.name.replace("-", "_") for question in QUESTIONS[plant]]
+        questions = {question.name.replace("-", "_"): question for question in QUESTIONS[plant]}
+        known = list(questions)
         for given in answers:
             if given not in known:
                 raise ValueError(
@@ -118,7 +122,10 @@ class Rig(Shown):
         with in_python():
             entries = answered(
                 plant,
-                {given.replace("_", "-"): text for given, text in answers.items()},
+                {
+                    questions[given].name: _answer(plant, given, answer, questions[given])
+                    for given, answer in answers.items()
+                },
                 double_rod=double_rod,
                 hoses=hoses,
                 drop_over_both=drop_over == "both",
@@ -180,6 +187,25 @@ class Rig(Shown):
             for name, value in rig.values.items()
         )
         return [TextTable(("value", "SI", "for people", "1-sigma"), rows)]
+
+
+def _answer(plant: str, name: str, answer: object, question: Question) -> str:
+    """Returns an answer as the command reads it: a number is in the unit of the rig file."""
+    unit = {"command": "V", "grade": ""}.get(question.si, question.si)
+    example = "'VG 46'" if question.si == "grade" else f"'50 {question.usual}'"
+    expected = f"expected a text with its unit, such as {example}, or a number" + (
+        f" in {unit}" if unit else ""
+    )
+    if isinstance(answer, str):
+        if answer.strip() and read_answer(plant, question.name, answer).assumed:
+            raise ValueError(f"{name}={answer!r}: {expected}; the unit is missing")
+        return answer
+    if isinstance(answer, bool) or not isinstance(answer, SupportsFloat):
+        raise ValueError(f"{name}={answer!r}: {expected}")
+    number = float(answer)
+    if not math.isfinite(number):
+        raise ValueError(f"{name}={answer!r}: {expected}, which is finite")
+    return f"{number:.17g} {unit}".strip() if unit else f"{number:g}"
 
 
 RigSource = str | os.PathLike[str] | Rig | rigs.Rig

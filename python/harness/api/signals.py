@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
 
+import numpy as np
 import numpy.typing as npt
 
 from ehsid.harness.api.read import Source, record_of
@@ -55,7 +57,12 @@ class Signals:
         return f"{name} in {CHANNELS[name].unit}" if name in CHANNELS else printable(name)
 
 
-def signals_of(source: Source | Arrays, input: str, output: str) -> Signals:
+def signals_of(
+    source: Source | Arrays | npt.ArrayLike,
+    input: str,
+    output: str,
+    arrays: Sequence[object] = (),
+) -> Signals:
     """Returns input and output of a record, or of arrays.
 
     Parameters
@@ -65,21 +72,25 @@ def signals_of(source: Source | Arrays, input: str, output: str) -> Signals:
         read, as the commands do.
     input, output
         names of the columns; for arrays, of the signals in messages.
+    arrays
+        what follows the first of plain arrays: (y, dt_s), where `source` is u.
 
     Raises
     ------
     ValueError
         the record has a problem or lacks a column; both names are the same, or that of the time.
     """
-    if isinstance(source, tuple):
-        if len(source) != 3:
+    if arrays or isinstance(source, tuple):
+        given = cast(tuple[Any, ...], (source, *arrays) if arrays else source)
+        if len(given) != 3:
             raise ValueError(
-                f"a tuple of {len(source)}: expected (u, y, dt_s), with None for dt_s where the "
-                "sampling time is not known"
+                f"{len(given)} arguments or entries of a tuple: expected u, y, dt_s, with None for "
+                "dt_s where the sampling time is not known; pass options by name"
             )
-        u, y, dt_s = source
-        if dt_s is not None and not 0.0 < dt_s < float("inf"):
-            raise ValueError(f"dt_s = {dt_s:g}: expected a sampling time in seconds, above 0")
+        u, y, dt_s = given
+        number = isinstance(dt_s, int | float | np.number)
+        if dt_s is not None and not (number and 0.0 < dt_s < float("inf")):
+            raise ValueError(f"dt_s = {dt_s!r}: expected a sampling time in seconds, above 0")
         return Signals(IoData.from_arrays(u, y, dt_s=dt_s), "arrays")
     if input == output or TIME in (input, output):
         raise ValueError(
@@ -90,7 +101,7 @@ def signals_of(source: Source | Arrays, input: str, output: str) -> Signals:
         record = read_record(source, columns=[input, output])
         log_reading(record)
     else:
-        record = record_of(source)
+        record = record_of(cast(Source, source))
     data = IoData.from_record(record, input, output)
     return Signals(data, record.name, record.origin, record.source)
 

@@ -14,6 +14,7 @@ from ehsid.harness.app.model_look import look_folder, times_of
 from ehsid.harness.app.session import Session
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import TIME
+from ehsid.harness.encoding import from_json
 from ehsid.harness.estimation import EstimationResult
 from ehsid.harness.estimation.advice import Advice
 from ehsid.harness.estimation.result import NORMAL_95
@@ -138,7 +139,7 @@ def read_look(session: Session) -> EstimateLook | None:
     """Returns what was kept last; None without one."""
     folder = look_folder(session) / "estimate"
     try:
-        figures = msgspec.json.decode((folder / FILE).read_bytes(), type=Estimated)
+        figures = from_json((folder / FILE).read_bytes(), Estimated)
         bands = [key for name in figures.names for key in (name, low(name), high(name))]
         keys = [INPUT, OUTPUT, FACTOR, INNOVATION, *bands]
         signals = {key: opened(folder, key) for key in keys}

@@ -19,6 +19,7 @@ from ehsid.harness.app.session import RIG, Session
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION, TIME
 from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.encoding import from_json
 from ehsid.harness.excitation import named_signal
 from ehsid.harness.files import write_text
 from ehsid.harness.records import Record, make_record
@@ -182,7 +183,7 @@ def lesson_task(folder: Path, *, report: Callable[[float], None]) -> None:
 def lesson_of(session: Session) -> Lesson | None:
     """Returns the lesson of a session; None for a session that is none."""
     try:
-        return msgspec.json.decode((session.folder / FILE).read_bytes(), type=Lesson)
+        return from_json((session.folder / FILE).read_bytes(), Lesson)
     except (OSError, msgspec.DecodeError):
         return None
 

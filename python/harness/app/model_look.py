@@ -15,6 +15,7 @@ from ehsid.harness.app.downsampling import make_pyramid, store
 from ehsid.harness.app.session import Session
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import TIME
+from ehsid.harness.encoding import from_json
 from ehsid.harness.files import write_text
 from ehsid.harness.identification import (
     IdentificationResult,
@@ -163,7 +164,7 @@ def times_of(record: Record) -> FloatArray:
 def read_look(session: Session) -> Identified | None:
     """Returns what the page draws of the last identification; None without one."""
     try:
-        return msgspec.json.decode((look_folder(session) / FILE).read_bytes(), type=Identified)
+        return from_json((look_folder(session) / FILE).read_bytes(), Identified)
     except (OSError, msgspec.DecodeError):
         return None
 

@@ -11,6 +11,7 @@ import numpy as np
 from ehsid.harness.app.downsampling import make_pyramid, store
 from ehsid.harness.app.session import Entry, Session
 from ehsid.harness.catalogue.channels import TIME
+from ehsid.harness.encoding import from_json
 from ehsid.harness.files import result_files, write_text
 from ehsid.harness.records import Hints, Record, RecordError
 from ehsid.harness.records.logs.log import Log
@@ -85,7 +86,7 @@ def reading_of(session: Session, entry: Entry) -> Reading | None:
     """Returns how a log was read the last time; None if it was not yet."""
     try:
         content = (session.look_of(entry) / FILE).read_bytes()
-        return msgspec.json.decode(content, type=Reading)
+        return from_json(content, Reading)
     except (OSError, msgspec.DecodeError):
         return None
 

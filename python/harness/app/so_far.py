@@ -15,6 +15,7 @@ import msgspec
 import numpy as np
 
 from ehsid.harness.app.downsampling import make_pyramid, store
+from ehsid.harness.encoding import from_json
 from ehsid.harness.files import write_text
 from ehsid.harness.gap.schema import HeldOutRun, Interim, Stage
 
@@ -118,7 +119,7 @@ def latest(session: Path) -> tuple[Path, SoFar] | None:
         return None
     for folder in folders:
         try:
-            return folder, msgspec.json.decode((folder / FILE).read_bytes(), type=SoFar)
+            return folder, from_json((folder / FILE).read_bytes(), SoFar)
         except (OSError, msgspec.DecodeError):
             continue
     return None

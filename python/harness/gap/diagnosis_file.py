@@ -18,7 +18,7 @@ import msgspec
 
 import ehsid
 import ehsid.harness.gap.schema as findings
-from ehsid.harness.encoding import to_plain
+from ehsid.harness.encoding import from_json, to_plain
 from ehsid.harness.records import Record
 
 SCHEMA_VERSION: Literal[1] = 1
@@ -337,7 +337,7 @@ def read_diagnosis_file(path: Path) -> DiagnosisFile:
         the file cannot be read.
     """
     try:
-        return msgspec.json.decode(path.read_bytes(), type=DiagnosisFile)
+        return from_json(path.read_bytes(), DiagnosisFile)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: not a diagnosis of version {SCHEMA_VERSION}: {error}") from None
 

@@ -36,7 +36,7 @@ def found() -> ehsid.Estimation:
     return ehsid.estimate(CRANE, **NAMES, na=2, nb=2, nk=1)
 
 
-def sources() -> list[object]:
+def sources() -> list[Any]:
     """The same samples as a path, a record, a frame and arrays."""
     frame = pl.read_csv(CRANE)
     u, y = (frame[name].to_numpy() for name in NAMES.values())
@@ -47,6 +47,15 @@ def test_identify_gives_the_result_of_the_room(data: IoData) -> None:
     expected = identification.identify(data, **FAST).to_dict()
     for source in sources():
         assert ehsid.identify(source, **NAMES, **FAST).result.to_dict() == expected
+    assert ehsid.identify(*sources()[-1], **FAST).result.to_dict() == expected
+
+
+def test_a_number_is_the_constant_forgetting_factor() -> None:
+    u, y, dt_s = sources()[-1]
+    found = ehsid.estimate(u, y, dt_s, na=2, nb=2, forgetting=np.float64(0.99))
+    expected = ehsid.estimate((u, y, dt_s), na=2, nb=2, forgetting=ehsid.Constant(0.99))
+    assert found.result.to_dict() == expected.result.to_dict()
+    assert found.result.forgetting == "Constant(lambda_=0.99)"
 
 
 @pytest.mark.parametrize("given", [{"orders": "2-3", "delays": "1-2"}, {"orders": 2, "delays": 1}])
@@ -166,13 +175,17 @@ def test_summaries_say_what_the_commands_print(
     [
         (lambda: ehsid.identify(CRANE), ["hydraulic_crane.csv", "command_v"]),
         (lambda: ehsid.identify(CRANE, input="a", output="a"), ["input='a'", "two columns"]),
-        (lambda: ehsid.identify((np.ones(5), np.ones(5))), ["(u, y, dt_s)"]),
+        (lambda: ehsid.identify((np.ones(5), np.ones(5))), ["expected u, y, dt_s"]),
+        (lambda: ehsid.identify(np.ones(5), np.ones(5)), ["2 arguments", "expected u, y, dt_s"]),
+        (lambda: ehsid.estimate(np.ones(5), np.ones(5), "1 ms"), ["dt_s = '1 ms'", "seconds"]),
         (lambda: ehsid.identify((np.ones(9), np.ones(9), -1.0)), ["dt_s = -1", "above 0"]),
         (lambda: ehsid.identify((np.ones(9), np.ones(8), 1.0)), ["equal length"]),
         (lambda: ehsid.identify((np.ones(9), np.ones(9), 1.0)), ["arrays: ", "record longer"]),
         (lambda: ehsid.identify(CRANE, **NAMES, orders="5-2"), ["orders '5-2'", "such as 2-5"]),
         (lambda: ehsid.estimate(CRANE, **NAMES, forgetting="f-rati"), ["'f-rati'", "'f-ratio'"]),
         (lambda: ehsid.estimate(CRANE, **NAMES, forgetting=3), ["forgetting=3", "exponential"]),
+        (lambda: ehsid.estimate(CRANE, **NAMES, forgetting=0.0), ["forgetting=0.0", "above 0"]),
+        (lambda: ehsid.estimate(CRANE, **NAMES, forgetting=True), ["forgetting=True"]),
         (lambda: ehsid.estimate(CRANE, **NAMES, na=9), ["hydraulic_crane.csv: "]),
     ],
 )

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import ehsid
@@ -35,6 +36,23 @@ def test_answers_give_the_rig_of_the_command() -> None:
     assert rig.name == "press"
 
 
+def test_numbers_are_in_si_units() -> None:
+    texts = PLATE | {"mass": "120 kg", "rated_command": "10 V", "oil": "VG 46"}
+    numbers = {
+        "bore": 0.063,
+        "rod": np.float64(0.035),
+        "stroke": 0.3,
+        "supply": 12e6,
+        "rated_flow": 38e-3 / 60.0,
+        "rated_drop": 7_000_000,
+        "mass": 120,
+        "rated_command": 10,
+        "oil": 46,
+    }
+    expected = dict(ehsid.Rig.new(**texts).values)
+    assert dict(ehsid.Rig.new(**numbers).values) == pytest.approx(expected, rel=1e-12)
+
+
 def test_a_saved_rig_is_the_same_and_tells_the_origin_of_its_values(tmp_path: Path) -> None:
     rig = ehsid.Rig.new(**PLATE, name="press")
     path = rig.save(tmp_path / "press.toml")
@@ -66,13 +84,18 @@ def test_the_summary_has_units_of_people() -> None:
         (PLATE | {"boar": "1 mm"}, ["'boar'", "did you mean 'bore'"]),
         ({"bore": "63 mm"}, ["still needed", "stroke"]),
         (PLATE | {"bore": "63 bar"}, ["diameter of the piston"]),
+        (PLATE | {"bore": "63"}, ["bore='63'", "'50 mm', or a number in m", "unit is missing"]),
+        (PLATE | {"bore": True}, ["bore=True", "a number in m"]),
+        (PLATE | {"bore": None}, ["bore=None", "a number in m"]),
+        (PLATE | {"bore": float("nan")}, ["bore=nan", "finite"]),
+        (PLATE | {"bore": 63.0}, ["63.0", "to 2 m"]),
         (PLATE | {"rod": "80 mm"}, ["rod", "thinner than the bore"]),
         (PLATE | {"line_length": "1 m"}, ["line_length, line_bore", "both or neither"]),
         (PLATE | {"plant": "pump"}, ["plant='pump'", "ehs, axis"]),
         (PLATE | {"drop_over": "three"}, ["drop_over='three'", "'edge' or 'both'"]),
     ],
 )
-def test_answers_that_make_no_rig_are_refused(answers: dict[str, str], says: list[str]) -> None:
+def test_answers_that_make_no_rig_are_refused(answers: dict[str, object], says: list[str]) -> None:
     with pytest.raises(ValueError) as caught:  # noqa: PT011 -- the texts are in the table
         ehsid.Rig.new(**answers)  # type: ignore[arg-type]
     for text in says:

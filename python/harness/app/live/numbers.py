@@ -14,6 +14,7 @@ from ehsid.harness.app.live.told import COLUMNS, Told
 from ehsid.harness.app.live.windows import rate
 from ehsid.harness.app.live.words import status_words
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.encoding import from_json
 
 RESULT_FILES = {
     "hil.html": "report, to be sent and read without ehsid",
@@ -120,7 +121,7 @@ def ended_html(folder: Path, told: Told) -> str:
     """Returns the results of a run that has ended; "" where there is nothing."""
     out = folder / "hil"
     try:
-        result = msgspec.json.decode((out / "hil.json").read_bytes(), type=_Result)
+        result = from_json((out / "hil.json").read_bytes(), _Result)
     except (OSError, msgspec.DecodeError):
         left = sorted(out.glob("unfinished_*"))
         if not left:

@@ -26,6 +26,7 @@ from ehsid.harness.app.live.task import RESULT, live_task
 from ehsid.harness.app.live.told import RING
 from ehsid.harness.app.session import Session
 from ehsid.harness.app.workbench import ERRORS, LIVE, Workbench
+from ehsid.harness.encoding import from_json
 from ehsid.harness.files import free_folder, write_text
 from ehsid.harness.rigs.published import published_text
 
@@ -70,7 +71,7 @@ class LiveRuns:
         latest = self.latest()
         try:
             content = b"{}" if latest is None else (latest / SETTINGS).read_bytes()
-            return msgspec.json.decode(content, type=LiveSettings)
+            return from_json(content, LiveSettings)
         except (OSError, msgspec.DecodeError):
             return LiveSettings()
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import msgspec
 
+from ehsid.harness.encoding import from_json
 from ehsid.harness.files import write_text
 
 FILE = "told.json"
@@ -94,6 +95,6 @@ def write_told(folder: Path, told: Told) -> None:
 def read_told(folder: Path) -> Told:
     """Reads the file; what a run tells that has not begun is empty."""
     try:
-        return msgspec.json.decode((folder / FILE).read_bytes(), type=Told)
+        return from_json((folder / FILE).read_bytes(), Told)
     except (OSError, msgspec.DecodeError):
         return Told()

@@ -12,6 +12,7 @@ from ehsid.harness.app import look
 from ehsid.harness.app.flow import standings
 from ehsid.harness.app.steps.step import StepView, progress
 from ehsid.harness.app.tasks import REMARKS, Said
+from ehsid.harness.encoding import from_json
 from ehsid.harness.rig_check.finding import RigCheckFile, WrittenCheck
 
 CLASSES = {"fits": "good", "does not fit": "bad", "cannot be told": "soft"}
@@ -42,8 +43,8 @@ class CheckStep(StepView):
         folder = self.session.folder
         try:
             content = (folder / "check" / "rig_check.json").read_bytes()
-            result = msgspec.json.decode(content, type=RigCheckFile)
-            remarks = msgspec.json.decode((folder / REMARKS).read_bytes(), type=list[Said])
+            result = from_json(content, RigCheckFile)
+            remarks = from_json((folder / REMARKS).read_bytes(), list[Said])
         except (OSError, msgspec.DecodeError):
             return ""
         stale = standings(self.session)["check"].why

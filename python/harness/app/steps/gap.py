@@ -12,6 +12,7 @@ from ehsid.harness.app import look
 from ehsid.harness.app.flow import standings
 from ehsid.harness.app.steps.so_far import SoFarView
 from ehsid.harness.app.steps.step import StepView, progress
+from ehsid.harness.encoding import from_json
 from ehsid.harness.gap.diagnosis_file import RESULT_FILES
 
 FILE_WORDS = {
@@ -88,7 +89,7 @@ class GapStep(StepView):
         folder = self.session.folder / "gap"
         try:
             content = (folder / "diagnosis.json").read_bytes()
-            sentence = msgspec.json.decode(content, type=Sentence).sentence
+            sentence = from_json(content, Sentence).sentence
         except (OSError, msgspec.DecodeError):
             return ""
         stale = f'<p class="bad">{look.plain(why)}</p>' if why else ""

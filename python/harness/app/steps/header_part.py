@@ -11,6 +11,7 @@ import panel as pn
 from ehsid.harness.app import look
 from ehsid.harness.app.next_tasks import FIRMWARE, MADE, HeaderMade
 from ehsid.harness.app.steps.step import StepView, progress
+from ehsid.harness.encoding import from_json
 
 WHY = (
     "<h2>Header for the firmware</h2><p>It starts the recursive estimator of the firmware from a "
@@ -88,7 +89,7 @@ class HeaderPart:
     def _preview(self) -> str:
         folder = self._session.folder / FIRMWARE
         try:
-            made = msgspec.json.decode((folder / MADE).read_bytes(), type=HeaderMade)
+            made = from_json((folder / MADE).read_bytes(), HeaderMade)
             text = (folder / made.file).read_text(encoding="utf-8")
         except (OSError, msgspec.DecodeError):
             return ""

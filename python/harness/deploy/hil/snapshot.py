@@ -18,7 +18,7 @@ import numpy as np
 import ehsid
 from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Seed
 from ehsid.harness.deploy.hil.errors import HilError
-from ehsid.harness.encoding import json_text
+from ehsid.harness.encoding import from_json, json_text
 from ehsid.harness.files import write_text
 from ehsid.harness.identification import IdentificationError
 
@@ -148,7 +148,7 @@ def read_snapshot(path: Path) -> Snapshot:
         it cannot be read, or is not the file of a snapshot.
     """
     try:
-        return msgspec.json.decode(path.read_bytes(), type=Snapshot)
+        return from_json(path.read_bytes(), Snapshot)
     except OSError as error:
         raise HilError(
             f"{path}: cannot be read ({error.strerror}): expected the file of a snapshot; check "

@@ -10,6 +10,8 @@ from typing import Literal
 
 import msgspec
 
+from ehsid.harness.encoding import from_json
+
 Kind = Literal["one", "two", "none", "params", "open"]
 
 
@@ -59,10 +61,10 @@ def read_answers(path: Path) -> dict[str, Answer]:
     where = str(path)
     answers = {}
     try:
-        raw = msgspec.json.decode(path.read_bytes(), type=dict[str, msgspec.Raw])
+        raw = from_json(path.read_bytes(), dict[str, msgspec.Raw])
         for name in sorted(raw):
             where = f"{path}: case {name}"
-            answers[name] = msgspec.json.decode(raw[name], type=Answer)
+            answers[name] = from_json(raw[name], Answer)
     except FileNotFoundError:
         raise ValueError(f"{path}: there is no such file; a check writes it") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:

@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 
 import ehsid
-from ehsid.harness.encoding import json_text
+from ehsid.harness.encoding import from_json, json_text
 from ehsid.harness.files import write_text
 from ehsid.harness.manifest import sha256_of
 from ehsid.harness.validation.blind.settings import Settings
@@ -69,7 +69,7 @@ def read_seal(out: Path) -> Seal:
     """
     path = out / SEAL
     try:
-        return msgspec.json.decode(path.read_bytes(), type=Seal)
+        return from_json(path.read_bytes(), Seal)
     except FileNotFoundError:
         raise ValueError(
             f"{path}: there is no such file: expected a check; name a folder that ehsid gap-check "

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import msgspec
 
+from ehsid.harness.encoding import from_json
 from ehsid.harness.files import write_text
 from ehsid.harness.validation.calibration.machines import Machine
 
@@ -45,7 +46,7 @@ def read_features(path: Path) -> list[Machine]:
         if not line.strip():
             continue
         try:
-            machines.append(msgspec.json.decode(line, type=Machine))
+            machines.append(from_json(line, Machine))
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
             raise ValueError(
                 f"{path}: line {number}: not a machine of {FEATURES}: {error}; restore the line, "
