@@ -127,8 +127,6 @@ class CsvTable:
                 mend = "if the numbers have a decimal comma, export them with a decimal point"
             elif any(cell.count('"') % 2 for cell in cells) or "\n" in "".join(cells):
                 mend = "look for a quotation mark that is not closed"
-            elif row == FIRST_DATA_ROW:
-                mend = "give the header one name for each cell of the rows, or correct the row"
         return RecordError(
             self._path, problem, row=row, expected="one cell for every column", mend=mend
         )

@@ -224,9 +224,11 @@ def _usual_count(rows: Sequence[Sequence[str]]) -> int:
 
 def _is_data(cells: Sequence[str], columns: int, decimal: str) -> bool:
     filled = [cell for cell in cells if cell.casefold() not in EMPTY]
+    # A row of units may have cells such as "10 ms" too, but has no numbers beside them.
     numbers = sum(
-        is_number(cell, decimal) or is_date(cell) or bool(WITH_PREFIX.fullmatch(cell))
+        1.0 if is_number(cell, decimal) or is_date(cell) else 0.5
         for cell in filled
+        if is_number(cell, decimal) or is_date(cell) or WITH_PREFIX.fullmatch(cell)
     )
     return (
         len(cells) >= max(2, columns - 1)

@@ -36,8 +36,10 @@ def is_recording(value: Any) -> bool:
     return all({"Name", "Data"} <= set(one.dtype.names or ()) and one.size for one in inner)
 
 
-def series_of_recording(value: Any, path: Path, notes: list[str]) -> list[Series]:
-    """Returns the signals of a recording, each with its time.
+def series_of_recording(
+    value: Any, path: Path, notes: list[str], *, within: str = ""
+) -> list[Series]:
+    """Returns the signals of a recording, each with its time; `within` precedes their names.
 
     Raises
     ------
@@ -54,14 +56,15 @@ def series_of_recording(value: Any, path: Path, notes: list[str]) -> list[Series
     made = []
     for name, one in zip(names, signals, strict=True):
         data = np.asarray(one["Data"]).reshape(-1)
-        label = f"{_text(one, 'Path')}/{name}" if name in repeated else name
+        label = within + (f"{_text(one, 'Path')}/{name}" if name in repeated else name)
         if data.size < 2 or data.dtype.kind not in "fiub":
             notes.append(f"'{label}' is left out: it holds no series of numbers")
             continue
         SAMPLES.check(data.size, path)
         axis = _axis(one, data.size, times, min(first, 1), label, path)
         time = times[axis] * _seconds(_text(axes[axis], "Unit"), label, path)
-        made.append(_series(label, data, time, _text(one, "Unit") or None, f"X({axis + 1})", path))
+        unit, group = _text(one, "Unit") or None, f"{within}X({axis + 1})"
+        made.append(_series(label, data, time, unit, group, path))
     return made
 
 

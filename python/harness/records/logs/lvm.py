@@ -140,7 +140,9 @@ class _File:
         self._path, self._separator, self._segments = path, separator, segments
         self._columns = header.get("X_Columns", "One").casefold()
         self._rows = [row for one in segments for row in one.rows]
-        self._body = "\n".join(lines[row - 1] for row in self._rows) + "\n"
+        self._body = "\n".join(lines[row - 1] for row in self._rows)
+        if self._rows[-1] < len(lines):
+            self._body += "\n"  # else the last row may be cut
         stated = header.get("Decimal_Separator", "")
         commas = separator != "," and "," in self._body.partition("\n")[0]
         self._decimal = stated if stated in (".", ",") else "," if commas else "."
@@ -149,12 +151,13 @@ class _File:
         """Returns the channels with their clocks."""
         first = self._segments[0]
         names = first.names
+        labels = tuple(f"{one} {i}" if one == "X_Value" else one for i, one in enumerate(names))
         dialect = Dialect(
-            *(self._separator, self._decimal, tuple(names), (), 0, 1, len(names), len(names)),
+            *(self._separator, self._decimal, labels, (), 0, 1, len(names), len(names)),
             *(None, frozenset()),
         )
         table = self._placed(
-            lambda: plain.TextTable(self._body.encode(), self._path, dialect).log([])
+            lambda: plain.TextTable(self._body.encode(), self._path, dialect).log(notes)
         )
         by_column = {one.column: one for one in table.series}
         last = len(names) - (names[-1].casefold() == "comment")
@@ -207,7 +210,8 @@ class _File:
 
         @cache
         def time() -> FloatArray:
-            return self._times(column, None if x is None else self._placed(x.read))
+            found = self._times(column, None if x is None else self._placed(x.read))
+            return found[: series.size]  # a last row that is cut is left out
 
         return replace(
             series,

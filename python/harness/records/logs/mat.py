@@ -35,8 +35,10 @@ def read(data: bytes, path: Path) -> Log:
     if recorded and recorded.keys() == table.variables.keys():
         series = [
             one
-            for value in recorded.values()
-            for one in dspace.series_of_recording(value, path, notes)
+            for name, value in recorded.items()
+            for one in dspace.series_of_recording(
+                value, path, notes, within=f"{name}." if len(recorded) > 1 else ""
+            )
         ]
         return Log(dspace.KIND, tuple(series), 1, tuple(notes))
     parts = [part for name, value in table.variables.items() for part in _parts((name,), value, 0)]

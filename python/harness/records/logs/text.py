@@ -186,7 +186,7 @@ class TextTable:
         """Checks that there is a name for every column, and a column for every name."""
         dialect = self._dialect
         names = len(dialect.names)
-        if not dialect.names_row or dialect.delimiter == " ":
+        if not dialect.names_row or names == dialect.cells:
             return
         rows = body.decode("utf-8", "replace").split("\n")
         widest = max(row.count(dialect.delimiter) for row in rows) + 1
@@ -199,6 +199,8 @@ class TextTable:
                 mend += "; if the numbers have a decimal comma, export them with a decimal point"
         elif names > widest and all(dialect.names[widest:]):
             mend = "remove the name that has no values, or export the file again with all values"
+            if dialect.delimiter == " ":
+                mend = "write names without blanks, because blanks separate the columns"
         else:
             return
         raise RecordError(
@@ -339,6 +341,8 @@ def differs_from_schema(data: bytes, path: Path) -> bool:
     if dialect is None:
         return False
     plain = dialect.delimiter == "," and dialect.decimal == "." and dialect.names_row == 1
+    named = len(dialect.names) - (dialect.names[-1:] == ("",))
+    plain &= len(dialect.names) == dialect.columns and named == dialect.cells
     if dialect.names_row == 0 and dialect.data_row == 2 and dialect.delimiter == ",":
         return False  # names, but not as many as columns: the checks of a record say what is wrong
     return note is not None or not plain or dialect.data_row != 2 or bool(dialect.dates)

@@ -71,6 +71,8 @@ TEXTS = [
          + table(";").replace("\n", ";\n"), "text, columns separated by ';'"),
     Text("delimiter behind the names only", ";".join(NAMES) + ";\n" + table(";"),
          "text, columns separated by ';'"),
+    Text("comma behind the rows only", ",".join(NAMES) + "\n"
+         + table(",").replace("\n", ",\n"), "text, columns separated by commas"),
     Text("delimiter behind some rows", ";".join(NAMES) + "\n"
          + table(";").replace("0000\n", "0000;\n"), "text, columns separated by ';'"),
 ]  # fmt: skip
@@ -157,7 +159,9 @@ def test_a_last_row_that_the_logger_did_not_finish_is_left_out(tmp_path: Path) -
     [
         ("Time [s],Valve,Stroke [m],Swing", "remove the name that has no values"),
         ("Time [s],Valve,Stroke [m],Swing,Boom", "remove the name that has no values"),
+        ("time_s,command_v,position_m,force_n", "remove the name that has no values"),
         ("Valve,Stroke [m]", "add the name that is missing"),
+        ("time_s,command_v", "add the name that is missing"),
     ],
 )
 def test_names_and_cells_that_differ_are_counted(

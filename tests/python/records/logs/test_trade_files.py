@@ -116,6 +116,25 @@ def test_labview_segments_keep_the_gap_between_them(tmp_path: Path) -> None:
     assert time_s[60] - time_s[0] == pytest.approx(5.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("columns", ["No", "One", "Multi"])
+def test_a_labview_row_that_is_cut_is_left_out(tmp_path: Path, columns: str) -> None:
+    path = tmp_path / "rig.lvm"
+    path.write_text(lvm(columns).rpartition("\t")[0])
+    record = read_record(path)
+    check(record, range(N - 1))
+    assert record.origin is not None
+    assert "the last row is not complete and is left out" in record.origin.remarks
+
+
+def test_labview_channels_of_one_name_are_told_apart(tmp_path: Path) -> None:
+    path = tmp_path / "rig.lvm"
+    path.write_text(lvm("Multi", names="Stroke,Stroke"))
+    record = read_record(path, columns=["Stroke", "Stroke (2)"])
+    np.testing.assert_array_equal(record.column("Stroke (2)"), STROKE)
+    assert record.origin is not None
+    assert any("is read as 'Stroke (2)'" in one for one in record.origin.remarks)
+
+
 def test_labview_channels_of_two_rates_in_one_column_of_x(tmp_path: Path) -> None:
     """X is that of the first channel; the second one has its own step."""
     path = tmp_path / "rig.lvm"
