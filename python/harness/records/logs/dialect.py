@@ -275,8 +275,10 @@ def _header_cells(line: str, columns: int, delimiter: str) -> list[str] | None:
             return cells
         if len(cells) > columns + 1 and separator == delimiter != " ":
             return cells
-        if len(cells) == columns - 1 > 1 and separator == delimiter != " " and all(cells):
-            # One name less than columns, which the reader refuses: no line as "Operator: A, B".
+        fewer = len(cells) == columns - 1 > 1 or 2 * len(cells) == columns > 2
+        if fewer and separator == delimiter != " " and all(cells):
+            # One name less than columns, or half as many because of decimal commas, which the
+            # reader refuses: no line as "Operator: A, B".
             return None if re.search("[:=]", stripped) else cells
     return None
 

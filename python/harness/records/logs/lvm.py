@@ -242,6 +242,10 @@ class _File:
                 part = self._number(one, "X0", column, 0.0) + step * np.arange(count)
             if not np.nanmax(np.abs(part)) > ABSOLUTE_S:
                 day, second = self._start(one, column)
+                if (day == 0) != (origin[0] == 0):
+                    raise _damaged(
+                        self._path, one.rows[0], "only some of the segments have a date and time"
+                    )
                 part = part + (86400.0 * (day - origin[0]) + (second - origin[1]))
             if number > 1 and np.nanmin(part) <= end:
                 raise RecordError(

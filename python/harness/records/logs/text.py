@@ -127,7 +127,7 @@ class TextTable:
         body = self._body(notes)
         BYTES.check((body.count(b"\n") + 1) * dialect.columns * CELL_BYTES, path)
         frame = self._frame(body)
-        self._check_header(body)
+        self._check_header(body, notes)
         names = _unique([*dialect.names, *[""] * (dialect.columns - len(dialect.names))], notes)
         units = [*dialect.units, *[""] * (dialect.columns - len(dialect.units))]
         series, texts = [], []
@@ -182,18 +182,26 @@ class TextTable:
                 mend="look for stray quotation marks and control characters",
             ) from None
 
-    def _check_header(self, body: bytes) -> None:
+    def _check_header(self, body: bytes, notes: list[str]) -> None:
         """Checks that there is a name for every column, and a column for every name."""
         dialect = self._dialect
         names = len(dialect.names)
+        if not dialect.names:
+            above = self._text.split(b"\n", dialect.data_row - 1)[:-1]
+            filled = [line.decode("utf-8", "replace").strip() for line in above if line.strip()]
+            if filled:
+                notes.append(
+                    f"'{filled[-1][:40]}' above the data does not name its {dialect.columns} "
+                    "columns: they are numbered"
+                )
+            return
         if not dialect.names_row or names == dialect.cells:
             return
         rows = body.decode("utf-8", "replace").split("\n")
         widest = max(row.count(dialect.delimiter) for row in rows) + 1
         if names < dialect.cells:
             mend = (
-                "add the name that is missing; if the first column only numbers the rows, it may "
-                "have none"
+                "add the name that is missing, such as 'row' if the first column numbers the rows"
             )
             if dialect.delimiter == ",":
                 mend += "; if the numbers have a decimal comma, export them with a decimal point"

@@ -212,6 +212,16 @@ def test_numbers_with_prefixes_are_named_with_their_row(
     assert "export the column as plain numbers" in caught.value.mend
 
 
+@pytest.mark.parametrize("header", ["t u y z", "t u"])
+def test_a_row_above_that_is_no_names_is_told(tmp_path: Path, header: str) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text(header + "\n" + table(" "))
+    record = read_record(path, columns=["column_2"])
+    assert record.origin is not None
+    told = f"'{header}' above the data does not name its 3 columns: they are numbered"
+    assert told in record.origin.remarks
+
+
 @settings(max_examples=200)
 @given(st.lists(st.text(max_size=60), max_size=30))
 def test_any_lines_are_a_layout_or_none(lines: list[str]) -> None:

@@ -153,6 +153,13 @@ def test_labview_channels_of_two_rates_in_one_column_of_x(tmp_path: Path) -> Non
         (lvm().replace("X_Value", "Valve"), "the row of names begins with 'Valve'", 22),
         (lvm().replace(f"{VALVE[5]:.6f}", "off", 1), "the text 'off' is not a number", 23),
         (lvm().replace("2020/01/01\t2020/01/01", "soon\tsoon"), "no date and time", None),
+        (
+            "\tsoon".join(lvm(cuts=(0, 60, N)).rsplit("Date\t2020/01/01\t2020/01/01", 1))
+            .replace("\tsoon", "Note")
+            .replace(f"Time\t09:18:{17.725441 + 0.6:09.6f}", "Clock"),
+            "only some of the segments have a date",
+            94,
+        ),
         ("LabVIEW Measurement\nSeparator\tTab\n***End_of_Header***\n", "there are no rows", None),
     ],
 )
