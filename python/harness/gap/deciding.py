@@ -74,3 +74,11 @@ VALUES = 0.15
 # A value has moved if it did so by this many standard deviations of the rig file, and of the fit.
 MOVED_PRIOR = 1.0
 MOVED_FIT = 2.0
+
+# --- The simulator as configured -----------------------------------------------------------------
+# It agrees with the machine where its gap is within three noise floors, or a twentieth of the
+# motion within a window. The fit gains nothing where it takes less than a quarter of the gap, at
+# the lower end of the interval.
+NEAR_FLOOR = 3.0
+NEAR_GAP = 0.05
+LEAST_GAIN = 0.25

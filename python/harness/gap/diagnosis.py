@@ -24,7 +24,10 @@ from ehsid.harness.gap.inference.candidates import (
 from ehsid.harness.gap.inference.decision import least_loss
 from ehsid.harness.gap.inference.effect_selection import Selection, select_effects
 from ehsid.harness.gap.inference.evidence import left
-from ehsid.harness.gap.inference.identifiability import extrapolated_effects, unidentifiable_effects
+from ehsid.harness.gap.inference.identifiability import (
+    effects_hardly_shown,
+    unidentifiable_effects,
+)
 from ehsid.harness.gap.inference.localisation import localise
 from ehsid.harness.gap.inference.posterior import with_law
 from ehsid.harness.gap.inference.quantised import QUANTISATION, position_step
@@ -164,6 +167,7 @@ def _diagnose(
     )
     quantisation = _quantisation_effect(evaluation.step, fitted_effects)
     effects = (*fitted_effects, *quantisation)
+    ambiguity_set = _ambiguity_set(selection, fitted_effects, quantisation)
     augmented = {name: estimate.value for name, estimate in values.items()}
     if evaluation.step is not None:
         augmented[ParameterKey.of_effect(QUANTISATION, "step_m")] = evaluation.step.value
@@ -174,10 +178,10 @@ def _diagnose(
     elif structural:
         told = best if laws is None else laws.candidate
         look = look_for(watch, begun, pace, case)
-        _tell(look, "where", search_result, told, tasks=len(selection.equivalent))
+        _tell(look, "where", search_result, told, tasks=len(selection.rivals))
         where = _located(evaluation, fitted_effects, pace)
     experiment = None
-    if selection.equivalent:
+    if selection.rivals:
         _tell(look_for(watch, begun, pace, case), "experiment", search_result, best)
         experiment = _design_experiment(case, selection, pace.within)
     if progress is not None:
@@ -188,11 +192,12 @@ def _diagnose(
         reasons=decision.reasons,
         where=where,
         effects=effects,
-        ambiguity_set=_ambiguity_set(selection, fitted_effects, quantisation),
+        ambiguity_set=ambiguity_set,
         candidates=results.ranked_candidates(case, search_result, selection),
-        cannot_judge=(
-            *unidentifiable_effects(regimes, effect_ids, rig.plant),
-            *evaluation.extrapolated,
+        cannot_judge=tuple(
+            each
+            for each in unidentifiable_effects(regimes, effect_ids, rig.plant)
+            if each.id not in {name for names in ambiguity_set for name in names}
         ),
         outside_probability=selection.posterior.outside,
         missing_laws=() if laws is None else laws.laws,
@@ -214,16 +219,22 @@ def _diagnose(
 def _located(evaluation: _Evaluation, effects: Sequence[FoundEffect], pace: Pace) -> Where:
     """Tells where the gap lies; where that cannot be computed, the verdict stands without it."""
     case, found, laws = evaluation.case, evaluation.search_result, evaluation.laws
+    selection = evaluation.selection
+    best = selection.best
     try:
         return localise(
             decision_case(case),
             found.calibrated,
-            evaluation.selection.best,
+            best,
             equations=equation_shares(case, found.calibrated, pace.within),
             shares={effect.id: effect.share_of_shrinkage for effect in effects} or None,
             laws=[
                 (table_subsystem(each.law.adds_to, each.law.of), each.share_of_shrinkage)
                 for each in (() if laws is None else laws.laws)
+            ],
+            others=[
+                (other.effects, selection.probability(other) / selection.probability(best))
+                for other in selection.equivalent
             ],
         )
     except (ValueError, ArithmeticError):
@@ -270,7 +281,7 @@ class _Evaluation:
     reduction: HowFar
     values: Mapping[str, Estimate]
     calibration: Mapping[str, CalibratedValue]
-    extrapolated: Sequence[CannotJudge]
+    hardly_shown: Sequence[CannotJudge]
     step: Estimate | None
     laws: LawsFound | None = None
 
@@ -286,7 +297,7 @@ class _Evaluation:
             self.selection,
             self.reduction,
             self.calibration,
-            self.extrapolated,
+            self.hardly_shown,
             nuisance_fit,
             self.step,
             "" if self.laws is None else sentence(self.laws.laws),
@@ -337,10 +348,10 @@ def _evaluate(
     )
     values, moved = results.estimates(case, best)
     calibration = results.calibration_of(case, values, moved)
-    extrapolated = extrapolated_effects(best.values, regimes, best.effects)
+    hardly_shown = effects_hardly_shown(best, regimes, case.rig.plant)
     step = position_step(case, exclude)
     return _Evaluation(
-        case, search_result, selection, runs, reduction, values, calibration, extrapolated, step
+        case, search_result, selection, runs, reduction, values, calibration, hardly_shown, step
     )
 
 
@@ -386,7 +397,7 @@ def _with_missing_laws(
         reduction=reduction,
         values=values,
         calibration=results.calibration_of(case, values, moved),
-        extrapolated=extrapolated_effects(with_laws.values, regimes, with_laws.effects),
+        hardly_shown=effects_hardly_shown(with_laws, regimes, case.rig.plant),
         laws=laws,
     )
 
@@ -397,7 +408,7 @@ def _design_experiment(
     """Designs an experiment for sets that the data cannot separate."""
     candidates = [
         (candidate.effects, candidate.values)
-        for candidate in (selection.best, *selection.equivalent[:2])
+        for candidate in (selection.best, *selection.rivals[:2])
     ]
     span = None
     limit = None

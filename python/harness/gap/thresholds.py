@@ -389,3 +389,7 @@ WORSE_CALIBRATED = 1.05
 MUCH_REMOVED = 0.25
 # A fitted value is at an end of its range where less than a thousandth of the range is left.
 AT_BOUND = 1e-3
+# A cause is called open where all other answers together are as probable as one in five. An answer
+# is told from one in ten on.
+OPEN = 0.2
+TOLD = 0.1

@@ -99,11 +99,12 @@ def _candidates(candidates: Sequence[Candidate]) -> TextTable:
             effect_set(candidate.effects),
             percent(candidate.held_out_shrinkage),
             nats_behind(candidate, best),
+            "" if candidate.probability is None else percent(candidate.probability),
             STANDINGS[candidate.standing.kind],
         )
         for candidate in shown
     ]
-    headings = ("candidate", "removes", "nats behind", "decision")
+    headings = ("candidate", "removes", "nats behind", "probability", "decision")
     return TextTable(headings, tuple(rows), caption=candidate_notes(shown))
 
 

@@ -6,8 +6,11 @@ from __future__ import annotations
 import re
 
 from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.gap.schema import Diagnosis, Estimate, HowFar
+from ehsid.harness.gap.thresholds import SUBSYSTEM_TAKES_PART
 from ehsid.harness.report.gap_words import (
+    chosen,
     effect_set,
     first_upper,
     interval,
@@ -37,10 +40,16 @@ def _where(diagnosis: Diagnosis) -> Fact:
     if not shares:
         words = {"no_gap": "nowhere", "parameters": "in the values of the rig"}
         return Fact("Where", words.get(diagnosis.verdict, "not known"))
-    name, share = shares[0]
-    part = plain_name(name)
-    note = f"{percent(share)} of the gap that the fitted values of the rig leave"
-    return Fact("Where", part, note)
+    named = {effect for names in diagnosis.ambiguity_set for effect in names}
+    of_named = {effects()[effect].subsystem for effect in named}
+    parts = [
+        (plain_name(name), percent(share))
+        for i, (name, share) in enumerate(shares)
+        if i == 0 or share >= SUBSYSTEM_TAKES_PART or name in of_named
+    ]
+    both = " or " if diagnosis.verdict == "ambiguous" or not diagnosis.effects else " and "
+    note = f"{' and '.join(share for _, share in parts)} of the gap that the fitted values leave"
+    return Fact("Where", both.join(name for name, _ in parts), note)
 
 
 def _which(diagnosis: Diagnosis) -> Fact:
@@ -60,10 +69,10 @@ def _which(diagnosis: Diagnosis) -> Fact:
         return Fact("Which", value, f"No effect of the catalogue: it {law.looks_like}.")
     moved = [value_name(name) for name, value in diagnosis.calibration.items() if value.moved]
     if diagnosis.verdict == "parameters" and moved:
-        return Fact("Which", ", ".join(moved), "No effect has to be added.")
+        return Fact("Which", ", ".join(moved), "No effect is named.")
     words = {
-        "no_gap": "no effect is missing",
-        "parameters": "no effect is missing",
+        "no_gap": "no effect is named",
+        "parameters": "values within their uncertainty, and what no data sheet states",
         "outside_catalogue": "no effect of the catalogue",
     }
     return Fact("Which", words.get(diagnosis.verdict, "not known"))
@@ -72,6 +81,9 @@ def _which(diagnosis: Diagnosis) -> Fact:
 def _sizes(diagnosis: Diagnosis) -> str:
     """The probability of each effect, and its first size with the interval of 90 %."""
     sentences = []
+    alone = chosen(diagnosis.candidates).probability if diagnosis.candidates else None
+    if diagnosis.verdict == "effects" and diagnosis.next_experiment is not None and alone:
+        sentences.append(f"Just this set: probability {percent(alone)}.")
     for effect in diagnosis.effects:
         words = f"Probability {percent(effect.probability)}"
         if len(diagnosis.effects) > 1:
@@ -112,11 +124,9 @@ def change_of(smaller: Estimate) -> tuple[Estimate, str]:
 
 def _added(diagnosis: Diagnosis) -> str:
     """Names what the last simulation has besides fitted values."""
-    effects = "effect" if len(diagnosis.effects) == 1 else "effects"
+    named = "effect" if len(diagnosis.effects) == 1 else "effects"
     laws = "law" if len(diagnosis.missing_laws) == 1 else "laws"
     names = [
-        name
-        for name, any_ in ((effects, diagnosis.effects), (laws, diagnosis.missing_laws))
-        if any_
+        name for name, any_ in ((named, diagnosis.effects), (laws, diagnosis.missing_laws)) if any_
     ]
     return " and ".join(names)

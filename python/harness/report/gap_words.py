@@ -19,13 +19,13 @@ VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
     {
         "no_gap": (
             "No gap",
-            "The simulator as configured reproduces the held-out data as well as the noise of the "
-            "sensors allows, or no fit makes it better. These records show no missing effect.",
+            "The simulator as configured is near the noise of the sensors, or no fit makes it "
+            "clearly better. No effect is named; what stays unexplained is said above.",
         ),
         "parameters": (
             "Values of the rig",
-            "Some numbers in the rig file differ from the machine. With the fitted numbers the "
-            "simulator is as good as these records allow, without an effect.",
+            "Fitted values bring the simulator closer to the machine, without an effect: numbers "
+            "in the rig file, or what no data sheet states. What stays unexplained is said above.",
         ),
         "effects": (
             "Missing effect",

@@ -15,10 +15,10 @@ from ehsid.harness.report.shares import percent
 WHAT_NOW: MappingProxyType[Verdict, str] = MappingProxyType(
     {
         "no_gap": "Nothing has to be changed: use the simulation as it is, for motions like those "
-        "in the records. To trust it elsewhere, record a motion that is larger, faster or under "
-        "another load, and diagnose again.",
-        "parameters": "Take over the corrected values of the rig. Then confirm them with a record "
-        "that was not used here.",
+        "in the records. To trust it elsewhere, record the motions and loads that occur there, and "
+        "diagnose again.",
+        "parameters": "Take over the fitted values, which rig.augmented.toml has. Then confirm "
+        "them with a record that was not used here.",
         "effects": "Add the effects that were found to the simulation: the file "
         "rig.augmented.toml has them. Then look at the machine for their causes, and confirm this "
         "file with a record that was not used here.",

@@ -14,8 +14,7 @@ friction count as one effect.
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -60,13 +59,8 @@ def least_loss(posterior: Posterior) -> Answer:
 
 def _answers(posterior: Posterior) -> Iterator[Answer]:
     healthy = posterior.healthy
-    probability: dict[frozenset[str], float] = {}
-    for each in posterior.hypotheses:
-        if each.candidate.effects:
-            share = probability.get(each.families, 0.0)
-            probability[each.families] = share + each.probability
-    sets = _one_of_each_family(posterior.hypotheses)
-    sets = tuple(sorted(sets, key=lambda each: -probability[each.families]))
+    probability = {families: share for families, share in posterior.by_families() if families}
+    sets = tuple(posterior.first_of(families) for families in probability)
     of_any = sum(probability.values())
     sound, outside = healthy.probability, posterior.outside
     yield Answer("healthy", (), MISSED * (of_any + outside))
@@ -86,11 +80,3 @@ def _answers(posterior: Posterior) -> Iterator[Answer]:
         without_truth = SET_WITHOUT_TRUTH * (of_any - inside + outside)
         further = FURTHER_MEMBER * (count - 1) * inside
         yield Answer("ambiguous", sets[:count], alarm + further + without_truth)
-
-
-def _one_of_each_family(hypotheses: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
-    """The sets of effects: of those with equal families the first one."""
-    first: dict[frozenset[str], Hypothesis] = {}
-    for each in itertools.filterfalse(lambda each: not each.candidate.effects, hypotheses):
-        first.setdefault(each.families, each)
-    return tuple(first.values())

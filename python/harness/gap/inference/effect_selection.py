@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.decision import Answer, least_loss
+from ehsid.harness.gap.inference.families import effect_families
 from ehsid.harness.gap.inference.posterior import Hypothesis, Posterior, posterior
 from ehsid.harness.gap.inference.search import SearchResult
 from ehsid.harness.gap.model.case import Case
+from ehsid.harness.gap.thresholds import OPEN, TOLD
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +32,32 @@ class Selection:
     equivalent: tuple[FittedCandidate, ...]
     answer: Answer
     posterior: Posterior
+
+    @property
+    def is_open(self) -> bool:
+        """Whether sets other than those that are given, or outside, are probable together."""
+        return sum(map(self.probability, (self.best, *self.equivalent))) < 1.0 - OPEN
+
+    def probability(self, candidate: FittedCandidate) -> float:
+        """Probability of a set, with all of its families; of the one without effects: nothing."""
+        return dict(self.posterior.by_families()).get(effect_families(candidate.effects), 0.0)
+
+    @property
+    def rivals(self) -> tuple[FittedCandidate, ...]:
+        """Sets that an experiment must tell from the named one, most probable first.
+
+        Those that are equivalent; else, where the cause is open, all that are probable enough to
+        be told.
+        """
+        if self.answer.kind != "effects" or not self.is_open:
+            return self.equivalent
+        named = effect_families(self.best.effects)
+        probable = [
+            families
+            for families, share in self.posterior.by_families()
+            if share >= TOLD and families != named
+        ]
+        return tuple(self.posterior.first_of(families).candidate for families in probable)
 
     def hypothesis(self, candidate: FittedCandidate) -> Hypothesis | None:
         """Returns the hypothesis of a candidate; None where it is too small to be one."""

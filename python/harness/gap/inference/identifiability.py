@@ -13,6 +13,7 @@ from types import MappingProxyType
 from ehsid.harness.catalogue.parameters import acts_on, names_of
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.gap.data.regimes import Regimes
+from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.schema import CannotJudge
 from ehsid.harness.gap.thresholds import (
     FAST_HZ,
@@ -189,6 +190,17 @@ def _furthest(regimes: Sequence[Regimes]) -> Regimes:
     shown = {name: value for name, value in together.items() if value is not None}
     lowest = min(filter(None, (one.lowest_of_tank for one in regimes)), default=None)
     return replace(first, **shown, lowest_of_tank=lowest)  # type: ignore[arg-type]
+
+
+def effects_hardly_shown(
+    candidate: FittedCandidate, regimes: Sequence[Regimes], plant: str
+) -> list[CannotJudge]:
+    """Returns the effects of a candidate of which the records show little, each once."""
+    shown = (
+        *extrapolated_effects(candidate.values, regimes, candidate.effects),
+        *unidentifiable_effects(regimes, candidate.effects, plant),
+    )
+    return list({each.id: each for each in reversed(shown)}.values())
 
 
 def extrapolated_effects(

@@ -24,6 +24,7 @@ def localise(
     equations: Sequence[EquationShare] = (),
     shares: Mapping[str, float] | None = None,
     laws: Sequence[tuple[str, float]] = (),
+    others: Sequence[tuple[Sequence[str], float]] = (),
 ) -> Where:
     """Combines the shares of the equations, the selected effects and the maps of the gap.
 
@@ -41,6 +42,8 @@ def localise(
         share of the held-out gain by id of the effect; by default all are equal.
     laws
         subsystem and share of the held-out gain of each law without a name.
+    others
+        sets that the data cannot tell from the selected one, with the odds of each against it.
     """
     problem = case.problem(held_out=True)
     floors = {name: floor.value for name, floor in case.floors.items()}
@@ -48,7 +51,9 @@ def localise(
     of_equations = _by_subsystem(equations)
     selected = best.effects if best is not None else ()
     if selected or laws:
-        subsystem = _effect_shares(selected, shares, laws)
+        answers = [(_effect_shares(selected, shares, laws), 1.0)]
+        answers += [(_effect_shares(effects, None), odds) for effects, odds in others]
+        subsystem = _mean(answers)
         notes = _contradictions(subsystem, of_equations)
     else:
         subsystem, notes = of_equations, _undecided(of_equations)
@@ -85,6 +90,15 @@ def _effect_shares(
     for name, weight in (*parts, *laws):
         subsystem[name] = subsystem.get(name, 0.0) + weight / total
     return subsystem
+
+
+def _mean(answers: Sequence[tuple[Mapping[str, float], float]]) -> dict[str, float]:
+    """Returns the mean of the shares of several answers, each with its weight."""
+    total = sum(weight for _, weight in answers)
+    return {
+        name: sum(shares.get(name, 0.0) * weight for shares, weight in answers) / total
+        for name in SUBSYSTEMS
+    }
 
 
 def _contradictions(named: Mapping[str, float], of_equations: Mapping[str, float]) -> list[str]:

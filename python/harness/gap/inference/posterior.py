@@ -88,6 +88,17 @@ class Posterior:
         """The hypothesis that no effect is missing."""
         return next(each for each in self.hypotheses if not each.candidate.effects)
 
+    def by_families(self) -> list[tuple[frozenset[str], float]]:
+        """Probability of each set of families, most probable first; the empty one: nothing."""
+        total: dict[frozenset[str], float] = {}
+        for each in self.hypotheses:
+            total[each.families] = total.get(each.families, 0.0) + each.probability
+        return sorted(total.items(), key=lambda item: -item[1])
+
+    def first_of(self, families: frozenset[str]) -> Hypothesis:
+        """The most probable hypothesis with these families."""
+        return next(each for each in self.hypotheses if each.families == families)
+
     def of_effect(self, effect: str) -> float:
         """Probability that the machine has an effect, with all laws of friction as one."""
         family = effect_families((effect,))

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from ehsid.harness.gap.deciding import VALUES
+from ehsid.harness.gap.deciding import LEAST_GAIN, NEAR_FLOOR, NEAR_GAP, VALUES
 from ehsid.harness.gap.inference.bounds import AtBound, values_at_bounds
 from ehsid.harness.gap.inference.candidates import FittedCandidate
 from ehsid.harness.gap.inference.caveats import caveats
@@ -16,6 +16,7 @@ from ehsid.harness.gap.inference.search import SearchResult
 from ehsid.harness.gap.inference.words import chance, in_words, percent
 from ehsid.harness.gap.model.case import Case
 from ehsid.harness.gap.schema import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
+from ehsid.harness.gap.thresholds import TOLD
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ def decide(
     selection: Selection,
     reduction: HowFar,
     calibration: Mapping[str, CalibratedValue],
-    extrapolated: Sequence[CannotJudge],
+    hardly_shown: Sequence[CannotJudge],
     nuisance_fit: FittedCandidate | None = None,
     step: Estimate | None = None,
     missing: str = "",
@@ -48,8 +49,8 @@ def decide(
         gaps on the held-out records, and by how much the effects reduce them.
     calibration
         calibrated values, and whether they have moved, by full name.
-    extrapolated
-        selected effects whose size no record reached, with the reason.
+    hardly_shown
+        selected effects of which the records show little, with the reason.
     nuisance_fit
         the fit of the nuisances alone, with the rig's own values as in the rig file; None where an
         effect was selected.
@@ -60,7 +61,10 @@ def decide(
     """
     best, answer = selection.best, selection.answer
     reasons = [_gaps(best, reduction, missing), *caveats(case, search_result, selection, reduction)]
-    reasons += [f"{effect.id}: {effect.why}." for effect in extrapolated]
+    reasons += [
+        f"The records show little of {in_words([effect.id])}: {effect.why}."
+        for effect in hardly_shown
+    ]
     step_sentence = ""
     if step is not None:
         step_sentence = f" The position comes in steps of {step.value:.3g} m."
@@ -68,39 +72,118 @@ def decide(
             "Steps of a sensor belong to the noise floor: no simulator can make them smaller."
         )
 
-    def decision(verdict: Verdict, sentence: str) -> Decision:
+    def decision(verdict: Verdict, *sentences: str) -> Decision:
+        sentence = " ".join(filter(None, sentences))
         return Decision(verdict, f"{sentence}{step_sentence}", tuple(reasons))
 
     match answer.kind:
         case "outside":
-            reasons.append(_what_is_left(selection, missing))
+            reasons.append(_why_outside(selection, missing))
             return decision("outside_catalogue", _outside_sentence(best, missing))
         case "ambiguous":
-            others = "; or ".join(in_words(each.effects) for each in selection.equivalent)
+            first, *others = (
+                f"{in_words(each.effects)} ({chance(selection.probability(each))})"
+                for each in (best, *selection.equivalent)
+            )
             reasons.append(
                 "The records cannot tell these candidates apart; see the next experiment."
             )
             return decision(
-                "ambiguous", f"The gap is due to {in_words(best.effects)}, or to {others}."
+                "ambiguous",
+                f"The gap is due to {first}, or to {'; or '.join(others)}.",
+                what_stays(selection, reduction),
             )
         case "effects":
             share = reduction.of_explainable.value if reduction.of_explainable else 0.0
             pronoun = "it" if len(best.effects) == 1 else "them"
+            if selection.rivals:
+                reasons.append(
+                    "The records do not tell whether what is named is the whole cause; see the "
+                    f"next experiment{'' if case.pressures else ', and measure both pressures'}."
+                )
             return decision(
                 "effects",
                 f"The gap is due to {in_words(best.effects)}: adding {pronoun} removes "
                 f"{100.0 * share:.0f} % of the gap above the noise floor.",
+                what_stays(selection, reduction),
             )
-    if step is not None:
-        return decision("effects", "The simulator agrees with the machine, except for the sensor.")
-    moved = [name for name, value in calibration.items() if value.moved]
     by_values = 0.0
     if nuisance_fit is not None:
         by_values = left(case, nuisance_fit) - left(case, search_result.calibrated)
-    if moved and by_values >= VALUES:
-        sentence = _parameters_sentence(calibration, moved, values_at_bounds(case, best))
-        return decision("parameters", sentence)
-    return decision("no_gap", "The simulator agrees with the machine.")
+    moved = [name for name, value in calibration.items() if value.moved]
+    if by_values < VALUES:
+        moved = []
+    agrees = agrees_as_configured(reduction.nominal, reduction.noise_floor[1])
+    verdict: Verdict = "no_gap"
+    if moved or (not agrees and is_gained(reduction.from_nominal.low)):
+        verdict = "parameters"
+        sentence = _parameters_sentence(
+            calibration, moved, values_at_bounds(case, best), selection, reduction
+        )
+        if not moved:
+            reasons.append(
+                "What no data sheet gives does nearly as well alone."
+                if by_values < VALUES
+                else "No single value differs from the rig file by more than its uncertainty."
+            )
+    elif agrees:
+        sentence = "The simulator agrees with the machine"
+        sentence += ", except for the sensor." if step is not None else "."
+        if reduction.nominal > NEAR_FLOOR * reduction.noise_floor[1]:
+            sentence += (
+                f" A gap of {percent(reduction.nominal)} is small; fitted values leave "
+                f"{percent(reduction.calibrated)}."
+            )
+    else:
+        sentence = (
+            "Neither other values of the rig nor any effect of the catalogue make the gap of "
+            f"{percent(reduction.nominal)} clearly smaller."
+        )
+    return decision(
+        "effects" if step is not None else verdict, sentence, what_stays(selection, reduction)
+    )
+
+
+def agrees_as_configured(nominal: float, floor: float) -> bool:
+    """Whether a gap as configured is near the upper end of the noise floor, or small."""
+    return nominal <= max(NEAR_FLOOR * floor, NEAR_GAP)
+
+
+def is_gained(share: float) -> bool:
+    """Whether the lower end of a shrinkage from nominal is a clear one."""
+    return share >= LEAST_GAIN
+
+
+def what_stays(selection: Selection, reduction: HowFar) -> str:
+    """Says which gap stays clearly above the noise floor, and of what its cause is not sure."""
+    low, high = reduction.noise_floor
+    stays = min(reduction.augmented, reduction.nominal)
+    sentences = []
+    if stays > NEAR_FLOOR * high:
+        sentences.append(
+            f"A gap of {percent(stays)} stays above the noise floor of {percent(low)} to "
+            f"{percent(high)}."
+        )
+    if selection.is_open:
+        sentences.append(f"The cause is open; the most probable answers are {_answers(selection)}.")
+    elif sentences and selection.answer.kind != "ambiguous":
+        sentences.append("No further effect of the catalogue explains it.")
+    return " ".join(sentences)
+
+
+def _answers(selection: Selection) -> str:
+    """The answers that are probable enough to be told, most probable first."""
+    posterior = selection.posterior
+    answers = [("a cause outside of the catalogue", posterior.outside)]
+    for families, share in posterior.by_families():
+        effects = posterior.first_of(families).candidate.effects
+        if effects == selection.best.effects and effects:
+            answers.append((f"{in_words(effects)} alone", share))
+        else:
+            answers.append((in_words(effects) if effects else "no missing effect", share))
+    answers.sort(key=lambda answer: -answer[1])
+    told = [f"{words} ({chance(share)})" for words, share in answers if share >= TOLD]
+    return _and(told or [f"{answers[0][0]} ({chance(answers[0][1])})"])
 
 
 def _gaps(best: FittedCandidate, reduction: HowFar, missing: str) -> str:
@@ -116,7 +199,7 @@ def _gaps(best: FittedCandidate, reduction: HowFar, missing: str) -> str:
     )
 
 
-def _what_is_left(selection: Selection, missing: str) -> str:
+def _why_outside(selection: Selection, missing: str) -> str:
     if missing:
         return (
             "A term without a name explains these records clearly better than the values of the "
@@ -131,21 +214,36 @@ def _what_is_left(selection: Selection, missing: str) -> str:
 
 
 def _parameters_sentence(
-    calibration: Mapping[str, CalibratedValue], moved: Sequence[str], at_bounds: Sequence[AtBound]
+    calibration: Mapping[str, CalibratedValue],
+    moved: Sequence[str],
+    at_bounds: Sequence[AtBound],
+    selection: Selection,
+    reduction: HowFar,
 ) -> str:
-    """Says which values differ, but first which of them are at an end: those are not to trust."""
+    """Says what the values explain, and which differ; first which of them are not to trust."""
+    from_to = f"from {percent(reduction.nominal)} to {percent(reduction.calibrated)}"
+    if not moved:
+        return (
+            "Values within their uncertainty, and what no data sheet gives, take the gap "
+            f"{from_to}."
+        )
     differing = ", ".join(
         f"{name} {calibration[name].found.value:.4g} (file {calibration[name].rig:.4g})"
         for name in moved[:4]
     )
-    if not at_bounds:
-        return f"No effect is missing, but values differ from the rig file: {differing}."
-    values = "this value" if len(at_bounds) == 1 else "these values"
-    return (
-        f"Other values of the rig explain the gap, but {_and(one.told for one in at_bounds)} of "
-        "what the rig file allows, so the true cause may be something else: check "
-        f"{values} on the machine. Values that differ from the rig file: {differing}."
-    )
+    does = f"take the gap {from_to}"
+    if reduction.calibrated >= reduction.nominal:
+        does = f"fit the records better, but the gap on held-out data goes {from_to}"
+    if at_bounds:
+        values = "this value" if len(at_bounds) == 1 else "these values"
+        return (
+            f"Other values of the rig {does}, but {_and(one.told for one in at_bounds)} of "
+            "what the rig file allows, so the true cause may be something else: check "
+            f"{values} on the machine. Values that differ from the rig file: {differing}."
+        )
+    if what_stays(selection, reduction):
+        return f"Other values of the rig {does}: {differing}."
+    return f"No effect is missing, but values differ from the rig file: {differing}."
 
 
 def _and(parts: Iterable[str]) -> str:

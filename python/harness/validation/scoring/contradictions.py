@@ -7,11 +7,14 @@ import itertools
 import math
 
 from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.gap.deciding import NEAR_FLOOR
 from ehsid.harness.gap.diagnosis_file import Candidate, DiagnosisFile, known
 from ehsid.harness.gap.inference.families import effect_families
 from ehsid.harness.gap.inference.quantised import QUANTISATION
+from ehsid.harness.gap.inference.verdict import agrees_as_configured, is_gained
 from ehsid.harness.gap.inference.words import in_words
-from ehsid.harness.gap.thresholds import MUCH_REMOVED, WORSE_CALIBRATED
+from ehsid.harness.gap.thresholds import MUCH_REMOVED, OPEN, WORSE_CALIBRATED
 
 CHOSEN = ("named", "sufficient")
 IN_THE_SET = (*CHOSEN, "equivalent")
@@ -29,8 +32,9 @@ def contradictions(file: DiagnosisFile) -> tuple[str, ...]:
     if not candidates or any(each.standing is None for each in candidates):
         return ()
     reasons = " ".join(file.reasons)
-    named = frozenset(effect.id for effect in file.which.effects) - {QUANTISATION}
-    sets = {frozenset(names) - {QUANTISATION} for names in file.which.ambiguity_set}
+    which = file.which
+    named = frozenset(effect.id for effect in which.effects) - {QUANTISATION}
+    sets = {frozenset(names) - {QUANTISATION} for names in which.ambiguity_set}
     calibrated, nominal = known(file.how_far.calibrated), known(file.how_far.nominal)
     rules = {
         "exactly one set is named or sufficient, and it is the one of the verdict": [
@@ -59,19 +63,67 @@ def contradictions(file: DiagnosisFile) -> tuple[str, ...]:
         "the verdict is ambiguous where families differ": (file.verdict == "ambiguous")
         == (
             file.verdict != "outside_catalogue"
-            and len({effect_families(names) for names in file.which.ambiguity_set}) > 1
+            and len({effect_families(names) for names in which.ambiguity_set}) > 1
         ),
         "the share that is removed is that of the named set": _same_share(file, named),
         "a worse calibration is said": ("are worse than those of the rig file" in reasons)
         == (calibrated > max(WORSE_CALIBRATED * nominal, known(file.how_far.noise_floor[1]))),
         "values that moved are said where the verdict rests on them": file.verdict != "parameters"
-        or any(value.moved for value in file.calibration.values()),
+        or any(value.moved for value in file.calibration.values())
+        or not _agrees(file),
+        "no gap is told near the floor only, or where nothing makes it smaller": file.verdict
+        != "no_gap"
+        or _agrees(file)
+        or not is_gained(known(file.how_far.shrinkage_from_nominal.ci90[0])),
+        "a gap that stays above the floor is said": file.verdict == "outside_catalogue"
+        or ("stays above the noise floor" in file.sentence) == _stays(file),
+        "an open cause is said": file.verdict == "outside_catalogue"
+        or ("The cause is open" in file.sentence) == _is_open(candidates),
+        "no effect is called missing only where none is probable and no gap stays": (
+            "No effect is missing" not in file.sentence
+            or not (_is_open(candidates) or _stays(file))
+        ),
+        "a named effect could be judged": not (
+            {name for names in sets for name in names} & {one.id for one in which.cannot_judge}
+        ),
+        "the part of the machine of each named effect has a share": bool(which.missing_law)
+        or not file.where.subsystem
+        or all(
+            file.where.subsystem.get(effects()[name].subsystem, 0.0) > 0.0
+            for names in (named, *sets)
+            for name in names
+        ),
+        "an experiment is designed only where it tells something": which.next_experiment is None
+        or file.verdict == "ambiguous"
+        or _is_open(candidates),
         "values that moved are no nuisances": not any(
             value.moved and ParameterKey(name).is_nuisance
             for name, value in file.calibration.items()
         ),
     }
     return tuple(rule for rule, holds in rules.items() if not holds)
+
+
+def _agrees(file: DiagnosisFile) -> bool:
+    return agrees_as_configured(known(file.how_far.nominal), known(file.how_far.noise_floor[1]))
+
+
+def _stays(file: DiagnosisFile) -> bool:
+    stays = min(known(file.how_far.nominal), known(file.how_far.augmented))
+    return stays > NEAR_FLOOR * known(file.how_far.noise_floor[1])
+
+
+def _is_open(candidates: list[Candidate]) -> bool:
+    """Whether the sets that were given are not probable enough, all laws of a family together."""
+    given = {effect_families(each.effects) for each in candidates if each.in_confidence_set}
+    return (
+        sum(
+            each.probability
+            for each in candidates
+            if each.probability is not None and effect_families(each.effects) in given
+        )
+        < 1.0 - OPEN
+    )
 
 
 def _ordered(candidates: list[Candidate]) -> bool:

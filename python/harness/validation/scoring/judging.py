@@ -12,6 +12,7 @@
 | | `no_gap` or `insufficient_data`, all listed under `cannot_judge` | abstained |
 | | `no_gap`, `parameters`, `insufficient_data` | missed |
 | none, or wrong values only | `no_gap`, `parameters` respectively | right |
+| none | `parameters`, no value of the rig file differs: only what no data sheet gives | right |
 | | the other of these two, or `insufficient_data` | other verdict |
 | | `effects`, `ambiguous`, `outside_catalogue` | false alarm |
 | an effect outside of the catalogue | `outside_catalogue` | right |
@@ -223,7 +224,7 @@ def judge(answer: Answer, findings: Findings) -> Judgement:
     verdict = findings.verdict
     if answer.kind in HEALTHY:
         return Judgement(
-            _of_healthy(answer.kind, verdict),
+            _of_healthy(answer.kind, verdict, findings.moved),
             false_effect=bool(named),
             false_alarm=verdict in STRUCTURAL,
         )
@@ -260,12 +261,13 @@ def judge(answer: Answer, findings: Findings) -> Judgement:
     )
 
 
-def _of_healthy(kind: str, verdict: str) -> Outcome:
+def _of_healthy(kind: str, verdict: str, moved: bool) -> Outcome:
     if verdict == FAILED:
         return "failed"
     if verdict in STRUCTURAL:
         return "false alarm"
-    return "right" if verdict == HEALTHY[kind] else "other verdict"
+    blameless = verdict == "parameters" and not moved
+    return "right" if blameless or verdict == HEALTHY[kind] else "other verdict"
 
 
 def _of_unknown(verdict: str, right: bool) -> Outcome:

@@ -66,6 +66,8 @@ class Findings:
         for each equation its subsystem, and the gain of terms in it, nats.
     calibration
         calibrated values by full name.
+    moved
+        whether any value differs from the rig file.
     gap
         gap of the calibrated rig over the middle of its noise floor; None where it is not known.
     of_explainable, from_nominal
@@ -86,6 +88,7 @@ class Findings:
     subsystem: Mapping[str, float] = field(default_factory=dict)
     equations: tuple[tuple[str, float], ...] = ()
     calibration: Mapping[str, Estimate] = field(default_factory=dict)
+    moved: bool = False
     gap: float | None = None
     of_explainable: Estimate | None = None
     from_nominal: Estimate | None = None
@@ -138,6 +141,7 @@ def _findings(file: DiagnosisFile) -> Findings:
             name: Value(value.found, value.ci90).estimate()
             for name, value in file.calibration.items()
         },
+        moved=any(value.moved for value in file.calibration.values()),
         gap=_gap(how_far),
         of_explainable=_finite(how_far.shrinkage_of_explainable),
         from_nominal=_finite(how_far.shrinkage_from_nominal),

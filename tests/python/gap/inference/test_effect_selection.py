@@ -124,9 +124,13 @@ def test_sizes_that_every_servo_has_are_not_selected() -> None:
     assert selection.hypothesis(result.calibrated) is not None
 
 
-def _reduction(nominal: float, calibrated: float, augmented: float) -> HowFar:
+def _reduction(
+    nominal: float, calibrated: float, augmented: float, floor: float = 0.0012
+) -> HowFar:
     whole = Estimate(0.9, 0.8, 0.95)
-    return HowFar(nominal, calibrated, augmented, (0.001, 0.0012), whole, whole, {})
+    share = (nominal - augmented) / nominal
+    from_nominal = Estimate(share, share - 0.02, share + 0.02)
+    return HowFar(nominal, calibrated, augmented, (0.9 * floor, floor), whole, from_nominal, {})
 
 
 def _moved(moved: bool) -> dict[str, CalibratedValue]:
@@ -155,8 +159,7 @@ def _moved(moved: bool) -> dict[str, CalibratedValue]:
         (LARGE_GAP, [candidate("sensor_lag", rms=0.99 * LARGE_GAP)], False, "outside_catalogue"),
         (LARGE_GAP, [], True, "outside_catalogue"),
         (HIDDEN, [], True, "parameters"),
-        (HIDDEN, [], False, "no_gap"),
-        (HIDDEN, [candidate("sensor_lag", rms=HIDDEN)], False, "no_gap"),
+        (HIDDEN, [candidate("sensor_lag", rms=HIDDEN)], True, "parameters"),
     ],
 )
 def test_verdicts(
@@ -186,12 +189,88 @@ def test_values_of_the_rig_file_that_fit_as_well_are_no_parameter_gap() -> None:
             CASE,
             result,
             select_effects(CASE, result),
-            _reduction(0.1, 0.001, 0.001),
+            _reduction(0.04, 0.001, 0.001),
             _moved(True),
             (),
             candidate(rms=rms),
         )
         assert decision.verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("nominal", "calibrated", "floor", "verdict", "told"),
+    [
+        # The configured simulator is near the floor, or its gap is small.
+        (0.013, 0.006, 0.005, "no_gap", "The simulator agrees with the machine."),
+        (0.13, 0.06, 0.05, "no_gap", "The simulator agrees with the machine."),
+        (0.04, 0.001, 0.001, "no_gap", "A gap of 4.0 % is small; fitted values leave 0.10 %."),
+        # Nothing makes the gap smaller; what stays is said.
+        (0.055, 0.060, 0.006, "no_gap", "make the gap of 5.5 % clearly smaller. A gap of 5.5 % s"),
+        (0.40, 0.32, 0.05, "no_gap", "make the gap of 40 % clearly smaller. A gap of 32 % stays"),
+        # The fit takes it away, within the uncertainty of all values.
+        (0.13, 0.026, 0.014, "parameters", "take the gap from 13 % to 2.6 %."),
+        (0.17, 0.0015, 0.0009, "parameters", "take the gap from 17 % to 0.15 %."),
+        (0.17, 0.030, 0.005, "parameters", "to 3.0 %. A gap of 3.0 % stays above the noise floor"),
+    ],
+)
+def test_no_gap_is_told_only_near_the_floor_or_where_nothing_makes_it_smaller(
+    nominal: float, calibrated: float, floor: float, verdict: str, told: str
+) -> None:
+    result = search_result(candidate(rms=HIDDEN))
+    for nuisance_fit in (result.calibrated, candidate(rms=GAP)):
+        decision = decide(
+            CASE,
+            result,
+            select_effects(CASE, result),
+            _reduction(nominal, calibrated, calibrated, floor),
+            _moved(False),
+            (),
+            nuisance_fit,
+        )
+        assert decision.verdict == verdict
+        assert told in decision.sentence
+        assert "No effect is missing" not in decision.sentence
+
+
+# Errors, in noise floors, with which nothing, one cause and another are about as probable.
+DOUBT = 1.8
+
+
+@pytest.mark.parametrize(
+    ("selected", "told"),
+    [
+        (
+            False,
+            ["from 50 % to 10 %: load.mass_kg", "The cause is open", "no missing"],
+        ),
+        (True, ["valve dead band alone (", "valve dead band and Coulomb friction ("]),
+    ],
+)
+def test_the_first_sentence_says_what_the_probabilities_say(
+    selected: bool, told: list[str]
+) -> None:
+    if selected:
+        fits = [
+            candidate(rms=LARGE_GAP),
+            candidate("valve_dead_band", rms=0.4 * FLOOR),
+            candidate("valve_dead_band", "coulomb_friction", rms=HIDDEN),
+        ]
+    else:
+        fits = [candidate(rms=DOUBT * FLOOR)]
+    result = search_result(*fits)
+    selection = select_effects(CASE, result)
+    assert selection.answer.kind == ("effects" if selected else "healthy")
+    assert selection.is_open
+    assert [each.effects for each in selection.rivals] == (
+        [("valve_dead_band", "coulomb_friction")] if selected else []
+    )
+    decision = decide(
+        CASE, result, selection, _reduction(0.5, 0.1, 0.1), _moved(True), (), candidate(rms=GAP)
+    )
+    for words in told:
+        assert words in decision.sentence
+    assert "No effect is missing" not in decision.sentence
+    assert "A gap of 10 % stays above the noise floor of 0.11 % to 0.12 %." in decision.sentence
 
 
 @pytest.mark.parametrize(
@@ -217,7 +296,7 @@ def test_the_first_sentence_says_which_value_is_not_to_trust(
         CASE,
         result,
         select_effects(CASE, result),
-        _reduction(0.5, 0.1, 0.01),
+        _reduction(0.5, 0.001, 0.001),
         _moved(True),
         (),
         candidate(rms=GAP),

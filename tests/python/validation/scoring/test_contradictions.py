@@ -35,6 +35,7 @@ def candidate(effects: list[str], score: float, share: float, standing: str, why
         "in_confidence_set": standing in ("named", "sufficient", "equivalent"),
         "standing": standing,
         "why": why,
+        "probability": {"named": 0.97, "too_small": None}.get(standing, 0.01),
     }
 
 
@@ -50,7 +51,9 @@ def consistent() -> Plain:
         ],
         calibration={"load.mass_kg": {"rig": 1.0, "found": 1.1, "ci90": [1.0, 1.2]}},
         shrinkage=0.95,
+        subsystem="mechanics",
     )
+    plain["sentence"] = "The gap is due to Coulomb friction."
     plain["reasons"] = [REASON]
     return plain
 
@@ -69,6 +72,18 @@ def nothing_named(plain: Plain) -> None:
     plain["reasons"] = ["The set with the smallest errors on held-out data is another one."]
 
 
+def sufficient(plain: Plain) -> None:
+    """The same said of values, and with little probability; 16 % are taken to 8 %."""
+    nothing_named(plain)
+    plain["sentence"] = "No effect is missing."
+    plain["which"]["candidates"][2]["probability"] = 0.1
+
+
+EXPERIMENT = {
+    "separates": ["coulomb_friction", "load_spring"],
+    "record": "next_experiment.csv",
+    "description": "slow triangle",
+}
 BROKEN: dict[str, Callable[[Plain], Any]] = {
     "exactly one set is named or sufficient, and it is the one of the verdict": lambda plain: plain[
         "which"
@@ -96,6 +111,21 @@ BROKEN: dict[str, Callable[[Plain], Any]] = {
     "a worse calibration is said": lambda plain: plain["how_far"].update(calibrated=0.3),
     "values that moved are said where the verdict rests on them": lambda plain: plain.update(
         verdict="parameters"
+    ),
+    "no gap is told near the floor only, or where nothing makes it smaller": nothing_named,
+    "a gap that stays above the floor is said": lambda plain: plain["how_far"].update(
+        augmented=0.04
+    ),
+    "an open cause is said": lambda plain: plain["which"]["candidates"][1].update(probability=0.5),
+    "no effect is called missing only where none is probable and no gap stays": sufficient,
+    "a named effect could be judged": lambda plain: plain["which"].update(
+        cannot_judge=[{"id": "coulomb_friction", "why": "the rod does not turn"}]
+    ),
+    "the part of the machine of each named effect has a share": lambda plain: plain["where"].update(
+        subsystem={"valve": 1.0, "mechanics": 0.0}
+    ),
+    "an experiment is designed only where it tells something": lambda plain: plain["which"].update(
+        next_experiment=EXPERIMENT
     ),
     "values that moved are no nuisances": lambda plain: plain["calibration"].update(
         {
