@@ -3,6 +3,7 @@
 
 import os
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -19,6 +20,25 @@ settings.load_profile("ehsid")
 # start a thread for each core in every one of them, and these wait for each other without sleeping.
 # It reads this when numpy is first imported: after this file, and in the processes of tests.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def consistent_diagnoses() -> Iterator[None]:
+    """Every diagnosis that a test makes in its own process breaks no rule of consistency."""
+    import ehsid.harness.gap.diagnosis as module
+    from ehsid.harness.gap.diagnosis_file import diagnosis_file
+    from ehsid.harness.validation.scoring.contradictions import contradictions
+
+    made = module._diagnose
+
+    def checked(*arguments: Any) -> Any:
+        diagnosis = made(*arguments)
+        assert contradictions(diagnosis_file(diagnosis, [], "rig.toml")) == ()
+        return diagnosis
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "_diagnose", checked)
+        yield
 
 
 @pytest.fixture

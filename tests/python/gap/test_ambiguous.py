@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
-from contradictions import contradictions
 
 from ehsid.harness.gap import diagnose
 from ehsid.harness.records import Record, make_record
@@ -68,7 +67,6 @@ def test_delay_and_lag_are_a_set_until_the_next_experiment(
     fitted = [run(values, smooth(np.random.default_rng(1)), 1)]
     held_out = [run(values, smooth(np.random.default_rng(2)), 2)]
     diagnosis = diagnose(fitted, RIG, validate=held_out)
-    assert contradictions(diagnosis) == []
     assert diagnosis.verdict == "ambiguous", diagnosis.sentence
     named = {effect for effects in diagnosis.ambiguity_set for effect in effects}
     assert {"transport_delay", "valve_lag"} <= named
@@ -76,6 +74,5 @@ def test_delay_and_lag_are_a_set_until_the_next_experiment(
     # The operator runs the experiment; the new record is diagnosed together with the others.
     command = diagnosis.next_experiment.record.column("command_v")
     second = diagnose([*fitted, run(values, command, 3)], RIG)
-    assert contradictions(second) == []
     assert second.verdict == "effects", second.sentence
     assert [effect.id for effect in second.effects] == [truth]

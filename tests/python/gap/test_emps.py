@@ -11,7 +11,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from contradictions import contradictions
 
 from ehsid.harness.gap import Diagnosis, diagnose
 from ehsid.harness.gap.schema import Estimate
@@ -42,7 +41,6 @@ def emps() -> Diagnosis:
 
 
 def test_coulomb_friction_and_the_constant_force_are_identified(emps: Diagnosis) -> None:
-    assert contradictions(emps) == []
     assert {effect.id for effect in emps.effects} == {"coulomb_friction", "load_force"}
 
 

@@ -15,6 +15,7 @@ from ehsid.harness.records import make_record
 from ehsid.harness.report.gap_brief import brief_tables, told_reasons, told_remarks
 from ehsid.harness.report.gap_page import render_diagnosis
 from ehsid.harness.report.page import Note, Table
+from ehsid.harness.report.shares import percent
 from ehsid.harness.report.text_table import TextTable
 from ehsid.harness.report.which_section import which_section
 
@@ -46,8 +47,8 @@ def candidates_of(diagnosis: Diagnosis) -> TextTable:
 def test_nats_are_counted_from_the_named_set_which_is_always_in_the_table() -> None:
     table = candidates_of(diagnosed(RANKED))
     assert [(row[0], *row[2:]) for row in (table.rows[0], table.rows[-1])] == [
-        ("Stribeck friction", "-64.4", "size not counted"),
-        ("Coulomb friction", "0.0", "named"),
+        ("Stribeck friction", "-64.4", percent(0.45), "size not counted"),
+        ("Coulomb friction", "0.0", percent(0.45), "named"),
     ]
     assert len(table.rows) == 5
     assert "below that of the named set" in table.caption

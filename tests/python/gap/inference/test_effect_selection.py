@@ -252,7 +252,7 @@ def test_the_first_sentence_says_what_the_probabilities_say(
     if selected:
         fits = [
             candidate(rms=LARGE_GAP),
-            candidate("valve_dead_band", rms=0.4 * FLOOR),
+            candidate("valve_dead_band", rms=0.32 * FLOOR),
             candidate("valve_dead_band", "coulomb_friction", rms=HIDDEN),
         ]
     else:

@@ -109,8 +109,9 @@ BROKEN: dict[str, Callable[[Plain], Any]] = {
         "candidates"
     ][1].update(held_out_shrinkage=0.5),
     "a worse calibration is said": lambda plain: plain["how_far"].update(calibrated=0.3),
-    "values that moved are said where the verdict rests on them": lambda plain: plain.update(
-        verdict="parameters"
+    "values that moved are said where the verdict rests on them": lambda plain: (
+        plain.update(verdict="parameters"),
+        plain["how_far"].update(nominal=0.02),
     ),
     "no gap is told near the floor only, or where nothing makes it smaller": nothing_named,
     "a gap that stays above the floor is said": lambda plain: plain["how_far"].update(
