@@ -11,6 +11,7 @@ from made_diagnoses import VERDICTS, made_diagnosis
 
 from ehsid.harness.gap.schema import Estimate, HeldOutRun, Remark
 from ehsid.harness.records import Origin, Taken
+from ehsid.harness.report.gap_facts import diagnosis_facts
 from ehsid.harness.report.gap_marks import gap_bars, share_bar, timelines, value_table
 from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
 from ehsid.harness.report.page import Bars, Heading, Mark, Tagged
@@ -255,3 +256,20 @@ def test_time_is_one_axis_for_each_record() -> None:
     assert max(column.height for column in line.columns) == 100.0
     both = [*spans, *(replace(span, record="other") for span in spans)]
     assert [line.record for line in timelines(both)] == ["held_out", "other"]
+
+
+@pytest.mark.parametrize(
+    ("sets", "place"),
+    [
+        ((("coulomb_friction",),), "mechanics"),
+        ((("coulomb_friction", "valve_dead_band"),), "mechanics and valve"),
+        ((("coulomb_friction",), ("valve_dead_band",)), "mechanics or valve"),
+    ],
+)
+def test_the_place_has_the_part_of_each_named_effect(
+    sets: tuple[tuple[str, ...], ...], place: str
+) -> None:
+    verdict = "ambiguous" if len(sets) > 1 else "effects"
+    diagnosis = replace(made_diagnosis(verdict), ambiguity_set=sets)
+    first = diagnosis_facts(diagnosis).facts[0]
+    assert (first.name, first.value) == ("Where", place)

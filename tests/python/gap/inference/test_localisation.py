@@ -103,3 +103,12 @@ def test_shares_of_effects_sum_to_one(shares: dict[str, float]) -> None:
     assert sum(subsystem.values()) == pytest.approx(1.0)
     assert min(subsystem.values()) >= 0.0
     assert subsystem["hydraulics"] == subsystem["sensor"] == subsystem["timing"] == 0.0
+
+
+def test_place_is_that_of_all_sets_that_cannot_be_told_apart() -> None:
+    case, calibrated = rubbing()
+    best = with_effects(["valve_dead_band"])
+    others = [(["coulomb_friction"], 0.6), (["coulomb_friction", "valve_null_bias"], 0.4)]
+    subsystem = localise(case, calibrated, best, others=others).subsystem
+    assert subsystem["valve"] == pytest.approx((1.0 + 0.5 * 0.4) / 2.0)
+    assert subsystem["mechanics"] == pytest.approx((0.6 + 0.5 * 0.4) / 2.0)
