@@ -12,6 +12,7 @@ from ehsid.harness.arrays import FloatArray
 
 DAY_S = 86_400.0
 TRIED_ROWS = 50
+SECONDS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "d": DAY_S}
 
 _DAYS = ("%Y-%m-%d", "%Y/%m/%d", "%Y.%m.%d", "%d.%m.%Y", "%m/%d/%Y", "%d/%m/%Y", "%d-%m-%Y",
          "%m-%d-%Y", "%d.%m.%y", "%m/%d/%y", "%d/%m/%y")  # fmt: skip
@@ -55,12 +56,12 @@ def _parsed(text: pl.Series, pattern: str) -> pl.Series:
     return text.str.to_datetime(pattern, time_unit="ns", strict=False)
 
 
-def _since_first(moments: pl.Series) -> FloatArray:
-    """Returns seconds since the first moment; whole nanoseconds are subtracted exactly."""
+def _since_first(moments: pl.Series, tick_s: float = 1e-9) -> FloatArray:
+    """Returns seconds since the first moment; whole ticks are subtracted exactly."""
     ticks = moments.cast(pl.Int64)
     first = ticks.drop_nulls()[0]
     since = (ticks - first).cast(pl.Float64).fill_null(float("nan")).to_numpy()
-    return np.asarray(since * 1e-9, dtype=np.float64)
+    return np.asarray(since * tick_s, dtype=np.float64)
 
 
 def _over_midnight(time_s: FloatArray) -> FloatArray:
@@ -73,13 +74,12 @@ def _span(time_s: FloatArray) -> float:
 
 
 def from_datetimes(moments: pl.Series) -> FloatArray:
-    """Returns seconds since the first of typed moments, times of day or durations."""
-    if moments.dtype == pl.Date:
-        moments = moments.cast(pl.Datetime("ns"))
-    if isinstance(moments.dtype, pl.Datetime):
-        moments = moments.dt.replace_time_zone(None).cast(pl.Datetime("ns"))
-    elif isinstance(moments.dtype, pl.Duration):
-        moments = moments.cast(pl.Duration("ns"))
+    """Returns seconds since the first of typed moments, times of day or durations.
+
+    They are counted in their own unit: in nanoseconds, only the years 1677 to 2262 have room. With
+    a time zone, what counts is stored in UTC and runs on over the change of summer time.
+    """
     if moments.null_count() == len(moments):
         return np.full(len(moments), np.nan)
-    return _since_first(moments)
+    unit = "d" if moments.dtype == pl.Date else getattr(moments.dtype, "time_unit", None) or "ns"
+    return _since_first(moments.to_physical(), SECONDS[unit])

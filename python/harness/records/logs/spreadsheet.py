@@ -20,6 +20,7 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.records.errors import RecordError, damaged
 from ehsid.harness.records.limits import BYTES, COLUMNS, SAMPLES
 from ehsid.harness.records.logs.log import Log, Series
+from ehsid.harness.records.logs.sheet_size import check_sheets
 from ehsid.harness.records.logs.text import table_log
 
 MOST_SHEETS = 50
@@ -70,13 +71,16 @@ def _damage_named(path: Path) -> Iterator[None]:
 
 
 def _check_size(data: bytes, path: Path) -> None:
-    """Checks the sizes that a zip file states; its reader does not give more than these."""
+    """Checks the sizes that a zip file states, and those of its sheets, before they are loaded."""
     if not data.startswith(b"PK"):
         return
     try:
         with zipfile.ZipFile(BytesIO(data)) as archive:
             BYTES.check(sum(one.file_size for one in archive.infolist()), path)
-    except zipfile.BadZipFile as error:
+            check_sheets(archive, path)
+    except RecordError:
+        raise
+    except Exception as error:  # BadZipFile, zlib.error, NotImplementedError, as the damage is
         raise damaged(path, "spreadsheet", error) from None
 
 

@@ -113,7 +113,60 @@ def excel_bomb(path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("bomb", [hdf5_bomb, excel_bomb])
+def far_cells(path: Path) -> Path:
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.active["A1"] = book.active["BXX1048576"] = 1.0
+    book.save(path / "far.xlsx")
+    return path / "far.xlsx"
+
+
+def shared_text(path: Path) -> Path:
+    rows = "".join(f'<row r="{k}"><c r="A{k}" t="s"><v>1</v></c></row>' for k in range(1, 20_001))
+    text = "<si><t>a</t></si><si><t>" + "x" * 100_000 + "</t></si>"
+    with zipfile.ZipFile(path / "text.xlsx", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("xl/worksheets/sheet1.xml", f"<worksheet><sheetData>{rows}</sheetData>")
+        archive.writestr("xl/sharedStrings.xml", f"<sst>{text}</sst>")
+    return path / "text.xlsx"
+
+
+def ods(path: Path, rows: str) -> Path:
+    names = " ".join(
+        f'xmlns:{one}="urn:oasis:names:tc:opendocument:xmlns:{one}:1.0"'
+        for one in ("office", "table", "text")
+    )
+    with zipfile.ZipFile(path / "log.ods", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("mimetype", "application/vnd.oasis.opendocument.spreadsheet")
+        archive.writestr(
+            "content.xml",
+            f"<office:document-content {names}><office:body><office:spreadsheet><table:table "
+            f'table:name="S">{rows}</table:table></office:spreadsheet></office:body>'
+            "</office:document-content>",
+        )
+    return path / "log.ods"
+
+
+def ods_far(path: Path) -> Path:
+    one = '<table:table-cell office:value-type="float" office:value="1"/>'
+    far = '<table:table-cell table:number-columns-repeated="1900"/>'
+    return ods(
+        path,
+        f"<table:table-row>{one}</table:table-row><table:table-row table:number-rows-repeated="
+        f'"1000000"/><table:table-row>{far}{one}</table:table-row>',
+    )
+
+
+def ods_text(path: Path) -> Path:
+    text = f'<table:table-cell office:value-type="string"><text:p>{"x" * 20_000}</text:p>'
+    return ods(
+        path,
+        f'<table:table-row table:number-rows-repeated="100000">{text}</table:table-cell>'
+        "</table:table-row>",
+    )
+
+
+@pytest.mark.parametrize("bomb", [hdf5_bomb, excel_bomb, far_cells, shared_text, ods_far, ods_text])
 def test_bombs_are_refused(tmp_path: Path, bomb: Callable[[Path], Path]) -> None:
     path = bomb(tmp_path)
     assert path.stat().st_size < 10 * 2**20

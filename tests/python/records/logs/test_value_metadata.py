@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import datetime
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import polars as pl
 import pytest
 
 from ehsid.harness.records import Record, RecordError, read_record
@@ -188,3 +190,14 @@ def test_raw_frames_have_to_be_decoded_first(tmp_path: Path) -> None:
     frames = {"CAN_DataFrame.ID": np.arange(COUNT), "CAN_DataFrame.DataBytes": BYTES}
     with pytest.raises(RecordError, match=r"raw frames of a bus.*decode.*DBC"):
         read_record(write_mf4(tmp_path / "r.mf4", frames))
+
+
+@pytest.mark.parametrize("year", [1, 1600, 2500, 9000])
+@pytest.mark.parametrize("unit", ["us", "ms"])
+def test_dates_of_parquet_may_be_of_any_year(tmp_path: Path, year: int, unit: str) -> None:
+    """Nanoseconds have room for the years 1677 to 2262 only."""
+    start = datetime.datetime(year, 1, 1)
+    moments = [start + datetime.timedelta(milliseconds=10 * k) for k in range(COUNT)]
+    columns = {"t": pl.Series(moments, dtype=pl.Datetime(unit)), "command_v": COMMAND[:COUNT]}  # type: ignore[arg-type]
+    pl.DataFrame(columns).write_parquet(tmp_path / "r.parquet")
+    assert read_record(tmp_path / "r.parquet").dt_s == pytest.approx(DT_S, rel=1e-9)
