@@ -148,7 +148,7 @@ BAD = (
     bad_csv(
         "a decimal comma between commas",
         "time_s,command_v,position_m\n" + "".join(f"0,{k},1,0,0,{k}\n" for k in range(6)),
-        "row 2",
+        "row 1",
         "decimal",
     ),
     changed("text in a cell", "0.3,3,", "0.3,abc,", "row 5", "'command_v'", "abc", "To fix it"),

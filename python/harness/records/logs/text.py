@@ -204,7 +204,8 @@ class TextTable:
                 "add the name that is missing, such as 'row' if the first column numbers the rows"
             )
             if dialect.delimiter == ",":
-                mend += "; if the numbers have a decimal comma, export them with a decimal point"
+                comma = "if the numbers have a decimal comma, export them with a decimal point"
+                mend = comma if 2 * names == dialect.cells else f"{mend}; {comma}"
         elif names > widest and all(dialect.names[widest:]):
             mend = "remove the name that has no values, or export the file again with all values"
             if dialect.delimiter == " ":
