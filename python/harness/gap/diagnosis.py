@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap.data.gate import gate, longest_stretch
+from ehsid.harness.gap.data.gate import gate, usable_part
 from ehsid.harness.gap.data.regimes import Regimes, visited
 from ehsid.harness.gap.deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
 from ehsid.harness.gap.design.next_experiment import next_experiment
@@ -87,7 +87,7 @@ def diagnose(
     ----------
     records
         records to fit, each with `command_v` and `position_m`; of a record with gaps the longest
-        stretch is used.
+        stretch is used, without spans in which the supply is down.
     rig
         configuration of the simulator.
     validate
@@ -130,11 +130,11 @@ def _diagnose(
     began = time.monotonic()
     pace = Pace(progress, may_be_joint=bool(validate))
     remarks = gate([*records, *validate], rig)
-    fitted = [longest_stretch(record) for record in records]
-    held_out = [longest_stretch(record) for record in validate]
     reasons = [_of_record(remark) for remark in remarks if remark.serious]
     case = None
     if not reasons:
+        fitted = [usable_part(record, rig)[0] for record in records]
+        held_out = [usable_part(record, rig)[0] for record in validate]
         try:
             case = make_case(rig, fitted, held_out)
         except ValueError as error:

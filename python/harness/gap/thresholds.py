@@ -255,6 +255,28 @@ PRESSURE_UNIT = 0.01
 VACUUM_FLOORS = 6.0
 # The measured supply pressure may differ from the rig file as far as a fit may move it.
 SUPPLY_SIGMAS = MOST_SIGMAS
+# The supply is down below this share of its pressure for this time, and up again from SUPPLY_AGAIN
+# on. A droop under flow leaves more: with a source that loses 35 % at full flow, 65 % remain. A
+# supply that never reaches a quarter of what the rig says is that of a pump which is off.
+SUPPLY_LOW = 0.6
+SUPPLY_LOW_S = 0.2
+SUPPLY_AGAIN = 0.9
+SUPPLY_OFF = 0.25
+# The signals are smoothed over this time: below it, compression of the oil also makes pressures.
+SUPPLY_SMOOTHED_S = 0.05
+# Without its sensor, the end of a span is known up to the time in which a pump comes up, s.
+SUPPLY_SETTLED_S = 0.5
+# A rod stands below this share of the full speed. It does not follow a valve that is opened by more
+# than STALL_OPENING if it has less than this share of the speed of that opening, for so long that
+# it would have gone as far as at full speed in STALL_S. A dead band holds it shorter.
+STANDS = 0.02
+STALL_OPENING = 0.05
+STALL_SPEED = 0.2
+STALL_S = 0.06
+# Share of the time for which the rod follows such openings elsewhere.
+FOLLOWS = 0.9
+# Through an opening above this, flows of the valve are large beside any leakage.
+WIDE_OPENING = 0.25
 # Share of the time for which a chamber pressure may exceed what the supply can give: water hammer
 # is over in a hundredth of the time.
 BEYOND_SHARE = 0.01

@@ -4,13 +4,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from ehsid.harness.catalogue.channels import COMMAND, POSITION, SUPPLY_PRESSURE
-from ehsid.harness.gap.data.gate import longest_stretch
+from ehsid.harness.gap.data.gate import usable_part
 from ehsid.harness.gap.data.gate_channels import check_saturated, check_spikes
 from ehsid.harness.gap.data.gate_clock import check_clock, longer
+from ehsid.harness.gap.schema import Remark
 from ehsid.harness.records import Record
 from ehsid.harness.rig_check.balance import moved_mass
 from ehsid.harness.rig_check.edges import Edges, edges
@@ -58,7 +60,8 @@ def check_rig(record: Record, rig: Rig) -> RecordCheck:
     Parameters
     ----------
     record
-        with `command_v` and `position_m`; of a record with gaps the longest stretch counts.
+        with `command_v` and `position_m`; of a record with gaps the longest stretch counts,
+        without spans in which the supply is down.
     rig
         of any plant; only "ehs" has all comparisons.
 
@@ -67,9 +70,16 @@ def check_rig(record: Record, rig: Rig) -> RecordCheck:
     ValueError
         the record has no time, is too short, or command or position is constant.
     """
-    part = _usable(record)
+    part, supply = _usable(record, rig)
     assert part.dt_s is not None
     moved = motion(part, rig)
+    half = moved.kernel.half
+    time = part.dt_s * np.arange(half, half + moved.speed.size, dtype=np.float64)
+    notes = _notes(part, rig, supply)
+    off = [Finding("supply", Status.does_not_fit, one.what) for one in supply if one.serious]
+    if off:
+        findings = [*off, untold("all else", "the supply must be up first")]
+        return RecordCheck(record.name, tuple(findings), notes, time, moved.speed, None)
     findings = sign_findings(part, rig)
     wrong_way = any(one.status is Status.does_not_fit for one in findings)
     findings += stroke_finding(part, rig, moved)
@@ -96,17 +106,19 @@ def check_rig(record: Record, rig: Rig) -> RecordCheck:
         findings += ringing_finding(part, rig)
     half = moved.kernel.half
     time = part.dt_s * np.arange(half, half + moved.speed.size, dtype=np.float64)
-    return RecordCheck(record.name, tuple(findings), _notes(part, rig), time, moved.speed, expected)
+    return RecordCheck(
+        record.name, tuple(findings), _notes(part, rig, supply), time, moved.speed, expected
+    )
 
 
-def _usable(record: Record) -> Record:
-    """The longest stretch without a gap; raises ValueError where it does not do."""
+def _usable(record: Record, rig: Rig) -> tuple[Record, list[Remark]]:
+    """The part that is compared, with a remark on what the supply excludes; else ValueError."""
     where = record.source or record.name
     if record.dt_s is None:
         raise ValueError(
             f"{where}: there is no time: expected a column 'time_s'; name it, or give --dt SECONDS"
         )
-    part = longest_stretch(record)
+    part, supply = usable_part(record, rig)
     if len(part) < LEAST_SAMPLES:
         raise ValueError(
             f"{where}: {len(part)} samples without a gap: expected at least {LEAST_SAMPLES}; "
@@ -118,12 +130,18 @@ def _usable(record: Record) -> Record:
                 f"{where}, column '{name}': it is constant: expected a machine that moves; "
                 "record with an excitation, or check the sensor"
             )
-    return part
+    return part, supply
 
 
-def _notes(record: Record, rig: Rig) -> tuple[str, ...]:
+def _notes(record: Record, rig: Rig, supply: Sequence[Remark]) -> tuple[str, ...]:
     """What else is to be known, and what this record cannot show."""
-    remarks = [*check_clock(record), *check_saturated(record, rig), *check_spikes(record, rig)]
+    left_out = [remark for remark in supply if not remark.serious]
+    remarks = [
+        *left_out,
+        *check_clock(record),
+        *check_saturated(record, rig),
+        *check_spikes(record, rig),
+    ]
     notes = [remark.what for remark in remarks]
     if rig.plant == "ehs" and not has_pressures(record):
         notes.append(

@@ -12,6 +12,7 @@ from ehsid.harness.gap.data.gate_channels import check_constant, check_saturated
 from ehsid.harness.gap.data.gate_clock import check_clock, check_length, check_sampling
 from ehsid.harness.gap.data.gate_ranges import check_command, check_position, check_pressures
 from ehsid.harness.gap.data.gate_signs import check_directions, check_ports
+from ehsid.harness.gap.data.gate_supply import powered_part
 from ehsid.harness.gap.data.sensor_floor import sensor_floor
 from ehsid.harness.gap.schema import Remark
 from ehsid.harness.gap.thresholds import FLOORS_DIFFER, WINDOW_S
@@ -53,8 +54,18 @@ def gate(records: Sequence[Record], rig: Rig) -> tuple[Remark, ...]:
         remarks = _of_record(record, rig)
         all_remarks += sorted(remarks, key=lambda remark: not remark.serious)
         if not any(remark.serious for remark in remarks):
-            usable.append(longest_stretch(record))
+            usable.append(usable_part(record, rig)[0])
     return (*all_remarks, *_noise_differs(usable, rig), *_sampling_differs(usable))
+
+
+def usable_part(record: Record, rig: Rig) -> tuple[Record, list[Remark]]:
+    """Returns the part of a record that is compared, and a remark on what the supply excludes.
+
+    The part is the longest one without a gap, and of this the longest one with the supply up.
+    """
+    part = longest_stretch(record)
+    powered, remarks = powered_part(part, rig)
+    return (part if powered == slice(0, len(part)) else stretch(part, powered)), remarks
 
 
 def longest_stretch(record: Record) -> Record:
@@ -95,7 +106,10 @@ def _of_record(record: Record, rig: Rig) -> list[Remark]:
     remarks = [*how_read(record), *check_clock(record)]
     if record.dt_s is None:
         return remarks
-    part = longest_stretch(record)
+    part, supply_remarks = usable_part(record, rig)
+    remarks += supply_remarks
+    if any(remark.serious for remark in supply_remarks):
+        return remarks
     length_remarks = check_length(part, record)
     if length_remarks:
         return remarks + length_remarks

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from ehsid.harness.excitation import multisine
 from ehsid.harness.gap.data import gate_signs
-from ehsid.harness.gap.data.gate import gate, longest_stretch, stretch
+from ehsid.harness.gap.data.gate import gate, longest_stretch, stretch, usable_part
 from ehsid.harness.gap.data.gate_channels import spikes
 from ehsid.harness.gap.data.gate_signs import correlation
 from ehsid.harness.gap.data.oil_spring import oil_spring_hz
@@ -440,3 +440,95 @@ def test_the_oil_spring_is_that_of_the_linear_servo() -> None:
     )
     assert oil_spring_hz(rig) == pytest.approx(oil_spring_hz(linear))
     assert oil_spring_hz(read_rig(RIGS / "axis.toml")) is None
+
+
+def _pumped(low: float, begin_s: float, end_s: float, droop: bool = False) -> Columns:
+    """A record of the textbook model, alone: its supply is `low` of its pressure in a span.
+
+    The flow of both edges is turbulent, and the rod has no mass and no load: p_a = r p_b with r the
+    area at the rod side over that at the cap side. As both edges pass the flow of one speed,
+
+        p_s - p_a = (p_b - p_t) / r^2  extending,  p_s - p_b = (p_a - p_t) r^2  retracting
+    """
+    values = RIG.values
+    says, tank = values["supply.pressure_pa"], values["supply.tank_pressure_pa"]
+    time_s = np.arange(4000) * 2e-3
+    opening = 0.35 * np.sin(2.0 * np.pi * 0.5 * time_s) + 0.2 * np.sin(2.0 * np.pi * 1.3 * time_s)
+    share = np.where((time_s >= begin_s) & (time_s < end_s), low, 1.0)
+    if droop:
+        share = 1.0 - low * np.abs(opening) / np.abs(opening).max()
+    supply = np.maximum(share * says, tank * 1.25)
+    r = 1.0 - (values["cylinder.rod_m"] / values["cylinder.bore_m"]) ** 2
+    out_b = (supply + tank / r**2) / (r + 1.0 / r**2)
+    back_b = (supply + tank * r**2) / (1.0 + r**3)
+    p_b = np.where(opening > 0.0, out_b, back_b)
+    area = 0.25 * np.pi * values["cylinder.bore_m"] ** 2
+    drop = np.where(opening > 0.0, supply - r * p_b, r * p_b - tank)
+    flow = values["valve.rated_flow_m3_s"] * opening
+    flow = flow * np.sqrt(np.maximum(drop, 0.0) / values["valve.rated_pressure_drop_pa"])
+    rng = np.random.default_rng(4)
+    noise = rng.standard_normal((4, time_s.size)) * np.array([[5e-6], [1e4], [1e4], [1e4]])
+    position = 0.5 * values["cylinder.stroke_m"] + np.cumsum(flow) * 2e-3 / area
+    return {
+        "time_s": time_s,
+        "command_v": opening * values["valve.rated_command_v"],
+        "position_m": position + noise[0],
+        "pressure_a_pa": r * p_b + noise[1],
+        "pressure_b_pa": p_b + noise[2],
+        "supply_pressure_pa": supply + noise[3],
+    }
+
+
+_PRESSURES = ("supply_pressure_pa", "pressure_a_pa", "pressure_b_pa")
+
+
+@pytest.mark.parametrize(
+    ("low", "begin_s", "end_s", "without", "used_s", "words"),
+    [
+        (0.01, 0.0, 2.2, 0, (2.2, 8.0), "the supply is measured at"),
+        (0.01, 0.0, 2.2, 1, (2.2, 8.0), "the chamber pressures show a supply of"),
+        (0.01, 0.0, 2.2, 3, (2.2, 8.0), "the rod does not follow the command"),
+        (0.01, 3.0, 4.6, 0, (4.6, 8.0), "the supply is measured at"),
+        (0.01, 3.0, 4.6, 1, (4.6, 8.0), "the chamber pressures show a supply of"),
+        (0.01, 5.6, 8.0, 0, (0.0, 5.6), "the supply is measured at"),
+        (0.01, 5.6, 8.0, 1, (0.0, 5.6), "the chamber pressures show a supply of"),
+        (0.01, 5.6, 8.0, 3, (0.0, 5.6), "the rod does not follow the command"),
+        (0.5, 0.0, 3.0, 0, (3.0, 8.0), "the supply is measured at"),
+        (0.5, 0.0, 3.0, 1, (3.0, 8.0), "the chamber pressures show a supply of"),
+    ],
+)
+def test_spans_with_the_supply_down_are_named_and_left_out(
+    low: float, begin_s: float, end_s: float, without: int, used_s: tuple[float, float], words: str
+) -> None:
+    """With its sensor, from the chamber pressures, and from the motion alone."""
+    columns = _pumped(low, begin_s, end_s)
+    for name in _PRESSURES[:without]:
+        del columns[name]
+    record = make_record(columns, name="one")
+    part, found = usable_part(record, RIG)
+    assert [remark.serious for remark in found] == [False]
+    assert found[0].what.startswith(words)
+    assert found[0] in gate([record], RIG)
+    assert part.time_s is not None
+    # A rest beside the span, and the time of a pump, are left out too where it is not measured.
+    room = 0.1 if without == 0 else 1.0
+    assert used_s[0] - 0.1 <= part.time_s[0] <= used_s[0] + room
+    assert used_s[1] - room <= part.time_s[-1] <= used_s[1] + 0.1
+
+
+@pytest.mark.parametrize("without", [0, 1, 3])
+@pytest.mark.parametrize("lost", [0.0, 0.1, 0.35])
+def test_a_droop_under_flow_is_no_pump_that_is_off(lost: float, without: int) -> None:
+    columns = _pumped(lost, 0.0, 8.0, droop=True)
+    for name in _PRESSURES[:without]:
+        del columns[name]
+    record = make_record(columns, name="one")
+    part, found = usable_part(record, RIG)
+    assert found == []
+    assert part is record
+
+
+def test_a_pump_that_is_off_in_the_whole_record_is_refused() -> None:
+    remarks = gate([make_record(_pumped(0.02, 0.0, 8.0), name="one")], RIG)
+    assert [remark.serious for remark in remarks] == [True]
+    assert "the pump was off in the whole record" in remarks[0].what
