@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import shlex
 import sys
+import traceback
+from types import FrameType
 
 # How the messages begin that pybind11 gives to values which a C++ type cannot hold.
 OF_PYBIND = ("incompatible function arguments", "incompatible constructor arguments")
@@ -13,11 +15,12 @@ OF_PYBIND = ("incompatible function arguments", "incompatible constructor argume
 def error_words(error: BaseException) -> str | None:
     """Returns the message of an error that is due to the input; None for a fault of the program.
 
-    The errors of records, rigs, identification and simulation are all ValueErrors. The others come
-    from numbers, sizes and nesting that no check has foreseen.
+    The errors of records, rigs, identification and simulation are all ValueErrors; one that a
+    library raises is none of them. The others come from numbers, sizes and nesting that no check
+    has foreseen.
     """
     if isinstance(error, ValueError):
-        return str(error)
+        return None if _of_a_library(error) else str(error)
     if isinstance(error, OSError):
         return _of_the_system(error)
     if isinstance(error, MemoryError):
@@ -42,6 +45,38 @@ def error_words(error: BaseException) -> str | None:
             "numbers below 2^31 and finite real numbers; check the options"
         )
     return None
+
+
+def fault_words(error: BaseException) -> str:
+    """Returns a fault of the program as one line: what and where it is, and what to send."""
+    own = [
+        f"{frame.f_globals['__name__']}, line {line}"
+        for frame, line in traceback.walk_tb(error.__traceback__)
+        if _package(frame) == "ehsid"
+    ]
+    place = f" in {own[-1]}" if own else ""
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    return (
+        f"a fault of the program{place} ({what}), which is not due to your data: please report it "
+        "with the command, its files, the answer of ehsid --version, and what -v adds"
+    )
+
+
+def _of_a_library(error: ValueError) -> bool:
+    """Whether an installed library has made this error: its class, or the raise itself."""
+    module = sys.modules.get(type(error).__module__)
+    if _installed(getattr(module, "__file__", None)) and module is not None:
+        return module.__name__.partition(".")[0] != "ehsid"
+    last = [frame for frame, _ in traceback.walk_tb(error.__traceback__)][-1:]
+    return any(_installed(one.f_code.co_filename) and _package(one) != "ehsid" for one in last)
+
+
+def _package(frame: FrameType) -> str:
+    return str(frame.f_globals.get("__name__", "")).partition(".")[0]
+
+
+def _installed(file: str | None) -> bool:
+    return file is not None and ("site-packages" in file or "dist-packages" in file)
 
 
 def _of_the_system(error: OSError) -> str:

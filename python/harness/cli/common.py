@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 import typer
 from rich.table import Table
 
+from ehsid.harness.error_words import error_words
 from ehsid.harness.text import printable
 
 if TYPE_CHECKING:
@@ -84,6 +85,8 @@ def about(path: Path) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
+        if error_words(error) is None:
+            raise
         raise ValueError(f"{path}: {error}") from error
 
 

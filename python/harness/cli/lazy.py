@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import importlib
+import logging
+import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,8 +17,9 @@ from typer.core import TyperCommand, TyperGroup
 from ehsid.harness.cli.common import refuse
 from ehsid.harness.cli.help_text import examples_text, help_text
 from ehsid.harness.cli.usage import UsageError, usage_message
-from ehsid.harness.cli.verbosity import with_verbosity
-from ehsid.harness.error_words import error_words
+from ehsid.harness.cli.verbosity import LOGGER, with_verbosity
+from ehsid.harness.error_words import error_words, fault_words
+from ehsid.harness.text import printable
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,7 @@ class Verb:
 def errors_as_messages() -> Iterator[None]:
     """Makes bad input end in one message and exit code 2, and Ctrl-C in one line and 130.
 
-    There is no traceback; an error that is not due to the input has one.
+    A fault of the program ends in one line and 1; only -v adds the traceback.
     """
     try:
         yield
@@ -80,9 +83,14 @@ def errors_as_messages() -> Iterator[None]:
         typer.echo("ehsid: interrupted", err=True)
         raise typer.Exit(130) from None
     except Exception as error:
+        if type(error).__module__.partition(".")[0] in ("click", "typer"):
+            raise
         words = error_words(error)
         if words is None:
-            raise
+            if LOGGER.isEnabledFor(logging.INFO):
+                traceback.print_exception(error)
+            typer.echo(f"ehsid: {printable(fault_words(error))}", err=True)
+            raise typer.Exit(1) from None
         refuse(words)
 
 

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.error_words import error_words
 from ehsid.harness.gap.data.gate import gate, usable_part
 from ehsid.harness.gap.data.regimes import Regimes, visited
 from ehsid.harness.gap.deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
@@ -138,6 +139,8 @@ def _diagnose(
         try:
             case = make_case(rig, fitted, held_out)
         except ValueError as error:
+            if error_words(error) is None:
+                raise
             reasons = [f"{error}."]
     if case is None:
         return _insufficient(rig, records, validate, remarks, reasons, exclude, began)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ehsid.harness.error_words import error_words, fault_words
 from ehsid.harness.files import FULL, result_folder
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import workers
@@ -122,6 +123,8 @@ def check_room(error: Exception) -> None:
 def failure(error: Exception) -> tuple[dict[str, bytes], str]:
     """Returns the file of an exception, whose last line is its message, and that message."""
     message = one_line(f"{type(error).__name__}: {error}")
+    if error_words(error) is None:
+        message = fault_words(error)
     text = "".join(traceback.format_exception(error))
     return {ERROR: f"{text}\n{message}\n".encode()}, message
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import ehsid
+from ehsid.harness.error_words import error_words
 from ehsid.harness.files import is_incomplete
 from ehsid.harness.manifest import sha256_of
 from ehsid.harness.records import NO_HINTS, Hints
@@ -248,7 +249,7 @@ def run_sent(sent: Sent, read: Read, diagnose: Diagnose, write: Write) -> Outcom
 
 def _unread(name: str, error: Exception) -> Outcome:
     """Returns the outcome of a machine that cannot be read: a message, or the whole error."""
-    if isinstance(error, ValueError | OSError):
+    if isinstance(error, ValueError | OSError) and error_words(error) is not None:
         message = one_line(str(error))
         return Outcome(name, {ERROR: f"{message}\n".encode()}, message, 0.0)
     files, message = failure(error)
