@@ -109,24 +109,27 @@ def posterior(
     inner: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     for part in parts:
         windows, nodes = part.responses.shape[0], part.responses.shape[2]
-        root = size * np.linalg.cholesky(part.correlation)
+        root = np.asarray(size * np.linalg.cholesky(part.correlation), dtype=np.float64)
         whole = np.concatenate(
             [part.responses @ root, part.slopes, part.errors[:, :, np.newaxis]], axis=2
         )
         of_prior = np.tile(np.eye(nodes, whole.shape[2]), (windows, 1, 1))
-        triangles = np.linalg.qr(
-            np.concatenate([scale[:, np.newaxis] * whole, of_prior], axis=1), mode="r"
-        )
+        triangles = _triangles(np.concatenate([scale[:, np.newaxis] * whole, of_prior], axis=1))
         rows.append(triangles[:, nodes:, nodes:].reshape(-1, information.size + 1))
         own = triangles[:, :nodes, :nodes]
         evidence -= float(np.sum(np.log(np.abs(np.einsum("wnn->wn", own)))))
         evidence -= 0.5 * windows * float(np.sum(np.log(2.0 * np.pi * variance)))
-        inner.append((root, np.linalg.inv(own), triangles[:, :nodes, nodes:]))
-    shared = np.linalg.qr(np.concatenate(rows), mode="r")
+        inverse = np.asarray(np.linalg.inv(own), dtype=np.float64)
+        inner.append((root, inverse, triangles[:, :nodes, nodes:]))
+    shared = _triangles(np.concatenate(rows))
     evidence -= float(np.sum(np.log(np.abs(np.diag(shared)[:-1]))) + 0.5 * shared[-1, -1] ** 2)
-    return _collected(
-        parts, inner, np.linalg.inv(shared[:-1, :-1]), shared[:-1, -1], size, evidence
-    )
+    of_shared = np.asarray(np.linalg.inv(shared[:-1, :-1]), dtype=np.float64)
+    return _collected(parts, inner, of_shared, shared[:-1, -1], size, evidence)
+
+
+def _triangles(matrices: FloatArray) -> FloatArray:
+    """The upper triangles R of the factors Q R of the matrices."""
+    return np.asarray(np.linalg.qr(matrices, mode="r"), dtype=np.float64)
 
 
 def _collected(
