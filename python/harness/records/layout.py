@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
+from tokenize import TokenError
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +26,18 @@ if TYPE_CHECKING:
 # pint evaluates the text that it parses, and "m**9**9**9" would never end. The text may therefore
 # contain one power only, and no number of more than one digit.
 _UNIT_TEXT = re.compile(r"(?!.*\d\d)(?!.*(\*\*|\^).*(\*\*|\^))[\w */^().°%-]{0,40}")
+# A unit of a column may begin with a factor, as in "0.1 mm".
+_FACTOR = re.compile(r"(\d{1,9}(?:\.\d{1,12})?(?:e[+-]?\d{1,2})?)\s+([^\W\d].*)")
+
+# Pressures of the schema are absolute. A gauge reads zero at the standard atmosphere.
+ATMOSPHERE_PA = 101325.0
+# Gauge units, each with its size in pascals.
+GAUGES = MappingProxyType(
+    {
+        "Pag": 1.0, "hPag": 1e2, "mbarg": 1e2, "kPag": 1e3, "barg": 1e5, "MPag": 1e6,
+        "psig": 6894.757293168361, "ksig": 6894757.293168361, "atg": 98066.5,
+    }
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -35,8 +49,9 @@ class ColumnMap:
     name
         name of the column as written in the file.
     unit
-        unit in the notation of pint, e.g. "mm", "bar", "percent"; None is the unit that the log
-        states, or else, in a layout, that of the schema.
+        unit in the notation of pint, e.g. "mm", "bar", "percent", with a factor before it where
+        the numbers are multiples, e.g. "0.1 mm"; None is the unit that the log states, or else, in
+        a layout, that of the schema.
     """
 
     name: str
@@ -79,24 +94,55 @@ def _units() -> pint.UnitRegistry[Any]:
     import pint
 
     registry: pint.UnitRegistry[Any] = pint.UnitRegistry()
-    # Pressures of the schema are absolute; gauges read zero at the standard atmosphere.
-    registry.define("barg = 1e5 * pascal; offset: 101325")
-    registry.define("psig = 6894.757293168361 * pascal; offset: 101325")
+    define_gauges(registry)
     return registry
+
+
+def define_gauges(registry: pint.UnitRegistry[Any]) -> None:
+    """Adds the units of gauge pressures to those that pint knows."""
+    for name, size_pa in GAUGES.items():
+        registry.define(f"{name} = {size_pa!r} * pascal; offset: {ATMOSPHERE_PA:.0f}")
 
 
 def _parsable(schema_unit: str) -> str:
     return "" if schema_unit == "1" else schema_unit  # "1" is a number to pint, not a unit
 
 
-def is_convertible(unit: object, schema_unit: str) -> bool:
-    """Returns whether `unit` is the text of a unit that converts into `schema_unit`."""
+def is_unit(unit: object, schema_unit: str) -> bool:
+    """Returns whether `unit` is the text of a unit, without a factor, of the same quantity."""
     if not isinstance(unit, str) or not _UNIT_TEXT.fullmatch(unit):
         return False
+    units = _units()  # not below `try`: a pint that cannot be loaded is no unit that is unknown
     try:
-        return bool(_units().Unit(unit).is_compatible_with(_parsable(schema_unit)))
-    except Exception:  # pint has no common exception for text that is not a unit
+        return bool(units.Unit(unit).is_compatible_with(_parsable(schema_unit)))
+    except (AttributeError, ValueError, TypeError, AssertionError, TokenError):
+        return False  # pint has no common exception for text that is not a unit
+
+
+def split_factor(unit: str) -> tuple[float, str]:
+    """Returns the factor before a unit, 1 without one, and the unit."""
+    match = _FACTOR.fullmatch(unit)
+    return (1.0, unit) if match is None else (float(match[1]), match[2])
+
+
+def is_convertible(unit: object, schema_unit: str) -> bool:
+    """Returns whether `unit` is the text of a unit, or of multiples of one, of this quantity."""
+    if not isinstance(unit, str):
         return False
+    factor, plain = split_factor(unit)
+    return 0.0 < factor < math.inf and is_unit(plain, schema_unit)
+
+
+def gauge_remarks(units: Mapping[str, str | None]) -> tuple[str, ...]:
+    """Returns a remark on columns with gauge pressures, from the unit of each column."""
+    gauges = [name for name, unit in units.items() if unit and split_factor(unit)[1] in GAUGES]
+    if not gauges:
+        return ()
+    listed = ", ".join(f"'{name}'" for name in gauges)
+    return (
+        f"gauge pressures become absolute: one standard atmosphere, {ATMOSPHERE_PA:.0f} Pa, is "
+        f"added to {listed}",
+    )
 
 
 def usual_units(unit: object, schema_unit: str) -> str:
@@ -115,7 +161,8 @@ def in_schema_unit(
     """Returns the values, shape (n,), converted from the unit of the file to the schema unit."""
     if column.unit is None:
         return values
-    quantity = _units().Quantity(values, column.unit)
+    factor, plain = split_factor(column.unit)
+    quantity = _units().Quantity(values if factor == 1.0 else factor * values, plain)
     with np.errstate(over="ignore"):  # the record refuses infinite values
         return np.asarray(quantity.to(_parsable(schema_unit)).magnitude, dtype=np.float64)
 

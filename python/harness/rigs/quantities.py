@@ -11,7 +11,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from ehsid.harness.records.layout import is_convertible
+from ehsid.harness.records.layout import define_gauges, is_unit
 from ehsid.harness.rigs.checks import LARGEST_SIGMA
 
 if TYPE_CHECKING:
@@ -64,8 +64,7 @@ def _registry() -> pint.UnitRegistry[Any]:
     import pint
 
     registry: pint.UnitRegistry[Any] = pint.UnitRegistry(non_int_type=Decimal)
-    registry.define("barg = 1e5 * pascal; offset: 101325")
-    registry.define("psig = 6894.757293168361 * pascal; offset: 101325")
+    define_gauges(registry)
     return registry
 
 
@@ -118,7 +117,7 @@ def read_quantity(text: str, option: str, usual: str, si: str) -> Quantity:
             )
         value = float(number)
     else:
-        if not is_convertible(unit, si):
+        if not is_unit(unit, si):
             raise ValueError(
                 f"{option} {text!r}: '{written}' does not convert into {si}: expected a number "
                 f"and its unit, such as {example}"
