@@ -26,6 +26,7 @@ from ehsid.harness.records.layout import (
     ColumnMap,
     Layout,
     check_layout,
+    gauge_remarks,
     in_schema_unit,
     layout_of,
     names_in_file,
@@ -196,6 +197,7 @@ def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
         remarks = (
             *without_numbers(left_out),
             *_other_units(layout, wanted),
+            *gauge_remarks({names[one]: layout[one].unit for one in layout if one in wanted}),
             *slow_remarks(record),
             *gap_remarks(record),
         )

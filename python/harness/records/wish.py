@@ -43,9 +43,10 @@ class Wish:
         """Whether a column without a unit in the layout has one in its name, not the schema's."""
         if layout[channel].unit is not None or channel not in self.requested(names):
             return False
-        from ehsid.harness.records.logs.names import unit_in_name
+        from ehsid.harness.records.logs.names import unit_in_name, unknown_unit
 
-        unit = unit_in_name(layout[channel].name, channel)
+        name = layout[channel].name
+        unit = unit_in_name(name, channel) or unknown_unit(name, channel)
         return unit is not None and unit != CHANNELS[channel].unit
 
     def requested(self, names: Mapping[str, str]) -> set[str]:

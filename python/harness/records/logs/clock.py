@@ -12,10 +12,23 @@ import numpy as np
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.records.errors import MisnamedColumnError, RecordError, misnamed_column
-from ehsid.harness.records.layout import ColumnMap, layout_of
+from ehsid.harness.records.layout import ColumnMap, layout_of, usual_units
 from ehsid.harness.records.logs.log import Log, Series
-from ehsid.harness.records.logs.names import is_counter, means, parts_of, says, unit_in_name
-from ehsid.harness.records.logs.units import pint_unit, split_unit, without_unit
+from ehsid.harness.records.logs.names import (
+    doubt_of_unit,
+    is_counter,
+    means,
+    parts_of,
+    says,
+    unit_in_name,
+)
+from ehsid.harness.records.logs.units import (
+    conversion,
+    is_other_unit,
+    pint_unit,
+    split_unit,
+    without_unit,
+)
 from ehsid.harness.records.origin import DATES, Taken
 from ehsid.harness.records.pasting import columns_line, map_option, units_differ
 
@@ -123,7 +136,7 @@ class Clocks:
             if not one.is_time
             and not is_counter(one.name)
             and means(one.name, TIME)
-            and (one.unit is None or not one.unit.strip() or pint_unit(one.unit, TIME))
+            and not is_other_unit(one.unit, TIME)
         ]
         usable = [one for one in numbers if _runs(one)]
         return usable + [one for one in dates if _runs(one)]
@@ -157,7 +170,7 @@ class Clocks:
         start = 0.0
         if why.startswith("it counts"):
             start = float(values[np.isfinite(values)][0])
-        factor = SECONDS[unit]
+        factor = SECONDS.get(unit) or conversion(unit, TIME)[0]
         kept = None if unit == "s" else unit
         seconds = (values - start) * factor if start else values if unit == "s" else values * factor
         return Clock(seconds, Taken(TIME, time.name, kept, factor, -start * factor, why))
@@ -169,7 +182,7 @@ class Clocks:
             said = stated or unit_in_name(time.name, TIME)
             where = "[columns]" if self._by_rig else "--map"
             self.remarks += units_differ(TIME, time.name, said, self._named.unit, where)
-            return _known(self._named.unit), "named; unit as named", False
+            return self._named.unit, "named; unit as named", False
         if time.name == TIME and not time.unit:
             return "s", "name of the schema", False
         finite = values[np.isfinite(values)]
@@ -181,13 +194,22 @@ class Clocks:
             ),
             None,
         )
+        doubt = doubt_of_unit(time.name, time.unit, TIME)
+        if doubt is not None:
+            raise RecordError(
+                self._path,
+                doubt,
+                column=time.name,
+                expected=f"a unit of time, {usual_units(time.unit, 's')}",
+                mend=f"say the unit: {map_option(TIME, split_unit(time.name)[0], '0.1 ms')}",
+            )
         said = time.unit or next(
             (unit for part in parts_of(time.name) if isinstance(unit := says(part, TIME), str)), ""
         )
         stated = pint_unit(said, TIME) if said else None
         if stated is not None:
             counts = "it counts from 1970; " if since else ""
-            return _known(stated), f"{counts}unit {stated} in the log", False
+            return stated, f"{counts}unit {stated} in the log", False
         if since is not None:
             return since, "it counts from 1970", False
         step = float(np.median(np.diff(finite))) if finite.size > 1 else 0.0
@@ -198,13 +220,6 @@ class Clocks:
                 clear = unit == "s"
                 return unit, f"its step is {step:.4g}", not clear
         return "s", f"its step is {step:.4g}", True
-
-
-def _known(unit: str) -> str:
-    """Returns the key of `SECONDS` for a unit of time in the notation of pint."""
-    names = {"second": "s", "minute": "min", "hour": "h", "hr": "h", "d": "day", "days": "day"}
-    unit = names.get(unit, unit)
-    return unit if unit in SECONDS else "s"
 
 
 def _runs(time: Series) -> bool:

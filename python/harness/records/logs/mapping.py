@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.records.errors import nearest_name
-from ehsid.harness.records.layout import ColumnMap, usual_units
+from ehsid.harness.records.layout import ColumnMap, is_convertible, usual_units
 from ehsid.harness.records.logs.units import pint_unit
 
 FORM = "CHANNEL=COLUMN or CHANNEL=COLUMN [UNIT], such as 'position_m=Stroke [mm]'"
@@ -43,7 +43,10 @@ def parse_maps(texts: Iterable[str], option: str = "--map") -> dict[str, ColumnM
         if match is None:
             maps[channel] = ColumnMap(column)
             continue
-        unit = pint_unit(match["unit"], channel)
+        said = match["unit"].strip()
+        unit = pint_unit(said, channel)
+        if unit is None and is_convertible(said, CHANNELS[channel].unit):
+            unit = said
         if unit is None:
             raise ValueError(
                 f"{option} {text!r}: '{match['unit']}' is not a unit of '{channel}'; expected one "

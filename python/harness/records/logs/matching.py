@@ -18,12 +18,19 @@ from ehsid.harness.records.errors import (
     missing_column,
     nearest_name,
 )
-from ehsid.harness.records.layout import ColumnMap, layout_of, usual_units
+from ehsid.harness.records.layout import ColumnMap, gauge_remarks, layout_of, usual_units
 from ehsid.harness.records.logs.log import Log, Series
-from ehsid.harness.records.logs.names import is_counter, means, parts_of, unit_in_name
+from ehsid.harness.records.logs.names import (
+    doubt_of_unit,
+    is_counter,
+    means,
+    parts_of,
+    unit_in_name,
+)
 from ehsid.harness.records.logs.units import (
     conversion,
     converts,
+    is_other_unit,
     pint_unit,
     split_unit,
     without_unit,
@@ -96,6 +103,7 @@ class Matching:
             choice = self._choice(name, series, name in required, found)
             if choice is not None:
                 choices.append(choice)
+        self.remarks += gauge_remarks({one.taken.column: one.taken.unit for one in choices})
         return choices
 
     def rest(self, choices: Sequence[Choice], times: Collection[str]) -> list[Choice]:
@@ -179,10 +187,7 @@ class Matching:
 
     @staticmethod
     def _means(series: Series, channel: str) -> bool:
-        unit = series.unit
-        if unit is not None and unit.strip() and pint_unit(unit, channel) is None:
-            return False
-        return means(series.name, channel)
+        return not is_other_unit(series.unit, channel) and means(series.name, channel)
 
     def _choice(
         self, name: str, series: Series, required: bool, found: Mapping[str, Series | None]
@@ -193,6 +198,10 @@ class Matching:
         why_name = "named" if name in self._maps else "by its name"
         if name in self._by_rig:
             why_name = NAMED_BY_RIG
+        doubt = self._doubt(name, series)
+        if doubt is not None:
+            self._leave_out(doubt, name, series, required)
+            return None
         found_unit = self._unit(name, series)
         if found_unit is None:
             found_unit = self._guess(name, series, required, found)
@@ -214,6 +223,30 @@ class Matching:
             series, Taken(name, series.name, kept, factor, offset, f"{why_name}; {why_unit}")
         )
 
+    def _doubt(self, name: str, series: Series) -> str | None:
+        """Returns what is in doubt about the unit that the log states, unless the user says it."""
+        mapped = self._maps.get(name)
+        if mapped is not None and mapped.unit is not None:
+            return None
+        return doubt_of_unit(series.name, series.unit, name)
+
+    def _leave_out(self, doubt: str, name: str, series: Series, required: bool) -> None:
+        """Remarks on a column with a doubtful unit, or refuses it where it is needed."""
+        line = self._line(name, series, self._example(name))
+        if not required and name not in self._maps:
+            self.remarks.append(f"{doubt}: it is not read as '{name}'. To read it: {line}")
+            return
+        units = "" if name == COMMAND else f", {usual_units(series.unit, CHANNELS[name].unit)}"
+        raise RecordError(
+            self._path,
+            doubt,
+            column=series.name,
+            expected=f"a unit of '{name}'{units}, also with a factor, such as 0.1 mm"
+            if name == POSITION
+            else f"a unit of '{name}'{units}",
+            mend=f"say the unit: {line}",
+        )
+
     def _unit(self, name: str, series: Series) -> tuple[str, str] | None:
         """Returns the unit in the notation of pint that is stated anywhere, and where; or None."""
         mapped = self._maps.get(name)
@@ -224,15 +257,6 @@ class Matching:
             stated = pint_unit(series.unit, name)
             if stated is not None:
                 return stated, f"unit {series.unit.strip()} in the log"
-            if name in self._maps:
-                raise RecordError(
-                    self._path,
-                    f"the unit of the log, '{series.unit}', is not one of '{name}'",
-                    column=series.name,
-                    expected=f"a unit that converts into {CHANNELS[name].unit}, "
-                    + usual_units(series.unit, CHANNELS[name].unit),
-                    mend=f"say the unit: {self._line(name, series, self._example(name))}",
-                )
         unit = unit_in_name(series.name, name)
         if unit is not None:
             return unit, f"unit {unit} in its name"
@@ -301,6 +325,7 @@ class Matching:
             if one is not None
             and channel in CHANNELS
             and CHANNELS[channel].unit == PRESSURE_UNIT
+            and self._doubt(channel, one) is None
             and self._unit(channel, one) is None
         ]
         return max(_largest(one.read()) for one in others), "the largest pressure"

@@ -45,19 +45,20 @@ _FORCES = {
     "force_metric_ton": "t to ton tonne tonnen tf",
 }  # fmt: skip
 _OTHERS = {
-    "V": "v volt volts", "mV": "mv millivolt millivolts", "mA": "ma milliampere", "A": "a amp amps ampere",
-    "percent": "% pct percent prozent", "1": "1 - frac fraction", "0.1 percent": "‰ permille promille",
+    "V": "v volt volts", "mV": "mv millivolt millivolts", "mA": "ma milliampere",
+    "A": "a amp amps ampere", "percent": "% pct percent prozent", "1": "1 - frac fraction",
+    "0.1 percent": "‰ permille promille",
     "degC": "°c degc c celsius gradc", "kelvin": "k kelvin", "degF": "°f degf f fahrenheit",
     "inch/s": "ips", "ft/min": "fpm",
 }  # fmt: skip
 # Spellings in which the case counts: millipascal and megavolt are as likely as MPa and mV.
 _EXACT = MappingProxyType({"MN": "MN", "mN": "mN", "mPa": None, "MV": None, "Mn": None})
 # Units of quantities that no channel has.
-_NO_CHANNEL = frozenset(
-    """l/min lpm gpm l/s l/h l cm3 m3/s m3/h cm3/s hz khz rpm 1/min u/min min-1 1/s rad rad/s deg deg/s °
-    ° °/s grad nm knm n*m w kw va wh kwh j kg/s kg/m3 g/cm3 m/s2 mm/s2 ohm kohm f uf h cst mm2/s m2 cm2
-    mm2 db""".split()
-)
+_NO_CHANNEL_WORDS = """
+l/min lpm gpm l/s l/h l cm3 m3/s m3/h cm3/s hz khz rpm 1/min u/min min-1 1/s rad rad/s deg deg/s °
+°/s grad nm knm n*m w kw va wh kwh j kg/s kg/m3 g/cm3 m/s2 mm/s2 ohm kohm uf cst mm2/s m2 cm2 mm2 db
+"""
+_NO_CHANNEL = frozenset(_NO_CHANNEL_WORDS.split())
 _FULL_RANGE = re.compile(
     r"(?:%|pct|percent|prozent)\s*(?:of|vom|von|v\.|der|des|de|du|della|del)?\s*(?:the\s+)?"
     r"(?:full\s*|max\w*\s*|rated\s*|nominal\s*|nenn\s*)*(?:fso?|fsd|scale|range|stroke|travel|hub(?:es)?|"
@@ -194,6 +195,12 @@ def is_unit_of_another(text: str) -> bool:
         return False  # a percentage of something: of the stroke it is a position
     plain = re.sub(r"\s|\^", "", written).casefold()
     return plain in _NO_CHANNEL or any(pint_unit(written, channel) for channel in CHANNELS)
+
+
+def is_other_unit(unit: str | None, channel: str) -> bool:
+    """Whether the unit that a log states outside of a name is that of another quantity."""
+    stated = (unit or "").strip()
+    return stated != "" and pint_unit(stated, channel) is None and is_unit_of_another(stated)
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
