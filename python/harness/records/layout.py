@@ -115,7 +115,14 @@ def is_unit(unit: object, schema_unit: str) -> bool:
     units = _units()  # not below `try`: a pint that cannot be loaded is no unit that is unknown
     try:
         return bool(units.Unit(unit).is_compatible_with(_parsable(schema_unit)))
-    except (AttributeError, ValueError, TypeError, AssertionError, TokenError):
+    except (
+        ArithmeticError,
+        AttributeError,
+        ValueError,
+        TypeError,
+        AssertionError,
+        TokenError,
+    ):
         return False  # pint has no common exception for text that is not a unit
 
 

@@ -159,11 +159,35 @@ def test_a_unit_fits_the_columns_of_its_dimension_only(unit: str) -> None:
 
 @pytest.mark.parametrize(
     "unit",
-    ["2 mm", "m**9**9**9", "m^9^9", "m**99", "m)", "(", "1/0 m", "__import__('os')", "m\n",
+    ["0 mm", "-2 mm", "2 3 mm", "2mm/10",
+     "m**9**9**9", "m^9^9", "m**99", "m)", "(", "1/0 m", "__import__('os')", "m\n",
      "x" * 99, None, 1, True, ["m"], "ms", "M"],
 )  # fmt: skip
 def test_no_unit_of_length(unit: object) -> None:
     assert not is_convertible(unit, "m")
+
+
+def test_a_pint_that_cannot_be_loaded_is_no_unknown_unit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """pint 0.24.0 raises TypeError in its import, beside flexparser 0.4."""
+
+    def broken() -> object:
+        raise TypeError("cannot inherit frozen dataclass from a non-frozen one")
+
+    monkeypatch.setattr("ehsid.harness.records.layout._units", broken)
+    with pytest.raises(TypeError, match="frozen"):
+        is_convertible("mm", "m")
+
+
+def test_a_layout_with_multiples_and_gauge_pressures_is_told(tmp_path: Path) -> None:
+    columns = {"time_s": [0.0, 0.1], "command_v": [0.3, 0.4], "y": [1.0, 2.0], "p": [0.0, 60.0]}
+    path = write(tmp_path / "r.csv", columns)
+    units = {"position_m": ColumnMap("y", "0.1 mm"), "pressure_a_pa": ColumnMap("p", "0.5 barg")}
+    record = read_record(path, layout=units)
+    assert record.column("position_m").tolist() == pytest.approx([1e-4, 2e-4], rel=1e-12)
+    assert record.column("pressure_a_pa").tolist() == pytest.approx([101325.0, 3101325.0])
+    assert record.origin is not None
+    (remark,) = record.origin.remarks
+    assert remark.endswith("one standard atmosphere, 101325 Pa, is added to 'p'")
 
 
 def test_without_a_layout_nothing_changes(tmp_path: Path) -> None:

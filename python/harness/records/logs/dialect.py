@@ -9,7 +9,9 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.records.csv_text import WITH_PREFIX
+from ehsid.harness.records.logs.names import means
 from ehsid.harness.records.logs.units import looks_like_a_unit
 
 SAMPLE_LINES = 400  # header blocks of loggers are shorter than half of these
@@ -245,7 +247,10 @@ def _header(
     rows: list[tuple[int, list[str]]] = []
     for row, line in reversed(above[-3:]):
         cells = _header_cells(line, columns, delimiter)
-        if cells is None or any(is_number(cell, decimal) for cell in cells if len(cells) > 2):
+        if cells is None:
+            break
+        numbers = len(cells) > 2 and any(is_number(cell, decimal) for cell in cells)
+        if numbers and not _are_units(cells):  # the unit of a fraction is 1
             break
         rows.append((row, cells))
     if not rows:
@@ -256,7 +261,11 @@ def _header(
 
 
 def _are_units(cells: Sequence[str]) -> bool:
-    return any(cell.strip(" -[]()") for cell in cells) and all(map(looks_like_a_unit, cells))
+    """Whether most cells below names are units, and none is a name; some may be unknown units."""
+    filled = [cell for cell in cells if cell.strip(" -[]()")]
+    unknown = [cell for cell in filled if not looks_like_a_unit(cell)]
+    named = any(means(cell, channel) for cell in unknown for channel in CHANNELS)
+    return len(filled) > 2 * len(unknown) and not named and any(map(str.isalpha, "".join(filled)))
 
 
 def _header_cells(line: str, columns: int, delimiter: str) -> list[str] | None:

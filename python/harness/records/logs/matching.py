@@ -232,7 +232,7 @@ class Matching:
 
     def _leave_out(self, doubt: str, name: str, series: Series, required: bool) -> None:
         """Remarks on a column with a doubtful unit, or refuses it where it is needed."""
-        line = self._line(name, series, self._example(name))
+        line = self._line(name, series, self._example(name) or CHANNELS[name].unit)
         if not required and name not in self._maps:
             self.remarks.append(f"{doubt}: it is not read as '{name}'. To read it: {line}")
             return

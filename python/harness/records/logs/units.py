@@ -255,4 +255,5 @@ def looks_like_a_unit(text: str) -> bool:
     """Whether a cell below a name can be a unit: "mm", "[bar]", "-" or nothing."""
     stripped = text.strip()
     bracketed = len(stripped) > 2 and stripped[0] + stripped[-1] in ("[]", "()")
-    return bracketed or stripped.strip("[]()") == "" or is_unit_of_another(stripped)
+    of_range = _FULL_RANGE.fullmatch(_plain(stripped)) is not None
+    return bracketed or of_range or not stripped.strip("[]()") or is_unit_of_another(stripped)

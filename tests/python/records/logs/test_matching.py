@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import shlex
 import tomllib
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from hypothesis import strategies as st
 from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.records import ColumnMap, Hints, RecordError, read_record
 from ehsid.harness.records.logs.mapping import parse_maps
-from ehsid.harness.records.logs.names import is_counter, means, says
+from ehsid.harness.records.logs.names import doubt_of_unit, is_counter, means, says
 from ehsid.harness.records.logs.units import conversion, pint_unit
 
 NAMES = [
@@ -93,12 +94,85 @@ def test_any_name_can_be_asked(name: str) -> None:
         ("K", "temperature_c", 1.0, -273.15),
         ("°F", "temperature_c", 5.0 / 9.0, -160.0 / 9.0),
         ("BAR", "pressure_a_pa", 1e5, 0.0),
+        ("1/10 mm", "position_m", 1e-4, 0.0),
+        ("mm/10", "position_m", 1e-4, 0.0),
+        ("0,01 mm", "position_m", 1e-5, 0.0),
+        ("10 mm", "position_m", 0.01, 0.0),
+        ("1/1000 in", "position_m", 2.54e-5, 0.0),
+        ("mil", "position_m", 2.54e-5, 0.0),
+        ("\u00b5m", "position_m", 1e-6, 0.0),
+        ("\u03bcm", "position_m", 1e-6, 0.0),
+        ("Mm", "position_m", 1e-3, 0.0),
+        ("10ms", "time_s", 0.01, 0.0),
+        ("seconds since 2020-01-01", "time_s", 1.0, 0.0),
+        ("1e-3 V", "command_v", 1e-3, 0.0),
+        ("10\u207b\u00b3 V", "command_v", 1e-3, 0.0),
+        ("0.01 bar", "pressure_a_pa", 1e3, 0.0),
+        ("kg/cm2", "pressure_a_pa", 98066.5, 0.0),
+        ("kgf/cm\u00b2 abs", "pressure_a_pa", 98066.5, 0.0),
+        ("bar rel.", "pressure_a_pa", 1e5, 101325.0),
+        ("bar(\u00fc)", "pressure_a_pa", 1e5, 101325.0),
+        ("at\u00fc", "pressure_a_pa", 98066.5, 101325.0),
+        ("MPa(g)", "pressure_b_pa", 1e6, 101325.0),
+        ("kPag", "pressure_b_pa", 1e3, 101325.0),
+        ("mbar gauge", "pressure_b_pa", 100.0, 101325.0),
+        ("0.1 bar(g)", "pressure_b_pa", 1e4, 101325.0),
+        ("bara", "pressure_b_pa", 1e5, 0.0),
+        ("% of stroke", "spool", 0.01, 0.0),
+        ("%FS", "spool", 0.01, 0.0),
+        ("mm s\u207b\u00b9", "velocity_m_s", 1e-3, 0.0),
+        ("ips", "velocity_m_s", 0.0254, 0.0),
     ],
 )
 def test_units_of_engineers(text: str, channel: str, factor: float, offset: float) -> None:
     unit = pint_unit(text, channel)
     assert unit is not None
     assert conversion(unit, channel) == pytest.approx((factor, offset), rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "channel"),
+    [("counts", "position_m"), ("inc", "position_m"), ("% of stroke", "position_m"),
+     ("rod", "position_m"), ("mm*10", "position_m"), ("1.000 mm", "position_m"),
+     ("0 mm", "position_m"), ("mPa", "pressure_a_pa"), ("psid", "pressure_a_pa"),
+     ("MV", "command_v"), ("\u00b110 V", "command_v"), ("ticks", "time_s")],
+)  # fmt: skip
+@pytest.mark.parametrize("row", [False, True], ids=["in the name", "row of units"])
+def test_a_unit_that_is_not_understood_is_never_absent(
+    tmp_path: Path, text: str, channel: str, row: bool
+) -> None:
+    """Its values, 20 to 220, would fit a unit of the channel if it were not stated."""
+    names = {"time_s": "Time", "command_v": "Cmd", "position_m": "Weg", "pressure_a_pa": "pA"}
+    units = {"time_s": "s", "command_v": "V", "position_m": "mm", "pressure_a_pa": "bar"}
+    units[channel] = text
+    heads = list(names.values()) if row else [f"{names[one]} [{units[one]}]" for one in names]
+    lines = [";".join(heads), *([";".join(units.values())] if row else [])]
+    lines += [f"{0.002 * k:.3f};{k % 7};{120 + 100 * w:.6f};{120 + 100 * w:.6f}"
+              for k, w in enumerate(WAVE)]  # fmt: skip
+    path = tmp_path / "log.txt"
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(RecordError) as caught:
+        read_record(path, required=[channel])
+    assert f"the unit '{text}' of '" in caught.value.problem
+    mend = shlex.split((caught.value.mend or "").partition("--map ")[2])[0]
+    again = read_record(path, hints=Hints(parse_maps([mend])), required=[channel])
+    assert channel in ("time_s", *again.columns)
+    if channel != "time_s":
+        assert channel not in read_record(path, required=()).columns
+        assert "is not read as" in remark_on(path, f"'{text}'", required=())
+
+
+@pytest.mark.parametrize("stated", ["bar", "kPa"])
+def test_two_units_of_one_column_are_refused(stated: str) -> None:
+    told = "the log states the unit 'kPa' for 'pA [bar]'" if stated == "kPa" else None
+    assert doubt_of_unit("pA [bar]", stated, "pressure_a_pa") == told
+
+
+def test_gauge_pressures_become_absolute_and_are_told(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", **{"y [mm]": 100 * WAVE, "pA [bar(\u00fc)]": 60 + WAVE})
+    assert "is added to 'pA [bar(\u00fc)]'" in remark_on(path, "gauge pressures become absolute")
+    values = read_record(path).column("pressure_a_pa")
+    np.testing.assert_allclose(values, 1e5 * (60 + WAVE) + 101325.0, rtol=1e-8)
 
 
 def test_every_channel_has_names_that_no_other_has() -> None:
