@@ -73,8 +73,8 @@ CSV_CASES = [
     csv("one row", "time_s,command_v\n0,1\n", None, None, "one sample only", "export"),
     csv("no header", "0,1,2\n1,2,3\n", None, "command_v", "column_1, column_2, column_3",
         "--map command_v="),
-    csv("decimal comma between commas", "time_s,command_v\n0,0,1,5\n0,1,1,6\n", 2, None,
-        "the row has 4 cells, the header names 2 columns", "decimal comma"),
+    csv("decimal comma between commas", "time_s,command_v\n0,0,1,5\n0,1,1,6\n", 1, None,
+        "the header has 2 names, the rows have 4 cells", "decimal comma"),
     csv("repeated name", "time_s,command_v,command_v\n0,1,2\n1,2,3\n", 1, "command_v",
         "occurs 2 times", "rename"),
     csv("name missing", "time_s,command_v,\n0,1,\n1,2,\n", 1, None, "column 3 of 3 has no name",
@@ -266,7 +266,7 @@ def test_surplus_cells_are_found_even_when_few_columns_are_read(tmp_path: Path) 
     # "0,5" with a decimal comma would otherwise shift the columns without a message.
     path = tmp_path / "bad.csv"
     path.write_text("u,y\n0,5,1,5\n0,6,1,6\n")
-    with pytest.raises(RecordError, match="row 2: the row has 4 cells"):
+    with pytest.raises(RecordError, match="row 1: the header has 2 names, the rows have 4"):
         read_record(path, columns=("u",))
 
 
