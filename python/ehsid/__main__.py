@@ -12,12 +12,20 @@ INTERRUPTED = "ehsid: interrupted\n"
 def main() -> None:
     """Runs the command; Ctrl-C ends it with exit code 130."""
     try:
+        from ehsid.harness.surroundings import settle
+
+        settle()
         from ehsid.harness.cli import main as run
 
         run()
     except KeyboardInterrupt:
         sys.stderr.write(INTERRUPTED)
         sys.exit(130)
+    except OSError as error:  # from --help or --version
+        from ehsid.harness.error_words import error_words
+
+        sys.stderr.write(f"ehsid: {error_words(error)}\n")
+        sys.exit(2)
     except SystemExit as end:
         # Between the commands and this function typer ends an interrupted program without a line.
         if isinstance(getattr(end.__context__, "__cause__", None), KeyboardInterrupt):

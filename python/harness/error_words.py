@@ -8,6 +8,8 @@ import sys
 import traceback
 from types import FrameType
 
+from ehsid.harness.surroundings import STDOUT
+
 # How the messages begin that pybind11 gives to values which a C++ type cannot hold.
 OF_PYBIND = ("incompatible function arguments", "incompatible constructor arguments")
 
@@ -81,6 +83,12 @@ def _installed(file: str | None) -> bool:
 
 def _of_the_system(error: OSError) -> str:
     """Returns an error of the operating system as a message that names the file."""
+    if error.filename == STDOUT:
+        return (
+            f"what is printed cannot be written to stdout ({error.strerror}): expected a terminal, "
+            "a pipe, or a file on a disk with room. Only the printed lines are lost: result files "
+            "that were finished before are whole"
+        )
     if error.filename is None or error.strerror is None:
         return str(error)
     return (

@@ -15,7 +15,10 @@ import errno
 import glob
 import os
 import secrets
+import shutil
+import socket
 import sys
+import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -156,6 +159,35 @@ def check_result_folder(
     """
     with _opened(folder, folder, result, names, inputs):
         pass
+
+
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """Yields a folder for temporary files, and removes it at the end.
+
+    A process that is killed leaves its folder. It is removed by the next process that makes one on
+    this host: the name has the host and the number of the process.
+    """
+    mine = f"ehsid_{socket.gethostname()}_"
+    for left in Path(tempfile.gettempdir()).glob(f"{glob.escape(mine)}*"):
+        number = left.name.removeprefix(mine).partition("_")[0]
+        if number.isdecimal() and not _runs(int(number)):
+            shutil.rmtree(left, ignore_errors=True)
+    with tempfile.TemporaryDirectory(prefix=f"{mine}{os.getpid()}_") as folder:
+        yield Path(folder)
+
+
+def _runs(process: int) -> bool:
+    """Whether a process of this number exists."""
+    if sys.platform == "win32":  # where the signal 0 would end it
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # it belongs to another user, or is no number of a process
+        pass
+    return True
 
 
 def is_incomplete(folder: Path, result: str) -> bool:

@@ -18,7 +18,7 @@ LINE_EVERY_S = 10.0
 def progress_of(what: str) -> Iterator[Callable[[float], None]]:
     """Yields a function that takes the share of the work that is done, 0 to 1."""
     what = printable(what)
-    with _bar(what) if sys.stderr.isatty() else _lines(what) as report:
+    with _bar(what) if sys.stderr is not None and sys.stderr.isatty() else _lines(what) as report:
         yield report
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 def refuse(message: str) -> NoReturn:
     """Prints an error message on stderr and ends the program with exit code 2."""
-    typer.echo(f"ehsid: {printable(message)}", err=True)
+    with suppress(OSError):  # a full disk behind stderr
+        typer.echo(f"ehsid: {printable(message)}", err=True)
     raise typer.Exit(2)
 
 

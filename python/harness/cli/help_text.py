@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
 from collections.abc import Callable, Sequence
@@ -22,12 +23,22 @@ def help_text(function: Callable[..., Any]) -> str:
     """
     examples: list[str] = []
     others: list[str] = []
-    for paragraph in (inspect.getdoc(function) or "").split("\n\n"):
+    for paragraph in (inspect.getdoc(function) or _written(function)).split("\n\n"):
         text = " ".join(paragraph.split())
         for heading in HEADINGS:
             text = text.removeprefix(heading)
         (examples if text.startswith(EXAMPLE) else others).append(text)
     return "\n\n".join([*others, examples_text(examples)])
+
+
+def _written(function: Callable[..., Any]) -> str:
+    """Returns the docstring as the source has it: with PYTHONOPTIMIZE=2 Python drops it."""
+    try:
+        tree = ast.parse(inspect.getsource(function))
+    except OSError:  # there is no source beside the compiled file
+        return ""
+    (defined,) = tree.body
+    return ast.get_docstring(defined) or "" if isinstance(defined, ast.FunctionDef) else ""
 
 
 def examples_text(examples: Sequence[str]) -> str:

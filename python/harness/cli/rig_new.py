@@ -59,7 +59,7 @@ def _asked(question: Question, console: Console) -> Quantity | None:
 
 
 def _on_a_terminal() -> bool:
-    return sys.stdin.isatty()
+    return sys.stdin is not None and sys.stdin.isatty()
 
 
 def _yes(question: str, console: Console) -> bool:

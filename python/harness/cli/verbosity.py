@@ -12,6 +12,7 @@ import logging
 import sys
 import typing
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Annotated, Any
 
 import typer
@@ -35,7 +36,9 @@ class _Lines(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         text = printable(record.getMessage())
-        sys.stderr.write(f"ehsid {record.relativeCreated / 1e3:7.1f} s: {text}\n")
+        with suppress(OSError):  # a full disk behind stderr does not end the work
+            sys.stderr.write(f"ehsid {record.relativeCreated / 1e3:7.1f} s: {text}\n")
+            sys.stderr.flush()
 
 
 def set_verbosity(*, verbose: bool, quiet: bool) -> None:

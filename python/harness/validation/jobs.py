@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ehsid.harness.error_words import error_words, fault_words
-from ehsid.harness.files import FULL, result_folder
+from ehsid.harness.files import FULL, result_folder, temporary_folder
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import workers
 from ehsid.harness.records import Record
@@ -95,9 +95,9 @@ def run_job(job: Job, diagnose: Diagnose, write: Write) -> Outcome:
             found = diagnose(
                 list(job.fitted), job.rig, validate=list(job.held_out), exclude=job.exclude
             )
-        with tempfile.TemporaryDirectory() as folder:
-            write(Path(folder), found, (*job.fitted, *job.held_out), job.rig_file)
-            files = {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
+        with temporary_folder() as folder:
+            write(folder, found, (*job.fitted, *job.held_out), job.rig_file)
+            files = {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
         word: str = found.verdict
     except Exception as error:
         check_room(error)

@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-import tempfile
 import warnings
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from ehsid.harness.error_words import install_line
+from ehsid.harness.files import temporary_folder
 from ehsid.harness.records.errors import first_line
 from ehsid.harness.records.logs.arrays import Part
 
@@ -29,8 +28,8 @@ def object_parts(data: bytes, notes: list[str]) -> list[Part]:
     except ModuleNotFoundError:
         notes.append(f"tables and other objects are left out: {install_line('logs')}, or {ADVICE}")
         return []
-    with tempfile.TemporaryDirectory() as folder:  # the reader takes a path only
-        file = Path(folder) / "log.mat"
+    with temporary_folder() as folder:  # the reader takes a path only
+        file = folder / "log.mat"
         file.write_bytes(data)
         try:
             with warnings.catch_warnings():

@@ -7,7 +7,6 @@ import contextlib
 import functools
 import io
 import json
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +14,7 @@ from pathlib import Path
 
 import ehsid
 from ehsid.harness.error_words import error_words
-from ehsid.harness.files import is_incomplete
+from ehsid.harness.files import is_incomplete, temporary_folder
 from ehsid.harness.manifest import sha256_of
 from ehsid.harness.records import NO_HINTS, Hints
 from ehsid.harness.records.formats import FOLDER_ENDINGS, records_in
@@ -229,9 +228,10 @@ def run_sent(sent: Sent, read: Read, diagnose: Diagnose, write: Write) -> Outcom
         the disk of temporary files is full.
     """
     began, said = time.monotonic(), io.StringIO()
-    with tempfile.TemporaryDirectory() as top:
+    with temporary_folder() as place:
+        top = str(place)
         try:
-            folder = Path(top) / sent.name
+            folder = place / sent.name
             folder.mkdir()
             for name, content in sent.files.items():
                 (folder / name).write_bytes(content)
