@@ -154,6 +154,7 @@ TABLES = {"deciding.py", "diagnosis_file.py", "schema.py", "thresholds.py"}
 SHARED = {
     *("arrays", "encoding", "error_words", "exchange", "files", "manifest", "parallel"),
     *("plain_number", "text"),
+    "surroundings",
     "time_to_go",
 }
 # The room of the tables, which every room but the independent generator may read.
