@@ -91,8 +91,13 @@ struct TrajectoryView {
   bool* converged;  // null where the recursion alone runs
 };
 
+/// An object that run() changes while other threads of Python go on. Only read and written with the GIL.
+struct OneThread {
+  bool running = false;
+};
+
 /// What Python reads of an estimate. Numbers in double hold every float32 exactly.
-class AnyRecursion {
+class AnyRecursion : public OneThread {
  public:
   virtual ~AnyRecursion() = default;
   virtual int n() const = 0;

@@ -8,7 +8,7 @@ namespace ehsid::bindings {
 namespace {
 
 /// A bank and the Python objects it was made of.
-struct PyBank {
+struct PyBank : OneThread {
   std::vector<py::object> estimators;
   std::unique_ptr<AnyBank> bank;
   int n;
@@ -48,7 +48,7 @@ Trajectory run(PyBank& self, const py::object& u_in, const py::object& y_in, int
   const auto rows = static_cast<py::ssize_t>(every > 0 ? samples / view.every : 0);
   Trajectory out = make_bank_trajectory(rows, static_cast<py::ssize_t>(count), self.n, view.to);
   {
-    const py::gil_scoped_release released;
+    const Run lasting(self);
     self.bank->run(commands, positions, samples, threads, view);
   }
   return out;

@@ -219,7 +219,7 @@ py::tuple simulate(const std::string& kind, const InputArray<double>& values, co
 }
 
 /// A plant that somebody else clocks: a controller, a target.
-class SteppedPlant {
+class SteppedPlant : public OneThread {
  public:
   SteppedPlant(const std::string& kind, const InputArray<double>& values, double dt_s, int substeps,
                const std::vector<PassedTable>& tables)
@@ -240,7 +240,7 @@ class SteppedPlant {
     const double* const commands = command.data();
     double* const out = outputs.mutable_data();
     {
-      const py::gil_scoped_release release;
+      const Run lasting(*this);
       for (py::ssize_t k = 0; k < samples; ++k) {
         write(plant_.read(), out + k * static_cast<py::ssize_t>(plant::kOutputs));
         plant_.advance(commands[k]);

@@ -8,6 +8,7 @@ namespace {
 InputArray<double> regressor(const AnyRls& self, const py::object& values) {
   auto phi = real_array<double>("phi", values);
   require_shape("phi", phi, 1, self.n());
+  require_free(self);
   return phi;
 }
 
@@ -23,7 +24,7 @@ Trajectory run(AnyRls& self, const py::object& phi_in, const py::object& y_in) {
   const Scalar* y_data = y.data();
   const auto rows = static_cast<std::size_t>(y.shape(0));
   {
-    const py::gil_scoped_release released;
+    const Run lasting(self);
     self.run(phi_data, y_data, rows, view);
   }
   return out;
@@ -119,6 +120,7 @@ ValueError
             const auto p0 = real_array<double>("p0", p0_in);
             require_exactly("p0", p0, py::make_tuple(self.n(), self.n()));
             const std::vector<double> values(p0.data(), p0.data() + p0.size());
+            require_free(self);
             if (self.start_from_covariance(theta0, values) != Status::ok) {
               throw py::value_error(
                   "start_from_covariance: theta0 must be finite, p0 symmetric and positive "

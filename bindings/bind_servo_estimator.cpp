@@ -24,7 +24,7 @@ Trajectory run(AnyEstimator& self, const py::object& u_in, const py::object& y_i
   const Scalar* y_data = y.data();
   const auto rows = static_cast<std::size_t>(y.shape(0));
   {
-    const py::gil_scoped_release released;
+    const Run lasting(self);
     self.run(u_data, y_data, rows, view);
   }
   return out;
@@ -41,6 +41,7 @@ std::vector<double> unit_upper(const AnyEstimator& self, const py::object& u_in)
       }
     }
   }
+  require_free(self);
   return {u.data(), u.data() + u.size()};
 }
 

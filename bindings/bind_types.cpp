@@ -39,6 +39,14 @@ void require_shape(const char* name, const py::array& array, py::ssize_t dimensi
                         (dimensions == 1 ? "(" + last + ",)" : "(N, " + last + ")"));
 }
 
+void require_free(const OneThread& object) {
+  if (object.running) {
+    throw std::runtime_error(
+        "another thread is inside run() of this object, which works in one thread at a time: wait "
+        "for the end of that run, or make an object for each thread");
+  }
+}
+
 void refuse_masked(const char* name, py::handle values) {
   if (py::isinstance<py::array>(values) &&
       py::isinstance(values, py::module_::import("numpy.ma").attr("MaskedArray"))) {

@@ -25,6 +25,10 @@ struct InputArray : PlainArray<Scalar> {
   using PlainArray<Scalar>::PlainArray;
 };
 
+/// RuntimeError while a run() of this object goes on in another thread. Also asked behind a conversion of arguments, which
+/// may let other threads work.
+void require_free(const OneThread& object);
+
 /// TypeError for a masked array of numpy: read as an array, its masked entries would pass for measured ones.
 void refuse_masked(const char* name, py::handle values);
 
@@ -46,7 +50,45 @@ struct pybind11::detail::pyobject_caster<ehsid::bindings::InputArray<Scalar>> {
   }
 };
 
+/// Every use of such an object from Python passes here: a use beside its run() is refused, as both would change or read
+/// the same memory at once.
+template <class Type>
+class pybind11::detail::type_caster<
+    Type, std::enable_if_t<std::is_base_of_v<ehsid::bindings::OneThread, Type>>>
+    : public type_caster_base<Type> {
+ public:
+  bool load(handle source, bool convert) {
+    if (!type_caster_base<Type>::load(source, convert)) {
+      return false;
+    }
+    if (this->value != nullptr) {
+      ehsid::bindings::require_free(*static_cast<const Type*>(this->value));
+    }
+    return true;
+  }
+};
+
 namespace ehsid::bindings {
+
+/// Around a run() of this object: lets the other threads of Python work, which may not use the object meanwhile.
+class Run {
+ public:
+  explicit Run(OneThread& object) : mark_(object) {}
+
+ private:
+  struct Mark {
+    explicit Mark(OneThread& one) : object(one) {
+      require_free(object);
+      object.running = true;
+    }
+    ~Mark() { object.running = false; }
+    Mark(const Mark&) = delete;
+    Mark& operator=(const Mark&) = delete;
+    OneThread& object;
+  };
+  Mark mark_;  // set before the GIL is released, cleared after it is taken again
+  py::gil_scoped_release released_;
+};
 
 /// A run, as numpy arrays of the estimator's precision.
 struct Trajectory {

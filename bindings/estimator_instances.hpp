@@ -11,6 +11,7 @@
 
 #include <ehsid/servo_estimator.hpp>
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <stdexcept>
@@ -109,6 +110,17 @@ inline const std::uint8_t* as_bytes(const std::string& bytes) {
 template <class Scalar>
 std::vector<double> to_double_matrix(const SquareMatrix<Scalar, kSize>& values) {
   return {values.data(), values.data() + values.size()};
+}
+
+/// P in double, of factors in the precision of the estimator: sums of entries that cancel, such as the variance of
+/// 1 + a1 + .. + a_na of a plant that integrates, keep the digits that the factors have.
+template <class Scalar, int kN>
+SquareMatrix<double, kN> wide_covariance(const UdFactors<Scalar, kN>& factors) {
+  UdFactors<double, kN> wide;
+  wide.resize(factors.size());
+  std::copy(factors.u.begin(), factors.u.end(), wide.u.begin());
+  std::copy(factors.d.begin(), factors.d.end(), wide.d.begin());
+  return wide.matrix();
 }
 
 /// One row of a trajectory. An innovation exists only where the sample was estimated.
@@ -311,7 +323,27 @@ class EstimatorInstance final : public AnyEstimator {
     return to_double_matrix<Scalar>(estimator_.recursion().P());
   }
   std::vector<double> covariance() const override {
-    return to_double_matrix<Scalar>(estimator_.covariance());
+    const auto state = estimator_.recursion().state();
+    const auto p = [&] {
+      if constexpr (Recursion::kFollowsModel) {
+        // Behind the model's parameters are those of the noise.
+        return wide_covariance(state.recursion.factors);
+      } else {
+        return wide_covariance(state.factors);
+      }
+    }();
+    const ModelShape shape = orders();
+    const auto& scaling = estimator_.scaling();
+    const auto variance = static_cast<double>(estimator_.recursion().residual_variance());
+    std::vector<double> all;
+    for (int i = 0; i < n(); ++i) {
+      for (int j = 0; j < n(); ++j) {
+        const double unit = static_cast<double>(scaling.parameter_unit(i, shape.na, shape.nb)) *
+                            static_cast<double>(scaling.parameter_unit(j, shape.na, shape.nb));
+        all.push_back(bounded_product(p(i, j), bounded_product(variance, unit)));
+      }
+    }
+    return all;
   }
   double innovation() const override { return static_cast<double>(estimator_.innovation()); }
   double forgetting_factor() const override {

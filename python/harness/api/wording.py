@@ -24,12 +24,14 @@ _ARGUMENTS = {
     "position0": "position0_m",
 }
 _MAP = re.compile(r"--map '([^'=]+)=([^']*)'")
+_RANGE = re.compile(r"--([a-z][a-z-]*) (\d+-\d+)")
 _VALUE = re.compile(r"(?<![\w-])--([a-z][a-z0-9-]*) (-?\d[\d.]*(?:e[+-]?\d+)?)(?![\w])")
 _OPTION = re.compile(r"(?<![\w-])--([a-z][a-z0-9-]*)")
 
 
 def in_python_words(text: str) -> str:
     """Returns a message with arguments in place of options."""
+    text = _RANGE.sub(lambda found: f"{_argument(found[1])}='{found[2]}'", text)
     text = _MAP.sub(r"maps={'\1': '\2'}", text)
     text = _VALUE.sub(lambda found: f"{_argument(found[1])}={found[2]}", text)
     return _OPTION.sub(lambda found: _argument(found[1]), text)

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.estimation.recursion import Recursion, scaling_of
+from ehsid.harness.estimation.recursion import Recursion
 from ehsid.harness.estimation.replay import estimate
 from ehsid.harness.estimation.result import EstimationResult
 from ehsid.harness.identification import (
@@ -25,9 +24,6 @@ from ehsid.harness.identification import (
 )
 from ehsid.harness.identification.residuals import MAX_LAG
 
-# Of `ehsid.ConvergenceOptions`: an estimate has converged once each standard deviation is below
-# this share of its parameter; a smaller scaled parameter is judged as if it had this magnitude.
-TOLERANCE, MAGNITUDE = 0.05, 0.1
 LEAST_COEFFICIENTS = 1
 MOST_COEFFICIENTS, MOST_DELAY = 6, 20  # of the compiled estimator
 MOST_ADVISED = 3
@@ -253,7 +249,7 @@ def _methods(recursion: Recursion) -> Iterator[_Change]:
 def _fewer(data: IoData, recursion: Recursion, result: EstimationResult) -> Iterator[_Change]:
     """A record that does not determine all coefficients may determine fewer."""
     orders = recursion.orders
-    name, times = _worst(data, result)
+    name, times = _worst(result)
     why = f"The standard deviation of {name} is {_about(times)} times what counts as converged."
     for less in range(1, max(orders.na, orders.nb)):
         na, nb = orders.na - less, orders.nb - less
@@ -277,7 +273,7 @@ def _lacks(data: IoData, recursion: Recursion, result: EstimationResult) -> list
         )
     found += _use(result)
     found += _without_information(data, recursion, result)
-    name, times = _worst(data, result)
+    name, times = _worst(result)
     # The deviations are enlarged where the residuals are not white; `settled` takes the plain ones.
     if not result.settled and np.isfinite(times) and times > 1.0:
         longer = (
@@ -348,18 +344,10 @@ def _without_information(
     yield f"{told}. Record the machine while the command moves it most of the time."
 
 
-def _worst(data: IoData, result: EstimationResult) -> tuple[str, float]:
+def _worst(result: EstimationResult) -> tuple[str, float]:
     """Returns the coefficient that is furthest from converged, and by which factor."""
-    scaling, orders = scaling_of(data), result.orders
-    ratio = scaling.command_scale / scaling.position_scale
-    units: FloatArray = np.ones(orders.n_parameters)
-    units[orders.na : orders.na + orders.nb] = ratio
-    if orders.offset:
-        units[-1] = 1.0 / scaling.position_scale
-    theta, deviation = units * result.theta, units * result.standard_deviation
-    times = deviation / (TOLERANCE * np.maximum(np.abs(theta), MAGNITUDE))
-    worst = int(np.argmax(np.nan_to_num(times, nan=np.inf)))
-    return orders.names[worst], float(times[worst])
+    worst = int(np.argmax(np.nan_to_num(result.times_tolerance, nan=np.inf)))
+    return result.orders.names[worst], float(result.times_tolerance[worst])
 
 
 def _about(number: float) -> str:

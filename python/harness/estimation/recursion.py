@@ -21,6 +21,9 @@ from ehsid.harness.identification import (
 )
 
 START_VARIANCE = 1e6  # of ServoEstimator
+# Of ServoEstimator: largest relative deviation of what has settled, and size below which a scaled
+# parameter is judged as if it had this one.
+TOLERANCE, MAGNITUDE = 0.05, 0.1
 # Number of equations per parameter that count as start-up.
 START_EQUATIONS = 10
 
@@ -113,11 +116,14 @@ class Recursion:
             )
         settled = known & (np.cumsum(known) > n_start)
         theta = np.asarray(estimator.theta_hat, dtype=np.float64)
+        deviation = np.asarray(estimator.standard_deviation, dtype=np.float64)
+        covariance = np.asarray(estimator.covariance, dtype=np.float64)
+        scale = self._scale(scaling)
         squares = float(np.mean(innovation[settled] ** 2))
         model = ArxModel(
             self.orders,
             theta,
-            np.asarray(estimator.covariance, dtype=np.float64),
+            covariance,
             float(estimator.residual_variance),
             squares,
             int(np.count_nonzero(settled)),
@@ -129,8 +135,13 @@ class Recursion:
             orders=self.orders,
             forgetting=repr(self.forgetting),
             method=self.method,
-            theta=theta,
-            standard_deviation=np.asarray(estimator.standard_deviation, dtype=np.float64),
+            theta=self.of_raw_signals(theta, scaling),
+            standard_deviation=self._raw_deviation(deviation, covariance, scaling),
+            u_mean=0.0 if self.orders.offset else scaling.command_offset,
+            y_mean=0.0 if self.orders.offset else scaling.position_offset,
+            times_tolerance=scale
+            * deviation
+            / (TOLERANCE * np.maximum(np.abs(scale * theta), MAGNITUDE)),
             n_samples=measured.size,
             n_start=n_start,
             rmse=float(np.sqrt(squares)),
@@ -144,6 +155,60 @@ class Recursion:
             skipped=int(np.count_nonzero(status == ehsid.Status.no_information)),
             residuals_white=estimator.residuals_white,
             whiteness=estimator.whiteness,
+        )
+
+    def of_raw_signals(self, theta: FloatArray, scaling: ehsid.Scaling) -> FloatArray:
+        """Returns estimates with the constant term of the signals as they are in the record.
+
+        Parameters
+        ----------
+        theta
+            shape (..., n), of the signals less the offsets of the scaling, as the estimator has it.
+        scaling
+            of the estimator.
+        """
+        raw = theta.copy()
+        if self.orders.offset:
+            constant = np.sum(theta * self._to_raw(scaling), axis=-1)
+            raw[..., -1] = constant + scaling.position_offset
+        return raw
+
+    def _to_raw(self, scaling: ehsid.Scaling) -> FloatArray:
+        """Returns the weights of theta in the constant of the raw signals, less their mean output.
+
+        y - y_m = -a (y - y_m) + b (u - u_m) + c, so that the constant is c + (1 + sum a) y_m -
+        sum b u_m.
+        """
+        orders = self.orders
+        return np.concatenate(
+            (
+                np.full(orders.na, scaling.position_offset),
+                np.full(orders.nb, -scaling.command_offset),
+                [1.0],
+            )
+        )
+
+    def _raw_deviation(
+        self, deviation: FloatArray, covariance: FloatArray, scaling: ehsid.Scaling
+    ) -> FloatArray:
+        raw = deviation.copy()
+        if self.orders.offset:
+            weights = self._to_raw(scaling)
+            own = float(covariance[-1, -1])
+            # Deviations are enlarged where the residuals are not white, covariances are not.
+            enlarged = deviation[-1] / np.sqrt(own) if own > 0.0 else 1.0
+            raw[-1] = enlarged * np.sqrt(max(float(weights @ covariance @ weights), 0.0))
+        return raw
+
+    def _scale(self, scaling: ehsid.Scaling) -> FloatArray:
+        """Returns the factors from parameters in the units of the signals to scaled ones."""
+        orders = self.orders
+        return np.concatenate(
+            (
+                np.ones(orders.na),
+                np.full(orders.nb, scaling.command_scale / scaling.position_scale),
+                np.full(int(orders.offset), 1.0 / scaling.position_scale),
+            )
         )
 
 

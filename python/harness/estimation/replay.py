@@ -58,9 +58,12 @@ def estimate(
     known = np.isfinite(innovation)
     deviation = joined("standard_deviation")
     deviation[np.cumsum(known) <= orders.n_parameters + 1] = np.nan
+    if orders.offset:
+        deviation[:, -1] = np.nan
+        deviation[-1, -1] = figures.standard_deviation[-1]
     return EstimationResult(
         **vars(figures),
-        theta_path=joined("theta"),
+        theta_path=recursion.of_raw_signals(joined("theta"), scaling),
         deviation_path=deviation,
         innovation=innovation,
         forgetting_factor=np.where(known, joined("forgetting_factor"), np.nan),

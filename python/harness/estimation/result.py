@@ -30,7 +30,14 @@ class Estimate:
         "rls", "riv", "oe" or "armax", see `ehsid.ServoEstimator`.
     theta, standard_deviation
         shape (n,), estimate and its standard deviation at the end of the record, in the units of
-        the signals with their means removed.
+        the signals. The constant term is that of the signals as they are in the record, as in
+        `identify`.
+    u_mean, y_mean
+        means that the signals of the model lack: those of the record without a constant term, 0
+        with one.
+    times_tolerance
+        shape (n,), standard deviation over the largest with which a parameter counts as settled, of
+        the scaled parameters that `ConvergenceMonitor` judges.
     n_samples
         number of samples in the segments of the record.
     n_start
@@ -60,6 +67,9 @@ class Estimate:
     method: str
     theta: FloatArray
     standard_deviation: FloatArray
+    u_mean: float
+    y_mean: float
+    times_tolerance: FloatArray
     n_samples: int
     n_start: int
     rmse: float
@@ -90,6 +100,8 @@ class Estimate:
                     strict=True,
                 )
             },
+            "u_mean": self.u_mean,
+            "y_mean": self.y_mean,
             "n_start": self.n_start,
             "rmse": self.rmse,
             "one_step_fit_percent": self.one_step_fit_percent,
@@ -111,7 +123,8 @@ class EstimationResult(Estimate):
     ----------
     theta_path, deviation_path
         shape (N, n), estimate and its standard deviation after each sample. The deviations are NaN
-        for the first n + 1 equations, which do not determine the size of the noise.
+        for the first n + 1 equations, which do not determine the size of the noise. That of the
+        constant term is known at the end only: it needs the whole covariance.
     innovation
         shape (N,), measured minus predicted output; NaN where nothing was estimated.
     forgetting_factor

@@ -148,7 +148,7 @@ class Named:
 def compare(named: Sequence[Named], failed: Mapping[str, str]) -> Estimates:
     """Compares estimates of the same structure, at least one.
 
-    A constant term is not compared: it belongs to the means of its record.
+    A constant term is not compared: it belongs to the working point of its record.
 
     Parameters
     ----------

@@ -90,7 +90,15 @@ def estimation_lines(result: EstimationResult) -> list[str]:
         f"{result.skipped} of {result.status.size} samples carried no information; "
         f"one-step fit and RMSE leave out the first {result.n_start} equations"
     )
-    return [figures] if result.residuals_white else [figures, not_white_words(result)]
+    constant = (
+        "The offset is the constant term of the signals as they are in the record."
+        if result.orders.offset
+        else "The model is of the signals less their means, "
+        f"{plain_number(result.u_mean, 6)} of the input and {plain_number(result.y_mean, 6)} of "
+        "the output."
+    )
+    lines = [figures, constant]
+    return lines if result.residuals_white else [*lines, not_white_words(result)]
 
 
 def run_table(run: SimulationRun) -> TextTable:

@@ -3,6 +3,7 @@
 
 import itertools
 import threading
+from collections.abc import Callable
 
 import model16
 import numpy as np
@@ -161,3 +162,64 @@ def test_other_threads_work_while_a_run_goes_on(kind: str) -> None:
     finally:
         stop.set()
         counter.join()
+
+
+def in_use(kind: str) -> list[Callable[[], object]]:
+    """Calls that use one object, its run first."""
+    samples = np.random.default_rng(1).normal(size=(200_000, 2))
+    u, y = samples.T.copy()
+    if kind == "recursion":
+        rls = ehsid.Rls(2)
+        return [
+            lambda: rls.run(samples, y),
+            rls.reset,
+            rls.reset_all,
+            rls.save,
+            lambda: rls.theta_hat,
+            lambda: rls.update([1.0, 2.0], 3.0),
+            lambda: rls.start_from_covariance([0.0, 0.0], np.eye(2)),
+        ]
+    if kind == "plant":
+        typical = [one.typical for one in ehsid.plant_parameters()]
+        plant = ehsid.Plant("linear", typical, dt_s=1e-3)
+        return [lambda: plant.run(u), plant.read, lambda: plant.advance(0.0)]
+    servo = ehsid.ServoEstimator(2, 2, 1)
+    if kind == "bank":
+        bank = ehsid.EstimatorBank([servo])
+        return [lambda: bank.run(u, y), lambda: bank[0], bank.load, lambda: len(bank)]
+    return [
+        lambda: servo.run(u, y),
+        lambda: servo.step(0.0, 0.0),
+        lambda: servo.restore(b""),
+        lambda: servo.covariance,
+        lambda: setattr(servo, "enabled", False),
+        lambda: ehsid.EstimatorBank([servo]),
+        lambda: servo.seed([0.0] * 4, np.eye(4), [1.0] * 4),
+    ]
+
+
+@pytest.mark.parametrize("kind", ["estimator", "recursion", "bank", "plant"])
+def test_an_object_is_refused_while_it_runs_in_another_thread(kind: str) -> None:
+    """Before, four runs at once ended the process by a segmentation fault."""
+    run, *uses = in_use(kind)
+
+    def refused(use: Callable[[], object]) -> bool:
+        errors: list[str] = []
+
+        def tried(call: Callable[[], object]) -> None:
+            try:
+                call()
+            except (RuntimeError, ValueError) as error:  # b"" is no snapshot, where nothing runs
+                errors.append(str(error))
+
+        running = threading.Thread(target=tried, args=(run,))
+        running.start()
+        while running.is_alive():
+            tried(use)
+        running.join()
+        return any("another thread is inside run() of this object" in one for one in errors)
+
+    for use in (run, *uses):
+        # A busy machine may leave the second thread no turn during one run, not during all.
+        assert any(refused(use) for _ in range(50))
+    run()

@@ -15,7 +15,8 @@ from ehsid.harness.estimation.words import advice_words, not_white_words, state_
 from ehsid.harness.identification import ArxOrders
 
 ESTIMATE = Estimate(
-    ArxOrders(2, 2, 1), "Constant(lambda_=0.99)", "rls", np.zeros(4), np.ones(4), 1000, 40, 1.0,
+    ArxOrders(2, 2, 1), "Constant(lambda_=0.99)", "rls", np.zeros(4), np.ones(4), 0.0, 0.0,
+    np.ones(4), 1000, 40, 1.0,
     90.0, 80.0, 0, False, False, 0, False, 100.0,
 )  # fmt: skip
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import ehsid
 from ehsid.harness.estimation import EstimationResult, estimate
-from ehsid.harness.identification import ArxOrders, IdentificationError, IoData
+from ehsid.harness.identification import ArxOrders, IdentificationError, IoData, fit_arx
 from ehsid.harness.records import read_record
 
 FloatArray = npt.NDArray[np.float64]
@@ -51,8 +51,13 @@ def batch(data: IoData, orders: ArxOrders) -> tuple[FloatArray, FloatArray, Floa
 
 
 def free_run_fit(data: IoData, orders: ArxOrders, theta: FloatArray) -> float:
-    """Fit of the model on its own outputs, started from measured ones in each segment."""
+    """Fit of the model on its own outputs, started from measured ones in each segment.
+
+    With a constant term the model is of the signals as they are.
+    """
     parts_u, parts_y, _, _ = centred(data)
+    if orders.offset:
+        parts_u, parts_y = ([x[s] for s in data.segments] for x in (data.u, data.y))
     measured, predicted = [], []
     for u, y in zip(parts_u, parts_y, strict=True):
         start = max(orders.na, orders.nk + orders.nb - 1)
@@ -119,15 +124,59 @@ def test_least_squares_and_every_figure_on_model_16(orders: ArxOrders, seed: int
     scale = np.sqrt(np.mean(phi**2, axis=0))
     tolerance = 2.2e-16 * 1000.0 * np.linalg.cond(phi / scale) ** 2
     largest = np.abs(theta * scale).max()
-    np.testing.assert_allclose(result.theta * scale, theta * scale, atol=tolerance * largest)
+    # The constant of the signals as they are, from that of the signals less their means.
+    to_raw = np.eye(theta.size)
+    if orders.offset:
+        _, _, u, y = centred(data)
+        to_raw[-1, :-1] = [y.mean()] * orders.na + [-u.mean()] * orders.nb
+    raw = to_raw @ theta
+    raw[-1] += to_raw[-1, 0] if orders.offset else 0.0
+    room = tolerance * largest * (np.abs(to_raw) @ (1.0 / scale))
+    assert (np.abs(result.theta - raw) <= room).all()
     # sigma^2 P with N - n degrees of freedom; the start values count among the residuals, since
     # sum epsilon^2 / (1 + phi' P phi) = |y - phi theta|^2 + theta' P0^-1 theta.
     variance = np.sum((right - phi @ theta) ** 2) / (right.size - 2 * theta.size)
-    deviation = np.sqrt(variance * np.diag(np.linalg.inv(phi.T @ phi)))
+    inverse = np.linalg.inv(phi.T @ phi)
+    square = np.diag(to_raw @ inverse @ to_raw.T)
+    deviation = np.sqrt(variance * square)
+    cancels = np.diag(np.abs(to_raw) @ np.abs(inverse) @ np.abs(to_raw.T)) / square
     # The orders of the test are often not those of the model: then the residuals are not white.
     inflation = 1.0 if result.residuals_white else np.sqrt(1.0 + result.whiteness)
-    np.testing.assert_allclose(result.standard_deviation, inflation * deviation, rtol=tolerance)
+    missed = np.abs(result.standard_deviation / (inflation * deviation) - 1.0)
+    assert (missed <= tolerance * cancels).all()
     assert result.resets == 0
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_the_offset_is_the_constant_of_the_signals_as_they_are(dtype: str) -> None:
+    """A lag of ten samples about u = 1, y = 5 (TimeSeriesAnalysis, issue 26), without noise."""
+    u = 1.0 + np.sign(np.random.default_rng(3).normal(size=420))
+    a, y = np.exp(-0.1), [5.0]
+    for one in u[:-1]:
+        y.append(5.0 + a * (y[-1] - 5.0) + (1.0 - a) * (one - 1.0))
+    data = IoData.from_arrays(u, np.array(y))
+    orders = ArxOrders(1, 1, 1, offset=True)
+    result = estimate(data, orders, forgetting=LEAST_SQUARES, dtype=dtype)
+    # 4 (1 - a), of 420 sums with rounding errors of the signals' size.
+    assert result.theta[-1] == pytest.approx(4.0 * (1.0 - a), rel=0.0, abs=2e-5)
+    plain = result.to_dict()
+    assert plain["parameters"]["offset"]["value"] == result.theta[-1]
+    assert (plain["u_mean"], plain["y_mean"]) == (0.0, 0.0)
+    without = estimate(data, ArxOrders(1, 1, 1), forgetting=LEAST_SQUARES).to_dict()
+    assert (without["u_mean"], without["y_mean"]) == pytest.approx((u.mean(), np.mean(y)))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_offsets_agree_with_identification_within_their_deviations(seed: int) -> None:
+    """Far from zero the coefficients of an integrating plant cancel: P is needed in double."""
+    u, y = model16.signals(seed, 3000, noise=0.01)
+    data = IoData.from_arrays(3.0 + u, 40.0 + y)
+    orders = ArxOrders(3, 3, 1, offset=True)
+    model = fit_arx(data, orders)
+    result = estimate(data, orders, forgetting=LEAST_SQUARES, reset=False)
+    assert result.residuals_white
+    assert result.standard_deviation[-1] == pytest.approx(model.standard_deviations[-1], rel=0.05)
+    assert abs(result.theta[-1] - model.offset) < 0.2 * model.standard_deviations[-1]
 
 
 def test_truth_is_found_in_the_intervals() -> None:
