@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +34,29 @@ def check_columns(
         _check_finite(name, array, file, first_row)
         _check_size(name, array, file, first_row)
     return arrays
+
+
+def without_useless(
+    columns: Mapping[str, npt.NDArray[Any]], needed: Collection[str], first_row: int
+) -> tuple[dict[str, npt.NDArray[Any]], list[str]]:
+    """Returns the columns without those that nobody needs and no record can hold, and remarks.
+
+    These have an infinite number, or no number in most of their rows, as a small table beside the
+    log has. In a column that is needed either is an error.
+    """
+    kept: dict[str, npt.NDArray[Any]] = {}
+    remarks: list[str] = []
+    for name, values in columns.items():
+        array = values if values.dtype.kind == "f" and values.ndim == 1 else np.zeros(1)
+        infinite, empty = np.isinf(array), int(np.count_nonzero(np.isnan(array)))
+        if name in needed or (not infinite.any() and 2 * empty <= array.size):
+            kept[name] = values
+        elif infinite.any():
+            row = int(np.argmax(infinite)) + first_row
+            remarks.append(f"'{name}' is left out: row {row} is infinite")
+        else:
+            remarks.append(f"'{name}' is left out: it has no value in {empty} of {array.size} rows")
+    return kept, remarks
 
 
 def _as_numbers(name: str, values: npt.ArrayLike, file: Path | str) -> npt.NDArray[np.float64]:
@@ -112,6 +136,9 @@ def _check_finite(
         else f"rows {first + first_row} to {first + run - 1 + first_row} are {state} ({run} rows)"
     )
     others = int(bad.sum()) - run
+    mend = "remove these rows (the hole in time then splits the record), or fill in the values"
+    if 2 * int(bad.sum()) > array.size:
+        mend = "export the column with a value in every row, or name the columns to use without it"
     if others:
         rows += f", and {others} more row{'s' * (others > 1)} later"
     raise RecordError(
@@ -120,7 +147,7 @@ def _check_finite(
         row=first + first_row,
         column=name,
         expected="a finite number in every row",
-        mend="remove these rows (the hole in time then splits the record), or fill in the values",
+        mend=mend,
     )
 
 

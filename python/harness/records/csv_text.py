@@ -8,6 +8,7 @@ import gzip
 import re
 import zlib
 from collections import Counter
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 
@@ -89,14 +90,12 @@ def split_header(data: bytes, path: Path) -> tuple[list[str], bytes]:
 def _check_end(body: bytes, path: Path, *, row: int) -> None:
     """Checks that a last line without a line end does not stop within its last number.
 
-    This shows only where the last column has the same number of decimals in all rows before.
+    This shows only where the last column has a usual number of decimals in the rows before.
     """
     *before, last = (line.rpartition(b",")[2] for line in body.rsplit(b"\n", ROWS_OF_ONE_FORM + 1))
-    counts = {len(cell.strip().partition(b".")[2]) for cell in before[-ROWS_OF_ONE_FORM:]}
-    if len(before) < ROWS_OF_ONE_FORM or len(counts) > 1:
-        return
-    (usual,) = counts
-    if len(last.strip().partition(b".")[2]) < usual:
+    above = [cell.decode() for cell in before[-ROWS_OF_ONE_FORM:]]
+    if is_cut(above, last.decode(), "."):
+        usual = len(above[-1].strip().partition(".")[2])
         raise RecordError(
             path,
             f"the file ends within the number '{last.decode().strip()}': the numbers above have "
@@ -106,6 +105,19 @@ def _check_end(body: bytes, path: Path, *, row: int) -> None:
             mend="copy or export the file again; if the number is whole, end the file with a line "
             "end",
         )
+
+
+def is_cut(above: Sequence[str], last: str, decimal: str) -> bool:
+    """Whether a number has too few decimals beside all of those above it to be whole.
+
+    Numbers of as many digits as they need may end in a zero that is not written, but hardly in
+    three.
+    """
+    counts = {len(cell.strip().partition(decimal)[2]) for cell in above}
+    if len(above) < ROWS_OF_ONE_FORM:
+        return False
+    least = min(counts) - (2 if len(counts) > 1 else 0)
+    return len(last.strip().partition(decimal)[2]) < least
 
 
 def _clean_text(data: bytes, path: Path) -> bytes:

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ehsid.harness.arrays import FloatArray, masked_count
-from ehsid.harness.catalogue.channels import CHANNELS, TIME
-from ehsid.harness.records.checks import check_columns
+from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
+from ehsid.harness.records.checks import check_columns, without_useless
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.gaps import gap_remarks
 from ehsid.harness.records.origin import NO_HINTS, Hints, Origin, without_numbers
@@ -104,7 +104,8 @@ def _as_the_schema(columns: Mapping[str, npt.NDArray[Any]], texts: list[str], na
     """Takes the columns as they are; only an uneven time is resampled."""
     # Text under the name of a channel is refused, not left out.
     left_out = [key for key in texts if key not in CHANNELS]
-    kept = {key: values for key, values in columns.items() if key not in left_out}
+    numbers = {key: values for key, values in columns.items() if key not in left_out}
+    kept, useless = without_useless(numbers, (TIME, COMMAND, POSITION), 1)
     try:
         record = make_record(kept, name=name)
         if has_sentinels(record.columns):
@@ -113,10 +114,13 @@ def _as_the_schema(columns: Mapping[str, npt.NDArray[Any]], texts: list[str], na
         from ehsid.harness.records.logs.reading import even_record
 
         arrays: dict[str, FloatArray] = check_columns(kept, file=name, first_row=1)
-        return even_record(
+        record = even_record(
             arrays, error, path=Path(name), name=name, sha256="", first_row=1, kind=KIND
         )
-    remarks = (*without_numbers(left_out), *slow_remarks(record), *gap_remarks(record))
+        assert record.origin is not None
+        said = (*without_numbers(left_out), *useless, *record.origin.remarks)
+        return replace(record, origin=replace(record.origin, remarks=said))
+    remarks = (*without_numbers(left_out), *useless, *slow_remarks(record), *gap_remarks(record))
     return replace(record, origin=Origin(KIND, (), remarks) if remarks else None)
 
 

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, TypedDict
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.catalogue.channels import CHANNELS, REQUIRED_COLUMNS, TIME
-from ehsid.harness.records.checks import check_columns
+from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, REQUIRED_COLUMNS, TIME
+from ehsid.harness.records.checks import check_columns, without_useless
 from ehsid.harness.records.csv_text import decompress
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.formats import FORMATS, ending_of, format_of, stem_of, told_by_head
@@ -186,7 +186,7 @@ def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
         )
     }
     left_out = [name for name in texts if name not in wanted.values()]
-    arrays = _arrays(table, wanted, layout, path)
+    arrays, useless = _arrays(table, wanted, layout, path, wish.required)
     about: _About = {
         "name": stem_of(path),
         "sha256": sha256,
@@ -196,6 +196,7 @@ def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
         record = make_record(arrays, source=path, **about)
         remarks = (
             *without_numbers(left_out),
+            *useless,
             *_other_units(layout, wanted),
             *gauge_remarks({names[one]: layout[one].unit for one in layout if one in wanted}),
             *slow_remarks(record),
@@ -205,7 +206,10 @@ def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
     except TimeError as error:
         from ehsid.harness.records.logs.reading import even_record
 
-        return even_record(arrays, error, path=path, kind=ending_of(path), **about)
+        record = even_record(arrays, error, path=path, kind=ending_of(path), **about)
+        assert record.origin is not None
+        remarks = (*without_numbers(left_out), *useless, *record.origin.remarks)
+        return replace(record, origin=replace(record.origin, remarks=remarks))
 
 
 def _other_units(layout: Layout, wanted: Mapping[str, str]) -> list[str]:
@@ -240,20 +244,24 @@ class _About(TypedDict):
 
 
 def _arrays(
-    table: Table, wanted: Mapping[str, str], layout: Layout, path: Path
-) -> dict[str, npt.NDArray[np.float64]]:
-    """Returns the columns by their name in the record, in the units of the record."""
-    read = table.read(list(dict.fromkeys(wanted.values())))
+    table: Table, wanted: Mapping[str, str], layout: Layout, path: Path, required: Sequence[str]
+) -> tuple[dict[str, npt.NDArray[np.float64]], list[str]]:
+    """Returns the columns by their name in the record, in its units, and what is left out."""
+    needed = {wanted[name] for name in (TIME, COMMAND, POSITION, *required) if name in wanted}
+    read, remarks = without_useless(
+        table.read(list(dict.fromkeys(wanted.values()))), needed, table.first_row
+    )
     # The check comes before the renaming, so that messages use the column names of the file.
     arrays = check_columns(read, file=path, first_row=table.first_row)
-    if has_sentinels({target: arrays[name] for target, name in wanted.items()}):
+    if has_sentinels({target: arrays[name] for target, name in wanted.items() if name in arrays}):
         raise _NotTheSchemaError(None)  # its gaps are those of a log
     return {
         target: in_schema_unit(arrays[name], layout[target], CHANNELS[target].unit)
         if target in layout
         else arrays[name]
         for target, name in wanted.items()
-    }
+        if name in arrays
+    }, remarks
 
 
 def _folder_kind(path: Path) -> str:

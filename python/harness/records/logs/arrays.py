@@ -79,7 +79,7 @@ def _signals(
     if len(shape) == 1:
         series = Series(
             name, shape[0], lambda: whole().reshape(-1), "s" if is_time else part.unit,
-            is_time=is_time,
+            is_time=is_time, local=part.dtype.kind == "M",
         )  # fmt: skip
         return [(part.path, series)]
     # The longer side has the samples.

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.records.errors import MisnamedColumnError, RecordError, misnamed_column
 from ehsid.harness.records.layout import ColumnMap, layout_of, usual_units
+from ehsid.harness.records.logs.jumps import put_right, unwrapped
 from ehsid.harness.records.logs.log import Log, Series
 from ehsid.harness.records.logs.names import (
     doubt_of_unit,
@@ -68,7 +70,7 @@ class Clocks:
         self._named = time
         self._dt_s = dt_s
         self._by_rig = by_rig
-        self._found: dict[str, Clock | None] = {}
+        self._found: dict[tuple[str, int], Clock | None] = {}
         self.remarks: list[str] = []
 
     def of(self, series: Series) -> Clock | None:
@@ -82,20 +84,35 @@ class Clocks:
         if series.time is not None and self._named is None:
             why = "time of the values in the log"
             return Clock(series.time(), Taken(TIME, "", None, 1.0, 0.0, why))
-        if series.group not in self._found:
-            self._found[series.group] = self._find(series)
-        return self._found[series.group]
+        key = series.group, series.size
+        if key not in self._found:
+            self._found[key] = self._find(series)
+        return self._found[key]
+
+    def columns(self) -> set[str]:
+        """Returns the names of the columns that are the time of any series of the log."""
+        found = (self.of(one) for one in self._log.series if one.time is None)
+        return {clock.taken.column for clock in found if clock is not None}
+
+    def say_unused(self, used: Collection[str]) -> None:
+        """Remarks on the columns of dates beside those that are the time of the record."""
+        if used:
+            self.remarks += [
+                f"'{one.name}' is left out: the time is '{min(used)}'"
+                for one in self._log.series
+                if one.is_time and not any(one.name in name for name in used)
+            ]
 
     def _find(self, series: Series) -> Clock | None:
         group = [
-            one
-            for one in self._log.series
-            if one.group == series.group and one.size == series.size and one.name != series.name
+            one for one in self._log.series if one.group == series.group and one.size == series.size
         ]
         candidates = self._candidates(group)
         if candidates:
             time = candidates[0]
             return self._read(time)
+        if self._dt_s is None:
+            self._say_useless(group)
         stated, why = self._dt_s, "from --dt"
         if stated is None and self._log.dt_s is not None:
             stated, why = self._log.dt_s, "as the file states"
@@ -104,13 +121,21 @@ class Clocks:
                 "the file states. To say otherwise: --dt SECONDS"
             )
         if stated is None:
-            # A time with a damaged cell is no log without time: the error names its row.
-            for one in group:
-                if not one.is_time and not is_counter(one.name) and means(one.name, TIME):
-                    one.read()
             return None
         rows = stated * np.arange(series.size, dtype=np.float64)
         return Clock(rows, Taken(TIME, "", None, 1.0, 0.0, f"{stated:.6g} s between rows, {why}"))
+
+    def _say_useless(self, group: Sequence[Series]) -> None:
+        """Remarks on what seems to be the time and is no clock; raises the error of a damaged one.
+
+        A time with a damaged cell is no log without time.
+        """
+        for one in group:
+            if one.is_time or (not is_counter(one.name) and means(_given(one.name), TIME)):
+                one.read()
+                self.remarks.append(
+                    f"'{one.name}' is not used as the time: most of its values do not rise"
+                )
 
     def _candidates(self, group: Sequence[Series]) -> list[Series]:
         if self._named is not None:
@@ -135,7 +160,7 @@ class Clocks:
             for one in group
             if not one.is_time
             and not is_counter(one.name)
-            and means(one.name, TIME)
+            and means(_given(one.name), TIME)
             and not is_other_unit(one.unit, TIME)
         ]
         usable = [one for one in numbers if _runs(one)]
@@ -158,9 +183,13 @@ class Clocks:
     def _read(self, time: Series) -> Clock:
         if time.is_time:
             values = time.read()
+            if time.local:
+                values, said = put_right(values, self._log.first_row)
+                self.remarks += [f"'{time.name}': {one}" for one in said]
             why = f"{DATES}, counted from the first"
             return Clock(values, Taken(TIME, time.name, None, 1.0, 0.0, why))
-        values = time.read()
+        values, said = unwrapped(time.read(), self._log.first_row)
+        self.remarks += [f"'{time.name}': {one}" for one in said]
         unit, why, guessed = self._unit(time, values)
         if guessed:
             self.remarks.append(
@@ -194,7 +223,7 @@ class Clocks:
             ),
             None,
         )
-        doubt = doubt_of_unit(time.name, time.unit, TIME)
+        doubt = doubt_of_unit(_given(time.name), time.unit, TIME)
         if doubt is not None:
             raise RecordError(
                 self._path,
@@ -204,7 +233,12 @@ class Clocks:
                 mend=f"say the unit: {map_option(TIME, split_unit(time.name)[0], '0.1 ms')}",
             )
         said = time.unit or next(
-            (unit for part in parts_of(time.name) if isinstance(unit := says(part, TIME), str)), ""
+            (
+                unit
+                for part in parts_of(_given(time.name))
+                if isinstance(unit := says(part, TIME), str)
+            ),
+            "",
         )
         stated = pint_unit(said, TIME) if said else None
         if stated is not None:
@@ -222,6 +256,11 @@ class Clocks:
         return "s", f"its step is {step:.4g}", True
 
 
+def _given(name: str) -> str:
+    """Returns the name in the log of a second column of the same name, such as "Time [s] (2)"."""
+    return re.sub(r" \(\d+\)$", "", name)
+
+
 def _runs(time: Series) -> bool:
     """Whether the values of a series can be times: numbers, most of which rise."""
     try:
@@ -231,7 +270,7 @@ def _runs(time: Series) -> bool:
     finite = values[np.isfinite(values)]
     return (
         finite.size > 1
-        and bool(finite[-1] > finite[0])
+        and bool(np.ptp(finite) > 0.0)
         and bool(np.mean(np.diff(finite) >= 0.0) > 0.5)
     )
 

@@ -21,8 +21,10 @@ LEAST_SCORE = 0.6  # share of cells of the data that are numbers or dates
 EMPTY = frozenset({"", "-", "--", "---", "n/a", "na", "nan", "null", "none", "#n/a", "nil"})
 
 _NUMBER = {
-    ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?"),
-    ",": re.compile(r"[+-]?\d+(?:,\d+)?(?:[eEdD][+-]?\d+)?"),
+    ".": re.compile(
+        r"[+-]?(?:[1-9]\d{0,2}(?:,\d{3})+(?:\.\d*)?|(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?)"
+    ),
+    ",": re.compile(r"[+-]?(?:[1-9]\d{0,2}(?:\.\d{3})+(?:,\d+)?|\d+(?:,\d+)?(?:[eEdD][+-]?\d+)?)"),
 }
 _DATE = re.compile(
     r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{2,4}(?:[ T]+\d{1,2}:\d{2}.*)?"
@@ -187,10 +189,7 @@ def _score(region: Sequence[str], delimiter: str, decimal: str) -> float:
         return 0.0
     if delimiter != " " and delimiter not in region[0] + region[-1]:
         return 0.0
-    try:
-        rows = [cells_of(line, delimiter) for line in region]
-    except csv.Error:
-        return 0.0
+    rows = [_cells_or_line(line, delimiter) for line in region]
     columns = _usual_count(rows)
     if columns < 2:
         return 0.0

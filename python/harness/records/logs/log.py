@@ -33,6 +33,8 @@ class Series:
         them; else None, and the time may be another series of the group.
     is_time
         whether the format itself says that the values are times in seconds.
+    local
+        whether these times are those of a place, of which the offset from UTC is not known.
     column
         number of the column in a table of text, from 0; None elsewhere.
     """
@@ -44,6 +46,7 @@ class Series:
     group: str = ""
     time: Read | None = None
     is_time: bool = False
+    local: bool = False
     column: int | None = None
 
 

@@ -42,8 +42,12 @@ def read(data: bytes, path: Path) -> Log:
                 return from_datetimes(column)
             return column.cast(pl.Float64).fill_null(float("nan")).to_numpy()
 
-        is_time = _is_time(schema[name])
-        return Series(name, table.rows, values, "s" if is_time else None, is_time=is_time)
+        dtype = schema[name]
+        is_time = _is_time(dtype)
+        local = isinstance(dtype, pl.Datetime) and dtype.time_zone is None
+        return Series(
+            name, table.rows, values, "s" if is_time else None, is_time=is_time, local=local
+        )
 
     return Log("Parquet", tuple(series(name) for name in usable), texts=skipped)
 

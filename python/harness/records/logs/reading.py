@@ -10,6 +10,7 @@ import numpy as np
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
+from ehsid.harness.records.checks import without_useless
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.logs.clock import Clock, Clocks, time_map
 from ehsid.harness.records.logs.log import Log
@@ -17,6 +18,7 @@ from ehsid.harness.records.logs.matching import Choice, Matching
 from ehsid.harness.records.logs.uniform import (
     EQUAL,
     FILTER_RATIO,
+    MISSING_STEPS,
     Grid,
     Rows,
     Timed,
@@ -40,6 +42,7 @@ from ehsid.harness.records.timebase import (
 from ehsid.harness.records.wish import Wish
 
 MIN_VALUES = 2
+NOT_WHOLE = "'{}' is left out: it does not cover the whole record"
 
 
 def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None) -> Record:
@@ -58,7 +61,8 @@ def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None
     time = time_map(hints.maps, wish.layout, log)
     clocks = Clocks(log, path, time, hints.dt_s, by_rig=TIME not in hints.maps)
     if wish.columns is None:
-        times = {clock.taken.column for one in choices if (clock := clocks.of(one.series))}
+        times = clocks.columns()
+        clocks.say_unused(times)
         choices += matching.rest(choices, times)
     if not choices:
         raise RecordError(
@@ -100,12 +104,14 @@ class _Maker:
         self._first_row = first_row
         self._clocks = clocks
         self._hints = hints
+        self._needed: Collection[str] = ()
         self.remarks: list[str] = []
 
     def make(
         self, choices: Sequence[Choice], required: Collection[str], needs_time: bool
     ) -> tuple[dict[str, FloatArray], Clock | None]:
         """Returns the columns of the record, the time among them if there is any, and its clock."""
+        self._needed = {*required, COMMAND, POSITION}
         clock_of = {one.taken.channel: self._clocks.of(one.series) for one in choices}
         first = next((clock for clock in clock_of.values() if clock is not None), None)
         if first is None:
@@ -123,7 +129,22 @@ class _Maker:
                     expected="a signal with a time",
                     mend="name another column with --map",
                 )
-        return self.together(signals, _leading(signals, required)), first
+        leading = _leading(signals, required)
+        return self.together(self._covering(signals, leading), leading), first
+
+    def _covering(
+        self, signals: Mapping[str, Timed], leading: Sequence[str]
+    ) -> Mapping[str, Timed]:
+        """Returns the signals without those that end long before the leading ones, or begin so."""
+        start = max(float(signals[name].time_s[0]) for name in leading)
+        end = min(float(signals[name].time_s[-1]) for name in leading)
+        kept = {
+            name: one
+            for name, one in signals.items()
+            if name in leading or _covers(one.time_s, start, end)
+        }
+        self.remarks += [NOT_WHOLE.format(name) for name in signals if name not in kept]
+        return kept
 
     def _without_time(self, choices: Sequence[Choice], needs_time: bool) -> dict[str, FloatArray]:
         if needs_time:
@@ -135,7 +156,10 @@ class _Maker:
                 mend="say the sampling time in seconds, such as --dt 0.001, or the column, such as "
                 "--map 'time_s=COLUMN [ms]'",
             )
-        return {one.taken.channel: one.values() for one in choices}
+        made = {one.taken.channel: one.values() for one in choices}
+        kept, said = without_useless(made, self._needed, self._first_row)
+        self.remarks += said
+        return kept
 
     def _timed(self, choice: Choice, clock: Clock | None) -> Timed | None:
         name = choice.taken.channel
@@ -145,6 +169,9 @@ class _Maker:
         values, time_s = choice.values(), clock.time_s
         there = np.isfinite(values) & np.isfinite(time_s)
         infinite = np.isinf(values)
+        if infinite.any() and name not in self._needed:
+            self.remarks += without_useless({name: values}, (), self._first_row)[1]
+            return None
         if infinite.any():
             raise RecordError(
                 self._path,
@@ -260,7 +287,7 @@ class _Maker:
             if np.isfinite(made_one[valid]).all():
                 made[name] = made_one
             else:
-                self.remarks.append(f"'{name}' is left out: it does not cover the whole record")
+                self.remarks.append(NOT_WHOLE.format(name))
         self._say(steps, leading, grid, bridged, int(np.count_nonzero(~valid)), same, signals)
         order = [name for name in signals if name in made]
         return {TIME: grid.time_s[valid], **{name: made[name][valid] for name in order}}
@@ -325,13 +352,23 @@ class _Maker:
 def _leading(signals: Mapping[str, Timed], required: Collection[str]) -> list[str]:
     """Returns the signals whose rate and span the record gets.
 
-    They are the required ones with command and position, else the fastest.
+    They are the required ones with command and position, else the fastest that are there in the
+    whole record.
     """
     found = [name for name in signals if name in (*required, COMMAND, POSITION)]
     if found:
         return found
     steps = {name: usual_step(one.time_s) for name, one in signals.items()}
-    return [name for name, step in steps.items() if step <= FILTER_RATIO * min(steps.values())]
+    fast = [name for name, step in steps.items() if step <= FILTER_RATIO * min(steps.values())]
+    longest = max((signals[name].time_s for name in fast), key=np.ptp)
+    start, end = float(longest[0]), float(longest[-1])
+    return [name for name in fast if _covers(signals[name].time_s, start, end)]
+
+
+def _covers(time_s: FloatArray, start: float, end: float) -> bool:
+    """Whether a signal is there from start to end, but for up to one and a half of its steps."""
+    room = MISSING_STEPS * usual_step(time_s)
+    return bool(time_s[0] <= start + room and time_s[-1] >= end - room)
 
 
 def even_record(

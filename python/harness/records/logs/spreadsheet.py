@@ -24,6 +24,7 @@ from ehsid.harness.records.logs.sheet_size import check_sheets
 from ehsid.harness.records.logs.text import table_log
 
 MOST_SHEETS = 50
+NINE_DECIMALS = 1e-9
 
 
 def read(data: bytes, path: Path) -> Log:
@@ -104,7 +105,8 @@ def _exact(log: Log, book: Any, name: str, path: Path) -> tuple[Series, ...]:
                 column = cells().to_series(one.column).head(one.size)
             numbers = column.extend_constant(None, one.size - len(column))
             found = numbers.fill_null(float("nan")).to_numpy()
-            return np.where(np.isnan(found), from_text, found)
+            # The number of a cell with text is what Excel would make of "1.000", not the log.
+            return np.where(np.abs(found - from_text) <= NINE_DECIMALS, found, from_text)
 
         return one if one.is_time or one.column is None else replace(one, read=cache(values))
 

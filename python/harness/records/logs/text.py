@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -12,18 +14,23 @@ import numpy as np
 import polars as pl
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.records.csv_text import (
     GZIP_MAGIC,
     UTF8_BOM,
     UTF16_BOMS,
     check_size,
     plain_number_mend,
+    unreadable_line,
 )
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.limits import BYTES, COLUMNS
-from ehsid.harness.records.logs.dates import seconds
+from ehsid.harness.records.logs.dates import TRIED_ROWS, Stamps, moments
 from ehsid.harness.records.logs.dialect import EMPTY, SAMPLE_LINES, Dialect, cells_of, sniff
+from ehsid.harness.records.logs.last_rows import has_results, samples_of
 from ehsid.harness.records.logs.log import Log, Series
+from ehsid.harness.records.logs.marks import Marks, marks_of
+from ehsid.harness.records.logs.names import is_counter, means
 
 CELL_BYTES = 8
 MARKS = {".": "point", ",": "comma"}
@@ -119,6 +126,7 @@ class TextTable:
         self._path = path
         self._dialect = dialect
         self._text = text
+        self._usual = Marks(dialect.decimal)
 
     def log(self, notes: list[str]) -> Log:
         """Returns the log; cells are turned into numbers only when a series is read."""
@@ -130,13 +138,15 @@ class TextTable:
         self._check_header(body, notes)
         names = _unique([*dialect.names, *[""] * (dialect.columns - len(dialect.names))], notes)
         units = [*dialect.units, *[""] * (dialect.columns - len(dialect.units))]
+        blocks = _blocks(names, dialect.names, frame)
         series, texts = [], []
         for i, name in enumerate(names):
-            column = frame[f"{i}"]
+            column = self._without_empty(frame[f"{i}"])
             if column.null_count() < len(column):
                 series.append(self._series(name, units[i] or None, column, i, notes))
                 if not series[-1].is_time and self._is_text(column):
                     texts.append(name)
+        series = [replace(one, group=blocks[one.column or 0]) for one in series]
         series += self._date_and_time(series, names, frame)
         return Log(
             dialect.words,
@@ -148,15 +158,12 @@ class TextTable:
         )
 
     def _body(self, notes: list[str]) -> bytes:
-        """Returns the rows of the data; a last row that the logger did not finish is left out."""
-        body = self._text.split(b"\n", self._dialect.data_row - 1)[-1].rstrip(b"\n\t ")
-        *_, before, last = [b"", *body.rsplit(b"\n", 1)]
-        if before and not self._text.endswith(b"\n"):
-            delimiter = self._dialect.delimiter
-            previous = before.rsplit(b"\n", 1)[-1].decode()
-            if len(cells_of(last.decode(), delimiter)) < len(cells_of(previous, delimiter)):
-                notes.append("the last row is not complete and is left out")
-                body = before
+        """Returns the rows of the samples; `notes` get what else stands below them."""
+        dialect = self._dialect
+        body = self._text.split(b"\n", dialect.data_row - 1)[-1].rstrip(b"\n\t ")
+        ended = self._text.endswith(b"\n")
+        body, said = samples_of(body, dialect.delimiter, dialect.decimal, ended=ended)
+        notes += said
         if self._dialect.delimiter == " ":
             return b"\n".join(b" ".join(line.split()) for line in body.split(b"\n"))
         return body
@@ -223,7 +230,10 @@ class TextTable:
     def _find_ragged(self, body: bytes) -> None:
         dialect = self._dialect
         for i, line in enumerate(body.decode("utf-8", "replace").split("\n")):
-            count = len(cells_of(line, dialect.delimiter))
+            try:
+                count = len(cells_of(line, dialect.delimiter))
+            except csv.Error as error:
+                raise unreadable_line(self._path, dialect.data_row + i, error) from None
             if count > dialect.columns:
                 raise RecordError(
                     self._path,
@@ -236,68 +246,84 @@ class TextTable:
     def _series(
         self, name: str, unit: str | None, column: pl.Series, number: int, notes: list[str]
     ) -> Series:
-        sample = column.drop_nulls()
-        dates = seconds(sample.head(1)) is not None and self._unread(sample.head(1))
-        decimal = self._decimal(sample.head(SAMPLE_LINES))
-        if decimal != self._dialect.decimal:
-            notes.append(f"'{name}' has a decimal {MARKS[decimal]}, unlike other columns")
+        sample = column.drop_nulls().head(TRIED_ROWS)
+        dates = moments(sample) if _numbers(sample, self._usual)[1].any() else None
+        if dates is not None:
+            return self._dates(name, column, dates.local, number)
+        marks = marks_of(column, self._dialect.decimal)
+        if marks.thousands is not None:
+            notes.append(f"'{name}': '{marks.thousands}' stands between thousands, as in 1000")
+        elif marks.decimal != self._dialect.decimal:
+            notes.append(f"'{name}' has a decimal {MARKS[marks.decimal]}, unlike other columns")
 
         @cache
         def values() -> FloatArray:
-            if dates:
-                found = seconds(column)
-                if found is not None:
-                    return found
-            numbers, bad = self._numbers(column, decimal)
+            if marks.doubtful is not None:
+                raise self._doubtful(name, column, marks.doubtful)
+            numbers, bad = _numbers(column, marks)
             if bad.any():
                 raise self._no_number(name, column, int(np.argmax(bad)))
             return numbers
 
-        return Series(
-            name, len(column), values, "s" if dates else unit, is_time=dates, column=number
-        )
+        return Series(name, len(column), values, unit, column=number)
 
-    def _unread(self, column: pl.Series) -> bool:
-        """Whether a cell of a column is no number in the notation of the file."""
-        return bool(self._numbers(column, self._dialect.decimal)[1].any())
+    def _without_empty(self, column: pl.Series) -> pl.Series:
+        """Returns a column without the texts that stand for an empty cell."""
+        empty = column.str.strip_chars().str.to_lowercase().is_in(list(EMPTY)).fill_null(False)
+        return column.set(empty, None) if empty.any() else column
 
-    def _decimal(self, sample: pl.Series) -> str:
-        """Returns the decimal mark of a column: that of the file, if its numbers do not differ."""
-        other = "," if self._dialect.decimal == "." else "."
-        if self._unread(sample) and not self._numbers(sample, other)[1].any():
-            return other
-        return self._dialect.decimal
+    def _dates(self, name: str, column: pl.Series, local: bool, number: int | None) -> Series:
+        @cache
+        def values() -> FloatArray:
+            found = moments(column)
+            assert found is not None
+            if found.bad.any():
+                raise self._no_moment(name, column, found)
+            return found.time_s
 
-    @staticmethod
-    def _numbers(
-        column: pl.Series, decimal: str
-    ) -> tuple[FloatArray, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
-        """Returns the numbers of a column, NaN where there is none, and where text is no number."""
-        text = column.str.strip_chars()
-        if decimal == ",":
-            text = text.str.replace(",", ".", literal=True)
-        numbers = text.str.replace("[dD]([+-]?[0-9]+)$", "e${1}").cast(pl.Float64, strict=False)
-        unread = numbers.is_null() & text.is_not_null()
-        if unread.any():
-            unread &= ~text.str.to_lowercase().is_in(list(EMPTY))
-        return numbers.fill_null(float("nan")).to_numpy(), unread.to_numpy()
+        return Series(name, len(column), values, "s", is_time=True, local=local, column=number)
 
     def _is_text(self, column: pl.Series) -> bool:
         """Whether the first cells of a column hold text, and not one of them a number."""
         head = column.drop_nulls().head(SAMPLE_LINES)
-        numbers, unread = self._numbers(head, self._decimal(head))
+        numbers, unread = _numbers(head, marks_of(head, self._dialect.decimal))
         return bool(unread.any()) and not bool(np.isfinite(numbers).any())
 
     def _no_number(self, name: str, column: pl.Series, row: int) -> RecordError:
-        cell = str(column[row]).strip()
-        shown = cell if len(cell) <= 40 else cell[:37] + "..."
         return RecordError(
             self._path,
-            f"the text '{shown}' is not a number",
+            f"the text '{_shown(column[row])}' is not a number",
             row=self._dialect.data_row + row,
             column=name,
             expected=f"a number such as 0{self._dialect.decimal}125 or 1.2e-3",
-            mend=plain_number_mend(cell) or "correct the cell, or name the columns to use",
+            mend=plain_number_mend(str(column[row]).strip())
+            or "correct the cell, or name the columns to use",
+        )
+
+    def _doubtful(self, name: str, column: pl.Series, cell: str) -> RecordError:
+        mark = "." if self._dialect.decimal == "," else ","
+        rows = column.str.strip_chars() == cell
+        return RecordError(
+            self._path,
+            f"'{cell}' may be {cell.replace(mark, '')} or {cell.replace(mark, '.')}: the file has "
+            f"'{self._dialect.decimal}' as its decimal mark, and every number of this column has "
+            f"'{mark}' before its last three digits",
+            row=self._dialect.data_row + int(rows.arg_max() or 0),
+            column=name,
+            expected="numbers that can be read in one way only",
+            mend=f"export the log without '{mark}' between thousands, and with one decimal mark",
+        )
+
+    def _no_moment(self, name: str, column: pl.Series, found: Stamps) -> RecordError:
+        row = int(np.argmax(found.bad))
+        usual = str(column[int(np.argmax(~np.isnan(found.time_s)))]).strip()
+        return RecordError(
+            self._path,
+            f"the text '{_shown(column[row])}' is no date or time of the form of '{usual}'",
+            row=self._dialect.data_row + row,
+            column=name,
+            expected="a date or time of the same form in every row",
+            mend="correct the cell, or remove the row",
         )
 
     def _date_and_time(
@@ -311,18 +337,25 @@ class TextTable:
         if re.match(r"\s*\d{1,2}:", str(first.drop_nulls()[0])):
             first, second = second, first
         both = first.str.strip_chars() + " " + second.str.strip_chars()
-        found = seconds(both.head(2))
+        found = moments(both.drop_nulls().head(TRIED_ROWS))
         if found is None:
             return []
-        name = f"{dated[0].name} {dated[1].name}"
+        return [self._dates(f"{dated[0].name} {dated[1].name}", both, found.local, None)]
 
-        @cache
-        def values() -> FloatArray:
-            joined = seconds(both)
-            assert joined is not None
-            return joined
 
-        return [Series(name, len(both), values, "s", is_time=True)]
+def _numbers(
+    column: pl.Series, marks: Marks
+) -> tuple[FloatArray, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+    """Returns the numbers of a column, NaN where there is none, and where text is no number."""
+    text = marks.plain(column.str.strip_chars())
+    numbers = text.str.replace("[dD]([+-]?[0-9]+)$", "e${1}").cast(pl.Float64, strict=False)
+    unread = numbers.is_null() & text.is_not_null()
+    return numbers.fill_null(float("nan")).to_numpy(), unread.to_numpy()
+
+
+def _shown(cell: str) -> str:
+    text = cell.strip()
+    return text if len(text) <= 40 else text[:37] + "..."
 
 
 def _unique(names: Sequence[str], notes: list[str]) -> list[str]:
@@ -339,6 +372,26 @@ def _unique(names: Sequence[str], notes: list[str]) -> list[str]:
     return made
 
 
+def _blocks(names: Sequence[str], given: Sequence[str], frame: pl.DataFrame) -> list[str]:
+    """Returns for each column the number of the table that it belongs to, as a name of a group.
+
+    Tables stand side by side where a column of time follows under the name of an earlier one, or
+    behind a column without name and cells.
+    """
+    blocks, block = [], 0
+    seen: set[str] = set()
+    apart = False
+    for i in range(len(names)):
+        said = given[i].strip() if i < len(given) else ""
+        apart |= not said and frame[f"{i}"].null_count() == frame.height
+        if said and means(said, TIME) and not is_counter(said):
+            block += bool(seen) and (apart or said in seen)
+            seen.add(said)
+            apart = False
+        blocks.append(f"{block}")
+    return blocks if block else [""] * len(names)
+
+
 def differs_from_schema(data: bytes, path: Path) -> bool:
     """Whether a text is a table of numbers with another layout than that of a CSV record."""
     try:
@@ -349,6 +402,8 @@ def differs_from_schema(data: bytes, path: Path) -> bool:
     dialect = dialect_of(text)
     if dialect is None:
         return False
+    if has_results(text, dialect.delimiter):
+        return True
     plain = dialect.delimiter == "," and dialect.decimal == "." and dialect.names_row == 1
     named = len(dialect.names) - (dialect.names[-1:] == ("",))
     plain &= len(dialect.names) == dialect.columns and named == dialect.cells

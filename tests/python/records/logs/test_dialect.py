@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import openpyxl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sources import ROOT
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.records import RecordError, read_record, write_record
 from ehsid.harness.records.logs.dialect import sniff
 
@@ -220,6 +222,128 @@ def test_a_row_above_that_is_no_names_is_told(tmp_path: Path, header: str) -> No
     assert record.origin is not None
     told = f"'{header}' above the data does not name its 3 columns: they are numbered"
     assert told in record.origin.remarks
+
+
+def pressure_log(path: Path, cells: list[str], time: str = "0,{:03d}") -> FloatArray:
+    rows = [f"{time.format(k)};{k % 3},5;{cell}\n" for k, cell in enumerate(cells)]
+    path.write_text("t [s];Valve [V];pA [kPa]\n" + "".join(rows))
+    return read_record(path).column("pressure_a_pa")
+
+
+@pytest.mark.parametrize(
+    ("cells", "kpa"),
+    [
+        (["998", "999", "1.000", "1.001"], [998, 999, 1000, 1001]),
+        (["999,5", "1.000,0", "1.000,5"], [999.5, 1000, 1000.5]),
+        (["1.000,5", "12.345,25", "2.000,0"], [1000.5, 12345.25, 2000]),
+        (["1.234.567", "1.234.568", "1.234.569"], [1234567, 1234568, 1234569]),
+        (["0.999", "1.000", "1.001"], [0.999, 1.0, 1.001]),  # this column has a decimal point
+        (["1,000", "0,999", "1,001"], [1.0, 0.999, 1.001]),
+    ],
+)
+def test_marks_between_thousands_are_told_from_decimal_ones(
+    tmp_path: Path, cells: list[str], kpa: list[float]
+) -> None:
+    found = pressure_log(tmp_path / "log.txt", cells * 10)
+    np.testing.assert_allclose(found, 1e3 * np.array(kpa * 10), rtol=1e-12)
+
+
+def test_thousands_without_any_decimal_mark(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    for mark in ".,":
+        rows = [f"{k};{k % 3};{990 + k:,}".replace(",", mark) for k in range(40)]
+        path.write_text("t [ms];Valve [V];pA [kPa]\n" + "\n".join(rows) + "\n")
+        record = read_record(path)
+        np.testing.assert_allclose(record.column("pressure_a_pa"), 1e3 * (990 + np.arange(40)))
+        assert record.origin is not None
+        assert any("between thousands" in text for text in record.origin.remarks)
+
+
+@pytest.mark.parametrize(
+    ("cells", "message"),
+    [
+        (["1.234", "1.235", "1.236"], "row 2, column 'pA .kPa.': '1.234' may be 1234 or 1.234"),
+        (["1,5", "1.5", "2,5"], "row 3, column 'pA .kPa.': the text '1.5' is not a number"),
+    ],
+)
+def test_marks_that_may_mean_two_things_are_refused(
+    tmp_path: Path, cells: list[str], message: str
+) -> None:
+    with pytest.raises(RecordError, match=message):
+        pressure_log(tmp_path / "log.txt", cells * 10)
+
+
+def test_a_thousand_in_a_text_cell_of_a_spreadsheet(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    sheet = book.worksheets[0]
+    sheet.append(["t [s]", "Valve [V]", "pA [kPa]"])
+    for k in range(20):
+        sheet.append([f"0,{k:02d}", f"{k % 3},5", f"{990 + k:,}".replace(",", ".")])
+    book.save(tmp_path / "log.xlsx")
+    found = read_record(tmp_path / "log.xlsx").column("pressure_a_pa")
+    np.testing.assert_allclose(found, 1e3 * (990 + np.arange(20)))
+
+
+RESULTS = ["Summe;1.0;2.0", ";;\nMean;1.0;2.0\nMin;0.0;1.0\nMax:;2.0;3.0", ";1.0;2.0;avg."]
+
+
+@pytest.mark.parametrize("results", RESULTS)
+@pytest.mark.parametrize("delimiter", ";,")
+def test_sums_and_means_below_the_samples_are_left_out(
+    tmp_path: Path, results: str, delimiter: str
+) -> None:
+    head, tail = (";note", ";") if "avg" in results else ("", "")
+    lines = [";".join(NAMES) + head, *(f"{line}{tail}" for line in table(";").splitlines())]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([*lines, results, ""]).replace(";", delimiter))
+    record = read_record(path)
+    np.testing.assert_array_equal(record.column("position_m"), POSITION_M)
+    assert record.origin is not None
+    assert any("no sample" in text for text in record.origin.remarks)
+
+
+def test_a_word_in_every_row_is_no_result(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    rows = [f"{line};max" for line in table(";").splitlines()]
+    path.write_text("\n".join([";".join(NAMES) + ";mode", *rows, ""]))
+    assert len(read_record(path)) == N
+
+
+@pytest.mark.parametrize("keep", [1, 3])
+def test_a_log_cut_inside_its_last_number_loses_this_row(tmp_path: Path, keep: int) -> None:
+    path = tmp_path / "log.txt"
+    rows = [f"{0.01 * k:.2f};1.00;{0.1 + 0.001 * k:.5f}" for k in range(90)]
+    whole = "\n".join([";".join(NAMES), *rows])
+    path.write_text(whole[:-keep])
+    record = read_record(path)
+    assert len(record) == 89
+    assert record.origin is not None
+    assert "the last row is not complete and is left out" in record.origin.remarks
+    path.write_text(whole)
+    assert len(read_record(path)) == 90
+
+
+@pytest.mark.parametrize("between", [";", ";;"])
+def test_tables_side_by_side_keep_their_own_times(tmp_path: Path, between: str) -> None:
+    path = tmp_path / "log.txt"
+    second = "Time [s]" if between == ";" else "Zeit [s]"
+    rows = [f"{0.01 * k:.2f};{k % 5}{between}" for k in range(100)]
+    rows = [
+        row + (f"{0.3 + 0.02 * k:.2f};{100 + k}" if k < 30 else ";") for k, row in enumerate(rows)
+    ]
+    path.write_text("\n".join([f"Time [s];Valve [V]{between}{second};Stroke [mm]", *rows, ""]))
+    record = read_record(path, required=NAMES)
+    assert len(record) == 30
+    # The stroke is a line through 100 mm at 0.3 s, with 1 mm in 0.02 s.
+    expected = 0.1 + 1e-3 * (np.asarray(record.time_s) - 0.3) / 0.02
+    np.testing.assert_allclose(record.column("position_m"), expected, atol=1e-12)
+
+
+def test_a_stray_end_of_line_with_a_ragged_row_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    path.write_bytes((";".join(NAMES) + "\n" + table(";") + '0.6;\r"1;0.3";3\r;1;1\n').encode())
+    with pytest.raises(RecordError, match=r"row 42: the row (cannot be divided|has \d cells)"):
+        read_record(path)
 
 
 @settings(max_examples=200)
