@@ -2,7 +2,8 @@
 """How logs of test rigs call the channels, in English, German, French, Spanish and Italian.
 
 The words are in lower case, without accents, separated by one space; their order does not matter,
-and words that say only that a value was measured are left out (`FILLERS`).
+words that say only that a value was measured are left out (`FILLERS`), and so are those that say on
+which axis (`PLACES`), with their numbers.
 """
 
 from __future__ import annotations
@@ -12,10 +13,36 @@ from types import MappingProxyType
 _FILLERS = """
 actual act measured meas measurement sensor signal value val raw feedback fbk fb ist istwert
 messwert gemessen mesure mesuree reel medido medida misurato misurata in of the port chamber
-kammer chambre camara camera de del della du la le di
+kammer chambre camara camera de del della du la le di transducer geber aufnehmer ruckmeldung
+rueckmeldung
 """
 # Words that change nothing about which channel a name means.
 FILLERS = frozenset(_FILLERS.split())
+
+_PLACES = """
+axis ax achse axe eje asse cyl cylinder zyl zylinder verin cilindro actuator aktor main plc sps gvl
+nc io hyd hydr hydraulic
+"""
+# Words of controllers before the name of a signal: "Axis3_ActPos".
+PLACES = frozenset(_PLACES.split())
+
+# Words that make another signal of a quantity: its wanted value, its error, its limits.
+_OTHER = """
+soll sollwert sollwerte setpoints targets references commands
+set setpoint sp target ref reference desired demand cmd command commanded error err
+deviation abweichung fehler lag min max limit grenze consigne consigna riferimento
+"""
+OTHER_SIGNALS = frozenset(_OTHER.split())
+
+# Names of a command that, with an axis before it, may as well be the wanted position.
+BARE_COMMANDS = frozenset({"command", "cmd", "control", "drive", "set", "setpoint", "input"})
+
+# Lengths on a machine that are no position of the rod.
+_OTHER_LENGTHS = """
+spool valve ventil schieber level gap thickness diameter durchmesser spalt dicke fullstand
+fuellstand pegel distance abstand wear runout offset
+"""
+OTHER_LENGTHS = frozenset([*OTHER_SIGNALS, *_OTHER_LENGTHS.split()])
 
 # Names of a column that numbers the rows.
 _COUNTERS = "sample,samples,index,idx,n,no,nr,num,number,row,scan,record,zeile,nummer"
@@ -36,6 +63,14 @@ def _sides(words: str, *others: str) -> dict[str, tuple[str, ...]]:
     }
 
 
+def _pairs(first: str, second: str) -> tuple[str, ...]:
+    """Returns each of the first names, divided by commas, with each of the second words."""
+    return tuple(f"{name} {word}" for name in first.split(",") for word in second.split())
+
+
+_VALVES = "valve,servo valve,servovalve,ventil,servoventil"
+_SPOOLS = "spool,valve spool,spool position,valve position,schieber,ventilstellung,ventilschieber"
+
 SPELLINGS = MappingProxyType(
     {
         "time_s": (
@@ -55,7 +90,14 @@ SPELLINGS = MappingProxyType(
             "ansteuerung", "commande", "commande vanne", "commande servovalve", "tension vanne",
             "consigne vanne", "mando", "mando valvula", "tension valvula", "consigna valvula",
             "comando", "comando valvola", "riferimento valvola",
-            "tensione valvola",
+            "tensione valvola", "ctrl output", "ctrl out", "control out", "control signal",
+            "controller out", "servo output", "servo out", "servo output level", "drive signal",
+            "drive output", "valve drive signal", "valve current", "u cmd", "cmd u", "valve u",
+            "stellwert", "stellspannung", "stellstrom", "ventilstrom", "reglerausgang",
+            "regler ausgang", "ventilstellsignal", "u ventil", "ansteuersignal", "ventil stellwert",
+            "ventil ansteuerung", "ventil stellsignal", "ventil spannung", "ventil strom",
+            *_pairs(_VALVES, "out output set sp soll"),
+            *_pairs(_SPOOLS, "cmd command demand set setpoint sp reference ref soll sollwert"),
         ),
         "position_m": (
             "position", "pos", "y", "x", "x p", "y p", "stroke", "travel", "displacement", "disp",
@@ -65,7 +107,13 @@ SPELLINGS = MappingProxyType(
             "zylinderhub", "kolbenposition", "zylinderposition", "lage", "course",
             "course verin", "deplacement", "position verin", "posicion", "posicion cilindro",
             "carrera", "desplazamiento", "posizione", "posizione cilindro", "corsa",
-            "spostamento",
+            "spostamento", "ram position", "ram pos", "rod pos", "piston pos", "cyl pos",
+            "rod displacement", "rod travel", "rod stroke", "cylinder displacement",
+            "rod extension",
+            "cylinder extension", "actuator displacement", "actuator stroke", "piston travel",
+            "linear position", "position lvdt", "pos lvdt", "x piston", "y piston", "x rod",
+            "x cyl", "temposonics", "istlage", "achsposition", "kolbenstangenweg", "stangenweg",
+            "kolbenstellung", "kolbenlage", "zylinderlage", "x zyl", "weg kolben", "weg zylinder",
         ),
         **_sides(
             "pressure p druck kammerdruck zylinderdruck pression presion pressione press",
@@ -80,6 +128,10 @@ SPELLINGS = MappingProxyType(
             "supply pressure", "pressure supply", "system pressure", "pump pressure", "p s", "p p",
             "p 0", "p supply", "p sup", "p sys", "p pump", "pressure p", "pressure s", "druck p",
             "versorgungsdruck", "systemdruck", "pumpendruck", "speisedruck",
+            "hpu pressure", "p hpu", "hpu press", "press hpu", "supply press", "pump press",
+            "system press", "sys pressure", "sys press", "druck hpu", "aggregatdruck",
+            "druck aggregat", "druck pumpe", "druck versorgung", "druck system", "p pumpe",
+            "p system", "power unit pressure", "p versorgung",
             "pression alimentation", "pression pompe", "presion suministro", "presion bomba",
             "presion alimentacion", "pressione alimentazione", "pressione pompa",
         ),
@@ -88,10 +140,11 @@ SPELLINGS = MappingProxyType(
             "valve position", "valve opening", "x v", "valve spool position", "schieber",
             "schieberweg", "schieberposition", "schieberstellung", "ventilschieber",
             "ventilstellung", "tiroir", "position tiroir", "corredera", "posicion corredera",
-            "cursore", "posizione cursore",
+            "cursore", "posizione cursore", "ventil position", "spool feedback position",
+            *_pairs(_VALVES, "feedback fb fbk actual act ist istwert"),
         ),
         "velocity_m_s": (
-            "velocity", "vel", "v", "speed", "rod velocity", "piston velocity", "rod speed",
+            "velocity", "vel", "velo", "v", "speed", "rod velocity", "piston velocity", "rod speed",
             "piston speed", "cylinder velocity", "cylinder speed", "geschwindigkeit",
             "kolbengeschwindigkeit", "zylindergeschwindigkeit", "vitesse", "vitesse verin",
             "velocidad", "velocita",
@@ -104,6 +157,7 @@ SPELLINGS = MappingProxyType(
         "temperature_c": (
             "temperature", "temp", "oil temperature", "oil temp", "fluid temperature", "t oil",
             "tank temperature", "oltemperatur", "oeltemperatur", "temperatur", "oltemp",
+            "ol temp", "oel temp",
             "temperature huile", "temperatura", "temperatura aceite", "temperatura olio",
         ),
     }

@@ -18,7 +18,7 @@ from ehsid.harness.records.checks import check_columns, without_useless
 from ehsid.harness.records.errors import RecordError
 from ehsid.harness.records.gaps import gap_remarks
 from ehsid.harness.records.origin import NO_HINTS, Hints, Origin, without_numbers
-from ehsid.harness.records.reading import AS_THE_SCHEMA, has_other_time, slow_remarks
+from ehsid.harness.records.reading import AS_THE_SCHEMA, is_other_log, slow_remarks
 from ehsid.harness.records.record import Record, make_record
 from ehsid.harness.records.sentinels import has_sentinels
 from ehsid.harness.records.timebase import TimeError
@@ -54,7 +54,7 @@ def record_of_columns(
     given = {str(key): _array(values, str(key), name) for key, values in columns.items()}
     _check(given, name)
     texts = [key for key, values in given.items() if values.dtype.kind not in "fiubmM"]
-    if hints or has_other_time(list(given)) or _has_dates(given):
+    if hints or is_other_log(list(given)) or _has_dates(given):
         record = _as_a_log(given, texts, hints, name)
     else:
         record = _as_the_schema(given, texts, name)

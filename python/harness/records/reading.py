@@ -112,7 +112,7 @@ def read_record(
     if ending in FORMATS and not hints:
         try:
             table = _table(data, path)
-            if wish.is_met_by(table.names, path) and not has_other_time(table.names):
+            if wish.is_met_by(table.names, path) and not is_other_log(table.names):
                 return _as_the_schema(table, wish, path, sha256)
         except _NotTheSchemaError as error:
             refused = error.refused
@@ -153,13 +153,20 @@ def open_unread(path: Path) -> Log:
         return open_log(data, path, ending)
 
 
-def has_other_time(file_names: Sequence[str]) -> bool:
-    """Whether a file has no column `time_s`, but one that may be the time under another name."""
-    if TIME in file_names:
-        return False
-    from ehsid.harness.records.logs.names import means
+def is_other_log(file_names: Sequence[str]) -> bool:
+    """Whether a file lacks `time_s` or `position_m`, and may have it under another name.
 
-    return any(means(name, TIME) for name in file_names)
+    A name is that of a position only if it states a unit: `y` is a name in plain records, too.
+    """
+    if TIME in file_names and POSITION in file_names:
+        return False
+    from ehsid.harness.records.logs.names import means, unit_in_name
+
+    named = TIME not in file_names and any(means(name, TIME) for name in file_names)
+    return named or (
+        POSITION not in file_names
+        and any(means(one, POSITION) and unit_in_name(one, POSITION) for one in file_names)
+    )
 
 
 class _NotTheSchemaError(Exception):

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
+from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, SPOOL, TIME
 from ehsid.harness.records.errors import (
     RecordError,
     misnamed_column,
@@ -25,7 +25,10 @@ from ehsid.harness.records.logs.names import (
     is_counter,
     means,
     parts_of,
+    says_other,
     unit_in_name,
+    words,
+    words_of,
 )
 from ehsid.harness.records.logs.units import (
     conversion,
@@ -33,6 +36,7 @@ from ehsid.harness.records.logs.units import (
     is_other_unit,
     pint_unit,
     split_unit,
+    unit_shown,
     without_unit,
 )
 from ehsid.harness.records.origin import Taken
@@ -71,6 +75,8 @@ class Matching:
         self._path = path
         self._signals = [one for one in log.series if not one.is_time]
         self.remarks: list[str] = []
+        self._only_lengths: list[Series] = []
+        self._told: set[str] = set()  # channels that remarks tell of
         self.without_value: dict[str, str] = {}
         self._maps = dict(maps)
         self._by_rig: set[str] = set()
@@ -127,8 +133,45 @@ class Matching:
             names.add(series.name)
             series = self._with_gaps(series, series.name)
             why = "no channel of the schema; kept as it is"
-            rest.append(Choice(series, Taken(series.name, series.name, None, 1.0, 0.0, why)))
+            unit = unit_shown(series.name, series.unit)
+            rest.append(Choice(series, Taken(series.name, series.name, unit, 1.0, 0.0, why)))
         return rest
+
+    def missing(self, used: Sequence[Taken]) -> list[str]:
+        """Returns remarks on command and position where no column was read as one of them."""
+        made = {one.channel for one in used}
+        others = [one.column for one in used if one.channel in CHANNELS]
+        remarks = []
+        for channel in (COMMAND, POSITION):
+            if channel in made or channel in self._told:
+                continue
+            likely = self._likely(channel, others)
+            names = " or ".join(f"'{one.name}'" for one in likely)
+            options = " or ".join(self.map_option(channel, one) for one in likely or [None])
+            ask = f"If it is {names}: " if likely else "If the log has it: "
+            meaning = CHANNELS[channel].meaning
+            remarks.append(f"no column was read as '{channel}' ({meaning}). {ask}{options}")
+        return remarks
+
+    def _likely(self, channel: str, others: Collection[str]) -> list[Series]:
+        """Returns up to three series that may be a channel, the likeliest first.
+
+        They share a word with its names, or have its unit; that of the wanted value comes last.
+        """
+        ranks: list[tuple[float, int, Series]] = []
+        for i, one in enumerate(self._signals):
+            unit = _stated_unit(one, channel)
+            shared = len(words_of(channel).intersection(words(one.name)))
+            unit_text = one.unit or split_unit(one.name)[1] or ""
+            fraction = pint_unit(unit_text, SPOOL) is not None  # of the stroke, or no unit at all
+            foreign = is_other_unit(unit_text, channel) and not fraction
+            known = one.name in others or any(means(one.name, other) for other in CHANNELS)
+            if foreign or known or is_counter(one.name) or not (shared or unit):
+                continue
+            wanted = channel == POSITION and says_other(one.name)
+            ranks.append((shared + 2.0 * (unit is not None) - 3.0 * wanted, -i, one))
+        best = sorted(ranks, key=lambda rank: rank[:2], reverse=True)
+        return [one for _, _, one in best[:3]]
 
     def _with_gaps(self, series: Series, channel: str) -> Series:
         """Returns a series with NaN in place of numbers that stand for no value."""
@@ -171,12 +214,15 @@ class Matching:
                 one for one in self._signals if self._means(one, name)
             ]
             found = [one for one in found if not is_counter(one.name)]
+            if name == POSITION and not found:
+                found = self._only_length()
         if len(found) == 1:
             return self._with_gaps(found[0], name)
         if len(found) > 1:
             problem = f"{len(found)} columns can be '{name}': {_listed(found)}"
             if required or name in self._maps:
                 raise self._refusal(problem, name, found)
+            self._told.add(name)
             self.remarks.append(
                 f"{problem}; none is read. To say which: {self.map_option(name, found[0])}"
             )
@@ -184,6 +230,19 @@ class Matching:
         if required:
             raise self._missing(name, name)
         return None
+
+    def _only_length(self) -> list[Series]:
+        """Returns the only series with a unit of length, if its name says nothing else."""
+        lengths = [one for one in self._signals if _stated_unit(one, POSITION) is not None]
+        if len(lengths) != 1 or says_other(lengths[0].name):
+            return []
+        self._only_lengths += lengths
+        self.remarks.append(
+            f"'{lengths[0].name}' is taken for '{POSITION}', because no other column has a unit of "
+            "length. To say otherwise: "
+            f"--map '{POSITION}=COLUMN [mm]'"
+        )
+        return lengths
 
     @staticmethod
     def _means(series: Series, channel: str) -> bool:
@@ -196,6 +255,8 @@ class Matching:
             unit = "as it is" if series.unit is None else f"as it is, in {series.unit}"
             return Choice(series, Taken(name, series.name, None, 1.0, 0.0, f"named; {unit}"))
         why_name = "named" if name in self._maps else "by its name"
+        if name == POSITION and series in self._only_lengths:
+            why_name = "the only length"
         if name in self._by_rig:
             why_name = NAMED_BY_RIG
         doubt = self._doubt(name, series)
@@ -234,6 +295,7 @@ class Matching:
         """Remarks on a column with a doubtful unit, or refuses it where it is needed."""
         line = self._line(name, series, self._example(name) or CHANNELS[name].unit)
         if not required and name not in self._maps:
+            self._told.add(name)
             self.remarks.append(f"{doubt}: it is not read as '{name}'. To read it: {line}")
             return
         units = "" if name == COMMAND else f", {usual_units(series.unit, CHANNELS[name].unit)}"
@@ -306,6 +368,7 @@ class Matching:
         )
         if required or name in self._maps:
             raise self._refusal(problem, name, [series], fitting or [g.unit for g in guesses])
+        self._told.add(name)
         self.remarks.append(
             f"{problem}: it is left out. To read it: {self.map_option(name, series)}"
         )
@@ -336,6 +399,7 @@ class Matching:
         if series is not None:
             known = channel in CHANNELS
             name = without_unit(series.name, channel) if known else series.name
+            unit = unit or _stated_unit(series, channel)
         return map_option(channel, name, self._example(channel) if unit is None else unit)
 
     @staticmethod
@@ -372,9 +436,10 @@ class Matching:
                 unit = pint_unit(series.unit or "", channel) or unit_in_name(series.name, channel)
             return misnamed.with_remedy(self._line(channel, series, unit))
         error = missing_column(self._path, name, names, why)
+        likely = self._likely(channel, ())
         near = nearest_name(channel, names)
-        series = next((one for one in self._signals if one.name == near), None)
-        option = self.map_option(channel, series)
+        likely = likely or [one for one in self._signals if one.name == near][:1]
+        option = " or ".join(self.map_option(channel, one) for one in likely or [None])
         return RecordError(
             self._path,
             f"{error.problem} (read as {self._log.kind})",
@@ -397,6 +462,13 @@ class Matching:
             expected=f"one column for '{name}', with its unit",
             mend=f"say which is right: {' or '.join(options)}",
         )
+
+
+def _stated_unit(series: Series, channel: str) -> str | None:
+    """Returns the unit of a channel that the log states, in the notation of pint; None if none."""
+    stated = (series.unit or "").strip() or split_unit(series.name)[1]
+    unit = None if stated is None else pint_unit(stated, channel)
+    return None if unit == "1" else unit
 
 
 def _listed(series: Sequence[Series]) -> str:

@@ -5,10 +5,18 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Iterator
 from functools import cache
 
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.catalogue.spellings import COUNTERS, FILLERS
+from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION
+from ehsid.harness.catalogue.spellings import (
+    BARE_COMMANDS,
+    COUNTERS,
+    FILLERS,
+    OTHER_LENGTHS,
+    OTHER_SIGNALS,
+    PLACES,
+)
 from ehsid.harness.records.logs.units import (
     is_unit_of_another,
     pint_unit,
@@ -18,24 +26,79 @@ from ehsid.harness.records.logs.units import (
 
 # Longer names are not names that anyone gives to a signal.
 MAX_NAME = 200
+# Letters of the type of a variable in a controller: "fActPos" is a floating point number.
+_TYPE_LETTERS = re.compile(r"(?:(?<=[^A-Za-z])|^)(?:lr|fb|st|f|r|n|i)(?=[A-Z][a-z]{2})")
 
 
 def words(name: str) -> tuple[str, ...]:
     """Returns the words of a name in lower case: "Kolben-Weg", "kolbenWeg" -> kolben, weg."""
     plain = unicodedata.normalize("NFKD", name[:MAX_NAME].replace("ß", "ss"))
     plain = "".join(c for c in plain if not unicodedata.combining(c))
-    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", plain)
+    plain = _TYPE_LETTERS.sub("", plain)
+    plain = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z]{2})", " ", plain)
     plain = re.sub(r"(?<=[A-Za-z])(?=\d)", " ", plain)
     return tuple(re.findall(r"[a-z]+|\d+", plain.casefold()))
 
 
-def _keys(spelling: tuple[str, ...]) -> set[tuple[str, ...]]:
-    """Returns what the spellings of one name share: its words sorted, and run together."""
-    found = {tuple(sorted(spelling)), ("".join(spelling),)}
-    fewer = tuple(word for word in spelling if word not in FILLERS)
-    if fewer and fewer != spelling:
-        found |= {tuple(sorted(fewer)), ("".join(fewer),)}
+@cache
+def _meant(name: str, *, in_volts: bool) -> frozenset[str]:
+    """Returns the channels that a name without a unit means; the most words of it count.
+
+    `in_volts` is whether its unit is one of a command: a command of an axis without a unit may as
+    well be the wanted position.
+    """
+    found = frozenset(channel for channel in CHANNELS if channel == name)
+    told = words(name)
+    for i, spelling in enumerate([told, *_shorter(told)]):
+        if found:
+            break
+        keys = {tuple(sorted(spelling)), ("".join(spelling),)}
+        found = frozenset(one for one, known in _channel_keys().items() if keys & known)
+        if i and not in_volts and spelling and set(spelling) <= BARE_COMMANDS:
+            found -= {COMMAND}
     return found
+
+
+def _shorter(told: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """Yields the words of a name without fillers, numbers, and the axis, ever fewer."""
+    divided = tuple(part for word in told for part in _divided(word))
+    for spelling in dict.fromkeys((told, divided)):
+        for kept in dict.fromkeys((spelling, _without_places(spelling))):
+            for fewer in (kept, tuple(word for word in kept if word not in FILLERS)):
+                yield fewer
+                letters = tuple(word for word in fewer if not word.isdigit())
+                if any(len(word) > 2 for word in letters):  # T1 or V1 may be anything
+                    yield letters
+
+
+def _without_places(told: tuple[str, ...]) -> tuple[str, ...]:
+    kept: list[str] = []
+    for i, word in enumerate(told):
+        numbers_place = word.isdigit() and i > 0 and told[i - 1] in PLACES
+        if word not in PLACES and not numbers_place:
+            kept.append(word)
+    return tuple(kept)
+
+
+def _divided(word: str) -> tuple[str, ...]:
+    """Returns the known words of which a longer word consists: "lageistwert" -> lage, istwert."""
+    known = _vocabulary()
+    if word in known or word.isdigit():
+        return (word,)
+    for at in range(len(word) - 3, 2, -1):
+        if word[:at] in known:
+            rest = _divided(word[at:])
+            if all(part in known for part in rest):
+                return (word[:at], *rest)
+    return (word,)
+
+
+@cache
+def _vocabulary() -> frozenset[str]:
+    spelled = {word for keys in _channel_keys().values() for key in keys for word in key}
+    return frozenset(
+        word for word in {*spelled, *FILLERS, *PLACES, *OTHER_LENGTHS} if len(word) > 2
+    )
 
 
 @cache
@@ -51,10 +114,18 @@ def _channel_keys() -> dict[str, frozenset[tuple[str, ...]]]:
 
 
 def parts_of(name: str) -> list[str]:
-    """Returns a name and, if it is a path such as "Rig/Cylinder.Position", its last part."""
+    """Returns a name and, if it is a path such as "Rig/Cylinder.Position", its last part.
+
+    The last part alone would be another signal in "Target.Position", and in "Valve.Position".
+    """
     stripped = split_unit(name)[0]
     last = re.split(r"[/\\.:]", stripped)[-1].strip()
-    return [name] if last in ("", stripped) else [name, name[name.rindex(last) :]]
+    if last in ("", stripped):
+        return [name]
+    before = words(stripped[: stripped.rindex(last)])
+    if _meant(stripped, in_volts=False) or OTHER_SIGNALS.intersection(before):
+        return [name]
+    return [name, name[name.rindex(last) :]]
 
 
 def says(name: str, channel: str) -> str | bool:
@@ -63,26 +134,26 @@ def says(name: str, channel: str) -> str | bool:
     The unit is in the notation of pint. True also stands for a unit that is not understood, which
     `unknown_unit` tells.
     """
-    label, unit_text = split_unit(name)
     if name == channel:
         return True
-    named = label == channel or bool(_keys(words(label)) & _channel_keys()[channel])
-    if named and unit_text is not None:
-        unit = pint_unit(unit_text, channel)
+    label, unit_text = split_unit(name)
+    unit = None if unit_text is None else pint_unit(unit_text, channel)
+    if channel in _meant(label, in_volts=unit not in (None, "1")):
+        if unit_text is None:
+            return True
         return unit or _is_of_name(name, unit_text) or not is_unit_of_another(unit_text)
-    if named or _keys(words(name)) & _channel_keys()[channel]:
+    if channel in _meant(name, in_volts=False):
         return True
     label, unit_text = split_ending(name)
-    if unit_text is None or not _keys(words(label)) & _channel_keys()[channel]:
-        return False
-    return pint_unit(unit_text, channel) or False
+    unit = None if unit_text is None else pint_unit(unit_text, channel)
+    return unit if unit and channel in _meant(label, in_volts=unit != "1") else False
 
 
 def _is_of_name(name: str, bracket: str) -> bool:
     """Whether what stands in brackets is more of the name, as in "Druck (A)" or "Weg (ist)"."""
     more = words(bracket)
-    whole = any(_keys(words(name)) & keys for keys in _channel_keys().values())
-    return bool(more) and (whole or all(word in FILLERS or word.isdigit() for word in more))
+    left = [word for word in more if word not in FILLERS and not word.isdigit()]
+    return bool(more) and (not left or bool(_meant(name, in_volts=False)))
 
 
 def unknown_unit(name: str, channel: str) -> str | None:
@@ -122,6 +193,18 @@ def unit_in_name(name: str, channel: str) -> str | None:
 def means(name: str, channel: str) -> bool:
     """Whether a name, or its last part, means a channel."""
     return any(says(part, channel) is not False for part in parts_of(name))
+
+
+def words_of(channel: str) -> frozenset[str]:
+    """Returns the words of two or more letters in the names of a channel."""
+    spelled = (word for spelling in CHANNELS[channel].spellings for word in spelling.split())
+    return frozenset(word for word in spelled if len(word) > 1 and word not in FILLERS)
+
+
+def says_other(name: str) -> bool:
+    """Whether the name of a length says that it is not where the rod is."""
+    other = OTHER_LENGTHS.intersection(part for word in words(name) for part in _divided(word))
+    return bool(other) or bool(_meant(split_unit(name)[0], in_volts=False) - {POSITION})
 
 
 def is_counter(name: str) -> bool:

@@ -82,15 +82,17 @@ def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None
             expected="a value in every row, or a time",
             mend="say the sampling time in seconds, such as --dt 0.001, or correct these rows",
         )
+    used = [one.taken for one in choices if one.taken.channel in made]
+    taken = (*([taken_time.taken] if taken_time else []), *used)
     remarks = (
         *log.notes,
+        *(matching.missing(taken) if wish.columns is None else ()),
         *matching.remarks,
         *without_numbers(log.texts),
         *clocks.remarks,
         *maker.remarks,
     )
-    used = [one.taken for one in choices if one.taken.channel in made]
-    origin = Origin(log.kind, (*([taken_time.taken] if taken_time else []), *used), remarks)
+    origin = Origin(log.kind, taken, remarks)
     return make_record(
         made, name=name, source=path, sha256=sha256, first_row=log.first_row, origin=origin
     )

@@ -214,6 +214,15 @@ def split_unit(name: str) -> tuple[str, str | None]:
     return name, None
 
 
+def unit_shown(name: str, unit: str | None) -> str | None:
+    """Returns the unit of a column that is no channel, as the log writes it; None without one."""
+    stated = (unit or "").strip()
+    bracket = split_unit(name)[1] or ""
+    if stated or (not bracket.isdigit() and (name.endswith("]") or looks_like_a_unit(bracket))):
+        return stated or bracket or None
+    return None
+
+
 def without_unit(name: str, channel: str) -> str:
     """Returns the name of a column without its unit; A is none in "Druck (A)"."""
     label, unit = split_unit(name)
