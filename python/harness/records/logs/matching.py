@@ -75,7 +75,7 @@ class Matching:
         self._path = path
         self._signals = [one for one in log.series if not one.is_time]
         self.remarks: list[str] = []
-        self._only_lengths: list[Series] = []
+        self._only_length_name: str | None = None
         self._told: set[str] = set()  # channels that remarks tell of
         self.without_value: dict[str, str] = {}
         self._maps = dict(maps)
@@ -147,16 +147,21 @@ class Matching:
                 continue
             likely = self._likely(channel, others)
             names = " or ".join(f"'{one.name}'" for one in likely)
-            options = " or ".join(self.map_option(channel, one) for one in likely or [None])
+            options = self._options(channel, likely)
             ask = f"If it is {names}: " if likely else "If the log has it: "
             meaning = CHANNELS[channel].meaning
             remarks.append(f"no column was read as '{channel}' ({meaning}). {ask}{options}")
         return remarks
 
+    def _options(self, channel: str, likely: Sequence[Series]) -> str:
+        """Returns the option --map for each of the likely series, or that for any column."""
+        options = [self.map_option(channel, one) for one in likely]
+        return " or ".join(options or [self.map_option(channel, None)])
+
     def _likely(self, channel: str, others: Collection[str]) -> list[Series]:
         """Returns up to three series that may be a channel, the likeliest first.
 
-        They share a word with its names, or have its unit; that of the wanted value comes last.
+        They share a word with its names, or have its unit.
         """
         ranks: list[tuple[float, int, Series]] = []
         for i, one in enumerate(self._signals):
@@ -165,11 +170,12 @@ class Matching:
             unit_text = one.unit or split_unit(one.name)[1] or ""
             fraction = pint_unit(unit_text, SPOOL) is not None  # of the stroke, or no unit at all
             foreign = is_other_unit(unit_text, channel) and not fraction
-            known = one.name in others or any(means(one.name, other) for other in CHANNELS)
-            if foreign or known or is_counter(one.name) or not (shared or unit):
+            known = any(means(one.name, other) for other in CHANNELS if other != channel)
+            other = channel == POSITION and says_other(one.name)
+            if one.name in others or foreign or known or other or is_counter(one.name):
                 continue
-            wanted = channel == POSITION and says_other(one.name)
-            ranks.append((shared + 2.0 * (unit is not None) - 3.0 * wanted, -i, one))
+            if shared or unit:
+                ranks.append((shared + 2.0 * (unit is not None), -i, one))
         best = sorted(ranks, key=lambda rank: rank[:2], reverse=True)
         return [one for _, _, one in best[:3]]
 
@@ -236,11 +242,10 @@ class Matching:
         lengths = [one for one in self._signals if _stated_unit(one, POSITION) is not None]
         if len(lengths) != 1 or says_other(lengths[0].name):
             return []
-        self._only_lengths += lengths
+        self._only_length_name = lengths[0].name
         self.remarks.append(
             f"'{lengths[0].name}' is taken for '{POSITION}', because no other column has a unit of "
-            "length. To say otherwise: "
-            f"--map '{POSITION}=COLUMN [mm]'"
+            f"length. To say otherwise: {self.map_option(POSITION, None)}"
         )
         return lengths
 
@@ -255,7 +260,7 @@ class Matching:
             unit = "as it is" if series.unit is None else f"as it is, in {series.unit}"
             return Choice(series, Taken(name, series.name, None, 1.0, 0.0, f"named; {unit}"))
         why_name = "named" if name in self._maps else "by its name"
-        if name == POSITION and series in self._only_lengths:
+        if name == POSITION and series.name == self._only_length_name:
             why_name = "the only length"
         if name in self._by_rig:
             why_name = NAMED_BY_RIG
@@ -439,7 +444,7 @@ class Matching:
         likely = self._likely(channel, ())
         near = nearest_name(channel, names)
         likely = likely or [one for one in self._signals if one.name == near][:1]
-        option = " or ".join(self.map_option(channel, one) for one in likely or [None])
+        option = self._options(channel, likely)
         return RecordError(
             self._path,
             f"{error.problem} (read as {self._log.kind})",

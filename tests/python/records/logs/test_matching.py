@@ -48,12 +48,39 @@ NAMES = [
     ("Zeit_ms", "time_s", "ms"),
     ("Time (s)", "time_s", "s"),
     ("/rig/cylinder.position", "position_m", True),
+    ("Axis3_ValveCmd", "command_v", True),
+    ("axis3_valvecmd", "command_v", True),
+    ("Axis1_Cmd [V]", "command_v", "V"),
+    ("Axis 0 Control Output (V)", "command_v", "V"),
+    ("Axis.ServoOutputLevel", "command_v", True),
+    ("Ventilstellung Soll [V]", "command_v", "V"),
+    ("Spool demand [%]", "command_v", "percent"),
+    ("Reglerausgang", "command_v", True),
+    ("Achse1_Stellgroesse", "command_v", True),
+    ("Axis3_ActPos", "position_m", True),
+    ("MAIN.fbAxis.fActPos", "position_m", True),
+    ("GVL.rIstPos", "position_m", True),
+    ("Axis 0 Actual Position (in)", "position_m", "inch"),
+    ("Lageistwert", "position_m", True),
+    ("Wegaufnehmer [mm]", "position_m", "mm"),
+    ("LVDT1", "position_m", True),
+    ("Axis3_pA", "pressure_a_pa", True),
+    ("Drucksensor B [bar]", "pressure_b_pa", "bar"),
+    ("pB_kPag", "pressure_b_pa", "kPag"),
+    ("p_A_bar_g", "pressure_a_pa", "barg"),
+    ("HPU_Pressure", "supply_pressure_pa", True),
+    ("HPUPressure", "supply_pressure_pa", True),
+    ("Valve feedback", "spool", True),
+    ("Servo valve actual", "spool", True),
+    ("Valve.Position", "spool", True),
+    ("ActVelo", "velocity_m_s", True),
+    ("Axis3.ActForce", "force_n", True),
 ]
 
 
 @pytest.mark.parametrize(("name", "channel", "said"), NAMES, ids=[one[0] for one in NAMES])
 def test_a_name_means_one_channel(name: str, channel: str, said: str | bool) -> None:
-    if "/rig" not in name:
+    if "/rig" not in name and "." not in name:
         assert says(name, channel) == said
     assert [one for one in CHANNELS if means(name, one)] == [channel]
 
@@ -61,7 +88,10 @@ def test_a_name_means_one_channel(name: str, channel: str, said: str | bool) -> 
 @pytest.mark.parametrize(
     "name",
     ["position setpoint", "Position reference [mm]", "Sollweg", "Position [%]", "Position [bar]",
-     "flow [l/min]", "CHANNEL0", "target_mm", "remark", "", "[mm]", "pump speed"],
+     "flow [l/min]", "CHANNEL0", "target_mm", "remark", "", "[mm]", "pump speed",
+     "SetPos", "Axis.CommandPosition", "Ax0 Target Position", "Position Error", "Target.Position",
+     "Sollwerte/Weg", "Axis1_Cmd", "T1", "V1", "CH1_V", "Tank pressure", "Pilot pressure A",
+     "Motor1_Speed"],
 )  # fmt: skip
 def test_other_names_mean_no_channel(name: str) -> None:
     assert not [one for one in CHANNELS if means(name, one)]
@@ -173,6 +203,44 @@ def test_gauge_pressures_become_absolute_and_are_told(tmp_path: Path) -> None:
     assert "is added to 'pA [bar(\u00fc)]'" in remark_on(path, "gauge pressures become absolute")
     values = read_record(path).column("pressure_a_pa")
     np.testing.assert_allclose(values, 1e5 * (60 + WAVE) + 101325.0, rtol=1e-8)
+
+
+def test_the_only_length_is_the_position(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", **{"X12 [mm]": 100 * WAVE, "Q [l/min]": WAVE})
+    assert "X12 [mm]" in remark_on(path, "no other column has a unit of length")
+    record = read_record(path)
+    np.testing.assert_allclose(record.column("position_m"), 0.1 * WAVE, atol=1e-9)
+    assert record.origin is not None
+    units = {one.column: (one.unit, one.why) for one in record.origin.taken}
+    assert units["X12 [mm]"] == ("mm", "the only length; unit mm in its name")
+    assert units["Q [l/min]"][0] == "l/min"
+
+
+@pytest.mark.parametrize(
+    "names",
+    [["X12 [mm]", "X13 [mm]"], ["Sollweg [mm]"], ["Spool [mm]"], ["Level [mm]"], ["Spalt [um]"]],
+)
+def test_of_other_or_two_lengths_none_is_the_position(tmp_path: Path, names: list[str]) -> None:
+    path = write(tmp_path / "log.csv", **dict.fromkeys(names, 100 * WAVE))
+    assert "position_m" not in read_record(path).columns
+    said = remark_on(path, "no column was read as 'position_m'")
+    options = [f"--map 'position_m={name}'" for name in names if len(names) > 1]
+    assert said.endswith(" or ".join(options or ["--map 'position_m=COLUMN [mm]'"]))
+
+
+def test_a_missing_command_is_told_with_the_likely_column(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", **{"Weg [mm]": 100 * WAVE, "Out7 [V]": WAVE})
+    path.write_text(path.read_text().replace("t,u,", "t,Temp9 [degC],"))
+    said = remark_on(path, "no column was read as 'command_v'", required=())
+    assert said.endswith("If it is 'Out7 [V]': --map 'command_v=Out7 [V]'")
+    with pytest.raises(RecordError, match=r"such as --map 'command_v=Out7 \[V\]'"):
+        read_record(path)
+
+
+def test_a_log_with_some_names_of_the_schema_is_a_log(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", **{"Weg [mm]": 100 * WAVE})
+    path.write_text(path.read_text().replace("t,u,", "time_s,command_v,"))
+    np.testing.assert_allclose(read_record(path).column("position_m"), 0.1 * WAVE, atol=1e-9)
 
 
 def test_every_channel_has_names_that_no_other_has() -> None:
