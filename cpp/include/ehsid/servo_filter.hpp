@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: MIT
+// An extended Kalman filter for the servo (5) on its physical parameters: position, velocity, acceleration, ln K,
+// ln omega_n, ln xi and the null bias. The noise is that of the position sensor, and of a disturbance that acts as a
+// velocity in front of the servo; both are tuned by the innovations.
+//
+// L. Ljung, "Asymptotic behavior of the extended Kalman filter as a parameter estimator for linear systems", IEEE TAC 24
+// (1979) 36: the state and the parameters are estimated together, with the sensitivities of the state to them.
+// R. Mehra, "On the identification of variances and adaptive Kalman filtering", IEEE TAC 15 (1970) 175: the size and the
+// correlation of the innovations tell both noises apart. P. Huber 1964: an innovation counts up to a limit.
+#pragma once
+
+#include <ehsid/bounded_math.hpp>
+#include <ehsid/servo_transition.hpp>
+#include <ehsid/types.hpp>
+
+#include <array>
+#include <cmath>
+
+namespace ehsid {
+
+/// State of a ServoFilter in units of the position, of the command and of one sampling period. Plain data.
+template <class Scalar>
+struct ServoFilterState {
+  static constexpr int kStates = 7;  // position, velocity, acceleration, ln k, ln h, ln xi, bias
+
+  Scalar position;      // relative to the reference of the caller
+  Scalar velocity;      // a sample
+  Scalar acceleration;  // a sample^2
+  Scalar gain;          // k = K dt
+  Scalar rate;          // h = omega_n dt
+  Scalar damping;       // xi
+  Scalar bias;          // d, of the command
+  std::array<Scalar, kStates * (kStates + 1) / 2> covariance;  // upper triangle by rows
+  Scalar noise;                                                // R, variance of the sensor
+  Scalar disturbance;        // alpha: velocity of the disturbance as a share of k |u|
+  Scalar innovation;         // of the last sample, normalised, limited to 3
+  Scalar innovation_square;  // mean square of these
+  Scalar innovation_product;  // mean product of neighbouring ones
+  Scalar likelihood;          // ln, over the samples since the start
+  std::int32_t outliers;      // innovations beyond 4 deviations in a row
+  std::int32_t samples;       // since the start; stops at its largest value
+};
+
+/// What the filter is told of each sample.
+template <class Scalar>
+struct ServoFilterTuning {
+  Scalar drift;        // variance of ln K and ln omega_n a sample; 4 times that of ln xi
+  Scalar command;      // mean square of the command, without rest
+  Scalar least_noise;  // R never goes below
+  Scalar adaptation;   // step of the adaptation of R and alpha; 0: none
+  bool hold_servo;     // omega_n and xi are kept, though not taken as known (one sine shows neither)
+};
+
+/// One filter. Its functions need finite arguments; the result may be checked by finite().
+template <class Scalar>
+class ServoFilter {
+ public:
+  using State = ServoFilterState<Scalar>;
+  using Tuning = ServoFilterTuning<Scalar>;
+  static constexpr int kStates = State::kStates;
+  /// Innovations count up to this many deviations; from the fourth in a row on the plant has changed and they count.
+  static constexpr Scalar kLimit = Scalar(4);
+  static constexpr int kPatience = 4;
+
+  const State& state() const { return state_; }
+  State& state() { return state_; }
+  const ServoTransition<Scalar>& transition() const { return transition_; }
+
+  /// P_ij, also of the parameters: 3 is ln K, 4 ln omega_n, 5 ln xi, 6 the bias.
+  Scalar& covariance(int i, int j) { return state_.covariance[place(i, j)]; }
+  Scalar covariance(int i, int j) const { return state_.covariance[place(i, j)]; }
+
+  /// Starts at rest. deviations: of ln K, ln omega_n, ln xi and of the bias.
+  void start(Scalar gain, Scalar rate, Scalar damping, const std::array<Scalar, 4>& deviations,
+             Scalar mean_square_command, Scalar noise) {
+    state_ = State{};
+    state_.gain = gain;
+    state_.rate = rate;
+    state_.damping = damping;
+    state_.noise = noise;
+    state_.disturbance = Scalar(0.1);
+    state_.innovation_square = Scalar(1);
+    for (int i = 0; i < 4; ++i) {
+      const Scalar deviation = deviations[static_cast<std::size_t>(i)];
+      covariance(3 + i, 3 + i) = deviation * deviation;
+    }
+    settle(Scalar(0), mean_square_command);
+    renew();
+  }
+
+  /// The position is the measured one, and its derivatives may be whatever a command of this mean square can cause.
+  void settle(Scalar position, Scalar mean_square_command) {
+    state_.position = position;
+    state_.velocity = Scalar(0);
+    state_.acceleration = Scalar(0);
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < kStates; ++j) {
+        covariance(i, j) = Scalar(0);
+      }
+    }
+    covariance(0, 0) = state_.noise;
+    covariance(1, 1) = state_.gain * state_.gain * mean_square_command;
+    covariance(2, 2) = covariance(1, 1) * state_.rate * state_.rate;
+  }
+
+  /// Takes the coefficients of the transition from the parameters of now.
+  void renew() { transition_ = servo_transition(state_.rate, state_.damping); }
+
+  /// To the next sample, while the command u acts.
+  void predict(Scalar command, const Tuning& tuning) {
+    const auto& t = transition_;
+    const Scalar demand = state_.gain * (command - state_.bias);
+    const Scalar error = state_.velocity - demand;
+    const Scalar a = state_.acceleration;
+    // Rows 0 to 2 of the Jacobian F; the parameters stay.
+    const std::array<std::array<Scalar, 7>, 3> f{{
+        {Scalar(1), Scalar(1) - t.s.value, t.i.value, t.s.value * demand,
+         t.i.by_rate * a - t.s.by_rate * error, t.i.by_damping * a - t.s.by_damping * error,
+         -state_.gain * t.s.value},
+        {Scalar(0), Scalar(1) - t.w.value, t.e.value, t.w.value * demand,
+         t.e.by_rate * a - t.w.by_rate * error, t.e.by_damping * a - t.w.by_damping * error,
+         -state_.gain * t.w.value},
+        {Scalar(0), -t.pull.value, t.decay.value, t.pull.value * demand,
+         t.decay.by_rate * a - t.pull.by_rate * error,
+         t.decay.by_damping * a - t.pull.by_damping * error, -state_.gain * t.pull.value},
+    }};
+    state_.position += state_.velocity - t.s.value * error + t.i.value * a;
+    state_.velocity += t.e.value * a - t.w.value * error;
+    state_.acceleration = t.decay.value * a - t.pull.value * error;
+
+    // P = F P F' + g g' q + D, where g is what a velocity in front of the servo does in one sample
+    std::array<std::array<Scalar, 7>, 3> product;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (int j = 0; j < kStates; ++j) {
+        Scalar sum = Scalar(0);
+        for (int l = 0; l < kStates; ++l) {
+          sum += f[i][static_cast<std::size_t>(l)] * covariance(l, j);
+        }
+        product[i][static_cast<std::size_t>(j)] = sum;
+      }
+    }
+    const std::array<Scalar, 3> g{t.s.value, t.w.value, t.pull.value};
+    const Scalar size = state_.disturbance * state_.gain;
+    const Scalar shifted = command - state_.bias;
+    const Scalar q = size * size * Scalar(0.5) * (shifted * shifted + tuning.command);
+    for (int i = 0; i < 3; ++i) {
+      const auto row = static_cast<std::size_t>(i);
+      for (int j = i; j < 3; ++j) {
+        const auto column = static_cast<std::size_t>(j);
+        Scalar sum = g[row] * g[column] * q;
+        for (std::size_t l = 0; l < 7; ++l) {
+          sum += product[row][l] * f[column][l];
+        }
+        covariance(i, j) = sum;
+      }
+      for (int j = 3; j < kStates; ++j) {
+        covariance(i, j) = product[row][static_cast<std::size_t>(j)];
+      }
+    }
+    let_drift(tuning);
+  }
+
+  /// The parameters may have moved by one sample.
+  void let_drift(const Tuning& tuning) {
+    covariance(3, 3) += tuning.drift;
+    covariance(4, 4) += tuning.drift;
+    covariance(5, 5) += Scalar(4) * tuning.drift;
+    covariance(6, 6) += Scalar(0.1) * tuning.drift * tuning.command;
+  }
+
+  /// Takes the measured position, relative to the reference of the state.
+  void update(Scalar measured, const Tuning& tuning) {
+    const Scalar variance = covariance(0, 0) + state_.noise;
+    const Scalar deviation = std::sqrt(variance);
+    const Scalar raw = (measured - state_.position) / deviation;
+    state_.likelihood -= Scalar(0.5) * (bounded_log(variance) + least(raw * raw, kLimit * kLimit));
+    const bool outlier = std::abs(raw) > kLimit;
+    state_.outliers = outlier ? state_.outliers + (state_.outliers < 1000 ? 1 : 0) : 0;
+    const Scalar limit = outlier && state_.outliers >= kPatience ? Scalar(30) : kLimit;
+    const Scalar normalised = bounded(raw, limit);
+
+    std::array<Scalar, 7> gain;
+    for (int i = 0; i < kStates; ++i) {
+      gain[static_cast<std::size_t>(i)] = covariance(0, i) / deviation;
+    }
+    // A parameter that is held keeps its variance, and its covariances with the others (Schmidt 1966).
+    const std::array<Scalar, 2> held{gain[4], gain[5]};
+    if (tuning.hold_servo) {
+      gain[4] = Scalar(0);
+      gain[5] = Scalar(0);
+    }
+    state_.position += gain[0] * normalised;
+    state_.velocity += gain[1] * normalised;
+    state_.acceleration += gain[2] * normalised;
+    state_.gain *= bounded_exp(bounded(gain[3] * normalised, Scalar(0.3)));
+    state_.rate *= bounded_exp(bounded(gain[4] * normalised, Scalar(0.3)));
+    state_.damping *= bounded_exp(bounded(gain[5] * normalised, Scalar(0.3)));
+    state_.bias += gain[6] * normalised;
+    state_.rate = between(state_.rate, Scalar(1e-4), Scalar(20));
+    state_.damping = between(state_.damping, Scalar(0.01), Scalar(5));
+    for (int i = 0; i < kStates; ++i) {
+      for (int j = i; j < kStates; ++j) {
+        covariance(i, j) -= gain[static_cast<std::size_t>(i)] * gain[static_cast<std::size_t>(j)];
+      }
+    }
+    if (tuning.hold_servo) {
+      for (int i = 0; i < kStates; ++i) {
+        if (i != 4 && i != 5) {
+          covariance(4, i) -= held[0] * gain[static_cast<std::size_t>(i)];
+          covariance(5, i) -= held[1] * gain[static_cast<std::size_t>(i)];
+        }
+      }
+    }
+    for (int i = 0; i < kStates; ++i) {
+      if (!(covariance(i, i) > Scalar(0))) {
+        covariance(i, i) = Scalar(1e-12) * (i < 3 ? state_.noise : Scalar(1));
+      }
+    }
+    tune(bounded(normalised, Scalar(3)), state_.noise / variance, tuning);
+  }
+
+  /// Whether every number of the state is finite.
+  bool finite() const {
+    bool good = is_finite(state_.position) && is_finite(state_.velocity) &&
+                is_finite(state_.acceleration) && is_finite(state_.gain) &&
+                state_.gain > Scalar(0) && is_finite(state_.bias) && is_finite(state_.likelihood);
+    for (const Scalar entry : state_.covariance) {
+      good = is_finite(entry) && good;
+    }
+    return good;
+  }
+
+ private:
+  static constexpr std::size_t place(int i, int j) {
+    const int row = i < j ? i : j;
+    const int column = i < j ? j : i;
+    return static_cast<std::size_t>(row * kStates - row * (row - 1) / 2 + column - row);
+  }
+  static Scalar least(Scalar a, Scalar b) { return a < b ? a : b; }
+  static Scalar between(Scalar x, Scalar low, Scalar high) {
+    return x < low ? low : x > high ? high : x;
+  }
+  static Scalar bounded(Scalar x, Scalar most) { return between(x, -most, most); }
+
+  /// The size of the innovations sets R, their correlation the disturbance. sensor_share: R / S.
+  void tune(Scalar innovation, Scalar sensor_share, const Tuning& tuning) {
+    const Scalar excess = innovation * innovation - Scalar(1);
+    const Scalar product = innovation * state_.innovation;
+    if (tuning.adaptation > Scalar(0)) {
+      state_.noise *= bounded_exp(Scalar(0.7) * tuning.adaptation * excess * sensor_share);
+      state_.noise = state_.noise > tuning.least_noise ? state_.noise : tuning.least_noise;
+      state_.disturbance *= bounded_exp(
+          Scalar(10) * tuning.adaptation *
+          (Scalar(2) * product + Scalar(0.35) * excess * (Scalar(1) - sensor_share)));
+      state_.disturbance = between(state_.disturbance, Scalar(1e-4), Scalar(1));
+    }
+    constexpr Scalar kMemory = Scalar(0.005);
+    state_.innovation_square += kMemory * (excess + Scalar(1) - state_.innovation_square);
+    state_.innovation_product += kMemory * (product - state_.innovation_product);
+    state_.innovation = innovation;
+    state_.samples += state_.samples < 2000000000 ? 1 : 0;
+  }
+
+  State state_{};
+  ServoTransition<Scalar> transition_{};
+};
+
+}  // namespace ehsid
