@@ -235,6 +235,7 @@ void bind_effects(py::module_& m);
 void bind_plant(py::module_& m);
 void bind_servo_estimator(py::module_& m);
 void bind_estimator_bank(py::module_& m);
+void bind_servo_tracker(py::module_& m);
 
 }  // namespace ehsid::bindings
 

@@ -67,7 +67,9 @@ class FreeRun {
                : Scalar(0);
   }
   /// ln of the gain over that of the filter which the windows show, sum D D^ / sum D^^2, and its variance by their scatter.
-  Scalar log_ratio() const { return product_ > Scalar(0) ? bounded_log(product_ / model_) : Scalar(0); }
+  Scalar log_ratio() const {
+    return product_ > Scalar(0) ? bounded_log(product_ / model_) : Scalar(0);
+  }
   Scalar variance() const {
     if (!(product_ > Scalar(0)) || !(windows_ > Scalar(0))) {
       return Scalar(1);

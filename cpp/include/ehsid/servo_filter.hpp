@@ -30,11 +30,11 @@ struct ServoFilterState {
   Scalar rate;          // h = omega_n dt
   Scalar damping;       // xi
   Scalar bias;          // d, of the command
-  std::array<Scalar, kStates * (kStates + 1) / 2> covariance;  // upper triangle by rows
-  Scalar noise;                                                // R, variance of the sensor
-  Scalar disturbance;        // alpha: velocity of the disturbance as a share of k |u|
-  Scalar innovation;         // of the last sample, normalised, limited to 3
-  Scalar innovation_square;  // mean square of these
+  std::array<Scalar, kStates*(kStates + 1) / 2> covariance;  // upper triangle by rows
+  Scalar noise;                                              // R, variance of the sensor
+  Scalar disturbance;         // alpha: velocity of the disturbance as a share of k |u|
+  Scalar innovation;          // of the last sample, normalised, limited to 3
+  Scalar innovation_square;   // mean square of these
   Scalar innovation_product;  // mean product of neighbouring ones
   Scalar likelihood;          // ln, over the samples since the start
   std::int32_t outliers;      // innovations beyond 4 deviations in a row
@@ -48,7 +48,7 @@ struct ServoFilterTuning {
   Scalar command;      // mean square of the command, without rest
   Scalar least_noise;  // R never goes below
   Scalar adaptation;   // step of the adaptation of R and alpha; 0: none
-  bool hold_servo;     // omega_n and xi are kept, though not taken as known (one sine shows neither)
+  bool hold_servo;  // omega_n and xi are kept, though not taken as known (one sine shows neither)
 };
 
 /// One filter. Its functions need finite arguments; the result may be checked by finite().
@@ -249,9 +249,9 @@ class ServoFilter {
     if (tuning.adaptation > Scalar(0)) {
       state_.noise *= bounded_exp(Scalar(0.7) * tuning.adaptation * excess * sensor_share);
       state_.noise = state_.noise > tuning.least_noise ? state_.noise : tuning.least_noise;
-      state_.disturbance *= bounded_exp(
-          Scalar(10) * tuning.adaptation *
-          (Scalar(2) * product + Scalar(0.35) * excess * (Scalar(1) - sensor_share)));
+      state_.disturbance *=
+          bounded_exp(Scalar(10) * tuning.adaptation *
+                      (Scalar(2) * product + Scalar(0.35) * excess * (Scalar(1) - sensor_share)));
       state_.disturbance = between(state_.disturbance, Scalar(1e-4), Scalar(1));
     }
     constexpr Scalar kMemory = Scalar(0.005);

@@ -26,8 +26,8 @@ class RestDetector {
 
   /// The next position, in sequence.
   void take(Scalar position) {
-    const Scalar third = seen_ < 3 ? Scalar(0)
-                                   : position - Scalar(3) * last_[0] + Scalar(3) * last_[1] - last_[2];
+    const Scalar third =
+        seen_ < 3 ? Scalar(0) : position - Scalar(3) * last_[0] + Scalar(3) * last_[1] - last_[2];
     seen_ += seen_ < 3 ? 1 : 0;
     last_ = {position, last_[0], last_[1]};
     if (count_ == 0) {

@@ -134,7 +134,8 @@ class ServoTracker {
     const auto& state = filter_.state();
     // The share of the squared motion that neither the model nor the noise explains; where the disturbance is small, the
     // filter explains the rest by it. It widens every interval.
-    const Scalar part = state.disturbance < Scalar(0.3) ? state.disturbance / Scalar(0.3) : Scalar(1);
+    const Scalar part =
+        state.disturbance < Scalar(0.3) ? state.disturbance / Scalar(0.3) : Scalar(1);
     const Scalar structural = part * part;
     const bool enough = run_.windows() >= Scalar(2) && run_.log_ratio() != Scalar(0);
     const Scalar scatter = enough ? run_.variance() : Scalar(0);
@@ -143,7 +144,9 @@ class ServoTracker {
     // Innovations that are too large or not white widen what P says.
     const Scalar square = state.innovation_square > Scalar(1) ? state.innovation_square : Scalar(1);
     const Scalar ratio = state.innovation_product / (state.innovation_square + Scalar(1e-9));
-    const Scalar correlation = ratio < Scalar(0) ? Scalar(0) : ratio > Scalar(0.95) ? Scalar(0.95) : ratio;
+    const Scalar correlation = ratio < Scalar(0)      ? Scalar(0)
+                               : ratio > Scalar(0.95) ? Scalar(0.95)
+                                                      : ratio;
     const Scalar wider = square * (Scalar(1) + correlation) / (Scalar(1) - correlation);
     // K of the free runs counts as far as it differs from that of the filter by more than its scatter.
     const Scalar shift = enough ? run_.log_ratio() : Scalar(0);
@@ -252,8 +255,8 @@ class ServoTracker {
     const std::int32_t wanted = samples_of(Scalar(0.3), 40);
     const auto count = static_cast<Scalar>(waited_ - 3);
     const Scalar noise = thirds_ / (Scalar(20) * count);
-    const bool moves = high_ - low_ > Scalar(10) * std::sqrt(noise) && pulls_ > Scalar(0) &&
-                       paths_ > Scalar(0);
+    const bool moves =
+        high_ - low_ > Scalar(10) * std::sqrt(noise) && pulls_ > Scalar(0) && paths_ > Scalar(0);
     if (waited_ - 3 < (wanted < 400 ? wanted : 400)) {
       return;
     }
@@ -340,8 +343,7 @@ class ServoTracker {
     const auto& first = bank_[static_cast<std::size_t>(best)].state();
     for (const auto& one : bank_) {
       const Scalar apart = bounded_log(one.state().rate / first.rate);
-      if (std::abs(apart) > Scalar(0.2) &&
-          one.state().likelihood > first.likelihood - Scalar(10)) {
+      if (std::abs(apart) > Scalar(0.2) && one.state().likelihood > first.likelihood - Scalar(10)) {
         return false;
       }
     }
@@ -368,7 +370,8 @@ class ServoTracker {
     }
     const Scalar more[] = {Scalar(0.03), Scalar(0.05), Scalar(0.1)};
     for (int i = 0; i < 3; ++i) {
-      filter_.covariance(3 + i, 3 + i) += spread[static_cast<std::size_t>(i)] / weights + more[i] * more[i];
+      filter_.covariance(3 + i, 3 + i) +=
+          spread[static_cast<std::size_t>(i)] / weights + more[i] * more[i];
     }
     phase_ = Phase::tracking;
     tracked_ = 0;
@@ -378,7 +381,8 @@ class ServoTracker {
     const Scalar measured = sign_ * (position - reference_);
     tracked_ += tracked_ < 2000000000 ? 1 : 0;
     if (resting_) {
-      const Scalar noise = Filter::State::kStates > 0 ? std::sqrt(filter_.state().noise) : Scalar(0);
+      const Scalar noise =
+          Filter::State::kStates > 0 ? std::sqrt(filter_.state().noise) : Scalar(0);
       const Scalar quiet = rest_.threshold(position);
       const Scalar wide = Scalar(8) * noise > quiet ? Scalar(8) * noise : quiet;
       if (std::abs(position - rest_position_) <= wide) {
@@ -468,10 +472,10 @@ class ServoTracker {
     Scalar tangent = std::sqrt(imaginary2) / positive;
     tangent = (tangent < Scalar(2) ? tangent : Scalar(2)) + Scalar(1e-6);
     // tangent = 2 xi r / (1 - r^2)
-    const Scalar r =
-        (std::sqrt(kDamping * kDamping + tangent * tangent) - kDamping) / tangent;
+    const Scalar r = (std::sqrt(kDamping * kDamping + tangent * tangent) - kDamping) / tangent;
     const Scalar r2 = r * r > Scalar(1e-4) ? r * r : Scalar(1e-4);
-    const Scalar new_size2 = (Scalar(1) - r2) * (Scalar(1) - r2) + Scalar(4) * kDamping * kDamping * r2;
+    const Scalar new_size2 =
+        (Scalar(1) - r2) * (Scalar(1) - r2) + Scalar(4) * kDamping * kDamping * r2;
     state.gain *= std::sqrt(size2 * new_size2);
     state.damping = kDamping;
     const Scalar rate = std::sqrt(angle2 / r2);

@@ -73,8 +73,7 @@ ServoTransition<Scalar> servo_transition(Scalar rate, Scalar damping) {
   made.e = by_logarithms(e);
   made.decay = by_logarithms((Scalar(1) - w) - v * e);
   made.pull = by_logarithms(y * e);
-  made.i = {made.w.value / y_value,
-            made.w.by_rate / y_value - Scalar(2) * (made.w.value / y_value),
+  made.i = {made.w.value / y_value, made.w.by_rate / y_value - Scalar(2) * (made.w.value / y_value),
             made.w.by_damping / y_value};
   return made;
 }
