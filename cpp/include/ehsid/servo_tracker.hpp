@@ -162,7 +162,7 @@ class ServoTracker {
         Scalar(1.5));
     // xi is wanted to 0.15 at least.
     const Scalar xi_share = state.damping > Scalar(0.3) ? state.damping : Scalar(0.3);
-    set(told.xi, state.damping, wider * filter_.covariance(5, 5) + Scalar(2.25) * excess,
+    set(told.xi, state.damping, wider * filter_.covariance(5, 5) + Scalar(3) * excess,
         Scalar(1.5) / xi_share);
     if (sine_.sine()) {
       refuse(told.omega_n, TrustReason::single_sine);
@@ -381,8 +381,7 @@ class ServoTracker {
     const Scalar measured = sign_ * (position - reference_);
     tracked_ += tracked_ < 2000000000 ? 1 : 0;
     if (resting_) {
-      const Scalar noise =
-          Filter::State::kStates > 0 ? std::sqrt(filter_.state().noise) : Scalar(0);
+      const Scalar noise = std::sqrt(filter_.state().noise);
       const Scalar quiet = rest_.threshold(position);
       const Scalar wide = Scalar(8) * noise > quiet ? Scalar(8) * noise : quiet;
       if (std::abs(position - rest_position_) <= wide) {
@@ -448,7 +447,7 @@ class ServoTracker {
 
   /// Four innovations in a row beyond four deviations: the plant has changed, and neither noise is to blame for a while.
   void widen(bool hold) {
-    constexpr Scalar kWider = Scalar(0.09);
+    constexpr Scalar kWider = Scalar(0.04);
     filter_.covariance(3, 3) += kWider;
     if (!hold) {
       filter_.covariance(4, 4) += kWider / Scalar(4);
@@ -522,12 +521,15 @@ class ServoTracker {
   }
 
   typename Filter::Tuning tuning(std::int32_t samples, bool adapt) const {
-    // Step of the noise: 1 / (k + 60), not below 0.3 / (1 s or 200 samples), not above 0.01.
+    // Step of the noise: the larger of 1 / (k + 60) and 0.3 / (1 s or 200 samples), at most 0.01; twice as fast and without
+    // that limit while the starts compete, whose likelihoods mean little before the noise is right.
+    const bool starting = phase_ == Phase::starting;
     const Scalar slow = Scalar(0.3) / static_cast<Scalar>(samples_of(Scalar(1), 200));
-    const Scalar fast = Scalar(1) / (static_cast<Scalar>(samples) + Scalar(60));
+    const Scalar fast = Scalar(starting ? 2 : 1) / (static_cast<Scalar>(samples) + Scalar(60));
     const Scalar step = fast > slow ? fast : slow;
+    const Scalar most = starting ? Scalar(1) : Scalar(0.01);
     return {options_.drift * options_.drift * options_.dt_s, command_square_, least_noise_,
-            adapt ? (step < Scalar(0.01) ? step : Scalar(0.01)) : Scalar(0), false};
+            adapt ? (step < most ? step : most) : Scalar(0), false};
   }
 
   /// The command that acts until the next sample, and what it says of itself.
