@@ -83,8 +83,7 @@ class ServoTracker {
     options_ = options;
     commands_ = {};
     sine_ = {};
-    seen_ = 0;
-    command_square_ = Scalar(0);
+    started_ = false;
     resets_ = 0;
     rest_.restart(samples_of(Scalar(0.15), 16));
     begin_anew();
@@ -104,7 +103,7 @@ class ServoTracker {
       hole_ = true;
       return Status::out_of_range;
     }
-    if (seen_ == 0 || hole_) {
+    if (!started_ || hole_) {
       reference_ = position;
       before_ = position;
       reopen(Scalar(0));
@@ -121,7 +120,7 @@ class ServoTracker {
     }
     before_ = position;
     move_on(command);
-    seen_ += seen_ < 2000000000 ? 1 : 0;
+    started_ = true;
     return status;
   }
 
@@ -141,13 +140,14 @@ class ServoTracker {
     const Scalar scatter = enough ? run_.variance() : Scalar(0);
     const Scalar unexplained = scatter * run_.windows() - Scalar(1.3) * run_.noise_share();
     const Scalar excess = enough && unexplained > Scalar(0) ? structural * unexplained : Scalar(0);
-    // Innovations that are too large or not white widen what P says.
-    const Scalar square = state.innovation_square > Scalar(1) ? state.innovation_square : Scalar(1);
+    // Innovations that are too large, or large and not white, widen what P says.
     const Scalar ratio = state.innovation_product / (state.innovation_square + Scalar(1e-9));
     const Scalar correlation = ratio < Scalar(0)      ? Scalar(0)
                                : ratio > Scalar(0.95) ? Scalar(0.95)
                                                       : ratio;
-    const Scalar wider = square * (Scalar(1) + correlation) / (Scalar(1) - correlation);
+    const Scalar of_sums =
+        state.innovation_square * (Scalar(1) + correlation) / (Scalar(1) - correlation);
+    const Scalar wider = of_sums > Scalar(1) ? of_sums : Scalar(1);
     // K of the free runs counts as far as it differs from that of the filter by more than its scatter.
     const Scalar shift = enough ? run_.log_ratio() : Scalar(0);
     const Scalar doubt = Scalar(3) * scatter / (shift * shift + Scalar(1e-12));
@@ -184,6 +184,8 @@ class ServoTracker {
  private:
   enum class Phase : std::uint8_t { waiting, starting, tracking };
 
+  static constexpr Scalar kFitted = Scalar(0.02);
+  static constexpr Scalar kLost = Scalar(0.5);
   static constexpr Scalar kLarge = Scalar(1.645);  // half of a 90 % interval in deviations
 
   /// A time in samples, at least `least`.
@@ -225,12 +227,14 @@ class ServoTracker {
     phase_ = Phase::waiting;
     run_.restart();
     waited_ = 0;
+    averaged_ = 0;
     thirds_ = paths_ = pulls_ = together_ = Scalar(0);
     last_[0] = last_[1] = last_[2] = before_;
     low_ = high_ = before_;
     resting_ = false;
     known_ = false;
     placed_ = false;
+    fitted_ = false;
     settling_ = 0;
     cooling_ = 0;
   }
@@ -261,8 +265,9 @@ class ServoTracker {
       return;
     }
     if (!moves) {
-      if (waited_ > 4000) {  // what was long ago says nothing of the noise of now
+      if (waited_ > 4 * wanted) {  // what was long ago says nothing of the noise of now
         waited_ = 3;
+        low_ = high_ = position;
         thirds_ = paths_ = pulls_ = together_ = Scalar(0);
       }
       return;
@@ -422,6 +427,11 @@ class ServoTracker {
         filter_.state().disturbance < Scalar(0.3)) {
       widen(hold);
     }
+    // A filter that needed no disturbance and now needs much has lost a servo that changed: the starts find it sooner.
+    fitted_ = fitted_ || filter_.state().disturbance < kFitted;
+    if (fitted_ && filter_.state().disturbance > kLost) {
+      return again();
+    }
     shift(measured, position);
     if (rest_.resting()) {
       resting_ = true;
@@ -431,7 +441,10 @@ class ServoTracker {
       run_.interrupt();
       return Status::ok;
     }
-    if (run_.take(filter_.state(), sign_ * position, samples_of(Scalar(2), 8)) &&
+    // A window that ends with an outlier ends with the next good sample.
+    const bool good =
+        filter_.state().outliers == 0 || filter_.state().outliers >= Filter::kPatience;
+    if (good && run_.take(filter_.state(), sign_ * position, samples_of(Scalar(2), 8)) &&
         run_.failures() >= 12 && tracked_ >= samples_of(Scalar(2.5), 450)) {
       return again();
     }
@@ -539,7 +552,8 @@ class ServoTracker {
     }
     commands_[0] = command;
     if (!resting_) {
-      const Scalar step = Scalar(1) / (static_cast<Scalar>(seen_) + Scalar(1));
+      averaged_ += averaged_ < 2000000000 ? 1 : 0;
+      const Scalar step = Scalar(1) / static_cast<Scalar>(averaged_);
       const Scalar least = options_.dt_s / Scalar(2);
       const Scalar share = step > least ? step : least < Scalar(1) ? least : Scalar(1);
       command_square_ += share * (command * command - command_square_);
@@ -595,7 +609,7 @@ class ServoTracker {
   Scalar together_ = Scalar(0);
   Scalar low_ = Scalar(0);
   Scalar high_ = Scalar(0);
-  std::int32_t seen_ = 0;
+  std::int32_t averaged_ = 0;  // commands in their mean square
   std::int32_t waited_ = 0;
   std::int32_t tracked_ = 0;   // samples since the bank has decided
   std::int32_t settling_ = 0;  // samples for which the noise is not adapted
@@ -604,9 +618,11 @@ class ServoTracker {
   std::int32_t delay_ = 1;
   int leader_ = -1;
   Phase phase_ = Phase::waiting;
+  bool started_ = false;
   bool hole_ = false;
   bool resting_ = false;
   bool known_ = false;   // omega_n and xi were seen under a command that is no sine
+  bool fitted_ = false;  // the disturbance was small once
   bool placed_ = false;  // moved along the curve of one sine
 };
 
