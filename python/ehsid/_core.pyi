@@ -518,10 +518,10 @@ class ServoTracker:
         self,
         dt_s: float,
         *,
-        delay: int = ...,
-        drift: float = ...,
-        tolerance: float = ...,
-        dtype: npt.DTypeLike = ...,
+        delay: int = 1,
+        drift: float = 0.02,
+        tolerance: float = 0.1,
+        dtype: npt.DTypeLike = "float32",
     ) -> None: ...
     def step(self, command: float, position: float) -> Status: ...
     def servo(self) -> TrackedServo: ...

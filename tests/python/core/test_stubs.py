@@ -26,7 +26,8 @@ ehsid\._core\.[A-Z]\w*
 # enums: a member of pybind11's own
 ehsid\._core\.\w+\.__pybind11_native_enum__
 # results, which only the module makes: their __init__ takes anything, and raises
-ehsid\._core\.(EffectInfo|PlantParameter|PolicyInfo|PolicySetting|ServoReading|Trajectory)\.__init__
+ehsid\._core\.(EffectInfo|PlantParameter|PolicyInfo|PolicySetting|ServoReading)\.__init__
+ehsid\._core\.(TrackedRun|TrackedSeries|TrackedServo|TrackedValue|Trajectory)\.__init__
 """
 
 # What the stub says more exactly than pybind11 can, as pybind11 says it.
@@ -35,6 +36,7 @@ STUB_TO_MODULE = {
     "npt.ArrayLike": "object",
     "npt.DTypeLike": "object",
     "npt.NDArray[np.bool_] | None": "object",
+    "npt.NDArray[np.bool_]": "ndarray",
     "npt.NDArray[np.uint8]": "ndarray",
     "_Samples": "ndarray",
     "np.dtype[Any]": "dtype",

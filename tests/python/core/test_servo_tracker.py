@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""ServoTracker on an ordinary servo: noise on the sensor, a P loop, and a plant that changes."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import ehsid
+
+FloatArray = npt.NDArray[np.float64]
+GAIN, OMEGA_N, XI = 0.03, 25.0, 0.3
+SECONDS, CHANGE_S = 60.0, 30.0
+
+
+def record(dt_s: float, seed: int, noise_m: float = 5e-6) -> tuple[FloatArray, FloatArray]:
+    """Return command in V and position in m: steps of +-20 mm, and K + 50 % in the middle."""
+    random = np.random.default_rng(seed)
+    count = round(SECONDS / dt_s)
+    command, position = np.zeros(count), np.zeros(count)
+    x = v = a = 0.0
+    steps = int(np.ceil(dt_s * OMEGA_N / 0.005))
+    step = dt_s / steps
+    for k in range(count):
+        gain = GAIN if k * dt_s < CHANGE_S else 1.5 * GAIN
+        position[k] = x + random.normal(0.0, noise_m)
+        target = 0.02 if (k * dt_s) % 1.2 < 0.6 else -0.02
+        command[k] = np.clip(4.0 / GAIN * (target - position[k]), -10.0, 10.0)
+        for _ in range(steps):
+            a += step * (OMEGA_N**2 * (gain * command[k] - v) - 2.0 * XI * OMEGA_N * a)
+            v += step * a
+            x += step * v
+    return command, position
+
+
+@pytest.mark.parametrize("dt_s", [0.01, 0.02])
+def test_the_gain_is_right_and_trusted_before_and_after_a_change(dt_s: float) -> None:
+    run = ehsid.ServoTracker(dt_s).run(*record(dt_s, seed=3))
+    before, after = round(CHANGE_S / dt_s) - 1, -1
+    for at, gain in ((before, GAIN), (after, 1.5 * GAIN)):
+        assert run.gain.value[at] == pytest.approx(gain, rel=0.05)
+        assert run.gain.trusted[at]
+        # The servo of this test is a semi-implicit Euler method: omega_n within 0.5 %.
+        assert run.omega_n.value[at] == pytest.approx(OMEGA_N, rel=0.1)
+        assert run.xi.value[at] == pytest.approx(XI, abs=0.1)
+    wrong = np.abs(run.gain.value[before + 1 :] / (1.5 * GAIN) - 1.0) > 0.1
+    assert np.mean(wrong & run.gain.trusted[before + 1 :]) < 0.03
+
+
+def test_a_run_is_its_steps_bit_for_bit() -> None:
+    command, position = record(0.02, seed=4)
+    run = ehsid.ServoTracker(0.02).run(command[:500], position[:500])
+    stepped = ehsid.ServoTracker(0.02)
+    for k in range(500):
+        assert stepped.step(command[k], position[k]) == run.status[k]
+        told = stepped.servo()
+        for one, series in (
+            (told.gain, run.gain),
+            (told.omega_n, run.omega_n),
+            (told.xi, run.xi),
+        ):
+            assert np.float32(one.value).tobytes() == series.value[k].tobytes()
+            assert np.float32(one.half_width).tobytes() == series.half_width[k].tobytes()
+            assert (one.trusted, one.reason) == (series.trusted[k], series.reason[k])
+
+
+def test_float32_is_as_good_as_float64() -> None:
+    command, position = record(0.01, seed=5)
+    single = ehsid.ServoTracker(0.01).run(command, position)
+    double = ehsid.ServoTracker(0.01, dtype="float64").run(command, position)
+    assert single.gain.value.dtype == np.float32
+    apart = np.abs(single.gain.value - double.gain.value) / double.gain.half_width
+    assert np.nanmedian(apart) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"dt_s": 0.0}, "dt_s and tolerance must be finite and > 0"),
+        ({"dt_s": np.nan}, "dt_s and tolerance"),
+        ({"dt_s": 0.01, "delay": 0}, "delay"),
+        ({"dt_s": 0.01, "delay": 21}, "delay"),
+        ({"dt_s": 0.01, "drift": -1.0}, "drift finite and >= 0"),
+        ({"dt_s": 0.01, "tolerance": 0.0}, "tolerance"),
+        ({"dt_s": 0.01, "dtype": "int32"}, "dtype"),
+    ],
+)
+def test_wrong_arguments_are_refused(arguments: dict[str, object], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        ehsid.ServoTracker(**arguments)  # type: ignore[arg-type]
+
+
+def test_signals_of_unequal_length_are_refused() -> None:
+    tracker = ehsid.ServoTracker(0.01)
+    with pytest.raises(ValueError, match="position"):
+        tracker.run(np.zeros(5), np.zeros(4))
+    assert tracker.servo().gain.reason == ehsid.TrustReason.starting
