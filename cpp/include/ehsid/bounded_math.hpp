@@ -7,7 +7,7 @@
 
 namespace ehsid {
 
-/// exp(x); x is limited to -4 .. 4. Error below 3 units of the last place of float, 20 of double.
+/// exp(x); x is limited to -4 .. 4. Error below 32 units of the last place: the squarings multiply that of the series by 16.
 ///
 /// exp(x) = (exp(x / 16))^16, and of exp(x / 16) the Taylor series, by Horner's rule.
 template <class Scalar>
