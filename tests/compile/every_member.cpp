@@ -30,5 +30,15 @@ template class ConvergenceMonitor<float>;
 template class ConvergenceMonitor<double>;
 template class FitMonitor<float>;
 template class FitMonitor<double>;
+template class ServoFilter<float>;
+template class ServoFilter<double>;
+template class RestDetector<float>;
+template class RestDetector<double>;
+template class SingleSine<float>;
+template class SingleSine<double>;
+template class FreeRun<float>;
+template class FreeRun<double>;
+template class ServoTracker<float>;
+template class ServoTracker<double, 1>;
 
 }  // namespace ehsid

@@ -150,6 +150,45 @@ TYPED_TEST(NoHeapOfGradients, WholeLifeOfAnEstimator) {
   EXPECT_TRUE(ehsid::is_finite(sum));
 }
 
+template <class Scalar>
+class NoHeapOfTracker : public testing::Test {};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(NoHeapOfTracker, Scalars, );
+
+TYPED_TEST(NoHeapOfTracker, WholeLifeOfAServoTracker) {
+  using Scalar = TypeParam;
+  std::minstd_rand random(7);
+  const int before = allocations;
+
+  ehsid::ServoTracker<Scalar> tracker;
+  typename ehsid::ServoTracker<Scalar>::Options options;
+  options.dt_s = Scalar(0.01);
+  ehsid::Status status = tracker.configure(options);
+  int tracked = 0;
+  bool trusted = false;
+  Scalar velocity(0);
+  Scalar y(0);
+  Scalar u(1);
+  for (int k = 0; k < 4000; ++k) {
+    u = k % 20 != 0 ? u : random() % 2 == 0 ? Scalar(1) : Scalar(-1);
+    u = k > 3000 ? Scalar(0) : u;  // a rest
+    status = tracker.step(u, y);
+    tracked += status == ehsid::Status::ok ? 1 : 0;
+    trusted = trusted || tracker.servo().gain.trusted;
+    velocity += Scalar(0.2) * (Scalar(0.001) * u - velocity);
+    y += velocity;
+  }
+  const bool rested = tracker.resting();
+  status = tracker.step(std::numeric_limits<Scalar>::quiet_NaN(), y);
+  const int allocated = allocations - before;
+
+  EXPECT_EQ(allocated, 0);
+  EXPECT_GT(tracked, 2000);
+  EXPECT_TRUE(trusted);
+  EXPECT_TRUE(rested);
+  EXPECT_EQ(status, ehsid::Status::invalid_input);
+}
+
 TEST(NoHeapCounter, CountsWhatItIsMeantToCount) {
   const int before = allocations;
   void* volatile from_malloc = std::malloc(8);

@@ -13,6 +13,7 @@
 #include <ehsid/scaling.hpp>
 #include <ehsid/servo_estimator.hpp>
 #include <ehsid/servo_model.hpp>
+#include <ehsid/servo_tracker.hpp>
 #include <ehsid/types.hpp>
 #include <ehsid/ud.hpp>
 #include <ehsid/version.hpp>

@@ -87,3 +87,18 @@ template <std::size_t kPlace>
 using PolicyOfSix = PolicyAt<kPlace, float, 6>;
 }  // namespace ehsid
 EHSID_EACH_POLICY(EHSID_FIRMWARE_OF)
+
+ehsid::Status start_tracker(void* storage, float dt_s) {
+  auto& tracker = *::new (storage) ehsid::ServoTracker<float>();
+  ehsid::ServoTracker<float>::Options options;
+  options.dt_s = dt_s;
+  return tracker.configure(options);
+}
+
+ehsid::Status step_tracker(ehsid::ServoTracker<float>& tracker, float command, float position) {
+  return tracker.step(command, position);
+}
+
+ehsid::TrackedServo<float> read_tracker(const ehsid::ServoTracker<float>& tracker) {
+  return tracker.servo();
+}
