@@ -1,97 +1,124 @@
 // SPDX-License-Identifier: MIT
+// One period of the servo against a matrix exponential with more digits, and its sensitivities against differences of that.
 #include <ehsid/servo_transition.hpp>
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 namespace {
 
-using Transition = ehsid::ServoTransition<double>;
+using Long = long double;
+using Matrix = Eigen::Matrix<Long, 4, 4>;
+/// S, W, E, I, the decay and the pull.
+using Six = std::array<Long, 6>;
 
-struct Motion {
-  long double position;
-  long double error;
-  long double acceleration;
-};
-
-/// One period of e'' + 2 xi h e' + h^2 e = 0 and position' = e by the classical Runge-Kutta method, which shares nothing
-/// with the series of the header. Its error is below (h / steps)^4.
-Motion simulated(long double h, long double xi, Motion m) {
-  constexpr int kSteps = 20000;
-  const long double dt = 1.0L / kSteps;
-  const auto slope = [h, xi](const Motion& at) {
-    return Motion{at.error, at.acceleration, -2.0L * xi * h * at.acceleration - h * h * at.error};
-  };
-  const auto moved = [](const Motion& at, const Motion& by, long double step) {
-    return Motion{at.position + step * by.position, at.error + step * by.error,
-                  at.acceleration + step * by.acceleration};
-  };
-  for (int i = 0; i < kSteps; ++i) {
-    const Motion a = slope(m);
-    const Motion b = slope(moved(m, a, dt / 2));
-    const Motion c = slope(moved(m, b, dt / 2));
-    const Motion d = slope(moved(m, c, dt));
-    m = moved(moved(moved(moved(m, a, dt / 6), b, dt / 3), c, dt / 3), d, dt / 6);
+/// exp(m) by the Taylor series of exp(m / 2^k), squared k times.
+Matrix exponential(const Matrix& m) {
+  int squarings = 0;
+  for (Long norm = m.cwiseAbs().rowwise().sum().maxCoeff(); norm > 0.5L; norm *= 0.5L) {
+    ++squarings;
   }
-  return m;
+  const Matrix small = std::ldexp(1.0L, -squarings) * m;
+  Matrix sum = Matrix::Identity();
+  for (int n = 24; n >= 1; --n) {
+    sum = (Matrix::Identity() + small * sum / static_cast<Long>(n)).eval();
+  }
+  for (int i = 0; i < squarings; ++i) {
+    sum = (sum * sum).eval();
+  }
+  return sum;
 }
 
-class ServoTransition : public ::testing::TestWithParam<std::pair<double, double>> {};
-
-TEST_P(ServoTransition, IsTheSolutionOfTheServo) {
-  const auto [h, xi] = GetParam();
-  const Transition t = ehsid::servo_transition(h, xi);
-  const Motion from_error = simulated(h, xi, {0.0L, 1.0L, 0.0L});
-  const Motion from_acceleration = simulated(h, xi, {0.0L, 0.0L, 1.0L});
-  // Relative to the largest that the coefficient can be; where it is small, W and S keep their own digits.
-  const double most = 1e-11;
-  EXPECT_NEAR(t.w.value, static_cast<double>(1.0L - from_error.error), most * (1.0 + h));
-  EXPECT_NEAR(t.s.value, static_cast<double>(1.0L - from_error.position), most * (1.0 + h));
-  EXPECT_NEAR(t.pull.value, static_cast<double>(-from_error.acceleration), most * h * (1.0 + h));
-  EXPECT_NEAR(t.e.value, static_cast<double>(from_acceleration.error), most);
-  EXPECT_NEAR(t.i.value, static_cast<double>(from_acceleration.position), most);
-  EXPECT_NEAR(t.decay.value, static_cast<double>(from_acceleration.acceleration), most * (1.0 + h));
+/// From x' = v, v' = h b, b' = -2 xi h b - h (v - r) over the time 1; a = h b.
+Six reference(Long rate, Long damping) {
+  Matrix m = Matrix::Zero();
+  m(0, 1) = 1.0L;
+  m(1, 2) = rate;
+  m.row(2) << 0.0L, -rate, -2.0L * damping * rate, rate;
+  const Matrix once = exponential(m);
+  return {once(0, 3),        once(1, 3), once(1, 2) / rate,
+          once(0, 2) / rate, once(2, 2), once(2, 3) * rate};
 }
 
-TEST_P(ServoTransition, SensitivitiesAreThoseOfDifferences) {
-  const auto [h, xi] = GetParam();
-  constexpr double kStep =
-      1e-4;  // in the logarithm; the error of a central difference is its square over 6
-  const Transition t = ehsid::servo_transition(h, xi);
-  const Transition faster = ehsid::servo_transition(h * std::exp(kStep), xi);
-  const Transition slower = ehsid::servo_transition(h * std::exp(-kStep), xi);
-  const Transition stiffer = ehsid::servo_transition(h, xi * std::exp(kStep));
-  const Transition looser = ehsid::servo_transition(h, xi * std::exp(-kStep));
-  const auto check = [&](ehsid::ServoCoefficient<double> Transition::* one, const char* name) {
-    const double by_rate = ((faster.*one).value - (slower.*one).value) / (2.0 * kStep);
-    const double by_damping = ((stiffer.*one).value - (looser.*one).value) / (2.0 * kStep);
-    const double most = 1e-5 * (1.0 + h * h * h) * (1.0 + xi);
-    EXPECT_NEAR((t.*one).by_rate, by_rate, most) << name;
-    EXPECT_NEAR((t.*one).by_damping, by_damping, most) << name;
-  };
-  check(&Transition::s, "S");
-  check(&Transition::w, "W");
-  check(&Transition::e, "E");
-  check(&Transition::i, "I");
-  check(&Transition::decay, "decay");
-  check(&Transition::pull, "pull");
+/// Derivative by the logarithm of a parameter, by differences of fourth order.
+template <class Function>
+Six by_logarithm(const Function& of, Long parameter) {
+  constexpr Long kStep = 1e-4L;
+  const auto at = [&](int steps) { return of(parameter * std::exp(kStep * steps)); };
+  const Six far = at(2);
+  const Six near = at(1);
+  const Six behind = at(-1);
+  const Six far_behind = at(-2);
+  Six made{};
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    made[i] = (8.0L * (near[i] - behind[i]) - (far[i] - far_behind[i])) / (12.0L * kStep);
+  }
+  return made;
 }
 
-INSTANTIATE_TEST_SUITE_P(Servos, ServoTransition,
-                         ::testing::Values(std::pair{1e-3, 0.3}, std::pair{0.02, 0.1},
-                                           std::pair{0.25, 0.5}, std::pair{0.25, 2.0},
-                                           std::pair{1.0, 1.0}, std::pair{2.5, 0.2},
-                                           std::pair{2.5, 0.9}, std::pair{6.0, 0.05},
-                                           std::pair{1.5, 5.0}));
+template <class Scalar>
+void expect_exact(double h, double xi) {
+  const auto rate = static_cast<Scalar>(h);
+  const auto damping = static_cast<Scalar>(xi);
+  const auto found = ehsid::servo_transition(rate, damping);
+  const auto exact_rate = static_cast<Long>(rate);
+  const auto exact_damping = static_cast<Long>(damping);
+  const Six right = reference(exact_rate, exact_damping);
+  const Six by_rate = by_logarithm([&](Long x) { return reference(x, exact_damping); }, exact_rate);
+  const Six by_damping =
+      by_logarithm([&](Long x) { return reference(exact_rate, x); }, exact_damping);
+  // How large each can be: for a short period the first term of its series, else what a period at rest or a period of
+  // ringing makes of it.
+  const Long square = exact_rate * exact_rate;
+  const Six size{std::min(square / 6.0L, 1.0L),
+                 std::min(square / 2.0L, 1.0L),
+                 std::min(1.0L / exact_rate, 1.0L),
+                 std::min(1.0L / square, 0.5L),
+                 1.0L,
+                 std::min(square, exact_rate)};
+  const std::array<ehsid::ServoCoefficient<Scalar>, 6> all{found.s, found.w,     found.e,
+                                                           found.i, found.decay, found.pull};
+  // Each doubling of the time adds a rounding to an angle of the size of the rate.
+  const auto eps = static_cast<Long>(std::numeric_limits<Scalar>::epsilon());
+  const Long much = 8.0L + 4.0L * exact_rate * (1.0L + exact_damping);
+  const Long differences = 1e-11L;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto where = testing::Message() << "coefficient " << i << ", h " << h << ", xi " << xi;
+    EXPECT_LE(std::abs(static_cast<Long>(all[i].value) - right[i]), much * eps * size[i]) << where;
+    const Long steep = 1.0L + exact_rate;
+    EXPECT_LE(std::abs(static_cast<Long>(all[i].by_rate) - by_rate[i]),
+              (2.0L * much * eps + differences) * steep * size[i])
+        << where;
+    EXPECT_LE(std::abs(static_cast<Long>(all[i].by_damping) - by_damping[i]),
+              (2.0L * much * eps + differences) * steep * size[i])
+        << where;
+  }
+}
 
-TEST(ServoTransitionDigits, SmallRatesKeepThem) {
-  // W = h^2 / 2 - xi h^3 / 3 ... and S = h^2 / 6 ...: no digit is lost where h is small.
-  const auto t = ehsid::servo_transition(1e-4, 0.5);
-  EXPECT_NEAR(t.w.value / (0.5e-8 * (1.0 - 1e-4 / 3.0)), 1.0, 1e-8);
-  EXPECT_NEAR(t.s.value / (1e-8 / 6.0 * (1.0 - 1e-4 / 4.0)), 1.0, 1e-8);
-  const auto single = ehsid::servo_transition(1e-4F, 0.5F);
-  EXPECT_NEAR(static_cast<double>(single.w.value) / t.w.value, 1.0, 1e-6);
+constexpr std::array<double, 14> kRates{1e-4, 1e-3, 0.01, 0.05, 0.2, 0.24, 0.26,
+                                        0.5,  1.0,  2.0,  3.1,  6.0, 11.0, 20.0};
+constexpr std::array<double, 11> kDampings{0.01, 0.05, 0.2, 0.5, 0.9, 0.999999,
+                                           1.0,  1.1,  2.0, 3.5, 5.0};
+
+TEST(ServoTransition, IsThatOfTheContinuousServoWithItsSensitivities) {
+  for (const double h : kRates) {
+    for (const double xi : kDampings) {
+      expect_exact<double>(h, xi);
+      expect_exact<float>(h, xi);
+    }
+  }
+}
+
+TEST(ServoTransition, OfALongPeriodIsTheHeldVelocity) {
+  const auto t = ehsid::servo_transition(20.0, 1.0);
+  EXPECT_NEAR(t.w.value, 1.0, 1e-6);
+  EXPECT_NEAR(t.s.value, 1.0 - 2.0 / 20.0, 1e-6);  // delay 2 xi / omega_n
+  EXPECT_NEAR(t.decay.value, 0.0, 1e-6);
 }
 
 }  // namespace
