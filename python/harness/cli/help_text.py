@@ -6,6 +6,7 @@ from __future__ import annotations
 import ast
 import inspect
 import re
+import textwrap
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -34,7 +35,7 @@ def help_text(function: Callable[..., Any]) -> str:
 def _written(function: Callable[..., Any]) -> str:
     """Returns the docstring as the source has it: with PYTHONOPTIMIZE=2 Python drops it."""
     try:
-        tree = ast.parse(inspect.getsource(function))
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
     except OSError:  # there is no source beside the compiled file
         return ""
     (defined,) = tree.body

@@ -189,7 +189,10 @@ def test_unforeseen_numbers_and_sizes_end_in_one_sentence(
 
 def test_a_mistake_of_ours_is_no_message(monkeypatch: pytest.MonkeyPatch) -> None:
     outcome = raised_in("effects", TypeError("unsupported operand type(s)"), monkeypatch)
-    assert isinstance(outcome.exception, TypeError)
+    assert outcome.exit_code == 1
+    assert "a fault of the program" in outcome.stderr
+    assert "(TypeError: unsupported operand type(s))" in outcome.stderr
+    assert outcome.stderr.count("\n") == 1
 
 
 def test_ctrl_c_in_a_command_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
