@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: MIT
+"""ServoTracker on servos that no constant has seen: python benchmarks/servo_tracker.py [OUT.json]
+
+Servos of `servo_machines.py` with the seeds FIRST to LAST, six runs of each, float32. Beside it least
+squares and instrumental variables as their pages advise: signals scaled by their standard deviation,
+theta read by identify_servo, which is trusted where `converged`. Every run is judged at 120 times.
+Prints the table of docs/which_estimator.md and writes its figures. Needs the extra `check`.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from servo_machines import Run, runs_of
+
+import ehsid
+from ehsid.harness.parallel import map_tasks
+
+FIRST, LAST = 2000, 2500
+TIMES, LAST_TIMES = 120, 5
+FROM_S = 2.0  # trust is judged from here on
+METHODS = ("tracker", "rls", "riv")
+FloatArray = npt.NDArray[np.float64]
+Found = tuple[FloatArray, FloatArray, npt.NDArray[np.bool_], int]
+
+
+def tracked(run: Run, at: npt.NDArray[np.intp]) -> Found:
+    """Returns values and half widths, shape (3, n), what is trusted, and the number of resets."""
+    tracker = ehsid.ServoTracker(run.dt_s)
+    told = tracker.run(run.command, run.position)
+    series = (told.gain, told.omega_n, told.xi)
+    values = np.array([one.value[at] for one in series], dtype=np.float64)
+    widths = np.array([one.half_width[at] for one in series], dtype=np.float64)
+    return values, widths, np.array([one.trusted[at] for one in series]), tracker.resets
+
+
+def read(run: Run, at: npt.NDArray[np.intp], method: str) -> Found:
+    """Returns the same of a recursion for Eq. (8), read as a servo."""
+    scaling = ehsid.Scaling(
+        command_scale=float(run.command.std()),
+        position_scale=float(run.position.std()),
+        command_offset=float(run.command.mean()),
+        position_offset=float(run.position.mean()),
+    )
+    forgetting = {} if method == "rls" else {"forgetting": ehsid.Exponential(0.995, 0.98)}
+    estimator = ehsid.ServoEstimator(
+        3, 3, 1, offset=True, scaling=scaling, method=method, **forgetting
+    )
+    values, widths = np.full((3, at.size), np.nan), np.full((3, at.size), np.nan)
+    trusted, resets, begin = np.zeros((3, at.size), dtype=bool), 0, 0
+    for k, end in enumerate(at + 1):
+        part = estimator.run(run.command[begin:end], run.position[begin:end])
+        resets += int(np.sum(part.status == ehsid.Status.reset))
+        begin = int(end)
+        servo = ehsid.identify_servo(
+            estimator.theta_hat[:6], estimator.covariance[:6, :6], run.dt_s
+        )
+        values[:, k] = servo.gain, servo.omega_n, servo.xi
+        widths[:, k] = 1.645 * np.array([servo.gain_std, servo.omega_n_std, servo.xi_std])
+        trusted[:, k] = estimator.converged and np.isfinite(servo.gain)
+    return values, widths, trusted, resets
+
+
+def judged(run: Run, method: str) -> dict[str, float | str | bool]:
+    """Returns what one method made of one run."""
+    count = run.command.size
+    at = np.unique(np.linspace(0, count - 1, TIMES + 1).astype(np.intp)[1:])
+    found = tracked(run, at) if method == "tracker" else read(run, at, method)
+    values, widths, trusted, resets = found
+    true = run.true_at(at)
+    with np.errstate(invalid="ignore"):
+        gain, omega_n = values[0] / true[0] - 1.0, values[1] / true[1] - 1.0
+        xi = values[2] - true[2]
+        end = [float(np.median(np.abs(one[-LAST_TIMES:]))) for one in (gain, omega_n, xi)]
+        holds = np.abs(values[:, -1] - true[:, -1]) <= widths[:, -1]
+    time_s = at * run.dt_s
+    late = time_s > FROM_S
+    begin = run.truth[-1][0]
+    right = np.flatnonzero((np.abs(gain) < 0.05) & (at >= begin))
+    return {
+        "method": method,
+        "linear": run.linear,
+        "sine": run.command_kind == "loop_sine",
+        "run": run.kind,
+        "gain_5": end[0] < 0.05,
+        "gain_10": end[0] < 0.10,
+        "omega_n_10": end[1] < 0.10,
+        "xi_01": end[2] < 0.1,
+        "false_trust": float(np.mean(trusted[0] & ~(np.abs(gain) <= 0.10) & late)),
+        "false_distrust": float(np.mean(~trusted[0] & (np.abs(gain) < 0.05) & late)),
+        "gain_holds": bool(holds[0]),
+        "omega_n_holds": bool(holds[1]),
+        "xi_holds": bool(holds[2]),
+        "resets": resets,
+        "time_s": float((at[right[0]] - begin) * run.dt_s) if right.size else np.inf,
+    }
+
+
+def of_seed(seed: int) -> list[dict[str, float | str | bool]]:
+    """Returns what each method made of the runs of one servo."""
+    return [judged(run, method) for run in runs_of(seed) for method in METHODS]
+
+
+def row(rows: list[dict[str, float | str | bool]], method: str) -> dict[str, float]:
+    """Returns the figures of one method in per cent and seconds."""
+
+    def share(name: str, linear: bool, runs: Iterable[str] = (), sine: bool = True) -> float:
+        chosen = [
+            float(one[name])
+            for one in rows
+            if one["method"] == method and one["linear"] == linear
+            if (one["run"] in runs if runs else True) and (sine or not one["sine"])
+        ]
+        return 100.0 * float(np.mean(chosen))
+
+    same = ("none", "hold", "delay", "glitch", "null")
+    times = {
+        run: float(
+            np.median(
+                [
+                    float(one["time_s"])
+                    for one in rows
+                    if one["method"] == method and one["linear"] and one["run"] == run
+                ]
+            )
+        )
+        for run in ("none", "change")
+    }
+    begins = [
+        [
+            100.0 * (float(one["resets"]) > 0)
+            for one in rows
+            if one["method"] == method and one["linear"] == linear and one["run"] in same
+        ]
+        for linear in (True, False)
+    ]
+    return {
+        "K within 5 %, linear, at the end": share("gain_5", True, same),
+        "... without the single sine": share("gain_5", True, same, sine=False),
+        "... after K + 50 %, omega_n - 20 %": share("gain_5", True, ("change",)),
+        "K within 10 %, nonlinear": share("gain_10", False),
+        "omega_n within 10 %, linear, no single sine": share("omega_n_10", True, sine=False),
+        "xi within 0.1, linear, no single sine": share("xi_01", True, sine=False),
+        "seconds to 5 % of K at the start, linear, median": times["none"],
+        "... after the change": times["change"],
+        "K trusted and more than 10 % off, linear": share("false_trust", True, same),
+        "... with the change": share("false_trust", True, ("change",)),
+        "... nonlinear": share("false_trust", False),
+        "K within 5 % and not trusted, linear": share("false_distrust", True, same),
+        "... nonlinear": share("false_distrust", False),
+        "90 % intervals of K hold, linear": share("gain_holds", True),
+        "... of omega_n": share("omega_n_holds", True),
+        "... of xi": share("xi_holds", True),
+        "... of K, nonlinear": share("gain_holds", False),
+        "... of omega_n, nonlinear": share("omega_n_holds", False),
+        "... of xi, nonlinear": share("xi_holds", False),
+        "begins anew without a change, linear, runs": float(np.mean(begins[0])),
+        "... nonlinear, runs": float(np.mean(begins[1])),
+    }
+
+
+def main() -> None:
+    seeds = list(range(FIRST, LAST))
+    rows: list[dict[str, float | str | bool]] = []
+    for number, found in enumerate(map_tasks(of_seed, seeds), start=1):
+        rows += found
+        if number % 25 == 0:
+            print(f"{number} of {len(seeds)} servos", file=sys.stderr, flush=True)
+    table = {method: row(rows, method) for method in METHODS}
+    print(
+        f"| seeds {FIRST} to {LAST - 1}, {len(rows) // len(METHODS)} runs | " + " | ".join(METHODS)
+    )
+    print("|---|" + "---|" * len(METHODS))
+    for name in table[METHODS[0]]:
+        print(f"| {name} | " + " | ".join(f"{table[one][name]:.3g}" for one in METHODS) + " |")
+    if len(sys.argv) > 1:
+        Path(sys.argv[1]).write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
