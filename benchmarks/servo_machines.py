@@ -70,7 +70,7 @@ def _simulated(
     count = noise.size
     sent, measured, true = np.zeros(count), np.zeros(count), np.zeros(count)
     x, v, a = 0.0, 0.0, load
-    pieces = max(4, int(math.ceil(dt_s * omega_n / 0.01)))
+    pieces = max(4, math.ceil(dt_s * omega_n / 0.01))
     dt = dt_s / pieces
     for k in range(count):
         if k == changed_at:
@@ -122,7 +122,7 @@ def _simulated(
 def _displacements(command, late, gain, rate, xi, null):  # type: ignore[no-untyped-def]
     """Returns what the linear servo moves in each sample; gain and rate are K dt and omega_n dt."""
     moved = np.zeros(command.size)
-    pieces = max(4, int(math.ceil(rate / 0.01)))
+    pieces = max(4, math.ceil(rate / 0.01))
     dt = 1.0 / pieces
     v, a = 0.0, 0.0
     for k in range(command.size):
@@ -218,7 +218,7 @@ def _made(rng: np.random.Generator, linear: bool, largest_v: float, base: _Servo
 
 
 def runs_of(seed: int) -> list[Run]:
-    """Returns the runs of one servo; odd seeds are nonlinear, and each fifth of them is a command."""
+    """Returns the runs of one servo: odd seeds are nonlinear, and the commands take turns."""
     rng = np.random.default_rng([seed, 20261125])
     linear, kind = seed % 2 == 0, COMMANDS[seed // 2 % len(COMMANDS)]
     omega_n = 0.0
