@@ -202,13 +202,13 @@ class ServoTracker {
     to.half_width = half * std::abs(value);
     if (phase_ == Phase::waiting || run_.windows() < Scalar(3.4)) {
       to.reason = TrustReason::starting;
+    } else if (suspected_ || filter_.state().outliers > 1) {
+      to.reason = TrustReason::change_suspected;
     } else if (half < times * options_.tolerance && run_.share() > Scalar(0.7)) {
       to.trusted = true;
       to.reason = TrustReason::trusted;
     } else if (resting_) {
       to.reason = TrustReason::resting;
-    } else if (settling_ > 0) {
-      to.reason = TrustReason::change_suspected;
     } else if (run_.share() <= Scalar(0.7)) {
       to.reason = TrustReason::model_does_not_fit;
     } else {
@@ -235,6 +235,7 @@ class ServoTracker {
     known_ = false;
     placed_ = false;
     fitted_ = false;
+    suspected_ = false;
     settling_ = 0;
     cooling_ = 0;
   }
@@ -422,6 +423,7 @@ class ServoTracker {
       filter_.renew();
     }
     settling_ -= settling_ > 0 ? 1 : 0;
+    suspected_ = suspected_ && settling_ > 0;
     cooling_ -= cooling_ > 0 ? 1 : 0;
     if (filter_.state().outliers >= Filter::kPatience && cooling_ == 0 && settling_ == 0 &&
         filter_.state().disturbance < Scalar(0.3)) {
@@ -467,6 +469,7 @@ class ServoTracker {
       filter_.covariance(5, 5) += kWider;
     }
     settling_ = static_cast<std::int32_t>(Scalar(8) / filter_.state().rate) + 1;
+    suspected_ = true;
     cooling_ = static_cast<std::int32_t>(Scalar(20) / filter_.state().rate) + 1;
   }
 
@@ -518,6 +521,7 @@ class ServoTracker {
     }
     run_.interrupt();
     settling_ = 12;
+    suspected_ = false;
   }
 
   /// The reference of the position follows the measured one, so that float32 loses no digits far from zero; not an outlier.
@@ -621,9 +625,10 @@ class ServoTracker {
   bool started_ = false;
   bool hole_ = false;
   bool resting_ = false;
-  bool known_ = false;   // omega_n and xi were seen under a command that is no sine
-  bool fitted_ = false;  // the disturbance was small once
-  bool placed_ = false;  // moved along the curve of one sine
+  bool known_ = false;      // omega_n and xi were seen under a command that is no sine
+  bool suspected_ = false;  // a change of the plant, since the variances were widened
+  bool fitted_ = false;     // the disturbance was small once
+  bool placed_ = false;     // moved along the curve of one sine
 };
 
 }  // namespace ehsid
