@@ -97,6 +97,16 @@ class FreeRun {
       first_gain_ = state.gain;
     }
     const Scalar gain = bounded_log(state.gain / first_gain_);
+    // Ten windows with far less motion than the sums remember: what was, was not of this servo.
+    const Scalar square = measured * measured + position_ * position_;
+    largest_ = square > largest_ ? square : largest_;
+    if (++since_ >= 10) {
+      if (measured_ + model_ > Scalar(1e10) * largest_) {
+        windows_ = measured_ = product_ = model_ = noise_ = Scalar(0);
+      }
+      largest_ = Scalar(0);
+      since_ = 0;
+    }
     constexpr Scalar kKeepGain = Scalar(0.85);
     weight_ = kKeepGain * weight_ + Scalar(1);
     gain_sum_ = kKeepGain * gain_sum_ + gain;
@@ -106,8 +116,10 @@ class FreeRun {
     product_ = kKeep * product_ + measured * position_;
     model_ = kKeep * model_ + position_ * position_;
     noise_ = kKeep * noise_ + Scalar(2) * state.noise;
-    const bool lost = state.disturbance > Scalar(0.9) && share() < Scalar(0);
-    failures_ = share() < kLeastShare ? failures_ + (lost ? 5 : 1) : 0;
+    // Nothing is explained by a filter for which all is disturbance, or all is noise.
+    const bool lost = (state.disturbance > Scalar(0.9) && share() < Scalar(0)) ||
+                      noise_ > Scalar(0.1) * measured_;
+    failures_ = lost ? failures_ + 5 : share() < kLeastShare ? failures_ + 1 : 0;
     open_ = false;
   }
 
@@ -127,6 +139,8 @@ class FreeRun {
   std::int32_t length_ = kLeastLength;
   std::int32_t count_ = 0;
   std::int32_t failures_ = 0;
+  std::int32_t since_ = 0;
+  Scalar largest_ = Scalar(0);
   bool open_ = false;
 };
 

@@ -43,7 +43,7 @@ class RestDetector {
     }
     const Scalar variance = squares_ / (Scalar(20) * static_cast<Scalar>(count_));
     const Scalar risen = Scalar(1.05) * noise_;
-    noise_ = known_ && risen < variance ? risen : variance;
+    noise_ = known_ && risen > Scalar(0) && risen < variance ? risen : variance;
     known_ = true;
     calm_ = high_ - low_ <= threshold(position) ? calm_ + (calm_ < 2 ? 1 : 0) : 0;
     count_ = 0;

@@ -197,7 +197,8 @@ class ServoTracker {
   }
 
   void set(TrackedValue<Scalar>& to, Scalar value, Scalar variance, Scalar times) const {
-    const Scalar half = kLarge * std::sqrt(variance);
+    // Not beyond a factor of 1e3, nor without a number.
+    const Scalar half = variance < Scalar(1e6) ? kLarge * std::sqrt(variance) : Scalar(1e3);
     to.value = value;
     to.half_width = half * std::abs(value);
     if (phase_ == Phase::waiting || run_.windows() < Scalar(3.4)) {
@@ -228,6 +229,8 @@ class ServoTracker {
     run_.restart();
     waited_ = 0;
     averaged_ = 0;
+    peak_ = Scalar(0);
+    peak_samples_ = 0;
     thirds_ = paths_ = pulls_ = together_ = Scalar(0);
     last_[0] = last_[1] = last_[2] = before_;
     low_ = high_ = before_;
@@ -389,7 +392,10 @@ class ServoTracker {
     if (resting_) {
       const Scalar noise = std::sqrt(filter_.state().noise);
       const Scalar quiet = rest_.threshold(position);
-      const Scalar wide = Scalar(8) * noise > quiet ? Scalar(8) * noise : quiet;
+      // R of a filter that was led astray may be far beyond the noise of now.
+      const Scalar most =
+          Scalar(8) * noise < Scalar(100) * quiet ? Scalar(8) * noise : Scalar(100) * quiet;
+      const Scalar wide = most > quiet ? most : quiet;
       if (std::abs(position - rest_position_) <= wide) {
         rest_position_ += Scalar(0.01) * (position - rest_position_);
         filter_.let_drift(tuning(tracked_, false));
@@ -561,6 +567,15 @@ class ServoTracker {
       const Scalar least = options_.dt_s / Scalar(2);
       const Scalar share = step > least ? step : least < Scalar(1) ? least : Scalar(1);
       command_square_ += share * (command * command - command_square_);
+      // A mean that remembers commands far beyond those of the last 400 samples is theirs.
+      peak_ = command * command > peak_ ? command * command : peak_;
+      if (++peak_samples_ >= 400) {
+        if (peak_ > Scalar(0) && command_square_ > Scalar(1e3) * peak_) {
+          command_square_ = peak_;
+        }
+        peak_ = Scalar(0);
+        peak_samples_ = 0;
+      }
     }
     if (phase_ == Phase::waiting) {
       return;
@@ -615,6 +630,8 @@ class ServoTracker {
   Scalar high_ = Scalar(0);
   std::int32_t averaged_ = 0;  // commands in their mean square
   std::int32_t waited_ = 0;
+  Scalar peak_ = Scalar(0);
+  std::int32_t peak_samples_ = 0;
   std::int32_t tracked_ = 0;   // samples since the bank has decided
   std::int32_t settling_ = 0;  // samples for which the noise is not adapted
   std::int32_t cooling_ = 0;   // samples for which the variances are not widened again
