@@ -80,6 +80,7 @@ class ServoFilter {
     state_.noise = noise;
     state_.disturbance = Scalar(0.1);
     state_.innovation_square = Scalar(1);
+    EHSID_UNROLL
     for (int i = 0; i < 4; ++i) {
       const Scalar deviation = deviations[static_cast<std::size_t>(i)];
       covariance(3 + i, 3 + i) = deviation * deviation;
@@ -93,7 +94,9 @@ class ServoFilter {
     state_.position = position;
     state_.velocity = Scalar(0);
     state_.acceleration = Scalar(0);
+    EHSID_UNROLL
     for (int i = 0; i < 3; ++i) {
+      EHSID_UNROLL
       for (int j = 0; j < kStates; ++j) {
         covariance(i, j) = Scalar(0);
       }
@@ -130,9 +133,12 @@ class ServoFilter {
 
     // P = F P F' + g g' q + D, where g is what a velocity in front of the servo does in one sample
     std::array<std::array<Scalar, 7>, 3> product;
+    EHSID_UNROLL
     for (std::size_t i = 0; i < 3; ++i) {
+      EHSID_UNROLL
       for (int j = 0; j < kStates; ++j) {
         Scalar sum = Scalar(0);
+        EHSID_UNROLL
         for (int l = 0; l < kStates; ++l) {
           sum += f[i][static_cast<std::size_t>(l)] * covariance(l, j);
         }
@@ -143,16 +149,20 @@ class ServoFilter {
     const Scalar size = state_.disturbance * state_.gain;
     const Scalar shifted = command - state_.bias;
     const Scalar q = size * size * Scalar(0.5) * (shifted * shifted + tuning.command);
+    EHSID_UNROLL
     for (int i = 0; i < 3; ++i) {
       const auto row = static_cast<std::size_t>(i);
+      EHSID_UNROLL
       for (int j = i; j < 3; ++j) {
         const auto column = static_cast<std::size_t>(j);
         Scalar sum = g[row] * g[column] * q;
+        EHSID_UNROLL
         for (std::size_t l = 0; l < 7; ++l) {
           sum += product[row][l] * f[column][l];
         }
         covariance(i, j) = sum;
       }
+      EHSID_UNROLL
       for (int j = 3; j < kStates; ++j) {
         covariance(i, j) = product[row][static_cast<std::size_t>(j)];
       }
@@ -180,6 +190,7 @@ class ServoFilter {
     const Scalar normalised = bounded(raw, limit);
 
     std::array<Scalar, 7> gain;
+    EHSID_UNROLL
     for (int i = 0; i < kStates; ++i) {
       gain[static_cast<std::size_t>(i)] = covariance(0, i) / deviation;
     }
@@ -198,12 +209,15 @@ class ServoFilter {
     state_.bias += gain[6] * normalised;
     state_.rate = between(state_.rate, Scalar(1e-4), Scalar(20));
     state_.damping = between(state_.damping, Scalar(0.01), Scalar(5));
+    EHSID_UNROLL
     for (int i = 0; i < kStates; ++i) {
+      EHSID_UNROLL
       for (int j = i; j < kStates; ++j) {
         covariance(i, j) -= gain[static_cast<std::size_t>(i)] * gain[static_cast<std::size_t>(j)];
       }
     }
     if (tuning.hold_servo) {
+      EHSID_UNROLL
       for (int i = 0; i < kStates; ++i) {
         if (i != 4 && i != 5) {
           covariance(4, i) -= held[0] * gain[static_cast<std::size_t>(i)];
@@ -211,6 +225,7 @@ class ServoFilter {
         }
       }
     }
+    EHSID_UNROLL
     for (int i = 0; i < kStates; ++i) {
       if (!(covariance(i, i) > Scalar(0))) {
         covariance(i, i) = Scalar(1e-12) * (i < 3 ? state_.noise : Scalar(1));
