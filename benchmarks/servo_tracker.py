@@ -177,9 +177,8 @@ def main() -> None:
         if number % 25 == 0:
             print(f"{number} of {len(seeds)} servos", file=sys.stderr, flush=True)
     table = {method: row(rows, method) for method in METHODS}
-    print(
-        f"| seeds {FIRST} to {LAST - 1}, {len(rows) // len(METHODS)} runs | " + " | ".join(METHODS)
-    )
+    runs = len(rows) // len(METHODS)
+    print(f"| seeds {FIRST} to {LAST - 1}, {runs} runs | {' | '.join(METHODS)} |")
     print("|---|" + "---|" * len(METHODS))
     for name in table[METHODS[0]]:
         print(f"| {name} | " + " | ".join(f"{table[one][name]:.3g}" for one in METHODS) + " |")
