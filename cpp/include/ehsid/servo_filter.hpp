@@ -194,7 +194,7 @@ class ServoFilter {
     for (int i = 0; i < kStates; ++i) {
       gain[static_cast<std::size_t>(i)] = covariance(0, i) / deviation;
     }
-    // A parameter that is held keeps its variance, and its covariances with the others (Schmidt 1966).
+    // A parameter that is held keeps its value and its variance; what it shares with the others still changes (Schmidt 1966).
     const std::array<Scalar, 2> held{gain[4], gain[5]};
     if (tuning.hold_servo) {
       gain[4] = Scalar(0);
