@@ -241,4 +241,40 @@ TYPED_TEST(WholeRun, FindsTheServoAndKeepsPPositive) {
   EXPECT_LT(filter.state().disturbance, Scalar(0.01));
 }
 
+/// What acts in front of the servo is told from the noise of its sensor: alpha is found, and K does not mind. Of a larger
+/// disturbance, 0.3, alpha comes out a third too large, as the noise can hardly be seen beside it.
+TEST(ServoFilter, InnovationsTellADisturbanceFromTheNoiseOfTheSensor) {
+  for (const double share : {0.0, 0.1}) {
+    std::mt19937 random{6};
+    std::normal_distribution<double> normal;
+    ehsid::ServoFilter<double> filter;
+    ehsid::ServoFilter<double>::Tuning tuning{1e-7, 4.0, 1e-12, 0.005, false};
+    constexpr double kGain = 0.8;
+    constexpr double kNoise = 0.01;
+    filter.start(0.6, 0.5, 0.5, {0.3, 0.2, 0.3, 0.1}, 4.0, 1e-3);
+    const auto t = ehsid::servo_transition(0.6, 0.4);
+    double x = 0.0;
+    double v = 0.0;
+    double a = 0.0;
+    double alpha = 0.0;
+    constexpr int kSamples = 20000;
+    for (int k = 0; k < kSamples; ++k) {
+      const double u = k / 15 % 2 == 0 ? 2.0 : -2.0;
+      const double error = v - kGain * u * (1.0 + share * normal(random));
+      x += v - t.s.value * error + t.i.value * a;
+      const double faster = v + t.e.value * a - t.w.value * error;
+      a = t.decay.value * a - t.pull.value * error;
+      v = faster;
+      filter.renew();
+      filter.predict(u, tuning);
+      filter.update(x + kNoise * normal(random), tuning);
+      alpha += k >= kSamples / 2 ? filter.state().disturbance / (kSamples / 2) : 0.0;
+    }
+    // The adaptation of 0.005 leaves a scatter; its mean is within a fifth.
+    EXPECT_NEAR(alpha, share, 0.2 * share + 0.02) << share;
+    EXPECT_NEAR(filter.state().gain / kGain, 1.0, 0.03) << share;
+    EXPECT_NEAR(std::sqrt(filter.state().noise) / kNoise, 1.0, 0.25) << share;
+  }
+}
+
 }  // namespace
