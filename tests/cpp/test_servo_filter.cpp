@@ -268,7 +268,7 @@ TEST(ServoFilter, InnovationsTellADisturbanceFromTheNoiseOfTheSensor) {
       filter.renew();
       filter.predict(u, tuning);
       filter.update(x + kNoise * normal(random), tuning);
-      alpha += k >= kSamples / 2 ? filter.state().disturbance / (kSamples / 2) : 0.0;
+      alpha += k >= kSamples / 2 ? filter.state().disturbance * 2.0 / kSamples : 0.0;
     }
     // The adaptation of 0.005 leaves a scatter; its mean is within a fifth.
     EXPECT_NEAR(alpha, share, 0.2 * share + 0.02) << share;
