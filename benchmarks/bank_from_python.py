@@ -50,7 +50,7 @@ def main() -> None:
         for orders in ((3, 3, 1), (3, 2, 1)):
             for threads in (1, 2):
                 bank = ehsid.EstimatorBank(
-                    [ehsid.ServoEstimator(*orders, forgetting=policy()) for _ in range(ESTIMATORS)]
+                    [ehsid.ArxEstimator(*orders, forgetting=policy()) for _ in range(ESTIMATORS)]
                 )
                 took = nanoseconds(bank, threads, data)
                 print(

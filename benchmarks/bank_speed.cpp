@@ -102,7 +102,7 @@ void measure(const char* scalar, bool held) {
 // A record that goes on: the estimators would take its beginning anew for a change of the plant.
 template <class Scalar, class Forgetting>
 void measure_steps(const char* scalar) {
-  using One = ehsid::ServoEstimator<Scalar, 3, 3, 1, Forgetting>;
+  using One = ehsid::ArxEstimator<Scalar, 3, 3, 1, Forgetting>;
   constexpr std::size_t kRecord = 20 * kSamples;
   std::mt19937 random(2);
   std::normal_distribution<double> normal;

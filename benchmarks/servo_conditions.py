@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""ServoTracker on one ordinary servo in 72 conditions: python benchmarks/servo_conditions.py
+"""ServoEstimator on one ordinary servo in 72 conditions: python benchmarks/servo_conditions.py
 
 K 0.03 m/s per V, 25 rad/s, xi 0.3, in a P loop with steps of +-20 mm; after 30 of 60 s K rises by
 half. Sampling of 1 to 50 ms, sensor noise of 0.5 to 20 um, a sensor with and without steps of 1 um,
@@ -44,7 +44,7 @@ def followed(
     random = np.random.default_rng(seed)
     count, change = round(SECONDS / dt_s), round(CHANGE_S / dt_s)
     advance = transition(GAIN, dt_s), transition(CHANGED * GAIN, dt_s)
-    tracker, state = ehsid.ServoTracker(dt_s), np.zeros(4)
+    tracker, state = ehsid.ServoEstimator(dt_s), np.zeros(4)
     kp = 60.0 if follows else BANDWIDTH / GAIN
     error, trusted = np.zeros(count), np.zeros(count, dtype=bool)
     for k in range(count):

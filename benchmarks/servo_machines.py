@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Servos with a noisy position sensor, each made of a seed, for `servo_tracker.py`.
+"""Servos with a noisy position sensor, each made of a seed, for `servo_estimator.py`.
 
 Half of them are linear, Eq. (5). The others have some of: flow by the square root of the pressure
 drop, a dead band of 3 % of 10 V, Coulomb friction of 10 % of the largest force, less flow in one

@@ -18,9 +18,9 @@ POLICIES = tuple(info.id for info in ehsid.policies())
 
 # Whole estimators only: their recursions need the samples of a servo.
 METHODS = {
-    "riv": "`InstrumentalServoEstimator`, `Exponential`",
-    "oe": "`OutputErrorServoEstimator`, `Exponential`",
-    "armax": "`ArmaxServoEstimator`, `Exponential`",
+    "riv": "`InstrumentalArxEstimator`, `Exponential`",
+    "oe": "`OutputErrorArxEstimator`, `Exponential`",
+    "armax": "`ArmaxArxEstimator`, `Exponential`",
 }
 
 M4F, M7 = "Cortex-M4F", "Cortex-M7"
@@ -162,12 +162,12 @@ def whole(rows: list[Row]) -> str:
                 ]
             )
     return (
-        "## The whole estimator\n\n`ServoEstimator<float, 3, 3, 1, Policy>::step(command, "
+        "## The whole estimator\n\n`ArxEstimator<float, 3, 3, 1, Policy>::step(command, "
         "position)` includes scaling, regressor, recursion, reset and convergence. "
         '"Instructions" is the mean of 400 samples, and "most" is the largest. With `FRatio`, the '
         "largest is the sample at which it sums up a window. The last three estimators are for "
         "noise that biases least squares ([which_estimator.md](which_estimator.md)). "
-        "`ArmaxServoEstimator` has nine parameters, three of them for the noise.\n\n"
+        "`ArmaxArxEstimator` has nine parameters, three of them for the noise.\n\n"
         + table(["n = 6", "instructions", "most", "flash", "RAM", "stack", "(static)"], body)
     )
 

@@ -58,14 +58,14 @@ Trajectory run(PyBank& self, const py::object& u_in, const py::object& y_in, int
 
 void bind_estimator_bank(py::module_& m) {
   py::class_<PyBank>(m, "EstimatorBank",
-                     R"(Many ServoEstimators at once, several in each SIMD instruction.
+                     R"(Many ArxEstimators at once, several in each SIMD instruction.
 
 Each runs on, bit for bit, as it would alone; how much faster says docs/bank.md.
 Use one object from one thread at a time.
 
 Parameters
 ----------
-estimators : sequence of ServoEstimator
+estimators : sequence of ArxEstimator
     At least one, all with the same na, nb, nk, offset, dtype and kind of forgetting policy, and with method="rls".
     Every other setting, the start values and the state may differ. The bank takes their states over;
     the objects themselves stay as they are until bank[i] asks for one.
@@ -76,31 +76,31 @@ Raises
 ------
 ValueError
     Where the estimators are none, the same object twice, or not alike, or the machine lacks the instructions.)")
-      .def(py::init([](const std::vector<AnyEstimator*>& estimators,
-                       const std::string& instructions) {
-             auto self = std::make_unique<PyBank>();
-             for (AnyEstimator* one : estimators) {
-               if (one == nullptr) {
-                 throw py::type_error("estimators[" + std::to_string(self->estimators.size()) +
-                                      "] is None; expected a ServoEstimator");
-               }
-               self->estimators.push_back(py::cast(one, py::return_value_policy::reference));
-             }
-             if (estimators.empty()) {
-               throw py::value_error("estimators is empty; expected at least one ServoEstimator");
-             }
-             std::vector<AnyEstimator*> sorted = estimators;
-             std::sort(sorted.begin(), sorted.end());
-             if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) {
-               throw py::value_error(
-                   "estimators holds the same object twice; make an estimator for each place");
-             }
-             self->n = estimators.front()->n();
-             self->single = estimators.front()->single();
-             self->bank = self->single ? make_bank<float>(estimators, instructions)
-                                       : make_bank<double>(estimators, instructions);
-             return self;
-           }),
+      .def(py::init(
+               [](const std::vector<AnyEstimator*>& estimators, const std::string& instructions) {
+                 auto self = std::make_unique<PyBank>();
+                 for (AnyEstimator* one : estimators) {
+                   if (one == nullptr) {
+                     throw py::type_error("estimators[" + std::to_string(self->estimators.size()) +
+                                          "] is None; expected an ArxEstimator");
+                   }
+                   self->estimators.push_back(py::cast(one, py::return_value_policy::reference));
+                 }
+                 if (estimators.empty()) {
+                   throw py::value_error("estimators is empty; expected at least one ArxEstimator");
+                 }
+                 std::vector<AnyEstimator*> sorted = estimators;
+                 std::sort(sorted.begin(), sorted.end());
+                 if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) {
+                   throw py::value_error(
+                       "estimators holds the same object twice; make an estimator for each place");
+                 }
+                 self->n = estimators.front()->n();
+                 self->single = estimators.front()->single();
+                 self->bank = self->single ? make_bank<float>(estimators, instructions)
+                                           : make_bank<double>(estimators, instructions);
+                 return self;
+               }),
            py::arg("estimators"), py::kw_only(), py::arg("instructions") = "")
       .def("__len__", [](const PyBank& self) { return self.estimators.size(); })
       .def(
@@ -117,7 +117,7 @@ ValueError
             return one;
           },
           py::arg("index"), py::return_value_policy::reference,
-          "The ServoEstimator at this place, brought to the state of now: it reports, predicts and "
+          "The ArxEstimator at this place, brought to the state of now: it reports, predicts and "
           "saves. Changes "
           "of it do not reach the bank before load().")
       .def(
@@ -161,7 +161,7 @@ threads : int in 0..1024
 Returns
 -------
 Trajectory
-    As of ServoEstimator.run, with a second axis for the estimators: theta and standard_deviation have the shape
+    As of ArxEstimator.run, with a second axis for the estimators: theta and standard_deviation have the shape
     (N // every, estimators, n), everything else (N // every, estimators).
 
 Raises

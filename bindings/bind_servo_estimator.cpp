@@ -1,408 +1,299 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
 
+#include <ehsid/servo_estimator.hpp>
+
+#include <memory>
+#include <utility>
+#include <variant>
+
 namespace ehsid::bindings {
 namespace {
 
-template <class Options>
-Options checked(const Options& options, const char* message) {
-  if (!options.valid()) {
-    throw py::value_error(message);
-  }
-  return options;
-}
+constexpr int kMaxDelay = 20;
+
+using Value = TrackedValue<double>;
+using Tracked = TrackedServo<double>;
 
 template <class Scalar>
-Trajectory run(AnyEstimator& self, const py::object& u_in, const py::object& y_in) {
-  const auto u = real_array<Scalar>("u", u_in);
-  const auto y = real_array<Scalar>("y", y_in);
-  require_shape("u", u, 1, -1);
-  require_shape("y", y, 1, u.shape(0));
-  TrajectoryView<Scalar> view{};
-  Trajectory out = make_trajectory(y.shape(0), self.n(), true, view);
-  const Scalar* u_data = u.data();
-  const Scalar* y_data = y.data();
-  const auto rows = static_cast<std::size_t>(y.shape(0));
-  {
-    const Run lasting(self);
-    self.run(u_data, y_data, rows, view);
-  }
-  return out;
+Value in_double(const TrackedValue<Scalar>& from) {
+  return {static_cast<double>(from.value), static_cast<double>(from.half_width), from.trusted,
+          from.reason};
 }
 
-/// n * n numbers of a unit upper triangular matrix; ValueError unless it is one.
-std::vector<double> unit_upper(const AnyEstimator& self, const py::object& u_in) {
-  const auto u = real_array<double>("u", u_in);
-  require_exactly("u", u, py::make_tuple(self.n(), self.n()));
-  for (int i = 0; i < self.n(); ++i) {
-    for (int j = 0; j <= i; ++j) {
-      if (u.at(i, j) != (i == j ? 1.0 : 0.0)) {
-        throw py::value_error("u must be upper triangular with ones on its diagonal");
-      }
+/// One of the values over the samples of a run, as numpy arrays.
+struct ValueSeries {
+  py::array value;
+  py::array half_width;
+  py::array trusted;
+  py::array reason;
+};
+
+struct TrackedRun {
+  ValueSeries gain;
+  ValueSeries omega_n;
+  ValueSeries xi;
+  py::array status;
+};
+
+/// A tracker in either precision.
+class Tracker : public OneThread {
+ public:
+  Tracker(const ServoEstimatorOptions<double>& options, bool single) : options_(options) {
+    if (single) {
+      start<float>();
+    } else {
+      start<double>();
     }
   }
-  require_free(self);
-  return {u.data(), u.data() + u.size()};
-}
 
-void bind_options(py::module_& m) {
-  const Scaling<double> scaling;
-  py::class_<Scaling<double>>(m, "Scaling",
-                              R"(Units out: the estimator sees (signal - offset) / scale.
+  bool single() const { return std::holds_alternative<Held<float>>(tracker_); }
+  const ServoEstimatorOptions<double>& options() const { return options_; }
 
-Parameters
-----------
-command_scale, position_scale : float > 0
-    Of the order of the signals' excursions, e.g. rated command and stroke.
-command_offset, position_offset : float
-    Near the signals' means.
-
-Raises
-------
-ValueError
-    Where an argument is outside its range.)")
-      .def(py::init([](double command_scale, double position_scale, double command_offset,
-                       double position_offset) {
-             return checked(
-                 Scaling<double>{command_scale, position_scale, command_offset, position_offset},
-                 "Scaling: scales must be finite and > 0, and the squares of position_scale and of "
-                 "position_scale / "
-                 "command_scale, too; offsets finite");
-           }),
-           py::kw_only(), py::arg("command_scale") = scaling.command_scale,
-           py::arg("position_scale") = scaling.position_scale,
-           py::arg("command_offset") = scaling.command_offset,
-           py::arg("position_offset") = scaling.position_offset)
-      .def_readonly("command_scale", &Scaling<double>::command_scale)
-      .def_readonly("position_scale", &Scaling<double>::position_scale)
-      .def_readonly("command_offset", &Scaling<double>::command_offset)
-      .def_readonly("position_offset", &Scaling<double>::position_offset)
-      .def("__repr__", [](const py::object& self) {
-        return show_properties(
-            self, {"command_scale", "position_scale", "command_offset", "position_offset"});
-      });
-
-  using Reset = RmseResetOptions<double>;
-  const Reset reset;
-  py::class_<Reset>(m, "RmseResetOptions",
-                    R"(Reset on a change of the plant: short- against long-window RMSE (Fig. 4).
-
-Parameters
-----------
-short_window, long_window : float
-    Samples, 1 <= short_window < long_window.
-trigger_ratio, release_ratio : float
-    Ratios of RMSE, 1 <= release_ratio < trigger_ratio.
-cool_down : int >= 0
-    Samples after a reset without another.
-floor : float >= 0
-    An RMSE below this, in scaled units of the output, is never a change.
-
-Raises
-------
-ValueError
-    Where an argument is outside its range.)")
-      .def(py::init([](double short_window, double long_window, double trigger_ratio,
-                       double release_ratio, std::int32_t cool_down, double floor) {
-             return checked(
-                 Reset{short_window, long_window, trigger_ratio, release_ratio, cool_down, floor},
-                 "RmseResetOptions: needs 1 <= short_window < long_window, 1 <= release_ratio < "
-                 "trigger_ratio, cool_down >= 0, floor >= 0, all finite");
-           }),
-           py::kw_only(), py::arg("short_window") = reset.short_window,
-           py::arg("long_window") = reset.long_window,
-           py::arg("trigger_ratio") = reset.trigger_ratio,
-           py::arg("release_ratio") = reset.release_ratio, py::arg("cool_down") = reset.cool_down,
-           py::arg("floor") = reset.floor)
-      .def_readonly("short_window", &Reset::short_window)
-      .def_readonly("long_window", &Reset::long_window)
-      .def_readonly("trigger_ratio", &Reset::trigger_ratio)
-      .def_readonly("release_ratio", &Reset::release_ratio)
-      .def_readonly("cool_down", &Reset::cool_down)
-      .def_readonly("floor", &Reset::floor)
-      .def("__repr__", [](const py::object& self) {
-        return show_properties(self, {"short_window", "long_window", "trigger_ratio",
-                                      "release_ratio", "cool_down", "floor"});
-      });
-
-  using Convergence = ConvergenceOptions<double>;
-  const Convergence convergence;
-  py::class_<Convergence>(m, "ConvergenceOptions",
-                          R"(When an estimate counts as settled, in sigma^2 P.
-
-Parameters
-----------
-tolerance : float > 0
-    Largest standard deviation relative to its parameter.
-magnitude : float > 0
-    Scaled parameters smaller than this are judged as if they were this.
-hold : int >= 1
-    Informative samples in a row.
-
-Raises
-------
-ValueError
-    Where an argument is outside its range.)")
-      .def(py::init([](double tolerance, double magnitude, std::int32_t hold) {
-             return checked(
-                 Convergence{tolerance, magnitude, hold},
-                 "ConvergenceOptions: tolerance and magnitude must be finite and > 0, hold >= 1");
-           }),
-           py::kw_only(), py::arg("tolerance") = convergence.tolerance,
-           py::arg("magnitude") = convergence.magnitude, py::arg("hold") = convergence.hold)
-      .def_readonly("tolerance", &Convergence::tolerance)
-      .def_readonly("magnitude", &Convergence::magnitude)
-      .def_readonly("hold", &Convergence::hold)
-      .def("__repr__", [](const py::object& self) {
-        return show_properties(self, {"tolerance", "magnitude", "hold"});
-      });
-}
-
-void bind_gradient_options(py::module_& m) {
-  using Gradient = GradientOptions<double>;
-  const Gradient gradient;
-  py::class_<Gradient>(m, "GradientOptions",
-                       R"(Filters of the methods "riv", "oe" and "armax" of ServoEstimator.
-
-Parameters
-----------
-settling : int in 1..1000000
-    Samples at the start, and after a reset, in which the estimate is least squares on filtered signals; with
-    "armax" extended least squares.
-start_pole : float in [0, 1)
-    The filter of these samples is 1 / (1 - start_pole q^-1)^na: near the poles of the plant it takes most of the
-    bias away. Not used by "armax".
-fading : float in (0, 1)
-    The poles of the running filter are `fading` times those of the estimate.
-model_rate : float in (0, 1]
-    Part of the way that the running model follows the estimate in a sample. Not used by "armax".
-
-Raises
-------
-ValueError
-    Where an argument is outside its range.)")
-      .def(py::init([](std::int32_t settling, double start_pole, double fading, double model_rate) {
-             return checked(Gradient{{}, settling, start_pole, fading, model_rate},
-                            "GradientOptions: needs settling in 1..1000000, 0 <= start_pole < 1, "
-                            "0 < fading < 1 and 0 < model_rate <= 1");
-           }),
-           py::kw_only(), py::arg("settling") = gradient.settling,
-           py::arg("start_pole") = gradient.start_pole, py::arg("fading") = gradient.fading,
-           py::arg("model_rate") = gradient.model_rate)
-      .def_readonly("settling", &Gradient::settling)
-      .def_readonly("start_pole", &Gradient::start_pole)
-      .def_readonly("fading", &Gradient::fading)
-      .def_readonly("model_rate", &Gradient::model_rate)
-      .def("__repr__", [](const py::object& self) {
-        return show_properties(self, {"settling", "start_pole", "fading", "model_rate"});
-      });
-}
-
-Method to_method(const std::string& name) {
-  if (name == "rls") {
-    return Method::rls;
+  Status step(double command, double position) {
+    return std::visit(
+        [command, position](auto& tracker) {
+          using Scalar = typename std::decay_t<decltype(*tracker)>::Scalar;
+          return tracker->step(static_cast<Scalar>(command), static_cast<Scalar>(position));
+        },
+        tracker_);
   }
-  if (name == "riv") {
-    return Method::instrumental_variables;
-  }
-  if (name == "oe") {
-    return Method::output_error;
-  }
-  if (name == "armax") {
-    return Method::armax;
-  }
-  throw py::value_error("method is '" + name + "'; expected one of 'rls', 'riv', 'oe' and 'armax'");
-}
 
-template <class Scalar>
-std::unique_ptr<AnyEstimator> make_any(const EstimatorSettings& settings) {
-  return settings.method == Method::rls ? make_estimator<Scalar>(settings)
-                                        : make_gradient_estimator<Scalar>(settings);
+  Tracked servo() const {
+    return std::visit(
+        [](const auto& tracker) {
+          const auto told = tracker->servo();
+          return Tracked{in_double(told.gain), in_double(told.omega_n), in_double(told.xi)};
+        },
+        tracker_);
+  }
+
+  bool resting() const {
+    return std::visit([](const auto& tracker) { return tracker->resting(); }, tracker_);
+  }
+  int resets() const {
+    return std::visit([](const auto& tracker) { return int{tracker->resets()}; }, tracker_);
+  }
+  int delay() const {
+    return std::visit([](const auto& tracker) { return int{tracker->delay()}; }, tracker_);
+  }
+
+  template <class Scalar>
+  TrackedRun run(const py::object& command_in, const py::object& position_in) {
+    const auto command = real_array<Scalar>("command", command_in);
+    const auto position = real_array<Scalar>("position", position_in);
+    require_shape("command", command, 1, -1);
+    require_shape("position", position, 1, command.shape(0));
+    const py::ssize_t rows = command.shape(0);
+    std::array<Columns<Scalar>, 3> columns{Columns<Scalar>(rows), Columns<Scalar>(rows),
+                                           Columns<Scalar>(rows)};
+    py::array_t<std::uint8_t> status(rows);
+    const Scalar* u = command.data();
+    const Scalar* y = position.data();
+    std::uint8_t* outcome = status.mutable_data();
+    {
+      const Run released(*this);
+      auto& tracker = *std::get<Held<Scalar>>(tracker_);
+      for (py::ssize_t k = 0; k < rows; ++k) {
+        outcome[k] = static_cast<std::uint8_t>(tracker.step(u[k], y[k]));
+        const auto told = tracker.servo();
+        columns[0].put(k, told.gain);
+        columns[1].put(k, told.omega_n);
+        columns[2].put(k, told.xi);
+      }
+    }
+    return {columns[0].series(), columns[1].series(), columns[2].series(), status};
+  }
+
+ private:
+  template <class Scalar>
+  using Held = std::unique_ptr<ServoEstimator<Scalar, kMaxDelay>>;
+
+  /// The arrays of one value, and where they lie in memory: while the GIL is released only these are used.
+  template <class Scalar>
+  class Columns {
+   public:
+    explicit Columns(py::ssize_t rows)
+        : value_(rows),
+          half_width_(rows),
+          trusted_(rows),
+          reason_(rows),
+          to_value_(value_.mutable_data()),
+          to_half_width_(half_width_.mutable_data()),
+          to_trusted_(trusted_.mutable_data()),
+          to_reason_(reason_.mutable_data()) {}
+
+    void put(py::ssize_t row, const TrackedValue<Scalar>& told) {
+      to_value_[row] = told.value;
+      to_half_width_[row] = told.half_width;
+      to_trusted_[row] = told.trusted;
+      to_reason_[row] = static_cast<std::uint8_t>(told.reason);
+    }
+
+    ValueSeries series() const { return {value_, half_width_, trusted_, reason_}; }
+
+   private:
+    py::array_t<Scalar> value_;
+    py::array_t<Scalar> half_width_;
+    py::array_t<bool> trusted_;
+    py::array_t<std::uint8_t> reason_;
+    Scalar* to_value_;
+    Scalar* to_half_width_;
+    bool* to_trusted_;
+    std::uint8_t* to_reason_;
+  };
+
+  template <class Scalar>
+  void start() {
+    auto made = std::make_unique<ServoEstimator<Scalar, kMaxDelay>>();
+    ServoEstimatorOptions<Scalar> options;
+    options.dt_s = static_cast<Scalar>(options_.dt_s);
+    options.delay = options_.delay;
+    options.drift = static_cast<Scalar>(options_.drift);
+    options.tolerance = static_cast<Scalar>(options_.tolerance);
+    if (made->configure(options) != Status::ok) {
+      throw py::value_error(
+          "ServoEstimator: dt_s and tolerance must be finite and > 0, drift finite and >= 0, delay "
+          "from "
+          "1 to 20 samples");
+    }
+    tracker_ = std::move(made);
+  }
+
+  ServoEstimatorOptions<double> options_;
+  std::variant<Held<float>, Held<double>> tracker_;
+};
+
+std::string shown(const Value& value) {
+  const auto number = [](double x) {
+    return py::str("{:.4g}").attr("format")(x).cast<std::string>();
+  };
+  return number(value.value) + " +- " + number(value.half_width) +
+         (value.trusted ? ", trusted" : ", not trusted");
 }
 
 }  // namespace
 
 void bind_servo_estimator(py::module_& m) {
-  bind_options(m);
-  bind_gradient_options(m);
+  py::native_enum<TrustReason>(m, "TrustReason", "enum.IntEnum", "Why a value is not trusted.")
+      .value("trusted", TrustReason::trusted)
+      .value("starting", TrustReason::starting)
+      .value("resting", TrustReason::resting)
+      .value("single_sine", TrustReason::single_sine)
+      .value("change_suspected", TrustReason::change_suspected)
+      .value("model_does_not_fit", TrustReason::model_does_not_fit)
+      .value("not_precise", TrustReason::not_precise)
+      .finalize();
+  py::class_<Value>(m, "TrackedValue",
+                    "A value with the half of its 90 % interval, in the same unit.")
+      .def_readonly("value", &Value::value, "NaN before there is any.")
+      .def_readonly("half_width", &Value::half_width, "Half of the 90 % interval.")
+      .def_readonly("trusted", &Value::trusted, "Whether a controller may use the value.")
+      .def_readonly("reason", &Value::reason, "TrustReason.trusted, or why it is not.")
+      .def("__repr__", [](const Value& self) { return "<TrackedValue " + shown(self) + ">"; });
+  py::class_<Tracked>(m, "TrackedServo",
+                      R"(The servo K omega_n^2 / (s (s^2 + 2 xi omega_n s + omega_n^2)), Eq. (5).
 
-  py::class_<AnyEstimator> cls(
-      m, "ServoEstimator",
-      R"(Online ARX identification: regressor, RLS, reset and convergence monitor.
+gain is in units of the position per s and unit of the command, omega_n in rad/s.)")
+      .def_readonly("gain", &Tracked::gain)
+      .def_readonly("omega_n", &Tracked::omega_n)
+      .def_readonly("xi", &Tracked::xi)
+      .def("__repr__", [](const Tracked& self) {
+        return "<TrackedServo K = " + shown(self.gain) + "; omega_n = " + shown(self.omega_n) +
+               "; xi = " + shown(self.xi) + ">";
+      });
+  py::class_<ValueSeries>(m, "TrackedSeries", "A tracked value over a run; arrays of shape (N,).")
+      .def_readonly("value", &ValueSeries::value)
+      .def_readonly("half_width", &ValueSeries::half_width)
+      .def_readonly("trusted", &ValueSeries::trusted)
+      .def_readonly("reason", &ValueSeries::reason, "Numbers of TrustReason, uint8.");
+  py::class_<TrackedRun>(m, "TrackedRun", "What a tracker told after each sample of a run.")
+      .def_readonly("gain", &TrackedRun::gain)
+      .def_readonly("omega_n", &TrackedRun::omega_n)
+      .def_readonly("xi", &TrackedRun::xi)
+      .def_readonly("status", &TrackedRun::status, "Numbers of Status, uint8, shape (N,).");
 
-Runs the C++ code that firmware runs; float32 results are bit for bit the same. Parameters are
-(a1 .. a_na, b1 .. b_nb [, c]) of Eqs. (7)-(8), in the units of the signals about the offsets of the scaling.
-Use one object from one thread at a time.
+  const ServoEstimatorOptions<double> defaults;
+  py::class_<Tracker>(m, "ServoEstimator",
+                      R"(K, omega_n and xi of a servo while it runs, each with a word on trust.
+
+A Kalman filter on the physical parameters, for a servo with an integrator and noise on its position
+sensor (docs/which_estimator.md). Runs the C++ code that firmware runs. Any units will do. Use one
+object from one thread at a time.
 
 Parameters
 ----------
-na, nb : int in 1..6
-nk : int in 0..20
-    Delay in samples.
-offset : bool
-    Append a constant term c.
-forgetting : Forgetting
-    Forgetting policy, see policies().
-scaling : Scaling
-    Scales and offsets of the signals.
-rls : RlsOptions
-    Guards against wind-up.
-reset : RmseResetOptions or None
-    None never resets.
-convergence : ConvergenceOptions
-    When `settled` turns True.
-theta0 : array_like, shape (n,), optional
-    Start values in the units of the signals; zero by default.
-variance0 : array_like, shape (n,), optional
-    Diagonal of P0 in scaled units and units of sigma^2; 1e6 by default.
-input_limit : float > 0, optional
-    Largest plausible |scaled signal|; beyond it a sample is refused.
-method : str
-    "rls", least squares, right with white equation noise; "riv", instrumental variables, and "oe", output error,
-    both for a noisy position sensor; "armax" for coloured equation noise. See docs/which_estimator.md. All but
-    "rls" take the policies Constant and Exponential only.
-gradient : GradientOptions
-    Filters of the methods other than "rls".
+dt_s : float > 0
+    Sampling time in s.
+delay : int in 1..20
+    Samples from a command to the first position that shows it. One more is found by itself.
+drift : float >= 0
+    How fast K and omega_n may wander: standard deviation of their logarithms in 1 s.
+tolerance : float > 0
+    K is trusted where the half of its 90 % interval is below this share of K; omega_n and xi at 1.5
+    times this.
 dtype : float32 or float64
-    Precision of the recursion.
+    Precision.
 
 Raises
 ------
 ValueError
-    Where an argument is outside its range.)");
-  cls.def(py::init([](int na, int nb, int nk, bool offset, const ForgettingSettings& forgetting,
-                      const Scaling<double>& scaling, const RlsOptions<double>& rls,
-                      const std::optional<RmseResetOptions<double>>& reset,
-                      const ConvergenceOptions<double>& convergence, std::vector<double> theta0,
-                      std::vector<double> variance0, std::optional<double> input_limit,
-                      const std::string& method, const GradientOptions<double>& gradient,
-                      const py::object& dtype) {
-            require_range("na", na, 1, kMaxOrder);
-            require_range("nb", nb, 1, kMaxOrder);
-            require_range("nk", nk, 0, kMaxDelay);
-            const EstimatorSettings settings{na,
-                                             nb,
-                                             nk,
-                                             offset,
-                                             forgetting,
-                                             scaling,
-                                             rls,
-                                             reset,
-                                             convergence,
-                                             std::move(theta0),
-                                             std::move(variance0),
-                                             input_limit,
-                                             to_method(method),
-                                             gradient};
-            return is_single(dtype) ? make_any<float>(settings) : make_any<double>(settings);
-          }),
-          py::arg("na"), py::arg("nb"), py::arg("nk"), py::kw_only(), py::arg("offset") = false,
-          py::arg("forgetting") = PolicySettings<place_of_policy("f_ratio")>{},
-          py::arg_v("scaling", Scaling<double>{}, "Scaling()"),
-          py::arg_v("rls", RlsOptions<double>{}, "RlsOptions()"),
-          py::arg_v("reset", RmseResetOptions<double>{}, "RmseResetOptions()"),
-          py::arg_v("convergence", ConvergenceOptions<double>{}, "ConvergenceOptions()"),
-          py::arg("theta0") = std::vector<double>{}, py::arg("variance0") = std::vector<double>{},
-          py::arg("input_limit") = py::none(), py::arg("method") = "rls",
-          py::arg_v("gradient", GradientOptions<double>{}, "GradientOptions()"),
-          py::arg("dtype") = "float32");
-  bind_recursion(cls);
-  cls.def_property_readonly(
-         "covariance",
-         [](const AnyEstimator& self) { return as_matrix_array(self.covariance(), self.n()); },
-         "sigma^2 P of theta_hat, shape (n, n), in the units of the signals: its covariance where "
-         "the residuals are white; never enlarged.")
-      .def_property("enabled", &AnyEstimator::enabled, &AnyEstimator::enable,
-                    "While False the sample history moves on and the estimate rests (bumpless).")
-      .def_property_readonly("settled", &AnyEstimator::settled,
-                             "True once every standard deviation of white residuals stays inside "
-                             "the tolerance.")
-      .def_property_readonly("converged", &AnyEstimator::converged,
-                             "True where the estimate has settled and at least 300 samples say "
-                             "that its residuals are white, so that its deviations hold.")
-      .def_property_readonly(
-          "residuals_white", &AnyEstimator::white,
-          "False where the residuals can be predicted: theta is biased then, and "
-          "standard_deviation, "
-          "though enlarged by sqrt(1 + whiteness), may not hold. The noise is on the measured "
-          "position, or the model lacks something. True before 100 samples.")
-      .def_property_readonly(
-          "whiteness", &AnyEstimator::whiteness,
-          "Statistic of the test for white residuals: chi-squared with 6 degrees of freedom "
-          "where they are white. False alarm level 22.458 (1e-3), release 12.592.")
-      .def_property_readonly(
-          "excitation", &AnyEstimator::excitation,
-          "Share of about the last 100 samples during which every parameter was excited, 0 to 1.")
-      .def_property_readonly("resets", &AnyEstimator::resets, "Plant changes detected so far.")
-      .def(
-          "seed",
-          [](AnyEstimator& self, const std::vector<double>& theta, const py::object& u,
-             const std::vector<double>& d, double noise_variance) {
-            if (self.seed(theta, unit_upper(self, u), d, noise_variance) != Status::ok) {
-              throw py::value_error(
-                  "seed: theta, u, d and u diag(d) u' must be finite, d > 0, noise_variance >= 0, "
-                  "and "
-                  "theta and noise_variance so small that their squares are finite in the "
-                  "precision "
-                  "of the estimator; nothing was changed");
-            }
-          },
-          py::arg("theta"), py::arg("u"), py::arg("d"), py::arg("noise_variance") = 0.0,
-          R"(Starts anew from an estimate made elsewhere, e.g. offline.
-
-Where noise_variance is known, errors far beyond it raise the reset from the first sample on. A reset, then or
-later, goes back to variance0, not to this P: it says that the plant is not the one that was known.
-
-Parameters
-----------
-theta : array_like, shape (n,)
-    In the units of the signals.
-u : array_like, shape (n, n)
-    Unit upper triangular; P = u diag(d) u' in scaled units and units of sigma^2.
-d : array_like, shape (n,)
-    Greater than 0.
-noise_variance : float >= 0
-    sigma^2 in squared units of the position; 0 for unknown.
-
-Raises
-------
-TypeError, ValueError
-    Not numbers, another shape, or out of range; nothing is changed.)")
-      .def("step", &AnyEstimator::step, py::arg("command"), py::arg("position"),
-           R"(Takes one sample.
-
-Parameters
-----------
-command, position : float
-    In the units of the signals, e.g. V and m.
+    Where an argument is outside its range.)")
+      .def(py::init([](double dt_s, int delay, double drift, double tolerance,
+                       const py::object& dtype) {
+             require_range("delay", delay, 1, kMaxDelay);
+             return std::make_unique<Tracker>(
+                 ServoEstimatorOptions<double>{dt_s, delay, drift, tolerance}, is_single(dtype));
+           }),
+           py::arg("dt_s"), py::kw_only(), py::arg("delay") = defaults.delay,
+           py::arg("drift") = defaults.drift, py::arg("tolerance") = defaults.tolerance,
+           py::arg("dtype") = "float32")
+      .def("step", &Tracker::step, py::arg("command"), py::arg("position"),
+           R"(Takes the command sent at t_k and the position measured at t_k.
 
 Returns
 -------
 Status
-    A sample that is not finite or not plausible is refused, without an exception: see is_error().)")
+    filling before the first motion, no_information at rest, reset where all begins anew. A sample that
+    is not finite or not plausible is refused without an exception: see is_error().)")
+      .def("servo", &Tracker::servo, "What is known now, as a TrackedServo.")
       .def(
           "run",
-          [](AnyEstimator& self, const py::object& u, const py::object& y) {
-            return self.single() ? run<float>(self, u, y) : run<double>(self, u, y);
+          [](Tracker& self, const py::object& command, const py::object& position) {
+            return self.single() ? self.run<float>(command, position)
+                                 : self.run<double>(command, position);
           },
-          py::arg("u"), py::arg("y"),
+          py::arg("command"), py::arg("position"),
           R"(Takes samples in order, as step() would. Releases the GIL.
 
 Parameters
 ----------
-u : array_like, shape (N,)
-    Command, in the units of the signal.
-y : array_like, shape (N,)
-    Position, in the units of the signal.
+command, position : array_like, shape (N,)
 
 Returns
 -------
-Trajectory
+TrackedRun
 
 Raises
 ------
 TypeError, ValueError
-    Not real numbers, or shapes that do not fit; no sample was taken.)");
+    Not real numbers, or shapes that do not fit; no sample was taken.)")
+      .def_property_readonly("resting", &Tracker::resting,
+                             "Whether the servo stands still: the parameters wait.")
+      .def_property_readonly("resets", &Tracker::resets, "How often all began anew.")
+      .def_property_readonly("delay", &Tracker::delay,
+                             "Delay in samples that was found: the stated one, or one more.")
+      .def_property_readonly(
+          "dt_s", [](const Tracker& self) { return self.options().dt_s; }, "Sampling time in s.")
+      .def_property_readonly(
+          "dtype",
+          [](const Tracker& self) {
+            return self.single() ? py::dtype::of<float>() : py::dtype::of<double>();
+          },
+          "Precision, float32 or float64.")
+      .def("__repr__", [](const py::object& self) {
+        return show_properties(self, {"dt_s", "delay", "dtype"});
+      });
 }
 
 }  // namespace ehsid::bindings

@@ -133,7 +133,7 @@ void bind_types(py::module_& m) {
   py::class_<Trajectory>(m, "Trajectory", R"(What a run() did, one row a sample.
 
 Arrays are of the estimator's dtype unless said otherwise. Units are those of the estimator that ran:
-of the signals for a ServoEstimator, of phi and y for an Rls.)")
+of the signals for an ArxEstimator, of phi and y for an Rls.)")
       .def_readonly("theta", &Trajectory::theta,
                     "theta_hat after each sample, shape (N, n), in the units of theta_hat.")
       .def_readonly(

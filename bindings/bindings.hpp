@@ -175,7 +175,7 @@ std::string show_properties(const py::object& self, std::initializer_list<const 
 py::array_t<double> as_vector_array(const std::vector<double>& values);
 py::array_t<double> as_matrix_array(const std::vector<double>& values, int n);
 
-/// Properties and methods that Rls and ServoEstimator share.
+/// Properties and methods that Rls and ArxEstimator share.
 template <class Class>
 void bind_recursion(Class& cls) {
   using Any = typename Class::type;
@@ -195,11 +195,11 @@ void bind_recursion(Class& cls) {
           "sqrt(sigma^2 P_ii), shape (n,), in the units of theta_hat.")
       .def_property_readonly(
           "gain", [](const Any& self) { return as_vector_array(self.gain()); },
-          "Gain K(k) of the last kept step, shape (n,); of the scaled signals in a ServoEstimator.")
+          "Gain K(k) of the last kept step, shape (n,); of the scaled signals in an ArxEstimator.")
       .def_property_readonly(
           "P", [](const Any& self) { return as_matrix_array(self.P(), self.n()); },
           "Covariance in units of sigma^2, shape (n, n), formed from the factors; of the scaled "
-          "parameters in a ServoEstimator.")
+          "parameters in an ArxEstimator.")
       .def_property_readonly(
           "innovation", &Any::innovation,
           "Measured minus predicted, Eq. (12), of the last sample estimated, in units of "
@@ -233,9 +233,9 @@ void bind_forgetting(py::module_& m);
 void bind_rls(py::module_& m);
 void bind_effects(py::module_& m);
 void bind_plant(py::module_& m);
-void bind_servo_estimator(py::module_& m);
+void bind_arx_estimator(py::module_& m);
 void bind_estimator_bank(py::module_& m);
-void bind_servo_tracker(py::module_& m);
+void bind_servo_estimator(py::module_& m);
 
 }  // namespace ehsid::bindings
 

@@ -9,7 +9,7 @@
 
 #include "any_estimator.hpp"
 
-#include <ehsid/servo_estimator.hpp>
+#include <ehsid/arx_estimator.hpp>
 
 #include <algorithm>
 #include <array>

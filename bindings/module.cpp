@@ -9,9 +9,9 @@ PYBIND11_MODULE(_core, m) {
   ehsid::bindings::bind_types(m);
   ehsid::bindings::bind_forgetting(m);
   ehsid::bindings::bind_rls(m);
-  ehsid::bindings::bind_servo_estimator(m);
+  ehsid::bindings::bind_arx_estimator(m);
   ehsid::bindings::bind_estimator_bank(m);
-  ehsid::bindings::bind_servo_tracker(m);
+  ehsid::bindings::bind_servo_estimator(m);
   bind_servo_model(m);
   ehsid::bindings::bind_effects(m);
   ehsid::bindings::bind_plant(m);

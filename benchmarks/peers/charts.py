@@ -32,7 +32,7 @@ OURS, OTHERS = (BLUE, GREEN, SKY), (VERMILION, ORANGE, PURPLE, INK, GREY, "#7a52
 LINES = (
     "Rls, Constant",
     "Rls, FRatio",
-    "ServoEstimator::step, FRatio",
+    "ArxEstimator::step, FRatio",
     "plain C, UD",
     "plain C, symmetric",
     "Eigen, (K phi') P",

@@ -117,8 +117,8 @@ def time_sentence(results: Results) -> str:
         f"In float with n = {SHOWN_N} at -O{level}, an update of `Rls` with `Constant` and all "
         f"guards takes {ours:.2f} times as long as the bare UD recursion in C, which has no guard. "
         f"With `FRatio` it takes {ratios['Rls, FRatio']:.2f} times as long. A whole step of "
-        "`ServoEstimator` with `FRatio` takes "
-        f"{ratios['ServoEstimator::step, FRatio']:.2f} times as long."
+        "`ArxEstimator` with `FRatio` takes "
+        f"{ratios['ArxEstimator::step, FRatio']:.2f} times as long."
     )
     return words + (
         " These recursions are faster than `Rls` with `Constant`, and none of them has a guard: "
@@ -197,7 +197,7 @@ def make_page(results: Results, plan: Plan, media: Media, bank: Table | None = N
         *(f"`{peer.name}` {peer.note}." for peer in PEERS if peer.note),
         *([bank] if bank is not None else []),
         "An update of liquid-dsp includes n pushes into its window, because it is an equaliser. "
-        "dlib calls the BLAS that its package was built for. `ServoEstimator::step` also makes "
+        "dlib calls the BLAS that its package was built for. `ArxEstimator::step` also makes "
         "the regressor from command and position, and runs the reset and the monitors of "
         "convergence and whiteness.",
     ]

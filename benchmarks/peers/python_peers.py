@@ -121,8 +121,8 @@ class OurRecursion:
 
 
 def our_run(series: Series, factor: float, variance0: float) -> FloatArray:
-    """`ehsid.ServoEstimator.run`, all samples in one call."""
-    estimator = ehsid.ServoEstimator(
+    """`ehsid.ArxEstimator.run`, all samples in one call."""
+    estimator = ehsid.ArxEstimator(
         series.na,
         series.nb,
         1,
@@ -182,7 +182,7 @@ def statsmodels_run(series: Series, factor: float, variance0: float) -> FloatArr
 
 
 PEERS = (
-    PythonPeer("ehsid.ServoEstimator.run, Constant", run=our_run, ours=True),
+    PythonPeer("ehsid.ArxEstimator.run, Constant", run=our_run, ours=True),
     PythonPeer("ehsid.Rls.update, Constant", start=OurRecursion, ours=True),
     PythonPeer("numpy, K (phi' P)", start=NumpyTextbook),
     PythonPeer("padasip FilterRLS", "padasip", start=Padasip),

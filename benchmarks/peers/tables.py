@@ -15,7 +15,7 @@ GOALS = {
     "Rls, Constant": 1.3,
     "Rls, FRatio": 1.5,
     "Rls, Directional": 3.0,
-    "ServoEstimator::step, FRatio": 2.0,
+    "ArxEstimator::step, FRatio": 2.0,
 }
 NOT_INSTALLED = "not installed"
 

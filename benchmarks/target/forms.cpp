@@ -24,7 +24,7 @@ struct Recursion : ehsid::Rls<float, kN, Forgetting> {
 };
 
 template <class Forgetting>
-struct Whole : ehsid::ServoEstimator<float, 3, 3, 1, Forgetting> {
+struct Whole : ehsid::ArxEstimator<float, 3, 3, 1, Forgetting> {
   int update_with(const Input& input) {
     return static_cast<int>(this->step(input.command, input.position));
   }
@@ -97,9 +97,9 @@ using grouped = Grouped;
   using policy = Recursion<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float, kN>>; \
   using whole_##policy = Whole<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float, 6>>;
 EHSID_EACH_POLICY(EHSID_FORMS_OF)
-using whole_riv = Settled<ehsid::InstrumentalServoEstimator<float, 3, 3, 1>>;
-using whole_oe = Settled<ehsid::OutputErrorServoEstimator<float, 3, 3, 1>>;
-using whole_armax = Settled<ehsid::ArmaxServoEstimator<float, 3, 3, 1>>;
+using whole_riv = Settled<ehsid::InstrumentalArxEstimator<float, 3, 3, 1>>;
+using whole_oe = Settled<ehsid::OutputErrorArxEstimator<float, 3, 3, 1>>;
+using whole_armax = Settled<ehsid::ArmaxArxEstimator<float, 3, 3, 1>>;
 }  // namespace forms
 
 using Measured = forms::EHSID_FORM;

@@ -4,9 +4,9 @@
 
 #include <ehsid/c_api.h>
 #include <ehsid/any_arx.hpp>
+#include <ehsid/arx_estimator.hpp>
 #include <ehsid/fit.hpp>
 #include <ehsid/forgetting.hpp>
-#include <ehsid/servo_estimator.hpp>
 
 #include <cstring>
 #include <new>

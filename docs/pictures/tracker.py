@@ -2,7 +2,7 @@
 """Draws docs/pictures/tracker.png: python docs/pictures/tracker.py
 
 An ordinary servo (K 0.03 m/s per V, 25 rad/s, xi 0.3) in a P loop with steps of +-20 mm, 5 um of
-noise on the position sensor, 10 ms; at 30 s K rises by half. ServoTracker beside least squares.
+noise on the position sensor, 10 ms; at 30 s K rises by half. ServoEstimator beside least squares.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ def run() -> tuple[FloatArray, FloatArray, FloatArray]:
     The loop adapts kp to K as long as K is trusted, as the README shows.
     """
     random = np.random.default_rng(SEED)
-    tracker = ehsid.ServoTracker(DT_S)
+    tracker = ehsid.ServoEstimator(DT_S)
     scaling = ehsid.Scaling(command_scale=3.0, position_scale=0.02)
-    squares = ehsid.ServoEstimator(3, 3, 1, scaling=scaling)
+    squares = ehsid.ArxEstimator(3, 3, 1, scaling=scaling)
     count = round(SECONDS / DT_S)
     told, gains, least = np.zeros((count, 3)), np.zeros(count), np.full(count, np.nan)
     x = v = a = 0.0
@@ -72,8 +72,8 @@ def main() -> None:
         time_s, value - half, value + half, color="tab:blue", alpha=0.25, label="90 % interval"
     )
     for shown, color, label in (
-        (trusted, "tab:blue", "ServoTracker, trusted"),
-        (~trusted, "tab:orange", "ServoTracker, not trusted"),
+        (trusted, "tab:blue", "ServoEstimator, trusted"),
+        (~trusted, "tab:orange", "ServoEstimator, not trusted"),
     ):
         top.plot(time_s, np.where(shown, value, np.nan), color=color, linewidth=1.8, label=label)
     top.plot(time_s, least, color="tab:gray", linewidth=1.2, linestyle="--", label="least squares")

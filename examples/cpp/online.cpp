@@ -7,7 +7,7 @@
 
 namespace {
 
-using Estimator = ehsid::ServoEstimator<float, 3, 3, 1>;
+using Estimator = ehsid::ArxEstimator<float, 3, 3, 1>;
 
 constexpr float kDtS = 0.005F;
 constexpr int kShown[] = {1000, 1999, 2040, 3000, 3999};  // numbers of the samples that are printed

@@ -12,7 +12,7 @@ SHOWN = (1000, 1999, 2040, 3000, 3999)  # numbers of the samples that are printe
 NAMES = ("a1", "a2", "a3", "b1", "b2", "b3")
 
 
-def print_row(k: int, estimator: ehsid.ServoEstimator) -> None:
+def print_row(k: int, estimator: ehsid.ArxEstimator) -> None:
     """Prints the estimate with nine digits, enough to tell any two float32 apart."""
     numbers = "".join(f" {value:15.8e}" for value in estimator.theta_hat)
     print(f"{DT_S * k:6.3f}{numbers}  {'yes' if estimator.converged else 'no'}")
@@ -31,7 +31,7 @@ def main() -> None:
 
     # The largest command and the largest position make the signals of order one.
     scaling = ehsid.Scaling(command_scale=10.0, position_scale=0.1)
-    estimator = ehsid.ServoEstimator(3, 3, 1, scaling=scaling)  # float32, as on a controller
+    estimator = ehsid.ArxEstimator(3, 3, 1, scaling=scaling)  # float32, as on a controller
 
     print("time_s" + "".join(f" {name:>15}" for name in NAMES) + "  converged")
     refused = 0

@@ -292,7 +292,7 @@ class Rls:
     @property
     def residual_variance(self) -> float: ...
 
-class ServoEstimator:
+class ArxEstimator:
     def __init__(
         self,
         na: int,
@@ -362,9 +362,9 @@ class ServoEstimator:
     def resets(self) -> int: ...
 
 class EstimatorBank:
-    def __init__(self, estimators: Sequence[ServoEstimator], *, instructions: str = "") -> None: ...
+    def __init__(self, estimators: Sequence[ArxEstimator], *, instructions: str = "") -> None: ...
     def __len__(self) -> int: ...
-    def __getitem__(self, index: int) -> ServoEstimator: ...
+    def __getitem__(self, index: int) -> ArxEstimator: ...
     def load(self) -> None: ...
     def run(
         self, u: npt.ArrayLike, y: npt.ArrayLike, *, every: int = 1, threads: int = 1
@@ -513,7 +513,7 @@ class TrackedRun:
     def status(self) -> npt.NDArray[np.uint8]: ...
 
 @final
-class ServoTracker:
+class ServoEstimator:
     def __init__(
         self,
         dt_s: float,

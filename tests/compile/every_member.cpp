@@ -38,7 +38,7 @@ template class SingleSine<float>;
 template class SingleSine<double>;
 template class FreeRun<float>;
 template class FreeRun<double>;
-template class ServoTracker<float>;
-template class ServoTracker<double, 1>;
+template class ServoEstimator<float>;
+template class ServoEstimator<double, 1>;
 
 }  // namespace ehsid

@@ -107,22 +107,22 @@ using namespace ehsid;  // NOLINT: the names of the policies
 // Of the policies, those whose lanes differ most: each takes ten seconds to compile, and the tests of the Python module run
 // all of them with both precisions. With sanitizers, which take twice as long, one must do.
 TEST(EstimatorBank, EqualsTheScalarEstimatorErrorDriven) {
-  compare_all<ServoEstimator<float, 3, 3, 1, ErrorDriven<float>>>();
+  compare_all<ArxEstimator<float, 3, 3, 1, ErrorDriven<float>>>();
 }
 #if !defined(EHSID_SANITIZED)
 TEST(EstimatorBank, EqualsTheScalarEstimatorFRatioInDouble) {
-  compare_all<ServoEstimator<double, 3, 3, 1, FRatio<double>>>();
+  compare_all<ArxEstimator<double, 3, 3, 1, FRatio<double>>>();
 }
 TEST(EstimatorBank, EqualsTheScalarEstimatorExponentialWithOffset) {
-  compare_all<ServoEstimator<float, 2, 1, 2, Exponential<float>, true>>();
+  compare_all<ArxEstimator<float, 2, 1, 2, Exponential<float>, true>>();
 }
 TEST(EstimatorBank, EqualsTheScalarEstimatorRandomWalk) {
-  compare_all<ServoEstimator<float, 2, 2, 1, RandomWalk<float, 4>>>();
+  compare_all<ArxEstimator<float, 2, 2, 1, RandomWalk<float, 4>>>();
 }
 #endif
 
 TEST(EstimatorBank, ReportsWhatTheScalarEstimatorReports) {
-  using Estimator = ServoEstimator<float, 3, 3, 1, ErrorDriven<float>>;
+  using Estimator = ArxEstimator<float, 3, 3, 1, ErrorDriven<float>>;
   const auto record = test::bank_record<float>(kSamples, kLanes, 2);
   constexpr std::size_t kEvery = 7;
   constexpr std::size_t kRows = kSamples / kEvery;
@@ -167,7 +167,7 @@ TEST(EstimatorBank, ReportsWhatTheScalarEstimatorReports) {
 }
 
 TEST(EstimatorBank, OneRecordServesAllLanes) {
-  using Estimator = ServoEstimator<float, 3, 3, 1, ErrorDriven<float>>;
+  using Estimator = ArxEstimator<float, 3, 3, 1, ErrorDriven<float>>;
   const auto record = test::bank_record<float>(400, 1, 3);
   OnlineEstimatorBank<Estimator> bank(kLanes, make<Estimator>(1));
   std::vector<std::uint8_t> status(400 * kLanes);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Settings, estimates and samples of any size, up to the largest numbers and down to the smallest: what is accepted gives
 // finite outputs, and a state that can be reached can be saved and taken over again. For every policy, in float and double.
-#include <ehsid/servo_estimator.hpp>
+#include <ehsid/arx_estimator.hpp>
 
 #include <cmath>
 #include <limits>
@@ -156,7 +156,7 @@ bool run(unsigned random_seed) {
 template <class Number, std::size_t kPlace>
 struct Kind {
   using Scalar = Number;
-  using Servo = ehsid::ServoEstimator<Scalar, 2, 2, 1, ehsid::PolicyAt<kPlace, Scalar, 4>>;
+  using Servo = ehsid::ArxEstimator<Scalar, 2, 2, 1, ehsid::PolicyAt<kPlace, Scalar, 4>>;
 };
 
 template <class Kind>

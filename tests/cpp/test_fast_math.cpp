@@ -2,7 +2,7 @@
 // Compiled with -ffast-math, which lets a compiler take every number for finite: the guard must hold.
 #include <ehsid/forgetting.hpp>
 #include <ehsid/rls.hpp>
-#include <ehsid/servo_tracker.hpp>
+#include <ehsid/servo_estimator.hpp>
 
 #include <gtest/gtest.h>
 
@@ -65,8 +65,8 @@ TEST(FastMath, UpdateOfDouble) { expect_refused<double>(); }
 template <class Scalar>
 void expect_refused_by_tracker() {
   volatile Scalar zero = 0;
-  ehsid::ServoTracker<Scalar> tracker;
-  typename ehsid::ServoTracker<Scalar>::Options options;
+  ehsid::ServoEstimator<Scalar> tracker;
+  typename ehsid::ServoEstimator<Scalar>::Options options;
   EXPECT_EQ(tracker.configure(options), ehsid::Status::invalid_argument);
   options.dt_s = Scalar(0.01);
   ASSERT_EQ(tracker.configure(options), ehsid::Status::ok);

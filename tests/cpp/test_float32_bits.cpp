@@ -3,7 +3,7 @@
 // tests/golden/float32_bits.inc. Samples and layout are those of float32_bits.py beside it.
 #include <cstdint>
 #include <cstring>
-#include <ehsid/servo_estimator.hpp>
+#include <ehsid/arx_estimator.hpp>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -64,7 +64,7 @@ class Hash {
 
 template <class Forgetting>
 std::uint64_t bits() {
-  using Estimator = ehsid::ServoEstimator<float, 3, 2, 2, Forgetting, true>;
+  using Estimator = ehsid::ArxEstimator<float, 3, 2, 2, Forgetting, true>;
   typename Estimator::Options options;
   options.scaling.command_scale = 0.75F;
   options.scaling.position_scale = 3.0F;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // tests/golden/trace.csv sample by sample: the static estimator makes the bits that the Python
 // package made, which reads its orders at run time. Settings are those of make_trace.py beside it.
-#include <ehsid/servo_estimator.hpp>
+#include <ehsid/arx_estimator.hpp>
 
 #include <gtest/gtest.h>
 
@@ -64,7 +64,7 @@ Trace trace_of(const std::string& policy) {
 
 template <class Forgetting>
 void expect_trace(const std::string& policy) {
-  using Estimator = ehsid::ServoEstimator<float, 3, 3, 1, Forgetting>;
+  using Estimator = ehsid::ArxEstimator<float, 3, 3, 1, Forgetting>;
   typename Estimator::Options options;
   options.scaling = {5.0F, 0.3F, 0.25F, -0.02F};
   options.reset.short_window = 5.0F;

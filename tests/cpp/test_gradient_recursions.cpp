@@ -16,11 +16,11 @@ using ehsid::Status;
 template <class Scalar>
 using Policy = ehsid::Exponential<Scalar>;
 template <class Scalar>
-using Riv = ehsid::InstrumentalServoEstimator<Scalar, 3, 3, 1>;
+using Riv = ehsid::InstrumentalArxEstimator<Scalar, 3, 3, 1>;
 template <class Scalar>
-using Oe = ehsid::OutputErrorServoEstimator<Scalar, 3, 3, 1>;
+using Oe = ehsid::OutputErrorArxEstimator<Scalar, 3, 3, 1>;
 template <class Scalar>
-using Maximum = ehsid::ArmaxServoEstimator<Scalar, 3, 3, 1>;
+using Maximum = ehsid::ArmaxArxEstimator<Scalar, 3, 3, 1>;
 
 /// Model (16) from rest with white noise of the position sensor.
 class NoisySensor {

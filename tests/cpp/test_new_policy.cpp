@@ -72,7 +72,7 @@ TEST(NewPolicy, TheCInterfaceMakesTheBitsOfTheEstimator) {
   ehsid_estimator* c = nullptr;
   ASSERT_EQ(ehsid_init(&c, storage.data(), sizeof storage, &made), EHSID_OK);
 
-  using Estimator = ehsid::ServoEstimator<float, 1, 1, 1, FlooredConstant<float>>;
+  using Estimator = ehsid::ArxEstimator<float, 1, 1, 1, FlooredConstant<float>>;
   Estimator estimator;
   typename Estimator::Options options;
   options.forgetting = {0.5F, 0.97F};

@@ -66,7 +66,7 @@ template <class Estimator>
 class NoHeap : public testing::Test {};
 
 template <class Scalar, class Forgetting>
-using Servo = ehsid::ServoEstimator<Scalar, 3, 3, 1, Forgetting>;
+using Servo = ehsid::ArxEstimator<Scalar, 3, 3, 1, Forgetting>;
 
 template <class Floats, class Doubles>
 struct Both;
@@ -117,9 +117,9 @@ TYPED_TEST(NoHeap, WholeLifeOfAnEstimator) {
 
 template <class Estimator>
 class NoHeapOfGradients : public testing::Test {};
-using GradientEstimators = testing::Types<ehsid::InstrumentalServoEstimator<float, 3, 3, 1>,
-                                          ehsid::OutputErrorServoEstimator<double, 3, 3, 1>,
-                                          ehsid::ArmaxServoEstimator<float, 3, 3, 1>>;
+using GradientEstimators = testing::Types<ehsid::InstrumentalArxEstimator<float, 3, 3, 1>,
+                                          ehsid::OutputErrorArxEstimator<double, 3, 3, 1>,
+                                          ehsid::ArmaxArxEstimator<float, 3, 3, 1>>;
 TYPED_TEST_SUITE(NoHeapOfGradients, GradientEstimators, );
 
 TYPED_TEST(NoHeapOfGradients, WholeLifeOfAnEstimator) {
@@ -155,13 +155,13 @@ class NoHeapOfTracker : public testing::Test {};
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(NoHeapOfTracker, Scalars, );
 
-TYPED_TEST(NoHeapOfTracker, WholeLifeOfAServoTracker) {
+TYPED_TEST(NoHeapOfTracker, WholeLifeOfAServoEstimator) {
   using Scalar = TypeParam;
   std::minstd_rand random(7);
   const int before = allocations;
 
-  ehsid::ServoTracker<Scalar> tracker;
-  typename ehsid::ServoTracker<Scalar>::Options options;
+  ehsid::ServoEstimator<Scalar> tracker;
+  typename ehsid::ServoEstimator<Scalar>::Options options;
   options.dt_s = Scalar(0.01);
   ehsid::Status status = tracker.configure(options);
   int tracked = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Every snapshot that is not exactly what an estimator with the same model and configuration saved is refused, and
 // nothing has changed then. For every policy, in float and double.
-#include <ehsid/servo_estimator.hpp>
+#include <ehsid/arx_estimator.hpp>
 
 #include <cmath>
 #include <limits>
@@ -34,7 +34,7 @@ struct Kind {
   using Policy = ehsid::PolicyAt<kPlace, Scalar, kN>;
   template <int kNa, int kNb, bool kOffset = false>
   using Servo =
-      ehsid::ServoEstimator<Scalar, kNa, kNb, 1, Policy<kNa + kNb + (kOffset ? 1 : 0)>, kOffset>;
+      ehsid::ArxEstimator<Scalar, kNa, kNb, 1, Policy<kNa + kNb + (kOffset ? 1 : 0)>, kOffset>;
 };
 
 /// A plant with a change and a hold, so that windows, counters and reset have something to remember.
@@ -207,12 +207,12 @@ TYPED_TEST(Snapshot, OfAnotherModelIsRefused) {
   EXPECT_TRUE(other(saved(after<typename TypeParam::template Servo<2, 4>>(320))));
   EXPECT_TRUE(other(saved(after<typename TypeParam::template Servo<3, 2, true>>(320))));
   using Policy = typename TypeParam::template Policy<6>;
-  using Delayed = ehsid::ServoEstimator<Scalar, 3, 3, 2, Policy>;
+  using Delayed = ehsid::ArxEstimator<Scalar, 3, 3, 2, Policy>;
   EXPECT_TRUE(other(saved(after<Delayed>(320))));
   using Precision = std::conditional_t<std::is_same_v<Scalar, float>, double, float>;
   ehsid::for_each_policy([&](auto place) {
-    using Same = ehsid::ServoEstimator<Scalar, 3, 3, 1, ehsid::PolicyAt<place, Scalar, 6>>;
-    using Wrong = ehsid::ServoEstimator<Precision, 3, 3, 1, ehsid::PolicyAt<place, Precision, 6>>;
+    using Same = ehsid::ArxEstimator<Scalar, 3, 3, 1, ehsid::PolicyAt<place, Scalar, 6>>;
+    using Wrong = ehsid::ArxEstimator<Precision, 3, 3, 1, ehsid::PolicyAt<place, Precision, 6>>;
     EXPECT_TRUE(other(saved(after<Wrong>(320))));
     if (place.value + 1 != Policy::kId) {
       EXPECT_TRUE(other(saved(after<Same>(320))));
@@ -363,8 +363,8 @@ TYPED_TEST(Snapshot, WithARightChecksumBringsNothingButFiniteNumbers) {
 }
 
 TEST(SnapshotOfFRatio, TellsWindowsOfTheSameTotalLengthApart) {
-  using One = ehsid::ServoEstimator<float, 3, 3, 1, ehsid::FRatio<float, 10, 100>>;
-  using Other = ehsid::ServoEstimator<float, 3, 3, 1, ehsid::FRatio<float, 20, 90>>;
+  using One = ehsid::ArxEstimator<float, 3, 3, 1, ehsid::FRatio<float, 10, 100>>;
+  using Other = ehsid::ArxEstimator<float, 3, 3, 1, ehsid::FRatio<float, 20, 90>>;
   One estimator;
   EXPECT_TRUE(refused(estimator, saved(Other{}), SnapshotFault::other_configuration));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <ehsid/arx_estimator.hpp>
 #include <ehsid/forgetting.hpp>
-#include <ehsid/servo_estimator.hpp>
 #include <ehsid/whiteness.hpp>
 
 #include <gtest/gtest.h>
@@ -234,7 +234,7 @@ TEST(Whiteness, ImpossibleStatesAreRefused) {
 
 class Estimators : public testing::Test {
  protected:
-  using Estimator = ehsid::ServoEstimator<float, 3, 3, 1>;
+  using Estimator = ehsid::ArxEstimator<float, 3, 3, 1>;
 
   /// One sample of model (16) with white noise in the equation and on the measured position.
   Status sample(Estimator& estimator, double equation_noise, double position_noise) {

@@ -19,7 +19,7 @@ namespace constant {
 
 /// na = 3, nb = 3, nk = 1.
 using Estimator =
-    ehsid::ServoEstimator<float, 3, 3, 1, ehsid::Constant<float>>;
+    ehsid::ArxEstimator<float, 3, 3, 1, ehsid::Constant<float>>;
 
 /// Sampling time of the record, s; the parameters hold for no other.
 inline constexpr float kDtS = 0x1.99999ap-5F;  // 0.05

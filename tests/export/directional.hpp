@@ -19,7 +19,7 @@ namespace directional {
 
 /// na = 1, nb = 1, nk = 3.
 using Estimator =
-    ehsid::ServoEstimator<float, 1, 1, 3, ehsid::Directional<float>>;
+    ehsid::ArxEstimator<float, 1, 1, 3, ehsid::Directional<float>>;
 
 /// Sampling time of the record, s; the parameters hold for no other.
 inline constexpr float kDtS = 0x1.99999ap-5F;  // 0.05

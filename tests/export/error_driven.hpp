@@ -19,7 +19,7 @@ namespace error_driven {
 
 /// na = 4, nb = 2, nk = 1.
 using Estimator =
-    ehsid::ServoEstimator<float, 4, 2, 1, ehsid::ErrorDriven<float>>;
+    ehsid::ArxEstimator<float, 4, 2, 1, ehsid::ErrorDriven<float>>;
 
 /// Sampling time of the record, s; the parameters hold for no other.
 inline constexpr float kDtS = 0x1.99999ap-5F;  // 0.05

@@ -19,7 +19,7 @@ namespace f_ratio {
 
 /// na = 2, nb = 3, nk = 2, constant term.
 using Estimator =
-    ehsid::ServoEstimator<float, 2, 3, 2, ehsid::FRatio<float>, true>;
+    ehsid::ArxEstimator<float, 2, 3, 2, ehsid::FRatio<float>, true>;
 
 /// Sampling time of the record, s; the parameters hold for no other.
 inline constexpr float kDtS = 0x1.99999ap-5F;  // 0.05

@@ -19,7 +19,7 @@ namespace random_walk {
 
 /// na = 2, nb = 1, nk = 0.
 using Estimator =
-    ehsid::ServoEstimator<float, 2, 1, 0, ehsid::RandomWalk<float, 3>>;
+    ehsid::ArxEstimator<float, 2, 1, 0, ehsid::RandomWalk<float, 3>>;
 
 /// Sampling time of the record, s; the parameters hold for no other.
 inline constexpr float kDtS = 0x1.99999ap-5F;  // 0.05

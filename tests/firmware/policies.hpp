@@ -2,13 +2,13 @@
 // What every program does once for each forgetting policy.
 #pragma once
 
+#include <ehsid/arx_estimator.hpp>
 #include <ehsid/forgetting.hpp>
-#include <ehsid/servo_estimator.hpp>
 
 namespace firmware {
 
 template <class Forgetting>
-using Estimator = ehsid::ServoEstimator<float, 3, 3, 1, Forgetting>;
+using Estimator = ehsid::ArxEstimator<float, 3, 3, 1, Forgetting>;
 
 /// visit(policy, name), in the order of tests/golden/trace.csv.
 template <class Visit>

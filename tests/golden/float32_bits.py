@@ -55,7 +55,7 @@ def hashes() -> dict[str, int]:
     result = {}
     for name, policy in POLICIES.items():
         scaling = ehsid.Scaling(command_scale=0.75, position_scale=3.0, position_offset=0.5)
-        estimator = ehsid.ServoEstimator(
+        estimator = ehsid.ArxEstimator(
             3, 2, 2, offset=True, forgetting=policy, scaling=scaling, dtype="float32"
         )
         path = estimator.run(u, y)

@@ -36,9 +36,9 @@ COLUMNS = (
 )
 
 
-def estimator(policy: str) -> ehsid.ServoEstimator:
+def estimator(policy: str) -> ehsid.ArxEstimator:
     """Settings other than the defaults where they enter the arithmetic; so in test_golden.cpp."""
-    return ehsid.ServoEstimator(
+    return ehsid.ArxEstimator(
         3,
         3,
         1,
@@ -80,7 +80,7 @@ def bits(*numbers: float) -> list[str]:
     return [f"{word:08x}" for word in np.array(numbers, dtype=np.float32).view(np.uint32)]
 
 
-def state(made: ehsid.ServoEstimator) -> list[str]:
+def state(made: ehsid.ArxEstimator) -> list[str]:
     """The columns behind the status."""
     return bits(made.innovation, made.forgetting_factor, *made.theta_hat, *made.standard_deviation)
 

@@ -19,7 +19,7 @@ from ehsid.harness.deploy.hil.messages import Flags, Settings
 from ehsid.harness.identification import ArxOrders
 
 
-def estimator_of(body: bytes) -> tuple[ehsid.ServoEstimator, dict[str, float]]:
+def estimator_of(body: bytes) -> tuple[ehsid.ArxEstimator, dict[str, float]]:
     """Return the estimator that the body of `configure` describes, and all of its numbers."""
     values, rest = messages.CONFIGURE.unpack(body)
     info = ehsid.policies()[values["policy"]]

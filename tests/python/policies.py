@@ -56,7 +56,7 @@ ANY = st.one_of(
 UNGUARDED = ehsid.RlsOptions(information_margin=0.0, covariance_ceiling=1e30)
 
 
-def bits(estimator: ehsid.Rls | ehsid.ServoEstimator) -> dict[str, bytes]:
+def bits(estimator: ehsid.Rls | ehsid.ArxEstimator) -> dict[str, bytes]:
     """The estimate, for comparison to the last bit: all but a history of past samples."""
     names = ("theta_hat", "standard_deviation", "gain", "P", "innovation")
     names += ("forgetting_factor", "residual_variance")

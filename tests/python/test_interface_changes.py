@@ -46,7 +46,7 @@ def headers(tmp_path_factory: pytest.TempPathFactory) -> Path:
     to = tmp_path_factory.mktemp("include") / "ehsid"
     shutil.copytree(interface.HEADERS, to, ignore=shutil.ignore_patterns("plant"))
     edit(
-        to / "servo_estimator.hpp",
+        to / "arx_estimator.hpp",
         ("bool settled() const", "bool at_rest() const"),
         ("Scalar innovation() const", "double innovation() const"),
         ("bool reset_enabled = true", "bool reset_enabled = false"),
@@ -124,7 +124,7 @@ def test_python(tmp_path: Path) -> None:
         "ehsid.discretise: removed",
         "ehsid.Exponential.__init__: changed",
         "ehsid.Status.invalid_argument: changed",
-        "ehsid.ServoEstimator.whiteness: changed",
+        "ehsid.ArxEstimator.whiteness: changed",
         "ehsid.Record.save: changed",
         "ehsid.Record.summary: removed",
     } <= broken(changes)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Through frames, C API and settings: the estimates are those of ehsid::ServoEstimator on the same samples, bit for
+// Through frames, C API and settings: the estimates are those of ehsid::ArxEstimator on the same samples, bit for
 // bit. So each member of `configure` has reached the setting it is meant for.
 #include <gtest/gtest.h>
+#include <ehsid/arx_estimator.hpp>
 #include <ehsid/fit.hpp>
-#include <ehsid/servo_estimator.hpp>
 
 #include <cmath>
 #include <cstring>
@@ -153,7 +153,7 @@ void compare(const Settings& settings, Estimator& estimator) {
 
 template <class Forgetting>
 void compare_policy(std::uint8_t policy) {
-  using Estimator = ehsid::ServoEstimator<float, 3, 3, 1, Forgetting>;
+  using Estimator = ehsid::ArxEstimator<float, 3, 3, 1, Forgetting>;
   const Settings settings = unusual(policy);
   Estimator estimator;
   ASSERT_EQ(estimator.configure(options<Estimator>(settings)), ehsid::Status::ok);
@@ -170,7 +170,7 @@ TYPED_TEST(EstimatesOf, EachPolicy) {
 }
 
 TEST(Estimates, SevenParametersFromAnEstimate) {
-  using Estimator = ehsid::ServoEstimator<float, 3, 3, 2, ehsid::Exponential<float>, true>;
+  using Estimator = ehsid::ArxEstimator<float, 3, 3, 2, ehsid::Exponential<float>, true>;
   Settings settings = unusual(1);
   settings.nk = 2;
   settings.flags = servo::kReset | servo::kOffset | servo::kSeed;

@@ -63,7 +63,7 @@ template <class Scalar, class Policy>
 struct Whole {
   static constexpr bool kMakesRegressor = true;
   static constexpr int kNa = kN / 2;
-  using Estimator = ehsid::ServoEstimator<Scalar, kNa, kN - kNa, 1, Policy>;
+  using Estimator = ehsid::ArxEstimator<Scalar, kNa, kN - kNa, 1, Policy>;
   struct Input {
     Scalar command;
     Scalar position;
@@ -99,9 +99,9 @@ void add_both(peers::Entries& entries) {
     const std::string name = std::string("Rls, ") + Policy::kInfo.type;
     peers::add<Recursion<Scalar, Policy>>(entries, name.c_str(), scalar, true);
   });
-  peers::add<Whole<Scalar, ehsid::Constant<Scalar>>>(entries, "ServoEstimator::step, Constant",
+  peers::add<Whole<Scalar, ehsid::Constant<Scalar>>>(entries, "ArxEstimator::step, Constant",
                                                      scalar, true);
-  peers::add<Whole<Scalar, ehsid::FRatio<Scalar>>>(entries, "ServoEstimator::step, FRatio", scalar,
+  peers::add<Whole<Scalar, ehsid::FRatio<Scalar>>>(entries, "ArxEstimator::step, FRatio", scalar,
                                                    true);
 }
 

@@ -12,9 +12,9 @@
 #pragma once
 
 #include <ehsid/arx.hpp>
+#include <ehsid/arx_estimator.hpp>
 #include <ehsid/forgetting.hpp>
 #include <ehsid/gradient_recursion.hpp>
-#include <ehsid/servo_estimator.hpp>
 
 namespace ehsid {
 
@@ -287,10 +287,10 @@ class Armax : public GradientRecursion<Scalar_, kNa_, kN_, true, Forgetting_> {
   NoiseModelState<Scalar, kNa, kAll> state_{};
 };
 
-/// As ServoEstimator, for coloured equation noise: recursive maximum likelihood of an ARMAX model with nc = na.
+/// As ArxEstimator, for coloured equation noise: recursive maximum likelihood of an ARMAX model with nc = na.
 template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = Exponential<Scalar>,
           bool kOffset = false>
-using ArmaxServoEstimator =
+using ArmaxArxEstimator =
     OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting,
                     Armax<Scalar, kNa, kNa + kNb + (kOffset ? 1 : 0), Forgetting>>;
 

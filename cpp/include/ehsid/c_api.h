@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The online estimator for C99: ehsid::ServoEstimator<float, ...> with orders chosen at run time, bit for bit.
+ * The online estimator for C99: ehsid::ArxEstimator<float, ...> with orders chosen at run time, bit for bit.
  *
  *   static uint64_t storage[EHSID_STORAGE_WORDS(6)];
  *   static ehsid_estimator* servo;
@@ -209,7 +209,7 @@ typedef struct ehsid_report {
 
 ehsid_status ehsid_read(const ehsid_estimator* estimator, ehsid_report* report);
 
-/* The state, a checksum of the settings, and a checksum of all of it: the bytes of ehsid.ServoEstimator.save() in Python
+/* The state, a checksum of the settings, and a checksum of all of it: the bytes of ehsid.ArxEstimator.save() in Python
  * and of OnlineEstimator::save() in C++, on every machine. *written, how many they are, may be NULL. The fit is not part
  * of it and starts anew after ehsid_restore(). */
 ehsid_status ehsid_save(const ehsid_estimator* estimator, void* bytes, size_t capacity,

@@ -4,6 +4,7 @@
 
 #include <ehsid/armax.hpp>
 #include <ehsid/arx.hpp>
+#include <ehsid/arx_estimator.hpp>
 #include <ehsid/fit.hpp>
 #include <ehsid/forgetting.hpp>
 #include <ehsid/monitor.hpp>
@@ -13,7 +14,6 @@
 #include <ehsid/scaling.hpp>
 #include <ehsid/servo_estimator.hpp>
 #include <ehsid/servo_model.hpp>
-#include <ehsid/servo_tracker.hpp>
 #include <ehsid/types.hpp>
 #include <ehsid/ud.hpp>
 #include <ehsid/version.hpp>

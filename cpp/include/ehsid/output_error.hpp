@@ -20,9 +20,9 @@
 #pragma once
 
 #include <ehsid/arx.hpp>
+#include <ehsid/arx_estimator.hpp>
 #include <ehsid/forgetting.hpp>
 #include <ehsid/gradient_recursion.hpp>
-#include <ehsid/servo_estimator.hpp>
 
 namespace ehsid {
 
@@ -394,18 +394,18 @@ using InstrumentalVariables = OutputErrorRecursion<Scalar, kNa, kN, Forgetting, 
 template <class Scalar, int kNa, int kN, class Forgetting>
 using OutputError = OutputErrorRecursion<Scalar, kNa, kN, Forgetting, false>;
 
-/// As ServoEstimator, for a noisy position sensor: recursive refined instrumental variables. Needs about 300 samples more
+/// As ArxEstimator, for a noisy position sensor: recursive refined instrumental variables. Needs about 300 samples more
 /// of excitation than least squares. Forgetting: Exponential with lambda0 = 0.995 where the plant stays as it is.
 template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = Exponential<Scalar>,
           bool kOffset = false>
-using InstrumentalServoEstimator =
+using InstrumentalArxEstimator =
     OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting,
                     InstrumentalVariables<Scalar, kNa, kNa + kNb + (kOffset ? 1 : 0), Forgetting>>;
 
 /// The same by the output error.
 template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = Exponential<Scalar>,
           bool kOffset = false>
-using OutputErrorServoEstimator =
+using OutputErrorArxEstimator =
     OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting,
                     OutputError<Scalar, kNa, kNa + kNb + (kOffset ? 1 : 0), Forgetting>>;
 

@@ -1,437 +1,654 @@
 // SPDX-License-Identifier: MIT
-// The estimator a controller links: ARX regressor, RLS, reset, and monitors of convergence and whiteness behind one call.
+// K, omega_n and xi of a servo while it runs, each with an interval and a word on whether it can be trusted, from the command
+// and the position of a noisy sensor: ServoFilter with a bank of starts, a rule for rest, a check by free runs and a way to
+// begin anew. The measured figures, and when the estimator of Eq. (8) is the better choice: docs/which_estimator.md.
 #pragma once
 
-#include <ehsid/arx.hpp>
-#include <ehsid/forgetting.hpp>
-#include <ehsid/monitor.hpp>
-#include <ehsid/reset.hpp>
-#include <ehsid/rls.hpp>
-#include <ehsid/scaling.hpp>
-#include <ehsid/snapshot.hpp>
-#include <ehsid/whiteness.hpp>
+#include <ehsid/free_run.hpp>
+#include <ehsid/servo_filter.hpp>
+#include <ehsid/servo_rest.hpp>
+#include <ehsid/single_sine.hpp>
+#include <ehsid/types.hpp>
 
 #include <array>
+#include <cmath>
 
 namespace ehsid {
 
-/// Settings of an OnlineEstimator. Every default is usable; give at least the scaling.
-/// Recursion: options of the recursion, RlsOptions but for those of output_error.hpp and armax.hpp.
-template <class Scalar, int kN, class Forgetting, class Recursion = RlsOptions<Scalar>>
-struct EstimatorOptions {
-  Scaling<Scalar> scaling{};
-  Forgetting forgetting{};
-  Recursion rls{};
-  RmseResetOptions<Scalar> reset{};
-  ConvergenceOptions<Scalar> convergence{};
-  bool reset_enabled = true;
-  /// Start values in the units of the signals, and their variances in scaled units and units of sigma^2.
-  Vector<Scalar, kN> theta0 = Vector<Scalar, kN>::Zero(capacity(kN));
-  Vector<Scalar, kN> variance0 = Vector<Scalar, kN>::Constant(capacity(kN), Scalar(1e6));
-  /// Largest plausible |scaled command| or |scaled position|: beyond it a sample is refused.
-  Scalar input_limit = Scalar(1e4);
+/// Settings of a ServoEstimator. Only the sampling time has to be given.
+template <class Scalar>
+struct ServoEstimatorOptions {
+  Scalar dt_s = Scalar(0);  // sampling time in s, > 0
+  /// Samples from a command to the first position that shows it, 1 .. kMaxDelay; one more is found by itself.
+  std::int32_t delay = 1;
+  /// How fast K and omega_n may wander: standard deviation of their logarithms in 1 s, >= 0.
+  Scalar drift = Scalar(0.02);
+  /// K is trusted where the half of its 90 % interval is below this share of it; omega_n and xi at 1.5 times this.
+  Scalar tolerance = Scalar(0.1);
 
-  /// All but theta0 and variance0, which the recursion checks.
-  bool valid() const {
-    return scaling.valid() && forgetting.valid() && rls.valid() && reset.valid() &&
-           convergence.valid() && is_finite(input_limit) && input_limit > Scalar(0);
+  bool valid(std::int32_t most_delay) const {
+    return is_finite(dt_s) && dt_s > Scalar(0) && delay >= 1 && delay <= most_delay &&
+           is_finite(drift) && drift >= Scalar(0) && is_finite(tolerance) && tolerance > Scalar(0);
   }
 };
 
-/// Online identification of a model whose regressor is made from commands and positions.
+/// Why a value is not trusted.
+enum class TrustReason : std::uint8_t {
+  trusted = 0,
+  starting = 1,            // too little has been seen since the start, or since all began anew
+  resting = 2,             // the servo stands still, and the interval has grown
+  single_sine = 3,         // the command is one sine, which does not show this value
+  change_suspected = 4,    // the innovations have just been far too large
+  model_does_not_fit = 5,  // left alone, the model does not run like the servo
+  not_precise = 6,         // the interval is wider than the tolerance
+};
+
+/// A value with the half of its 90 % interval, in the same unit; NaN before there is any.
+template <class Scalar>
+struct TrackedValue {
+  Scalar value = std::numeric_limits<Scalar>::quiet_NaN();
+  Scalar half_width = std::numeric_limits<Scalar>::quiet_NaN();
+  bool trusted = false;
+  TrustReason reason = TrustReason::starting;
+};
+
+/// The servo of Eq. (5): gain K in units of the position per s and unit of the command (negative where a positive command
+/// retracts), omega_n in rad/s, xi.
+template <class Scalar>
+struct TrackedServo {
+  TrackedValue<Scalar> gain;
+  TrackedValue<Scalar> omega_n;
+  TrackedValue<Scalar> xi;
+};
+
+/// Static memory, no heap, bounded time. kMaxDelay: the longest delay that can be chosen.
 ///
-/// Model: Arx<...>, or a class with the same members. Forgetting: see forgetting.hpp. Recursion: Rls, or one of
-/// output_error.hpp and armax.hpp for noise that biases least squares.
-template <class Model_, class Forgetting_,
-          class Recursion_ = Rls<typename Model_::Scalar, Model_::kN, Forgetting_>>
-class OnlineEstimator {
+/// The constants below were set on 480 simulated servos, half of them nonlinear; the figures of the page are of others.
+template <class Scalar_, int kMaxDelay = 4>
+class ServoEstimator {
  public:
-  using Model = Model_;
-  using Forgetting = Forgetting_;
-  using Scalar = typename Model::Scalar;
-  static constexpr int kN = Model::kN;
-  using Recursion = Recursion_;
-  using Options = EstimatorOptions<Scalar, kN, Forgetting, typename Recursion::Options>;
-  using Parameters = Vector<Scalar, kN>;
-  using Covariance = SquareMatrix<Scalar, kN>;
+  using Scalar = Scalar_;
+  using Options = ServoEstimatorOptions<Scalar>;
+  using Filter = ServoFilter<Scalar>;
 
-  /// What a snapshot holds behind its header, in this order. A copy of an estimator's state, so that settings of the
-  /// policy and sizes, which are not saved, are there before the rest is read.
-  struct Contents {
-    std::uint8_t enabled;
-    typename Recursion::State recursion;
-    typename Model::State history;
-    typename RmseReset<Scalar>::State reset;
-    typename ConvergenceMonitor<Scalar>::State convergence;
-    typename WhitenessMonitor<Scalar>::State whiteness;
+  /// Starts of omega_n dt, from 0.025 to 1.35 in equal ratios, each with the stated delay and one sample more.
+  static constexpr int kRates = 6;
+  static constexpr int kStarts = 2 * kRates;
+  /// A command or position beyond this is refused: its square would leave the range of float.
+  static constexpr Scalar kLargest = Scalar(1e12);
 
-    template <class Visit>
-    EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
-      visit(&Contents::enabled);
-      visit(&Contents::recursion);
-      visit(&Contents::history);
-      visit(&Contents::reset);
-      visit(&Contents::convergence);
-      visit(&Contents::whiteness);
-    }
-  };
-
-  /// Bytes of a snapshot; where the orders are chosen at run time, the most that there can be.
-  static constexpr std::size_t kSnapshotBytes =
-      ehsid::snapshot_bytes<Contents>(with_noise(Model::kLargest, Recursion::kNoiseParameters));
-  /// The whole state as bytes: store them, restore them into an estimator with the same options, on any machine.
-  using Snapshot = std::array<std::uint8_t, kSnapshotBytes>;
-
-  OnlineEstimator() { static_cast<void>(configure(Options{})); }
-  explicit OnlineEstimator(const Model& model) : model_(model) {
-    Options options;
-    options.theta0 = Parameters::Zero(model_.size());
-    options.variance0 = Parameters::Constant(model_.size(), Recursion::kDefaultVariance);
-    static_cast<void>(configure(options));
-  }
-
-  /// Takes the options over and starts anew from them. invalid_argument leaves everything as it was.
+  /// Takes the options and starts anew. invalid_argument leaves everything as it was.
   Status configure(const Options& options) {
-    if (!options.valid() || options.theta0.size() != model_.size()) {
+    if (!options.valid(kMaxDelay)) {
       return Status::invalid_argument;
     }
-    if (start(scaled(options.theta0, options.scaling), options.variance0) != Status::ok) {
-      return Status::invalid_argument;
-    }
-    // Their options have been checked: these cannot refuse.
-    static_cast<void>(recursion_.configure(options.forgetting, options.rls));
-    static_cast<void>(reset_.configure(options.reset));
-    static_cast<void>(monitor_.configure(options.convergence));
-    scaling_ = options.scaling;
-    input_limit_ = options.input_limit;
-    reset_enabled_ = options.reset_enabled;
-    enabled_ = true;
-    forget_samples();
-    whiteness_.restart();
+    options_ = options;
+    commands_ = {};
+    sine_ = {};
+    started_ = false;
+    resets_ = 0;
+    rest_.restart(samples_of(Scalar(0.15), 16));
+    begin_anew();
     return Status::ok;
   }
 
-  /// Starts anew from an estimate made elsewhere, e.g. offline, after configure().
+  /// One sample: the command sent at t_k and the position measured at t_k.
   ///
-  /// theta in the units of the signals; P = U D U' in scaled units and units of sigma^2; sigma^2 in squared
-  /// units of the position, 0 for unknown. Where sigma^2 is known, errors far beyond it raise the reset from the
-  /// first sample on: the plant is not the one that was known. A reset, then or later, goes back to variance0
-  /// of the options, not to this P. invalid_argument leaves everything as it was.
-  Status seed(const Parameters& theta, const UdFactors<Scalar, kN>& factors,
-              Scalar noise_variance) {
-    const Scalar scaled_variance =
-        noise_variance / scaling_.position_scale / scaling_.position_scale;
-    if (recursion_.seed(scaled(theta, scaling_), factors, scaled_variance) != Status::ok) {
-      return Status::invalid_argument;
-    }
-    reset_.restart(scaled_variance);
-    monitor_.restart();
-    forget_samples();
-    whiteness_.restart();
-    return Status::ok;
-  }
-
-  /// One sample: the command sent at t_k and the position measured at t_k, in the units of the scaling.
-  ///
-  /// ok, filling, no_information, disabled, reset, or an error. After invalid_input and out_of_range
-  /// the estimate is bit for bit what it was; the history has a hole, so it fills anew before
-  /// the next estimate.
+  /// ok; filling before the first motion; no_information at rest; reset where all begins anew; invalid_input or out_of_range,
+  /// where nothing has changed but that the next good sample is taken as the first behind a hole.
   Status step(Scalar command, Scalar position) {
     if (!is_finite(command) || !is_finite(position)) {
-      forget_samples();
+      hole_ = true;
       return Status::invalid_input;
     }
-    const Scalar u = scaling_.scale_command(command);
-    const Scalar y = scaling_.scale_position(position);
-    if (!plausible(u) || !plausible(y)) {
-      forget_samples();
+    if (!(std::abs(command) <= kLargest && std::abs(position) <= kLargest)) {
+      hole_ = true;
       return Status::out_of_range;
     }
-    model_.advance_command(u);
-    Status status = enabled_ ? Status::filling : Status::disabled;
-    if (enabled_ && model_.ready()) {
-      status = estimate(model_.regressor(), y);
-    } else {
-      whiteness_.interrupted();
+    if (!started_ || hole_) {
+      reference_ = position;
+      before_ = position;
+      reopen(Scalar(0));
+      hole_ = false;
     }
-    model_.advance_output(y);
+    rest_.take(position);
+    Status status = Status::filling;
+    if (phase_ == Phase::waiting) {
+      wait(position);
+    } else if (phase_ == Phase::starting) {
+      status = start(position);
+    } else {
+      status = track(position);
+    }
+    before_ = position;
+    move_on(command);
+    started_ = true;
     return status;
   }
 
-  /// Bumpless: while switched off the history moves on, so estimation resumes with the first sample.
-  void enable(bool on) {
-    if constexpr (Recursion::kFollowsModel) {
-      recursion_.clear_history();  // its filters see no sample while switched off
+  /// What is known of the servo now.
+  TrackedServo<Scalar> servo() const {
+    TrackedServo<Scalar> told;
+    if (phase_ == Phase::waiting && resets_ == 0) {
+      return told;
     }
-    enabled_ = on;
-  }
-  bool enabled() const { return enabled_; }
-
-  /// lambda and P back to their start values, theta kept (Fig. 4).
-  void reset() {
-    recursion_.reset();
-    monitor_.restart();
-    whiteness_.restart();
-  }
-
-  /// (a1 .. a_na, b1 .. b_nb [, c]) in the units of the signals (about the offsets of the scaling).
-  Parameters theta_hat() const { return in_units(recursion_.theta_hat()); }
-
-  /// Standard deviations of theta_hat, in the same units: sqrt(sigma^2 P_ii) where the residuals are white, else that
-  /// times whiteness().inflation(). Where they are not white theta is biased, and the true value may lie further away.
-  Parameters standard_deviation() const {
-    Parameters deviation = recursion_.standard_deviation();
-    const Scalar inflation = whiteness_.inflation();
-    for (int i = 0; i < model_.size(); ++i) {
-      deviation[i] = bounded_product(deviation[i], inflation);
+    const auto& state = filter_.state();
+    // The share of the squared motion that neither the model nor the noise explains; where the disturbance is small, the
+    // filter explains the rest by it. It widens every interval.
+    const Scalar part =
+        state.disturbance < Scalar(0.3) ? state.disturbance / Scalar(0.3) : Scalar(1);
+    const Scalar structural = part * part;
+    const bool enough = run_.windows() >= Scalar(2) && run_.log_ratio() != Scalar(0);
+    const Scalar scatter = enough ? run_.variance() : Scalar(0);
+    const Scalar unexplained = scatter * run_.windows() - Scalar(1.3) * run_.noise_share();
+    const Scalar excess = enough && unexplained > Scalar(0) ? structural * unexplained : Scalar(0);
+    // Innovations that are too large, or large and not white, widen what P says.
+    const Scalar ratio = state.innovation_product / (state.innovation_square + Scalar(1e-9));
+    const Scalar correlation = ratio < Scalar(0)      ? Scalar(0)
+                               : ratio > Scalar(0.95) ? Scalar(0.95)
+                                                      : ratio;
+    const Scalar of_sums =
+        state.innovation_square * (Scalar(1) + correlation) / (Scalar(1) - correlation);
+    const Scalar wider = of_sums > Scalar(1) ? of_sums : Scalar(1);
+    // K of the free runs counts as far as it differs from that of the filter by more than its scatter.
+    const Scalar shift = enough ? run_.log_ratio() : Scalar(0);
+    const Scalar doubt = Scalar(3) * scatter / (shift * shift + Scalar(1e-12));
+    const Scalar weight = enough && doubt < Scalar(1) ? Scalar(1) - doubt : Scalar(0);
+    const Scalar moved = weight * shift;
+    const Scalar gain_variance = (Scalar(1) - weight) * wider * filter_.covariance(3, 3) +
+                                 weight * scatter + moved * moved / Scalar(4) +
+                                 Scalar(0.2025) * excess + structural * run_.gain_scatter();
+    const Scalar dt = options_.dt_s;
+    set(told.gain, sign_ * state.gain * bounded_exp(moved) / dt, gain_variance, Scalar(1));
+    set(told.omega_n, state.rate / dt, wider * filter_.covariance(4, 4) + Scalar(6.25) * excess,
+        Scalar(1.5));
+    // xi is wanted to 0.15 at least.
+    const Scalar xi_share = state.damping > Scalar(0.3) ? state.damping : Scalar(0.3);
+    set(told.xi, state.damping, wider * filter_.covariance(5, 5) + Scalar(3) * excess,
+        Scalar(1.5) / xi_share);
+    if (sine_.sine()) {
+      refuse(told.omega_n, TrustReason::single_sine);
+      refuse(told.xi, TrustReason::single_sine);
     }
-    return in_units(deviation);
+    return told;
   }
 
-  /// sigma^2 P in the same units: the covariance of theta_hat where the residuals are white. Never inflated.
-  Covariance covariance() const {
-    Covariance p = recursion_.P();
-    const Scalar variance = recursion_.residual_variance();
-    for (int i = 0; i < model_.size(); ++i) {
-      for (int j = 0; j < model_.size(); ++j) {
-        const Scalar scale = bounded_product(bounded_product(variance, unit(i)), unit(j));
-        p(i, j) = bounded_product(p(i, j), scale);
+  /// Standing still: the parameters wait.
+  bool resting() const { return resting_; }
+  /// How often all began anew since configure().
+  std::int32_t resets() const { return resets_; }
+  const Options& options() const { return options_; }
+  /// The filter in charge; before its start the most likely one.
+  const Filter& filter() const { return filter_; }
+  /// Effective delay in samples: the stated one, or one more.
+  std::int32_t delay() const { return delay_; }
+
+ private:
+  enum class Phase : std::uint8_t { waiting, starting, tracking };
+
+  /// Disturbance below which a filter fits its servo, and beyond which such a filter has lost it.
+  static constexpr Scalar kFitted = Scalar(0.02);
+  static constexpr Scalar kLost = Scalar(0.5);
+  static constexpr Scalar kHalfInterval = Scalar(1.645);  // of 90 %, in deviations
+
+  /// A time in samples, at least `least`.
+  std::int32_t samples_of(Scalar seconds, std::int32_t least) const {
+    const Scalar samples = seconds / options_.dt_s;
+    const Scalar most = Scalar(1e9);
+    const auto found = static_cast<std::int32_t>(samples < most ? samples : most);
+    return found > least ? found : least;
+  }
+
+  void set(TrackedValue<Scalar>& to, Scalar value, Scalar variance, Scalar times) const {
+    // Not beyond a factor of 1e3, nor without a number.
+    const Scalar half = variance < Scalar(1e6) ? kHalfInterval * std::sqrt(variance) : Scalar(1e3);
+    to.value = value;
+    to.half_width = half * std::abs(value);
+    if (phase_ == Phase::waiting || run_.windows() < Scalar(3.4)) {
+      to.reason = TrustReason::starting;
+    } else if (suspected_ || filter_.state().outliers > 1) {
+      to.reason = TrustReason::change_suspected;
+    } else if (half < times * options_.tolerance && run_.share() > Scalar(0.7)) {
+      to.trusted = true;
+      to.reason = TrustReason::trusted;
+    } else if (resting_) {
+      to.reason = TrustReason::resting;
+    } else if (run_.share() <= Scalar(0.7)) {
+      to.reason = TrustReason::model_does_not_fit;
+    } else {
+      to.reason = TrustReason::not_precise;
+    }
+  }
+
+  static void refuse(TrackedValue<Scalar>& value, TrustReason reason) {
+    if (value.reason != TrustReason::starting) {
+      value.trusted = false;
+      value.reason = reason;
+    }
+  }
+
+  void begin_anew() {
+    phase_ = Phase::waiting;
+    run_.restart();
+    waited_ = 0;
+    averaged_ = 0;
+    peak_ = Scalar(0);
+    peak_samples_ = 0;
+    thirds_ = paths_ = pulls_ = together_ = Scalar(0);
+    last_[0] = last_[1] = last_[2] = before_;
+    low_ = high_ = before_;
+    resting_ = false;
+    known_ = false;
+    placed_ = false;
+    fitted_ = false;
+    suspected_ = false;
+    settling_ = 0;
+    cooling_ = 0;
+  }
+
+  /// Before the first motion: the noise of the sensor, the gain to within a factor, its sign.
+  void wait(Scalar position) {
+    const Scalar third = position - Scalar(3) * last_[0] + Scalar(3) * last_[1] - last_[2];
+    const Scalar path = position - before_;
+    last_[2] = last_[1];
+    last_[1] = last_[0];
+    last_[0] = position;
+    if (++waited_ <= 3) {
+      low_ = high_ = position;
+      return;
+    }
+    thirds_ += third * third;
+    paths_ += std::abs(path);
+    pulls_ += std::abs(command_at(options_.delay));
+    together_ += path * command_at(options_.delay);
+    low_ = position < low_ ? position : low_;
+    high_ = position > high_ ? position : high_;
+    const std::int32_t wanted = samples_of(Scalar(0.3), 40);
+    const auto count = static_cast<Scalar>(waited_ - 3);
+    const Scalar noise = thirds_ / (Scalar(20) * count);
+    const bool moves =
+        high_ - low_ > Scalar(10) * std::sqrt(noise) && pulls_ > Scalar(0) && paths_ > Scalar(0);
+    if (waited_ - 3 < (wanted < 400 ? wanted : 400)) {
+      return;
+    }
+    if (!moves) {
+      if (waited_ > 4 * wanted) {  // what was long ago says nothing of the noise of now
+        waited_ = 3;
+        low_ = high_ = position;
+        thirds_ = paths_ = pulls_ = together_ = Scalar(0);
+      }
+      return;
+    }
+    const Scalar mean_path = paths_ / count;
+    least_noise_ = Scalar(1e-6) * mean_path * mean_path;
+    least_noise_ = least_noise_ > Scalar(1e-30) ? least_noise_ : Scalar(1e-30);
+    sign_ = together_ < Scalar(0) ? Scalar(-1) : Scalar(1);
+    const Scalar gain = Scalar(0.7) * paths_ / pulls_;
+    const std::array<Scalar, 4> deviations{Scalar(1), Scalar(0.35), Scalar(0.55),
+                                           Scalar(0.2) * std::sqrt(command_square_)};
+    for (int i = 0; i < kStarts; ++i) {
+      const Scalar rate = bounded_exp(Scalar(-3.7) + Scalar(0.8) * static_cast<Scalar>(i % kRates));
+      bank_[static_cast<std::size_t>(i)].start(gain, rate, Scalar(0.4), deviations, command_square_,
+                                               noise > least_noise_ ? noise : least_noise_);
+    }
+    filter_ = bank_[kRates / 2];
+    delay_ = options_.delay;
+    reference_ = position;
+    leader_ = -1;
+    phase_ = Phase::starting;
+  }
+
+  /// Every start takes the sample; the most likely one is in charge, and wins once it leads clearly.
+  Status start(Scalar position) {
+    const Scalar measured = sign_ * (position - reference_);
+    if (rest_.resting() && bank_[0].state().samples > 10) {
+      for (auto& one : bank_) {
+        one.settle(measured, command_square_);
+      }
+      shift(measured, position);
+      return Status::no_information;
+    }
+    const typename Filter::Tuning tuning = this->tuning(bank_[0].state().samples, true);
+    for (auto& one : bank_) {
+      one.update(measured, tuning);
+      if (!one.finite()) {
+        one.state().likelihood = Scalar(-1e30);
       }
     }
-    return p;
-  }
-
-  /// position(k+1) .. position(k+kSteps) predicted after step k, on the commands of the same samples, with
-  /// theta_hat of now. Only meaningful once the history is full, see Model::ready().
-  template <int kSteps>
-  Vector<Scalar, kSteps> predict_ahead(const Vector<Scalar, kSteps>& commands) const {
-    Vector<Scalar, kSteps> scaled;
-    for (int i = 0; i < kSteps; ++i) {
-      scaled[i] = scaling_.scale_command(commands[i]);
+    shift(measured, position);
+    const int best = most_likely();
+    const auto samples = bank_[0].state().samples;
+    if (best != leader_) {
+      run_.restart();
     }
-    Vector<Scalar, kSteps> positions =
-        model_.template predict_ahead<kSteps>(recursion_.theta_hat(), scaled);
-    for (int i = 0; i < kSteps; ++i) {
-      positions[i] = scaling_.unscale_position(positions[i]);
+    leader_ = best;
+    filter_ = bank_[static_cast<std::size_t>(best)];
+    delay_ = options_.delay + (best >= kRates ? 1 : 0);
+    if (!filter_.finite()) {
+      return again();
     }
-    return positions;
-  }
-
-  /// epsilon(k) of the last estimated sample, in units of the position.
-  Scalar innovation() const {
-    return bounded_product(recursion_.innovation(), scaling_.position_scale);
-  }
-  Scalar forgetting_factor() const { return recursion_.forgetting_factor(); }
-  /// sigma^2, in squared units of the position.
-  Scalar residual_variance() const {
-    return bounded_product(recursion_.residual_variance(),
-                           scaling_.position_scale * scaling_.position_scale);
-  }
-  /// Every deviation of white residuals is inside the tolerance; where the residuals are not white theta may be further
-  /// off. See monitor().
-  bool settled() const { return monitor_.converged(); }
-  /// Settled, and enough samples say that the residuals are white, so that the deviations hold. See whiteness().
-  bool converged() const { return settled() && whiteness_.enough() && whiteness_.white(); }
-
-  /// Number of parameters.
-  int size() const { return model_.size(); }
-
-  const Model& model() const { return model_; }
-  const Recursion& recursion() const { return recursion_; }
-  const RmseReset<Scalar>& change_detector() const { return reset_; }
-  const ConvergenceMonitor<Scalar>& monitor() const { return monitor_; }
-  const WhitenessMonitor<Scalar>& whiteness() const { return whiteness_; }
-  const Scaling<Scalar>& scaling() const { return scaling_; }
-
-  /// Bytes that save() writes and restore() expects.
-  std::size_t snapshot_bytes() const { return ehsid::snapshot_bytes<Contents>(shape()); }
-
-  /// Writes the state to `to`, which has room for snapshot_bytes().
-  void save(std::uint8_t* to) const {
-    Contents state = contents();
-    write_snapshot(to, header(), state);
-  }
-
-  Snapshot save() const {
-    Snapshot saved{};
-    save(saved.data());
-    return saved;
-  }
-
-  /// What restore() would find wrong with these bytes; SnapshotFault::none where it would take them over.
-  SnapshotFault check(const std::uint8_t* bytes, std::size_t count) const {
-    Contents found = contents();
-    return read(bytes, count, found);
-  }
-
-  /// Takes over `count` bytes that save() wrote. invalid_argument, and nothing changed, where check() finds a fault: a
-  /// snapshot that is damaged, or of another version, model, precision, policy or configuration.
-  Status restore(const std::uint8_t* bytes, std::size_t count) {
-    Contents found = contents();
-    if (read(bytes, count, found) != SnapshotFault::none) {
-      return Status::invalid_argument;
+    if (samples >= 40) {
+      static_cast<void>(run_.take(filter_.state(), sign_ * position, samples_of(Scalar(2), 8)));
     }
-    // The states have been checked: these cannot refuse.
-    static_cast<void>(recursion_.restore(found.recursion));
-    static_cast<void>(model_.restore(found.history));
-    static_cast<void>(reset_.restore(found.reset));
-    static_cast<void>(monitor_.restore(found.convergence));
-    static_cast<void>(whiteness_.restore(found.whiteness));
-    enabled_ = found.enabled == 1;
+    const std::int32_t least = samples_of(Scalar(1.5), 150);
+    const std::int32_t most = samples_of(Scalar(9), 150);
+    if (samples >= most || (samples >= least && leads(best))) {
+      take_charge(best);
+    }
     return Status::ok;
   }
 
-  Status restore(const Snapshot& saved) { return restore(saved.data(), snapshot_bytes()); }
-
- private:
-  template <class, class>
-  friend class bank::Estimators;
-
-  static constexpr std::uint32_t kMagic = 0x45485331U;  // "EHS1"
-
-  Status estimate(const Parameters& phi, Scalar y) {
-    const Status status = recursion_.update(phi, y);
-    const Scalar leaving = phi[model_.na() + model_.nb() - 1];
-    if (status == Status::no_information) {
-      monitor_.skipped();
-      whiteness_.skipped(leaving);
-      return status;
+  /// One more sample of delay has to be 5 nats more likely.
+  Scalar score(int i) const {
+    return bank_[static_cast<std::size_t>(i)].state().likelihood -
+           (i >= kRates ? Scalar(5) : Scalar(0));
+  }
+  int most_likely() const {
+    int best = 0;
+    for (int i = 1; i < kStarts; ++i) {
+      best = score(i) > score(best) ? i : best;
     }
-    if (status != Status::ok) {
-      whiteness_.interrupted();
-      return status;
-    }
-    if constexpr (Recursion::kFollowsModel) {
-      monitor_.updated(recursion_.judged());
-      // The errors of the start are not those of the method.
-      if (recursion_.settled()) {
-        whiteness_.updated(recursion_.judged(), leaving);
+    return best;
+  }
+  /// Whether every start with another omega_n is less likely by 10 nats.
+  bool leads(int best) const {
+    const auto& first = bank_[static_cast<std::size_t>(best)].state();
+    for (const auto& one : bank_) {
+      const Scalar apart = bounded_log(one.state().rate / first.rate);
+      if (std::abs(apart) > Scalar(0.2) && one.state().likelihood > first.likelihood - Scalar(10)) {
+        return false;
       }
-    } else {
-      monitor_.updated(recursion_);
-      whiteness_.updated(recursion_, leaving);
     }
-    if (reset_enabled_ && reset_.update(recursion_.normalised_square())) {
-      // The noise as it was before the change, not as its errors make it look.
-      recursion_.reset(reset_.long_rmse() * reset_.long_rmse());
-      monitor_.restart();
-      whiteness_.restart();
-      return Status::reset;
+    return true;
+  }
+
+  /// The winner goes on alone, with the spread of the others as uncertainty. A filter that is linearised anew at each sample
+  /// takes itself for too certain (G. Huang, A. Mourikis, S. Roumeliotis, IJRR 29 (2010) 502): it gets some more.
+  void take_charge(int best) {
+    const auto& first = bank_[static_cast<std::size_t>(best)].state();
+    Scalar weights = Scalar(0);
+    std::array<Scalar, 3> spread{};
+    for (const auto& one : bank_) {
+      const Scalar behind = one.state().likelihood - first.likelihood;
+      const Scalar root = bounded_exp(behind / Scalar(4));  // down to -16 nats
+      const Scalar weight = root * root * root * root;
+      const Scalar apart[] = {bounded_log(one.state().gain / first.gain),
+                              bounded_log(one.state().rate / first.rate),
+                              bounded_log(one.state().damping / first.damping)};
+      weights += weight;
+      for (std::size_t i = 0; i < 3; ++i) {
+        spread[i] += weight * apart[i] * apart[i];
+      }
     }
-    return status;
+    const Scalar more[] = {Scalar(0.03), Scalar(0.05), Scalar(0.1)};
+    for (int i = 0; i < 3; ++i) {
+      filter_.covariance(3 + i, 3 + i) +=
+          spread[static_cast<std::size_t>(i)] / weights + more[i] * more[i];
+    }
+    phase_ = Phase::tracking;
+    tracked_ = 0;
   }
 
-  Status start(const Parameters& theta0, const Parameters& variance0) {
-    if constexpr (Recursion::kFollowsModel) {
-      return recursion_.start(theta0, variance0, model_.na());
-    } else {
-      return recursion_.start(theta0, variance0);
+  Status track(Scalar position) {
+    const Scalar measured = sign_ * (position - reference_);
+    tracked_ += tracked_ < 2000000000 ? 1 : 0;
+    if (resting_) {
+      const Scalar noise = std::sqrt(filter_.state().noise);
+      const Scalar quiet = rest_.threshold(position);
+      // R of a filter that was led astray may be far beyond the noise of now.
+      const Scalar most =
+          Scalar(8) * noise < Scalar(100) * quiet ? Scalar(8) * noise : Scalar(100) * quiet;
+      const Scalar wide = most > quiet ? most : quiet;
+      if (std::abs(position - rest_position_) <= wide) {
+        rest_position_ += Scalar(0.01) * (position - rest_position_);
+        filter_.let_drift(tuning(tracked_, false));
+        filter_.state().position = Scalar(0);
+        reference_ = position;
+        return Status::no_information;
+      }
+      resting_ = false;
+      rest_.moved();
+      reference_ = position;
+      reopen(Scalar(0));
+      return Status::ok;
+    }
+    const bool hold = sine_.sine();
+    if (hold && !known_ && !placed_) {
+      place();
+    }
+    placed_ = hold && placed_;
+    typename Filter::Tuning with = tuning(filter_.state().samples, settling_ == 0);
+    with.hold_servo = hold;
+    const Scalar rate = filter_.state().rate;
+    const Scalar damping = filter_.state().damping;
+    filter_.update(measured, with);
+    if (!filter_.finite()) {
+      return again();
+    }
+    // The coefficients follow the parameters where these have moved, and at times in any case.
+    if (std::abs(filter_.state().rate - rate) + std::abs(filter_.state().damping - damping) * rate >
+            Scalar(1e-3) * rate ||
+        filter_.state().samples % 8 == 0) {
+      filter_.renew();
+    }
+    settling_ -= settling_ > 0 ? 1 : 0;
+    suspected_ = suspected_ && settling_ > 0;
+    cooling_ -= cooling_ > 0 ? 1 : 0;
+    if (filter_.state().outliers >= Filter::kPatience && cooling_ == 0 && settling_ == 0 &&
+        filter_.state().disturbance < Scalar(0.3)) {
+      widen(hold);
+    }
+    // A filter that needed no disturbance and now needs much has lost a servo that changed: the starts find it sooner.
+    fitted_ = fitted_ || filter_.state().disturbance < kFitted;
+    if (fitted_ && filter_.state().disturbance > kLost) {
+      return again();
+    }
+    shift(measured, position);
+    if (rest_.resting()) {
+      resting_ = true;
+      rest_position_ = position;
+      filter_.settle(Scalar(0), command_square_);
+      reference_ = position;
+      run_.interrupt();
+      return Status::ok;
+    }
+    // A window that ends with an outlier ends with the next good sample.
+    const bool good =
+        filter_.state().outliers == 0 || filter_.state().outliers >= Filter::kPatience;
+    if (good && run_.take(filter_.state(), sign_ * position, samples_of(Scalar(2), 8)) &&
+        run_.failures() >= 12 && tracked_ >= samples_of(Scalar(2.5), 450)) {
+      return again();
+    }
+    return Status::ok;
+  }
+
+  /// Everything begins anew; servo() tells the old values, not trusted, until there are new ones.
+  Status again() {
+    resets_ += resets_ < 2000000000 ? 1 : 0;
+    begin_anew();
+    return Status::reset;
+  }
+
+  /// Four innovations in a row beyond four deviations: the plant has changed, and neither noise is to blame for a while.
+  void widen(bool hold) {
+    constexpr Scalar kWider = Scalar(0.04);
+    filter_.covariance(3, 3) += kWider;
+    if (!hold) {
+      filter_.covariance(4, 4) += kWider / Scalar(4);
+      filter_.covariance(5, 5) += kWider;
+    }
+    settling_ = static_cast<std::int32_t>(Scalar(8) / filter_.state().rate) + 1;
+    suspected_ = true;
+    cooling_ = static_cast<std::int32_t>(Scalar(20) / filter_.state().rate) + 1;
+  }
+
+  /// One sine shows size and phase of the response, and every servo on that curve fits. Where nothing else has been seen, the
+  /// filter is moved along the curve to xi = 0.45, and K gets the uncertainty of that choice.
+  void place() {
+    constexpr Scalar kDamping = Scalar(0.45);
+    auto& state = filter_.state();
+    const Scalar angle2 = sine_.squared_angle();
+    const Scalar ratio2 = angle2 / (state.rate * state.rate);
+    const Scalar real = Scalar(1) - ratio2;
+    const Scalar imaginary2 = Scalar(4) * state.damping * state.damping * ratio2;
+    const Scalar size2 = Scalar(1) / (real * real + imaginary2);
+    const Scalar positive = real > Scalar(0.05) ? real : Scalar(0.05);
+    Scalar tangent = std::sqrt(imaginary2) / positive;
+    tangent = (tangent < Scalar(2) ? tangent : Scalar(2)) + Scalar(1e-6);
+    // tangent = 2 xi r / (1 - r^2)
+    const Scalar r = (std::sqrt(kDamping * kDamping + tangent * tangent) - kDamping) / tangent;
+    const Scalar r2 = r * r > Scalar(1e-4) ? r * r : Scalar(1e-4);
+    const Scalar new_size2 =
+        (Scalar(1) - r2) * (Scalar(1) - r2) + Scalar(4) * kDamping * kDamping * r2;
+    state.gain *= std::sqrt(size2 * new_size2);
+    state.damping = kDamping;
+    const Scalar rate = std::sqrt(angle2 / r2);
+    state.rate = rate < Scalar(0.01) ? Scalar(0.01) : rate > Scalar(3) ? Scalar(3) : rate;
+    filter_.renew();
+    for (int i = 3; i < 6; ++i) {
+      for (int j = 0; j < Filter::kStates; ++j) {
+        filter_.covariance(i, j) = Scalar(0);
+      }
+    }
+    const Scalar deviation = Scalar(2.5) * r2 + Scalar(0.02);
+    filter_.covariance(3, 3) = deviation * deviation;
+    filter_.covariance(4, 4) = Scalar(0.25);
+    filter_.covariance(5, 5) = Scalar(0.25);
+    placed_ = true;
+    run_.restart();
+  }
+
+  /// The states of motion are open again: behind a hole, or as the servo begins to move.
+  void reopen(Scalar position) {
+    const Scalar shifted = command_at(delay_) - filter_.state().bias;
+    const Scalar square = shifted * shifted > command_square_ ? shifted * shifted : command_square_;
+    filter_.settle(position, square);
+    if (phase_ == Phase::starting) {
+      for (auto& one : bank_) {
+        one.settle(position, square);
+      }
+    }
+    run_.interrupt();
+    settling_ = 12;
+    suspected_ = false;
+  }
+
+  /// The reference of the position follows the measured one, so that float32 loses no digits far from zero; not an outlier.
+  void shift(Scalar measured, Scalar position) {
+    if (phase_ == Phase::starting) {
+      for (auto& one : bank_) {
+        one.state().position -= measured;
+      }
+      reference_ = position;
+    } else if (filter_.state().outliers == 0 || filter_.state().outliers >= Filter::kPatience) {
+      filter_.state().position -= measured;
+      reference_ = position;
     }
   }
 
-  /// There is a hole in the record, or it begins: the regressor fills anew.
-  void forget_samples() {
-    model_.clear();
-    if constexpr (Recursion::kFollowsModel) {
-      recursion_.clear_history();
+  typename Filter::Tuning tuning(std::int32_t samples, bool adapt) const {
+    // Step of the noise: the larger of 1 / (k + 60) and 0.3 / (1 s or 200 samples), at most 0.01; twice as fast and without
+    // that limit while the starts compete, whose likelihoods mean little before the noise is right.
+    const bool starting = phase_ == Phase::starting;
+    const Scalar slow = Scalar(0.3) / static_cast<Scalar>(samples_of(Scalar(1), 200));
+    const Scalar fast = Scalar(starting ? 2 : 1) / (static_cast<Scalar>(samples) + Scalar(60));
+    const Scalar step = fast > slow ? fast : slow;
+    const Scalar most = starting ? Scalar(1) : Scalar(0.01);
+    return {options_.drift * options_.drift * options_.dt_s, command_square_, least_noise_,
+            adapt ? (step < most ? step : most) : Scalar(0), false};
+  }
+
+  /// The command that acts until the next sample, and what it says of itself.
+  void move_on(Scalar command) {
+    for (std::size_t i = commands_.size() - 1; i > 0; --i) {
+      commands_[i] = commands_[i - 1];
+    }
+    commands_[0] = command;
+    if (!resting_) {
+      averaged_ += averaged_ < 2000000000 ? 1 : 0;
+      const Scalar step = Scalar(1) / static_cast<Scalar>(averaged_);
+      const Scalar least = options_.dt_s / Scalar(2);
+      const Scalar share = step > least ? step : least < Scalar(1) ? least : Scalar(1);
+      command_square_ += share * (command * command - command_square_);
+      // A mean that remembers commands far beyond those of the last 400 samples is theirs.
+      peak_ = command * command > peak_ ? command * command : peak_;
+      if (++peak_samples_ >= 400) {
+        if (peak_ > Scalar(0) && command_square_ > Scalar(1e3) * peak_) {
+          command_square_ = peak_;
+        }
+        peak_ = Scalar(0);
+        peak_samples_ = 0;
+      }
+    }
+    if (phase_ == Phase::waiting) {
+      return;
+    }
+    const Scalar apart = Scalar(1) / filter_.state().rate + Scalar(0.5);
+    const auto spacing = static_cast<std::int32_t>(apart > Scalar(1) ? apart : Scalar(1));
+    const Scalar keep = bounded_exp(-static_cast<Scalar>(spacing) * options_.dt_s / Scalar(5));
+    sine_.take(command, spacing, keep);
+    if (sine_.clearly_none() && sine_.samples_not_sine() > samples_of(Scalar(5), 1) &&
+        phase_ == Phase::tracking && run_.windows() > Scalar(4) &&
+        kHalfInterval * std::sqrt(filter_.covariance(4, 4)) < Scalar(1.5) * options_.tolerance) {
+      known_ = true;
+    }
+    const typename Filter::Tuning with = tuning(0, false);
+    if (phase_ == Phase::starting) {
+      for (int i = 0; i < kStarts; ++i) {
+        auto& one = bank_[static_cast<std::size_t>(i)];
+        if (one.state().samples % 8 == 0) {
+          one.renew();
+        }
+        one.predict(command_at(options_.delay + (i >= kRates ? 1 : 0) - 1), with);
+      }
+      run_.predict(filter_, command_at(delay_ - 1));
+    } else if (!resting_) {
+      run_.predict(filter_, command_at(delay_ - 1));
+      filter_.predict(command_at(delay_ - 1), with);
     }
   }
 
-  ModelShape shape() const {
-    ModelShape of{model_.na(), model_.nb(), model_.nk(), model_.offset()};
-    if constexpr (Recursion::kFollowsModel) {
-      of = with_noise(of, recursion_.noise_size());
-    }
-    return of;
-  }
+  /// The command of so many samples ago; 0 is the last one.
+  Scalar command_at(std::int32_t ago) const { return commands_[static_cast<std::size_t>(ago)]; }
 
-  SnapshotHeader header() const {
-    return make_header<Scalar, Forgetting, Contents>(kMagic, shape(), configuration());
-  }
-
-  Contents contents() const {
-    return {static_cast<std::uint8_t>(enabled_ ? 1 : 0),
-            recursion_.state(),
-            model_.state(),
-            reset_.state(),
-            monitor_.state(),
-            whiteness_.state()};
-  }
-
-  /// Checksum of every option that decides how the estimator goes on. Not theta0, which only a start uses, and no option
-  /// of the reset where that is switched off.
-  std::uint32_t configuration() const {
-    const ModelShape of = shape();
-    ByteStream writer = ByteStream::writing(nullptr);
-    recursion_.write_configuration(writer, of);
-    stream_fields(writer, of, scaling_);
-    stream_fields(writer, of, monitor_.options());
-    const std::uint8_t enabled = reset_enabled_ ? 1 : 0;
-    writer.values(&input_limit_, 1);
-    writer.values(&enabled, 1);
-    if (reset_enabled_) {
-      stream_fields(writer, of, reset_.options());
-    }
-    return writer.checksum();
-  }
-
-  SnapshotFault read(const std::uint8_t* bytes, std::size_t count, Contents& found) const {
-    const SnapshotFault fault = read_snapshot(bytes, count, header(), found);
-    return fault != SnapshotFault::none || possible(found) ? fault : SnapshotFault::impossible;
-  }
-
-  /// Can an estimator with these options have this state? Then the numbers it reports are finite, too.
-  bool possible(const Contents& found) const {
-    return found.enabled <= 1 && recursion_.usable(found.recursion) &&
-           model_.usable(found.history) && plausible(found.history) &&
-           RmseReset<Scalar>::usable(found.reset) &&
-           ConvergenceMonitor<Scalar>::usable(found.convergence) &&
-           WhitenessMonitor<Scalar>::usable(found.whiteness);
-  }
-
-  bool plausible(const typename Model::State& history) const {
-    bool good = true;
-    for (const Scalar output : history.outputs) {
-      good = plausible(output) && good;
-    }
-    for (const Scalar command : history.commands) {
-      good = plausible(command) && good;
-    }
-    return good;
-  }
-
-  bool plausible(Scalar scaled) const { return scaled <= input_limit_ && scaled >= -input_limit_; }
-
-  Scalar unit(int i) const { return scaling_.parameter_unit(i, model_.na(), model_.nb()); }
-
-  Parameters scaled(Parameters values, const Scaling<Scalar>& scaling) const {
-    for (int i = 0; i < model_.size(); ++i) {
-      values[i] /= scaling.parameter_unit(i, model_.na(), model_.nb());
-    }
-    return values;
-  }
-
-  Parameters in_units(Parameters values) const {
-    for (int i = 0; i < model_.size(); ++i) {
-      values[i] = bounded_product(values[i], unit(i));
-    }
-    return values;
-  }
-
-  Model model_{};
-  Recursion recursion_{};
-  RmseReset<Scalar> reset_{};
-  ConvergenceMonitor<Scalar> monitor_{};
-  WhitenessMonitor<Scalar> whiteness_{};
-  Scaling<Scalar> scaling_{};
-  Scalar input_limit_ = Scalar(1);
-  bool reset_enabled_ = true;
-  bool enabled_ = true;
+  Options options_{};
+  Filter filter_{};
+  std::array<Filter, static_cast<std::size_t>(kStarts)> bank_{};
+  RestDetector<Scalar> rest_{};
+  FreeRun<Scalar> run_{};
+  SingleSine<Scalar> sine_{};
+  std::array<Scalar, static_cast<std::size_t>(kMaxDelay) + 2> commands_{};  // newest first
+  std::array<Scalar, 3> last_{};                                            // positions
+  Scalar before_ = Scalar(0);
+  Scalar reference_ = Scalar(0);  // the state's position is relative to this
+  Scalar rest_position_ = Scalar(0);
+  Scalar command_square_ = Scalar(0);
+  Scalar least_noise_ = Scalar(1e-30);
+  Scalar sign_ = Scalar(1);
+  Scalar thirds_ = Scalar(0);
+  Scalar paths_ = Scalar(0);
+  Scalar pulls_ = Scalar(0);
+  Scalar together_ = Scalar(0);
+  Scalar low_ = Scalar(0);
+  Scalar high_ = Scalar(0);
+  std::int32_t averaged_ = 0;  // commands in their mean square
+  std::int32_t waited_ = 0;
+  Scalar peak_ = Scalar(0);
+  std::int32_t peak_samples_ = 0;
+  std::int32_t tracked_ = 0;   // samples since the bank has decided
+  std::int32_t settling_ = 0;  // samples for which the noise is not adapted
+  std::int32_t cooling_ = 0;   // samples for which the variances are not widened again
+  std::int32_t resets_ = 0;
+  std::int32_t delay_ = 1;
+  int leader_ = -1;
+  Phase phase_ = Phase::waiting;
+  bool started_ = false;
+  bool hole_ = false;
+  bool resting_ = false;
+  bool known_ = false;      // omega_n and xi were seen under a command that is no sine
+  bool suspected_ = false;  // a change of the plant, since the variances were widened
+  bool fitted_ = false;     // the disturbance was small once
+  bool placed_ = false;     // moved along the curve of one sine
 };
-
-/// The electro-hydraulic servo: ARX(na, nb, nk), third order for Eq. (6): ServoEstimator<float, 3, 3, 1>.
-template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = FRatio<Scalar>,
-          bool kOffset = false>
-using ServoEstimator = OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting>;
 
 }  // namespace ehsid

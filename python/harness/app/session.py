@@ -34,7 +34,7 @@ RIG = "rig.toml"
 VERSION = 1  # of the layout of the folder
 MOST_RECORDS = 20
 LONGEST_NAME = 60
-MOST_COEFFICIENTS, MOST_DELAY = 6, 20  # that the estimator has, see ehsid.ServoEstimator
+MOST_COEFFICIENTS, MOST_DELAY = 6, 20  # that the estimator has, see ehsid.ArxEstimator
 # What a name keeps when it becomes shorter or gets a number: ".csv", ".csv.gz".
 ENDING = re.compile(r"\.[^.]{1,10}(\.gz)?$", re.IGNORECASE)
 # Names that some systems keep for devices.

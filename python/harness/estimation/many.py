@@ -35,7 +35,7 @@ class _Lane:
 
     data: IoData
     scaling: ehsid.Scaling
-    estimator: ehsid.ServoEstimator
+    estimator: ehsid.ArxEstimator
     u: FloatArray
     y: FloatArray
     sample: npt.NDArray[np.bool_]
@@ -45,7 +45,7 @@ class _Lane:
 class _Run:
     """An estimator at the end of its record, and what it gave for each sample, shape (M,)."""
 
-    estimator: ehsid.ServoEstimator
+    estimator: ehsid.ArxEstimator
     innovation: npt.NDArray[np.floating]
     status: npt.NDArray[np.uint8]
 

@@ -20,8 +20,8 @@ from ehsid.harness.identification import (
     simulate,
 )
 
-START_VARIANCE = 1e6  # of ServoEstimator
-# Of ServoEstimator: largest relative deviation of what has settled, and size below which a scaled
+START_VARIANCE = 1e6  # of ArxEstimator
+# Of ArxEstimator: largest relative deviation of what has settled, and size below which a scaled
 # parameter is judged as if it had this one.
 TOLERANCE, MAGNITUDE = 0.05, 0.1
 # Number of equations per parameter that count as start-up.
@@ -59,7 +59,7 @@ class Recursion:
     dtype: str = "float32"
     method: str = "rls"
 
-    def estimator(self, scaling: ehsid.Scaling | None = None) -> ehsid.ServoEstimator:
+    def estimator(self, scaling: ehsid.Scaling | None = None) -> ehsid.ArxEstimator:
         """Returns an estimator with these settings.
 
         Raises
@@ -67,7 +67,7 @@ class Recursion:
         ValueError
             the structure is outside the compiled range, or the method does not take the policy.
         """
-        return ehsid.ServoEstimator(
+        return ehsid.ArxEstimator(
             self.orders.na,
             self.orders.nb,
             self.orders.nk,
@@ -84,7 +84,7 @@ class Recursion:
     def figures(
         self,
         data: IoData,
-        estimator: ehsid.ServoEstimator,
+        estimator: ehsid.ArxEstimator,
         scaling: ehsid.Scaling,
         innovation: FloatArray,
         status: npt.NDArray[np.uint8],

@@ -75,9 +75,9 @@ class Setting:
         offset = np.zeros(int(self.orders.offset))
         return np.concatenate([ones, np.full(self.orders.nb, gain), offset])
 
-    def estimator(self, contender: Contender) -> ehsid.ServoEstimator:
+    def estimator(self, contender: Contender) -> ehsid.ArxEstimator:
         """Returns the estimator of a contender in its initial state."""
-        return ehsid.ServoEstimator(
+        return ehsid.ArxEstimator(
             self.orders.na,
             self.orders.nb,
             self.orders.nk,

@@ -98,9 +98,9 @@ def signals(noise: Noise, seed: int, command: str = "binary", n: int = N_SAMPLES
 
 def estimator(
     method: str, dtype: str = "float32", forgetting: ehsid.Forgetting = FORGETTING
-) -> ehsid.ServoEstimator:
+) -> ehsid.ArxEstimator:
     """Returns an estimator of model (16) with the settings of this study."""
-    return ehsid.ServoEstimator(
+    return ehsid.ArxEstimator(
         3,
         3,
         1,

@@ -8,7 +8,7 @@
 namespace {
 
 template <class Forgetting>
-using Estimator = ehsid::ServoEstimator<float, 3, 3, 1, Forgetting>;
+using Estimator = ehsid::ArxEstimator<float, 3, 3, 1, Forgetting>;
 
 }  // namespace
 
@@ -89,16 +89,16 @@ using PolicyOfSix = PolicyAt<kPlace, float, 6>;
 EHSID_EACH_POLICY(EHSID_FIRMWARE_OF)
 
 ehsid::Status start_tracker(void* storage, float dt_s) {
-  auto& tracker = *::new (storage) ehsid::ServoTracker<float>();
-  ehsid::ServoTracker<float>::Options options;
+  auto& tracker = *::new (storage) ehsid::ServoEstimator<float>();
+  ehsid::ServoEstimator<float>::Options options;
   options.dt_s = dt_s;
   return tracker.configure(options);
 }
 
-ehsid::Status step_tracker(ehsid::ServoTracker<float>& tracker, float command, float position) {
+ehsid::Status step_tracker(ehsid::ServoEstimator<float>& tracker, float command, float position) {
   return tracker.step(command, position);
 }
 
-ehsid::TrackedServo<float> read_tracker(const ehsid::ServoTracker<float>& tracker) {
+ehsid::TrackedServo<float> read_tracker(const ehsid::ServoEstimator<float>& tracker) {
   return tracker.servo();
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 
 int main() {
-  ehsid::ServoEstimator<double, 1, 1, 1, ehsid::Constant<double>> estimator;
+  ehsid::ArxEstimator<double, 1, 1, 1, ehsid::Constant<double>> estimator;
   double y = 0.0;
   for (int k = 0; k < 500; ++k) {
     const double u = k % 7 < 3 ? 1.0 : -1.0;

@@ -44,7 +44,7 @@ def test_a_rig_needs_no_library_of_plots_and_frames() -> None:
 
 
 def test_all_names_are_listed_and_stay_the_same_object() -> None:
-    assert set(dir(ehsid)) >= NAMES | {"ServoEstimator", "Exponential"}
+    assert set(dir(ehsid)) >= NAMES | {"ArxEstimator", "Exponential"}
     for name in NAMES:
         value = getattr(ehsid, name)
         assert getattr(ehsid, name) is value
@@ -61,7 +61,7 @@ def test_only_what_is_for_people_is_listed() -> None:
 
 
 def test_a_star_imports_the_names_for_people() -> None:
-    script = "from ehsid import *; read, ServoEstimator; print('TYPE_CHECKING' in globals())"
+    script = "from ehsid import *; read, ArxEstimator; print('TYPE_CHECKING' in globals())"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("False\n", "")
 

@@ -21,7 +21,7 @@ from ehsid.harness.simulation import simulate
 
 TITLE = "Python arrays and values"
 ABOUT = (
-    "`rls` is `ehsid.Rls(3)`, `servo` is `ehsid.ServoEstimator(2, 2, 1)`, `u` and `y` are vectors "
+    "`rls` is `ehsid.Rls(3)`, `servo` is `ehsid.ArxEstimator(2, 2, 1)`, `u` and `y` are vectors "
     "of 100 numbers, and `rig` is the rig of the examples. A refused call changes nothing."
 )
 NAN, INF = float("nan"), float("inf")
@@ -57,8 +57,8 @@ def rls() -> ehsid.Rls:
     return ehsid.Rls(3)
 
 
-def servo() -> ehsid.ServoEstimator:
-    return ehsid.ServoEstimator(2, 2, 1)
+def servo() -> ehsid.ArxEstimator:
+    return ehsid.ArxEstimator(2, 2, 1)
 
 
 CASES = (
@@ -243,20 +243,20 @@ CASES = (
         "variance0",
     ),
     call(
-        "ehsid.ServoEstimator(7, 1, 1)",
-        lambda: ehsid.ServoEstimator(7, 1, 1),
+        "ehsid.ArxEstimator(7, 1, 1)",
+        lambda: ehsid.ArxEstimator(7, 1, 1),
         "an order of 7",
         "na must be in 1..6, got 7",
     ),
     call(
-        "ehsid.ServoEstimator(1, 1, 21)",
-        lambda: ehsid.ServoEstimator(1, 1, 21),
+        "ehsid.ArxEstimator(1, 1, 21)",
+        lambda: ehsid.ArxEstimator(1, 1, 21),
         "a delay of 21 samples",
         "nk must be in 0..20, got 21",
     ),
     call(
-        "ehsid.ServoEstimator(1, 1, 1, input_limit=0)",
-        lambda: ehsid.ServoEstimator(1, 1, 1, input_limit=0.0),
+        "ehsid.ArxEstimator(1, 1, 1, input_limit=0)",
+        lambda: ehsid.ArxEstimator(1, 1, 1, input_limit=0.0),
         "a limit of zero",
         "input_limit",
     ),

@@ -9,8 +9,8 @@ import ehsid
 from ehsid.harness.catalogue.policies import METHODS, POLICIES, policies_of
 
 
-def estimator(method: str, policy: str) -> ehsid.ServoEstimator:
-    return ehsid.ServoEstimator(2, 2, 1, forgetting=POLICIES[policy].policy(), method=method)
+def estimator(method: str, policy: str) -> ehsid.ArxEstimator:
+    return ehsid.ArxEstimator(2, 2, 1, forgetting=POLICIES[policy].policy(), method=method)
 
 
 @pytest.mark.parametrize("method", METHODS)

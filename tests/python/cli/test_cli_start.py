@@ -161,7 +161,7 @@ def test_errors_of_every_verb_end_in_one_place(verb: Verb, monkeypatch: pytest.M
 
 def of_pybind() -> TypeError:
     try:
-        ehsid.ServoEstimator(10**21, 1, 1)
+        ehsid.ArxEstimator(10**21, 1, 1)
     except TypeError as error:
         return error
     raise AssertionError

@@ -23,17 +23,17 @@ def cases(*entries: tuple[str, Make, str]) -> pytest.MarkDecorator:
 
 
 @cases(
-    ("na=0", lambda: ehsid.ServoEstimator(0, 1, 1), "na must be in 1..6, got 0"),
-    ("na=7", lambda: ehsid.ServoEstimator(7, 1, 1), "na must be in 1..6, got 7"),
-    ("nb=0", lambda: ehsid.ServoEstimator(1, 0, 1), "nb must be in 1..6, got 0"),
-    ("nb=7", lambda: ehsid.ServoEstimator(1, 7, 1), "nb must be in 1..6, got 7"),
-    ("nk=-1", lambda: ehsid.ServoEstimator(1, 1, -1), "nk must be in 0..20, got -1"),
-    ("nk=21", lambda: ehsid.ServoEstimator(1, 1, 21), "nk must be in 0..20, got 21"),
+    ("na=0", lambda: ehsid.ArxEstimator(0, 1, 1), "na must be in 1..6, got 0"),
+    ("na=7", lambda: ehsid.ArxEstimator(7, 1, 1), "na must be in 1..6, got 7"),
+    ("nb=0", lambda: ehsid.ArxEstimator(1, 0, 1), "nb must be in 1..6, got 0"),
+    ("nb=7", lambda: ehsid.ArxEstimator(1, 7, 1), "nb must be in 1..6, got 7"),
+    ("nk=-1", lambda: ehsid.ArxEstimator(1, 1, -1), "nk must be in 0..20, got -1"),
+    ("nk=21", lambda: ehsid.ArxEstimator(1, 1, 21), "nk must be in 0..20, got 21"),
     ("n=0", lambda: ehsid.Rls(0), "n must be in 1..13, got 0"),
     ("n=14", lambda: ehsid.Rls(14), "n must be in 1..13, got 14"),
     ("int", lambda: ehsid.Rls(2, dtype=int), "dtype must be float32 or float64, got int64"),
     ("half", lambda: ehsid.Rls(2, dtype="float16"), "dtype must be float32 or float64, got float1"),
-    ("no dtype", lambda: ehsid.ServoEstimator(1, 1, 1, dtype="flat"), "dtype .* got 'flat'"),
+    ("no dtype", lambda: ehsid.ArxEstimator(1, 1, 1, dtype="flat"), "dtype .* got 'flat'"),
     ("theta0", lambda: ehsid.Rls(2, theta0=[1.0]), "theta0 has 1 values; expected 2"),
     ("theta0 NaN", lambda: ehsid.Rls(2, theta0=[1.0, NAN]), "theta0 must be finite"),
     ("variance0", lambda: ehsid.Rls(2, variance0=[1.0] * 3), "variance0 has 3 values; expected 2"),
@@ -43,7 +43,7 @@ def cases(*entries: tuple[str, Make, str]) -> pytest.MarkDecorator:
         lambda: ehsid.Rls(1, variance0=[1e-60], dtype="float32"),
         "in the chosen precision",
     ),
-    ("limit", lambda: ehsid.ServoEstimator(1, 1, 1, input_limit=0.0), "input_limit must be > 0"),
+    ("limit", lambda: ehsid.ArxEstimator(1, 1, 1, input_limit=0.0), "input_limit must be > 0"),
     ("drift", lambda: ehsid.Rls(3, forgetting=ehsid.RandomWalk([0.1, 0.2])), "drift has 2 values"),
 )
 def test_structure_and_start_values_are_checked(call: Make, words: str) -> None:
@@ -120,8 +120,8 @@ def recursion() -> ehsid.Rls:
     return rls
 
 
-def estimator() -> ehsid.ServoEstimator:
-    one = ehsid.ServoEstimator(1, 1, 1)
+def estimator() -> ehsid.ArxEstimator:
+    one = ehsid.ArxEstimator(1, 1, 1)
     one.run(np.arange(5.0), np.arange(5.0) ** 2)
     return one
 

@@ -33,7 +33,7 @@ def test_run_is_step_by_step_to_the_last_bit(
     u[100:] = 0.0
     na, nb, nk, offset = orders
     whole, single = (
-        ehsid.ServoEstimator(
+        ehsid.ArxEstimator(
             na, nb, nk, offset=offset, forgetting=policies.PAIRS[name].compiled, dtype=dtype
         )
         for _ in range(2)
@@ -85,8 +85,8 @@ def test_a_record_in_pieces_is_the_same_record(
 def test_arrays_of_any_real_type_give_the_same_run(given_as: str, dtype: str) -> None:
     rng = np.random.default_rng(1)
     u, y = rng.integers(0, 2, size=(2, 100)).astype(given_as)
-    path = ehsid.ServoEstimator(2, 2, 1, dtype=dtype).run(u, y)
-    plain = ehsid.ServoEstimator(2, 2, 1, dtype=dtype).run(u.astype(dtype), y.astype(dtype))
+    path = ehsid.ArxEstimator(2, 2, 1, dtype=dtype).run(u, y)
+    plain = ehsid.ArxEstimator(2, 2, 1, dtype=dtype).run(u.astype(dtype), y.astype(dtype))
     assert policies.same_bits(path, plain)
     assert path.theta.dtype == path.innovation.dtype == np.dtype(dtype)
     assert path.status.dtype == np.uint8
@@ -107,7 +107,7 @@ def test_layout_of_the_arrays_does_not_matter() -> None:
 
 
 def test_an_empty_record_changes_nothing() -> None:
-    estimator = ehsid.ServoEstimator(3, 3, 1)
+    estimator = ehsid.ArxEstimator(3, 3, 1)
     before = estimator.save()
     path = estimator.run([], [])
     assert path.theta.shape == path.standard_deviation.shape == (0, 6)
@@ -117,7 +117,7 @@ def test_an_empty_record_changes_nothing() -> None:
 
 def test_results_belong_to_the_caller() -> None:
     u, y = model16.signals(3, 100)
-    estimator = ehsid.ServoEstimator(3, 3, 1)
+    estimator = ehsid.ArxEstimator(3, 3, 1)
     path = estimator.run(u, y)
     theta, kept = estimator.theta_hat, path.theta.copy()
     before = estimator.save()
@@ -148,7 +148,7 @@ def test_other_threads_work_while_a_run_goes_on(kind: str) -> None:
 
     def seen() -> float:
         if kind == "estimator":
-            estimator = ehsid.ServoEstimator(1, 1, 1, input_limit=1e30, dtype="float64")
+            estimator = ehsid.ArxEstimator(1, 1, 1, input_limit=1e30, dtype="float64")
             innovation = estimator.run(u, y).innovation
         else:
             innovation = ehsid.Rls(1).run(u[:, None], y).innovation
@@ -183,7 +183,7 @@ def in_use(kind: str) -> list[Callable[[], object]]:
         typical = [one.typical for one in ehsid.plant_parameters()]
         plant = ehsid.Plant("linear", typical, dt_s=1e-3)
         return [lambda: plant.run(u), plant.read, lambda: plant.advance(0.0)]
-    servo = ehsid.ServoEstimator(2, 2, 1)
+    servo = ehsid.ArxEstimator(2, 2, 1)
     if kind == "bank":
         bank = ehsid.EstimatorBank([servo])
         return [lambda: bank.run(u, y), lambda: bank[0], bank.load, lambda: len(bank)]

@@ -18,8 +18,8 @@ NAMES = st.sampled_from(policies.NAMES)
 PRECISIONS = st.sampled_from(DTYPES)
 
 
-def make(name: str, dtype: str) -> ehsid.ServoEstimator:
-    return ehsid.ServoEstimator(3, 3, 1, forgetting=policies.PAIRS[name].compiled, dtype=dtype)
+def make(name: str, dtype: str) -> ehsid.ArxEstimator:
+    return ehsid.ArxEstimator(3, 3, 1, forgetting=policies.PAIRS[name].compiled, dtype=dtype)
 
 
 def make_rls(name: str, dtype: str) -> ehsid.Rls:

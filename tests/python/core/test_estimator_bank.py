@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A bank: every estimator in it is the ServoEstimator, bit for bit."""
+"""A bank: every estimator in it is the ArxEstimator, bit for bit."""
 
 from collections.abc import Callable
 
@@ -26,7 +26,7 @@ def instructions() -> list[str]:
     found = []
     for name in ("baseline", "avx2", "avx512"):
         try:
-            ehsid.EstimatorBank([ehsid.ServoEstimator(1, 1, 1)], instructions=name)
+            ehsid.EstimatorBank([ehsid.ArxEstimator(1, 1, 1)], instructions=name)
         except ValueError:
             continue
         found.append(name)
@@ -51,7 +51,7 @@ def record(samples: int, count: int, seed: int) -> tuple[npt.NDArray[np.float64]
 
 def assert_same(
     bank: ehsid.EstimatorBank,
-    alone: list[ehsid.ServoEstimator],
+    alone: list[ehsid.ArxEstimator],
     u: npt.NDArray[np.float64],
     y: npt.NDArray[np.float64],
 ) -> None:
@@ -77,9 +77,9 @@ def test_every_estimator_is_the_one_alone(
     count = 19
     u, y = record(700, count, 1)
 
-    def make() -> list[ehsid.ServoEstimator]:
+    def make() -> list[ehsid.ArxEstimator]:
         return [
-            ehsid.ServoEstimator(
+            ehsid.ArxEstimator(
                 *orders,
                 offset=offset,
                 forgetting=policy(),
@@ -105,9 +105,9 @@ def test_any_orders_and_settings(
 ) -> None:
     u, y = record(120, count, seed)
 
-    def make() -> list[ehsid.ServoEstimator]:
+    def make() -> list[ehsid.ArxEstimator]:
         return [
-            ehsid.ServoEstimator(*orders, forgetting=ehsid.Constant(1 - 1 / (memory + i)))
+            ehsid.ArxEstimator(*orders, forgetting=ehsid.Constant(1 - 1 / (memory + i)))
             for i in range(count)
         ]
 
@@ -118,8 +118,8 @@ def test_one_record_serves_all_and_threads_change_nothing() -> None:
     u, y = record(300, 1, 5)
     factors = np.linspace(0.9, 1.0, 200)
 
-    def make() -> list[ehsid.ServoEstimator]:
-        return [ehsid.ServoEstimator(2, 2, 1, forgetting=ehsid.Constant(f)) for f in factors]
+    def make() -> list[ehsid.ArxEstimator]:
+        return [ehsid.ArxEstimator(2, 2, 1, forgetting=ehsid.Constant(f)) for f in factors]
 
     shared = ehsid.EstimatorBank(make()).run(u[:, 0], y[:, 0], every=10, threads=3)
     wide = ehsid.EstimatorBank(make()).run(np.repeat(u, 200, 1), np.repeat(y, 200, 1))
@@ -130,8 +130,8 @@ def test_one_record_serves_all_and_threads_change_nothing() -> None:
 
 def test_a_run_without_rows_goes_on_where_it_was() -> None:
     u, y = record(400, 3, 6)
-    bank = ehsid.EstimatorBank([ehsid.ServoEstimator(2, 2, 1) for _ in range(3)])
-    alone = [ehsid.ServoEstimator(2, 2, 1) for _ in range(3)]
+    bank = ehsid.EstimatorBank([ehsid.ArxEstimator(2, 2, 1) for _ in range(3)])
+    alone = [ehsid.ArxEstimator(2, 2, 1) for _ in range(3)]
     assert bank.run(u[:100], y[:100], every=0).theta.shape == (0, 3, 4)
     for i, one in enumerate(alone):
         one.run(u[:100, i], y[:100, i])
@@ -140,7 +140,7 @@ def test_a_run_without_rows_goes_on_where_it_was() -> None:
 
 def test_changes_of_an_estimator_reach_the_bank_by_load() -> None:
     u, y = record(200, 2, 7)
-    bank = ehsid.EstimatorBank([ehsid.ServoEstimator(2, 2, 1) for _ in range(2)])
+    bank = ehsid.EstimatorBank([ehsid.ArxEstimator(2, 2, 1) for _ in range(2)])
     bank.run(u, y)
     before = [bank[i].save() for i in range(2)]
     bank[0].reset()
@@ -153,23 +153,23 @@ def test_changes_of_an_estimator_reach_the_bank_by_load() -> None:
 
 
 def test_what_it_refuses() -> None:
-    one = ehsid.ServoEstimator(2, 2, 1)
+    one = ehsid.ArxEstimator(2, 2, 1)
     with pytest.raises(ValueError, match="at least one"):
         ehsid.EstimatorBank([])
     with pytest.raises(ValueError, match="same object twice"):
         ehsid.EstimatorBank([one, one])
-    with pytest.raises(TypeError, match="ServoEstimator"):
+    with pytest.raises(TypeError, match="ArxEstimator"):
         ehsid.EstimatorBank([one, 3])  # type: ignore[list-item]
     with pytest.raises(TypeError, match=r"estimators\[1\] is None"):
         ehsid.EstimatorBank([one, None])  # type: ignore[list-item]
     for other in (
-        ehsid.ServoEstimator(2, 2, 2),
-        ehsid.ServoEstimator(2, 2, 1, dtype="float64"),
-        ehsid.ServoEstimator(2, 2, 1, forgetting=ehsid.Constant()),
+        ehsid.ArxEstimator(2, 2, 2),
+        ehsid.ArxEstimator(2, 2, 1, dtype="float64"),
+        ehsid.ArxEstimator(2, 2, 1, forgetting=ehsid.Constant()),
     ):
         with pytest.raises(ValueError, match=r"estimators\[1\] is not like"):
             ehsid.EstimatorBank([one, other])
-    armax = ehsid.ServoEstimator(2, 2, 1, method="armax", forgetting=ehsid.Constant())
+    armax = ehsid.ArxEstimator(2, 2, 1, method="armax", forgetting=ehsid.Constant())
     with pytest.raises(ValueError, match="method='rls' only"):
         ehsid.EstimatorBank([armax])
     with pytest.raises(ValueError, match="expected one of 'baseline'"):

@@ -29,7 +29,7 @@ def record(seed: int, n: int, noise: float = 0.05, c: float = 0.7) -> dict[str, 
     return {"u": u, "riv": sensor, "oe": sensor, "armax": coloured}
 
 
-def estimator(method: str, dtype: str = "float64", **other: object) -> ehsid.ServoEstimator:
+def estimator(method: str, dtype: str = "float64", **other: object) -> ehsid.ArxEstimator:
     settings: dict[str, object] = {
         "forgetting": ehsid.Exponential(lambda0=0.995, lambda_initial=0.98),
         "reset": None,
@@ -37,7 +37,7 @@ def estimator(method: str, dtype: str = "float64", **other: object) -> ehsid.Ser
         "dtype": dtype,
         **other,
     }
-    return ehsid.ServoEstimator(3, 3, 1, **settings)  # type: ignore[arg-type]
+    return ehsid.ArxEstimator(3, 3, 1, **settings)  # type: ignore[arg-type]
 
 
 def referred(method: str, u: FloatArray, y: FloatArray) -> reference.Gradient:
@@ -154,7 +154,7 @@ def test_every_order_and_any_record_stay_finite(
     method: str, dtype: str, orders: tuple[int, int, int, bool], seed: int, size: float
 ) -> None:
     na, nb, nk, offset = orders
-    compiled = ehsid.ServoEstimator(
+    compiled = ehsid.ArxEstimator(
         na,
         nb,
         nk,

@@ -66,7 +66,7 @@ def signals(name: str) -> tuple[FloatArray, FloatArray]:
 @pytest.mark.parametrize("policy", policies.NAMES)
 @pytest.mark.parametrize("colour", [*COLOURS, "crane"])
 def test_persistent_excitation_of_any_colour_is_hardly_skipped(colour: str, policy: str) -> None:
-    made = ehsid.ServoEstimator(3, 3, 1, forgetting=policies.PAIRS[policy].compiled, reset=None)
+    made = ehsid.ArxEstimator(3, 3, 1, forgetting=policies.PAIRS[policy].compiled, reset=None)
     status = made.run(*signals(colour)).status[200:]
     assert (status == ehsid.Status.no_information).mean() <= 0.02
 
@@ -78,7 +78,7 @@ def followed(colour: str, options: ehsid.RlsOptions, seed: int) -> int:
     noise = 2e-3 * np.random.default_rng(seed).normal(size=u.size)
     # What acts from `at` on answers 20 % more to the commands from then on.
     y = model16.output(u, noise) + 0.2 * (model16.output(u, 0.0 * u) - before(u, at))
-    made = ehsid.ServoEstimator(
+    made = ehsid.ArxEstimator(
         3, 3, 1, forgetting=ehsid.Constant(), rls=options, reset=None, dtype="float64"
     )
     theta = made.run(u, y).theta[at:, 3:]
@@ -102,14 +102,14 @@ def test_a_change_is_followed_as_fast_as_by_the_textbook(colour: str) -> None:
     assert guarded <= 1.1 * textbook
 
 
-def estimator(policy: str, reset: bool) -> ehsid.ServoEstimator:
+def estimator(policy: str, reset: bool) -> ehsid.ArxEstimator:
     options = {} if reset else {"reset": None}
-    return ehsid.ServoEstimator(3, 3, 1, forgetting=policies.PAIRS[policy].compiled, **options)
+    return ehsid.ArxEstimator(3, 3, 1, forgetting=policies.PAIRS[policy].compiled, **options)
 
 
 def hold(
     policy: str, reset: bool, held: int
-) -> tuple[ehsid.ServoEstimator, FloatArray, float, float]:
+) -> tuple[ehsid.ArxEstimator, FloatArray, float, float]:
     """The estimator behind the hold, the last samples, and how far the parameters have moved.
 
     Moved: the largest of them, and the largest in deviations of before the hold.
@@ -128,9 +128,7 @@ def hold(
     return made, last, float(moved.max()), float((moved / deviation).max())
 
 
-def times_back(
-    made: ehsid.ServoEstimator, last: FloatArray, policy: str, reset: bool
-) -> FloatArray:
+def times_back(made: ehsid.ArxEstimator, last: FloatArray, policy: str, reset: bool) -> FloatArray:
     """Samples until every parameter stays within 1 % of the plant with b changed, for each seed."""
     state = made.save()
     samples = MOST_BACK_WITH_RESET if reset else MOST_BACK
@@ -194,7 +192,7 @@ def test_a_hold_of_the_textbook_does_harm() -> None:
     rng = np.random.default_rng(7)
     u = np.concatenate((rng.choice([-1.0, 1.0], size=EXCITED), np.full(5000, 0.5)))
     y = model16.output(u, NOISE * rng.normal(size=u.size))
-    made = ehsid.ServoEstimator(
+    made = ehsid.ArxEstimator(
         3, 3, 1, forgetting=ehsid.Constant(), rls=ehsid.RlsOptions.textbook(), dtype="float64"
     )
     theta = made.run(u, y).theta

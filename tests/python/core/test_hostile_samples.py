@@ -15,7 +15,7 @@ TAKEN = (ehsid.Status.ok, ehsid.Status.reset)
 
 
 def after_hostile(
-    made: ehsid.ServoEstimator, name: str, seed: int
+    made: ehsid.ArxEstimator, name: str, seed: int
 ) -> tuple[ehsid.Trajectory, np.ndarray]:
     """The whole run, and the status of each good sample."""
     u, y = hostile_samples.hostile_then_good(name, seed)
@@ -24,7 +24,7 @@ def after_hostile(
     return path, path.status[hostile_samples.HOSTILE :]
 
 
-def assert_finite(made: ehsid.ServoEstimator, path: ehsid.Trajectory) -> None:
+def assert_finite(made: ehsid.ArxEstimator, path: ehsid.Trajectory) -> None:
     """Innovations are NaN where no sample was estimated, by definition."""
     numbers = [path.theta, path.standard_deviation, path.forgetting_factor, path.residual_variance]
     estimated = np.isin(path.status, [*TAKEN, ehsid.Status.no_information])
@@ -40,7 +40,7 @@ def test_every_policy_learns_again(policy: str, dtype: str, reset: bool) -> None
     for name in [*hostile_samples.CATALOGUE, "mixture"]:
         for seed in range(10) if name == "mixture" else range(1):
             options = {} if reset else {"reset": None}
-            made = ehsid.ServoEstimator(
+            made = ehsid.ArxEstimator(
                 3, 3, 1, forgetting=policies.PAIRS[policy].compiled, dtype=dtype, **options
             )
             path, status = after_hostile(made, name, seed)
@@ -53,7 +53,7 @@ def test_every_policy_learns_again(policy: str, dtype: str, reset: bool) -> None
 def test_hostile_samples_leave_nothing_to_learn_from_good_ones() -> None:
     """The tests above can fail: a good sample has a thousandth of what one step forgets."""
     u, y = hostile_samples.hostile_then_good("large", 0)
-    made = ehsid.ServoEstimator(3, 3, 1, forgetting=ehsid.Constant(), reset=None, dtype="float64")
+    made = ehsid.ArxEstimator(3, 3, 1, forgetting=ehsid.Constant(), reset=None, dtype="float64")
     made.run(u[: hostile_samples.HOSTILE], y[: hostile_samples.HOSTILE])
     phi = np.ones(6)
     assert phi @ made.P @ phi < 1e-3 * (1.0 - 0.99)
@@ -85,7 +85,7 @@ SETTINGS = {
 
 def with_settings(
     chosen: dict[str, float], forgetting: ehsid.Forgetting, dtype: str
-) -> ehsid.ServoEstimator:
+) -> ehsid.ArxEstimator:
     """An estimator of order one; ValueError where a setting is refused."""
 
     def of(*names: str) -> dict[str, float]:
@@ -93,7 +93,7 @@ def with_settings(
 
     scaling = ("command_scale", "position_scale", "command_offset", "position_offset")
     start = {name: [chosen[name]] * 2 for name in ("theta0", "variance0") if name in chosen}
-    made = ehsid.ServoEstimator(
+    made = ehsid.ArxEstimator(
         1,
         1,
         1,
@@ -150,8 +150,8 @@ MATRIX = np.ma.masked_array(np.eye(6))
 @pytest.mark.parametrize(
     "call",
     [
-        lambda: ehsid.ServoEstimator(1, 1, 1).run(MASKED, np.ones(3)),
-        lambda: ehsid.ServoEstimator(1, 1, 1).run(np.ones(3), MASKED),
+        lambda: ehsid.ArxEstimator(1, 1, 1).run(MASKED, np.ones(3)),
+        lambda: ehsid.ArxEstimator(1, 1, 1).run(np.ones(3), MASKED),
         lambda: ehsid.Rls(3).update(MASKED, 1.0),
         lambda: ehsid.Rls(3).predict(MASKED),
         lambda: ehsid.Rls(3).run(np.ones((3, 3)), MASKED),

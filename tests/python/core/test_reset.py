@@ -91,7 +91,7 @@ def test_alarms_are_those_of_the_definition(
     u, y = changing(seed, n, {500: 1.5, 600: 0.5, 1000: -2.0}, 0.02)
     settings_ = (short, long, trigger, release, cool_down, floor)
     names = ("short_window", "long_window", "trigger_ratio", "release_ratio", "cool_down", "floor")
-    estimator = ehsid.ServoEstimator(
+    estimator = ehsid.ArxEstimator(
         3,
         3,
         1,
@@ -119,8 +119,8 @@ def test_alarms_are_those_of_the_definition(
 
 def test_reset_keeps_theta_and_restarts_the_rest() -> None:
     u, y = (x.astype(np.float32) for x in changing(1, 700, {500: 1.5}, 1e-3))
-    with_reset = ehsid.ServoEstimator(3, 3, 1)
-    without = ehsid.ServoEstimator(3, 3, 1, reset=None)
+    with_reset = ehsid.ArxEstimator(3, 3, 1)
+    without = ehsid.ArxEstimator(3, 3, 1, reset=None)
     path, plain = with_reset.run(u, y), without.run(u, y)
     assert not (plain.status == Status.reset).any()
     assert without.resets == 0
@@ -131,7 +131,7 @@ def test_reset_keeps_theta_and_restarts_the_rest() -> None:
     assert not path.converged[at]
     assert path.converged[at - 1]
 
-    stopped = ehsid.ServoEstimator(3, 3, 1)
+    stopped = ehsid.ArxEstimator(3, 3, 1)
     stopped.run(u[: at + 1], y[: at + 1])
     np.testing.assert_array_equal(stopped.P, 1e6 * np.eye(6))
     assert stopped.resets == 1
@@ -139,7 +139,7 @@ def test_reset_keeps_theta_and_restarts_the_rest() -> None:
 
 def test_reset_by_hand_is_no_alarm() -> None:
     u, y = model16.signals(2, 300)
-    estimator = ehsid.ServoEstimator(3, 3, 1)
+    estimator = ehsid.ArxEstimator(3, 3, 1)
     estimator.run(u, y)
     theta = estimator.theta_hat
     estimator.reset()
@@ -154,7 +154,7 @@ def test_reset_by_hand_is_no_alarm() -> None:
 def test_a_plant_that_stays_raises_no_alarm(name: str, noise: float) -> None:
     u, y = model16.signals(3, 100_000, noise=noise)
     scaling = ehsid.Scaling(position_scale=10.0)
-    estimator = ehsid.ServoEstimator(
+    estimator = ehsid.ArxEstimator(
         3, 3, 1, forgetting=policies.PAIRS[name].compiled, scaling=scaling
     )
     estimator.run(u, y)
@@ -169,7 +169,7 @@ def test_the_estimate_is_back_after_each_change(name: str) -> None:
     alarms = []
     for seed in range(10):
         u, y = changing(seed, 4000, changes, 1e-3)
-        path = ehsid.ServoEstimator(3, 3, 1, forgetting=policies.PAIRS[name].compiled).run(u, y)
+        path = ehsid.ArxEstimator(3, 3, 1, forgetting=policies.PAIRS[name].compiled).run(u, y)
         alarms.append(np.flatnonzero(path.status == Status.reset))
         gain = 1.0
         for start, factor in changes.items():

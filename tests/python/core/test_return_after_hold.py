@@ -47,7 +47,7 @@ def returns() -> np.ndarray:
     rows = []
     for seed in SEEDS:
         u, y, truth = record(seed)
-        run = ehsid.ServoEstimator(3, 3, 1).run(u, y)
+        run = ehsid.ArxEstimator(3, 3, 1).run(u, y)
         resets = np.flatnonzero(run.status == ehsid.Status.reset)
         # The first sample after the change shows nothing yet: its command was sent before.
         assert resets.tolist() == [CHANGE + 1], seed

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""ServoEstimator.seed: a start from an estimate made elsewhere."""
+"""ArxEstimator.seed: a start from an estimate made elsewhere."""
 
 import math
 
@@ -33,7 +33,7 @@ def test_least_squares_goes_on_where_the_offline_fit_ended(
     p = np.linalg.inv(phi[first].T @ phi[first])
     start = Seed.from_covariance(p @ phi[first].T @ right[first], p, 0.0)
     scale_u, scale_y = 2.0**power_u, 2.0**power_y
-    estimator = ehsid.ServoEstimator(
+    estimator = ehsid.ArxEstimator(
         3,
         3,
         1,
@@ -63,7 +63,7 @@ def test_least_squares_goes_on_where_the_offline_fit_ended(
 def test_a_bad_seed_leaves_every_bit_as_it_was(
     name: str, dtype: str, what: str, at: int, bad: float
 ) -> None:
-    estimator = ehsid.ServoEstimator(3, 3, 1, forgetting=policies.PAIRS[name].compiled, dtype=dtype)
+    estimator = ehsid.ArxEstimator(3, 3, 1, forgetting=policies.PAIRS[name].compiled, dtype=dtype)
     estimator.run(*(x.astype(dtype) for x in model16.signals(1, 50)))
     theta, u, d, noise = np.zeros(6), np.eye(6), np.ones(6), 1.0
     if what == "theta":
@@ -100,7 +100,7 @@ def test_a_bad_seed_leaves_every_bit_as_it_was(
 def test_seeds_of_another_shape_are_refused(
     theta: FloatArray, u: FloatArray, d: FloatArray
 ) -> None:
-    estimator = ehsid.ServoEstimator(3, 3, 1, dtype="float32")
+    estimator = ehsid.ArxEstimator(3, 3, 1, dtype="float32")
     before = estimator.save()
     with pytest.raises(ValueError, match=r"theta|\bu\b|\bd\b"):
         estimator.seed(theta, u, d)
@@ -112,7 +112,7 @@ def test_a_seed_is_the_estimate_and_a_reset_the_vague_start(name: str, seed: int
     rng = np.random.default_rng(seed)
     theta, d = rng.normal(size=6), 10.0 ** rng.uniform(-3.0, 1.0, size=6)
     u = np.triu(rng.normal(size=(6, 6)), 1) + np.eye(6)
-    estimator = ehsid.ServoEstimator(
+    estimator = ehsid.ArxEstimator(
         3, 3, 1, forgetting=policies.PAIRS[name].compiled, variance0=[1e4] * 6, dtype="float64"
     )
     estimator.seed(theta, u, d, 0.25)

@@ -23,7 +23,7 @@ PRECISIONS = st.sampled_from(DTYPES)
 HEADER = struct.Struct("<IHHHHHHHII")  # docs/linking.md
 ESTIMATOR = 0x45485331
 RLS = 0x524C5331
-Estimator = ehsid.ServoEstimator | ehsid.Rls
+Estimator = ehsid.ArxEstimator | ehsid.Rls
 
 DAMAGED = "damaged or incomplete"
 OTHER_MODEL = "another model"
@@ -32,9 +32,9 @@ OTHER_VERSION = "another version of ehsid"
 NO_STATE = "not a saved state of this class"
 
 
-def make(name: str, dtype: str, **options: Any) -> ehsid.ServoEstimator:
+def make(name: str, dtype: str, **options: Any) -> ehsid.ArxEstimator:
     given = {"forgetting": policies.PAIRS[name].compiled, "dtype": dtype} | options
-    return ehsid.ServoEstimator(3, 3, 1, **given)
+    return ehsid.ArxEstimator(3, 3, 1, **given)
 
 
 def make_rls(name: str, dtype: str, **options: Any) -> ehsid.Rls:
@@ -95,14 +95,14 @@ def test_switched_off_and_reset_are_part_of_the_state() -> None:
 
 
 def test_a_state_fits_only_its_own_kind() -> None:
-    kinds: list[ehsid.Rls | ehsid.ServoEstimator] = []
+    kinds: list[ehsid.Rls | ehsid.ArxEstimator] = []
     for name in policies.NAMES:
         for dtype in DTYPES:
             with_policy = {"forgetting": policies.PAIRS[name].compiled, "dtype": dtype}
             kinds += [ehsid.Rls(n, **with_policy) for n in range(1, 14)]
             for orders in ((3, 3, 1), (3, 3, 2), (2, 4, 1), (4, 2, 1)):
-                kinds.append(ehsid.ServoEstimator(*orders, **with_policy))
-            kinds.append(ehsid.ServoEstimator(3, 2, 1, offset=True, **with_policy))
+                kinds.append(ehsid.ArxEstimator(*orders, **with_policy))
+            kinds.append(ehsid.ArxEstimator(3, 2, 1, offset=True, **with_policy))
     states = [estimator.save() for estimator in kinds]
     for i, estimator in enumerate(kinds):
         for j, state in enumerate(states):

@@ -157,7 +157,7 @@ def test_stub_and_module_have_the_same_signatures() -> None:
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_types_that_pybind11_does_not_tell(dtype: type) -> None:
     y = np.linspace(0.0, 1.0, 30)
-    servo = ehsid.ServoEstimator(1, 1, 1, dtype=dtype).run(y, y)
+    servo = ehsid.ArxEstimator(1, 1, 1, dtype=dtype).run(y, y)
     rls = ehsid.Rls(1, dtype=dtype).run(y[:, None], y)
     for run in (servo, rls):
         for name in (

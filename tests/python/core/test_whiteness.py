@@ -32,8 +32,8 @@ def record(noise: str, size: float, n: int, seed: int) -> tuple[FloatArray, Floa
     return u, model16.output(u, e)
 
 
-def estimator(lambda_: float = 1.0) -> ehsid.ServoEstimator:
-    return ehsid.ServoEstimator(3, 3, 1, forgetting=ehsid.Constant(lambda_), reset=None)
+def estimator(lambda_: float = 1.0) -> ehsid.ArxEstimator:
+    return ehsid.ArxEstimator(3, 3, 1, forgetting=ehsid.Constant(lambda_), reset=None)
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Runs:
     converged: npt.NDArray[np.bool_]
 
 
-def behind_records(noise: str, size: float, n: int, count: int) -> list[ehsid.ServoEstimator]:
+def behind_records(noise: str, size: float, n: int, count: int) -> list[ehsid.ArxEstimator]:
     """Estimators that have run, side by side, over a record each."""
     bank = ehsid.EstimatorBank([estimator() for _ in range(count)])
     records = [record(noise, size, n, seed) for seed in range(count)]
@@ -104,7 +104,7 @@ def test_false_alarms_in_a_hundred_thousand_samples(policy: ehsid.Forgetting) ->
     """White noise: the alarm is on for at most 1 % of the samples; measured 0.0 to 0.13 %."""
     alarmed = samples = 0
     for seed in range(4):
-        servo = ehsid.ServoEstimator(3, 3, 1, forgetting=policy)
+        servo = ehsid.ArxEstimator(3, 3, 1, forgetting=policy)
         u, y = record("equation", 0.1, 100_000, seed)
         for k in range(0, u.size, 50):
             servo.run(u[k : k + 50], y[k : k + 50])
@@ -170,7 +170,7 @@ def test_a_change_of_the_plant_with_a_reset_is_no_lasting_alarm() -> None:
     """20 runs of 4,000 samples: at most 3 end in an alarm, of which 2 % of all runs may be."""
     white = 0
     for seed in range(20):
-        servo = ehsid.ServoEstimator(3, 3, 1)
+        servo = ehsid.ArxEstimator(3, 3, 1)
         servo.run(*changed(4000, seed))
         assert servo.resets >= 1
         assert servo.converged == servo.residuals_white
@@ -180,7 +180,7 @@ def test_a_change_of_the_plant_with_a_reset_is_no_lasting_alarm() -> None:
 
 def test_a_structure_that_is_too_small_is_seen() -> None:
     """Second order for a plant of third order: its residuals can be predicted without noise."""
-    servo = ehsid.ServoEstimator(2, 2, 1)
+    servo = ehsid.ArxEstimator(2, 2, 1)
     servo.run(*record("equation", 0.01, 2000, 3))
     assert not servo.residuals_white
     assert not servo.converged
@@ -188,7 +188,7 @@ def test_a_structure_that_is_too_small_is_seen() -> None:
 
 def test_a_wrong_delay_is_seen() -> None:
     u, y = record("equation", 0.01, 2000, 3)
-    servo = ehsid.ServoEstimator(3, 3, 3)
+    servo = ehsid.ArxEstimator(3, 3, 3)
     servo.run(u, y)
     assert not servo.residuals_white
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Many online estimators at once, each bit for bit the OnlineEstimator of servo_estimator.hpp. For hosts: memory comes from
+// Many online estimators at once, each bit for bit the OnlineEstimator of arx_estimator.hpp. For hosts: memory comes from
 // the heap.
 #pragma once
 
@@ -158,7 +158,6 @@ class OnlineEstimatorBank {
 /// Many estimators of an electro-hydraulic servo, ARX(na, nb, nk): EstimatorBank<float, 3, 3, 1>.
 template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = FRatio<Scalar>,
           bool kOffset = false>
-using EstimatorBank =
-    OnlineEstimatorBank<ServoEstimator<Scalar, kNa, kNb, kNk, Forgetting, kOffset>>;
+using EstimatorBank = OnlineEstimatorBank<ArxEstimator<Scalar, kNa, kNb, kNk, Forgetting, kOffset>>;
 
 }  // namespace ehsid

@@ -2,9 +2,9 @@
 // OnlineEstimator::step of as many estimators as a register has lanes.
 #pragma once
 
+#include <ehsid/arx_estimator.hpp>
 #include <ehsid/bank/monitors.hpp>
 #include <ehsid/bank/recursions.hpp>
-#include <ehsid/servo_estimator.hpp>
 
 namespace ehsid::bank {
 

@@ -86,7 +86,7 @@ class EstimatorConfiguration:
     orders
         structure of the ARX model; na, nb up to 6, nk up to 20.
     scaling, forgetting, rls, convergence
-        settings as `ehsid.ServoEstimator` takes them.
+        settings as `ehsid.ArxEstimator` takes them.
     reset
         settings of the reset; with None the estimator never resets.
     variance0
@@ -107,7 +107,7 @@ class EstimatorConfiguration:
     input_limit: float = 1e4
     seed: Seed | None = None
 
-    def estimator(self) -> ehsid.ServoEstimator:
+    def estimator(self) -> ehsid.ArxEstimator:
         """Returns a new float32 estimator with these settings, before its first sample.
 
         Raises
@@ -116,7 +116,7 @@ class EstimatorConfiguration:
             the structure is outside the compiled range, or a number is outside its range in
             float32.
         """
-        made = ehsid.ServoEstimator(
+        made = ehsid.ArxEstimator(
             self.orders.na,
             self.orders.nb,
             self.orders.nk,

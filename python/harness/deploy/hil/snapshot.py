@@ -66,7 +66,7 @@ class Snapshot:
 
 
 def taken(
-    estimator: ehsid.ServoEstimator,
+    estimator: ehsid.ArxEstimator,
     configuration: EstimatorConfiguration,
     theta: tuple[float, ...],
     *,
@@ -120,7 +120,7 @@ def taken(
     )
 
 
-def _seed(estimator: ehsid.ServoEstimator) -> Seed:
+def _seed(estimator: ehsid.ArxEstimator) -> Seed:
     covariance = np.asarray(estimator.P, dtype=np.float64)
     variances = np.diag(np.diag(covariance))
     for share in SHARES:

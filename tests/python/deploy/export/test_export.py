@@ -81,9 +81,7 @@ def array(text: str, name: str) -> list[float]:
 
 def read_back(text: str) -> EstimatorConfiguration:
     """The configuration that a header holds, read without the code that wrote it."""
-    kind = re.search(
-        r"ServoEstimator<float, (\d), (\d), (\d+), ehsid::(\w+)<[^>]*>(, true)?>", text
-    )
+    kind = re.search(r"ArxEstimator<float, (\d), (\d), (\d+), ehsid::(\w+)<[^>]*>(, true)?>", text)
     assert kind is not None
     na, nb, nk = (int(digits) for digits in kind.groups()[:3])
     orders = ArxOrders(na, nb, nk, offset=kind[5] is not None)

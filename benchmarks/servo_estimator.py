@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""ServoTracker on servos that no constant has seen: python benchmarks/servo_tracker.py [OUT.json]
+"""ServoEstimator on servos that no constant has seen.
+
+Run: python benchmarks/servo_estimator.py [OUT.json]
 
 Servos of `servo_machines.py` with the seeds FIRST to LAST, six runs of each, float32. Beside it
 least squares and instrumental variables as their pages advise: signals scaled by their standard
@@ -33,7 +35,7 @@ Found = tuple[FloatArray, FloatArray, npt.NDArray[np.bool_], int]
 
 def tracked(run: Run, at: npt.NDArray[np.intp]) -> Found:
     """Returns values and half widths, shape (3, n), what is trusted, and the number of resets."""
-    tracker = ehsid.ServoTracker(run.dt_s)
+    tracker = ehsid.ServoEstimator(run.dt_s)
     told = tracker.run(run.command, run.position)
     series = (told.gain, told.omega_n, told.xi)
     values = np.array([one.value[at] for one in series], dtype=np.float64)
@@ -50,7 +52,7 @@ def read(run: Run, at: npt.NDArray[np.intp], method: str) -> Found:
         position_offset=float(run.position.mean()),
     )
     forgetting = {} if method == "rls" else {"forgetting": ehsid.Exponential(0.995, 0.98)}
-    estimator = ehsid.ServoEstimator(
+    estimator = ehsid.ArxEstimator(
         3, 3, 1, offset=True, scaling=scaling, method=method, **forgetting
     )
     values, widths = np.full((3, at.size), np.nan), np.full((3, at.size), np.nan)

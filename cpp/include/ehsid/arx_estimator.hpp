@@ -1,0 +1,437 @@
+// SPDX-License-Identifier: MIT
+// The estimator a controller links: ARX regressor, RLS, reset, and monitors of convergence and whiteness behind one call.
+#pragma once
+
+#include <ehsid/arx.hpp>
+#include <ehsid/forgetting.hpp>
+#include <ehsid/monitor.hpp>
+#include <ehsid/reset.hpp>
+#include <ehsid/rls.hpp>
+#include <ehsid/scaling.hpp>
+#include <ehsid/snapshot.hpp>
+#include <ehsid/whiteness.hpp>
+
+#include <array>
+
+namespace ehsid {
+
+/// Settings of an OnlineEstimator. Every default is usable; give at least the scaling.
+/// Recursion: options of the recursion, RlsOptions but for those of output_error.hpp and armax.hpp.
+template <class Scalar, int kN, class Forgetting, class Recursion = RlsOptions<Scalar>>
+struct EstimatorOptions {
+  Scaling<Scalar> scaling{};
+  Forgetting forgetting{};
+  Recursion rls{};
+  RmseResetOptions<Scalar> reset{};
+  ConvergenceOptions<Scalar> convergence{};
+  bool reset_enabled = true;
+  /// Start values in the units of the signals, and their variances in scaled units and units of sigma^2.
+  Vector<Scalar, kN> theta0 = Vector<Scalar, kN>::Zero(capacity(kN));
+  Vector<Scalar, kN> variance0 = Vector<Scalar, kN>::Constant(capacity(kN), Scalar(1e6));
+  /// Largest plausible |scaled command| or |scaled position|: beyond it a sample is refused.
+  Scalar input_limit = Scalar(1e4);
+
+  /// All but theta0 and variance0, which the recursion checks.
+  bool valid() const {
+    return scaling.valid() && forgetting.valid() && rls.valid() && reset.valid() &&
+           convergence.valid() && is_finite(input_limit) && input_limit > Scalar(0);
+  }
+};
+
+/// Online identification of a model whose regressor is made from commands and positions.
+///
+/// Model: Arx<...>, or a class with the same members. Forgetting: see forgetting.hpp. Recursion: Rls, or one of
+/// output_error.hpp and armax.hpp for noise that biases least squares.
+template <class Model_, class Forgetting_,
+          class Recursion_ = Rls<typename Model_::Scalar, Model_::kN, Forgetting_>>
+class OnlineEstimator {
+ public:
+  using Model = Model_;
+  using Forgetting = Forgetting_;
+  using Scalar = typename Model::Scalar;
+  static constexpr int kN = Model::kN;
+  using Recursion = Recursion_;
+  using Options = EstimatorOptions<Scalar, kN, Forgetting, typename Recursion::Options>;
+  using Parameters = Vector<Scalar, kN>;
+  using Covariance = SquareMatrix<Scalar, kN>;
+
+  /// What a snapshot holds behind its header, in this order. A copy of an estimator's state, so that settings of the
+  /// policy and sizes, which are not saved, are there before the rest is read.
+  struct Contents {
+    std::uint8_t enabled;
+    typename Recursion::State recursion;
+    typename Model::State history;
+    typename RmseReset<Scalar>::State reset;
+    typename ConvergenceMonitor<Scalar>::State convergence;
+    typename WhitenessMonitor<Scalar>::State whiteness;
+
+    template <class Visit>
+    EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+      visit(&Contents::enabled);
+      visit(&Contents::recursion);
+      visit(&Contents::history);
+      visit(&Contents::reset);
+      visit(&Contents::convergence);
+      visit(&Contents::whiteness);
+    }
+  };
+
+  /// Bytes of a snapshot; where the orders are chosen at run time, the most that there can be.
+  static constexpr std::size_t kSnapshotBytes =
+      ehsid::snapshot_bytes<Contents>(with_noise(Model::kLargest, Recursion::kNoiseParameters));
+  /// The whole state as bytes: store them, restore them into an estimator with the same options, on any machine.
+  using Snapshot = std::array<std::uint8_t, kSnapshotBytes>;
+
+  OnlineEstimator() { static_cast<void>(configure(Options{})); }
+  explicit OnlineEstimator(const Model& model) : model_(model) {
+    Options options;
+    options.theta0 = Parameters::Zero(model_.size());
+    options.variance0 = Parameters::Constant(model_.size(), Recursion::kDefaultVariance);
+    static_cast<void>(configure(options));
+  }
+
+  /// Takes the options over and starts anew from them. invalid_argument leaves everything as it was.
+  Status configure(const Options& options) {
+    if (!options.valid() || options.theta0.size() != model_.size()) {
+      return Status::invalid_argument;
+    }
+    if (start(scaled(options.theta0, options.scaling), options.variance0) != Status::ok) {
+      return Status::invalid_argument;
+    }
+    // Their options have been checked: these cannot refuse.
+    static_cast<void>(recursion_.configure(options.forgetting, options.rls));
+    static_cast<void>(reset_.configure(options.reset));
+    static_cast<void>(monitor_.configure(options.convergence));
+    scaling_ = options.scaling;
+    input_limit_ = options.input_limit;
+    reset_enabled_ = options.reset_enabled;
+    enabled_ = true;
+    forget_samples();
+    whiteness_.restart();
+    return Status::ok;
+  }
+
+  /// Starts anew from an estimate made elsewhere, e.g. offline, after configure().
+  ///
+  /// theta in the units of the signals; P = U D U' in scaled units and units of sigma^2; sigma^2 in squared
+  /// units of the position, 0 for unknown. Where sigma^2 is known, errors far beyond it raise the reset from the
+  /// first sample on: the plant is not the one that was known. A reset, then or later, goes back to variance0
+  /// of the options, not to this P. invalid_argument leaves everything as it was.
+  Status seed(const Parameters& theta, const UdFactors<Scalar, kN>& factors,
+              Scalar noise_variance) {
+    const Scalar scaled_variance =
+        noise_variance / scaling_.position_scale / scaling_.position_scale;
+    if (recursion_.seed(scaled(theta, scaling_), factors, scaled_variance) != Status::ok) {
+      return Status::invalid_argument;
+    }
+    reset_.restart(scaled_variance);
+    monitor_.restart();
+    forget_samples();
+    whiteness_.restart();
+    return Status::ok;
+  }
+
+  /// One sample: the command sent at t_k and the position measured at t_k, in the units of the scaling.
+  ///
+  /// ok, filling, no_information, disabled, reset, or an error. After invalid_input and out_of_range
+  /// the estimate is bit for bit what it was; the history has a hole, so it fills anew before
+  /// the next estimate.
+  Status step(Scalar command, Scalar position) {
+    if (!is_finite(command) || !is_finite(position)) {
+      forget_samples();
+      return Status::invalid_input;
+    }
+    const Scalar u = scaling_.scale_command(command);
+    const Scalar y = scaling_.scale_position(position);
+    if (!plausible(u) || !plausible(y)) {
+      forget_samples();
+      return Status::out_of_range;
+    }
+    model_.advance_command(u);
+    Status status = enabled_ ? Status::filling : Status::disabled;
+    if (enabled_ && model_.ready()) {
+      status = estimate(model_.regressor(), y);
+    } else {
+      whiteness_.interrupted();
+    }
+    model_.advance_output(y);
+    return status;
+  }
+
+  /// Bumpless: while switched off the history moves on, so estimation resumes with the first sample.
+  void enable(bool on) {
+    if constexpr (Recursion::kFollowsModel) {
+      recursion_.clear_history();  // its filters see no sample while switched off
+    }
+    enabled_ = on;
+  }
+  bool enabled() const { return enabled_; }
+
+  /// lambda and P back to their start values, theta kept (Fig. 4).
+  void reset() {
+    recursion_.reset();
+    monitor_.restart();
+    whiteness_.restart();
+  }
+
+  /// (a1 .. a_na, b1 .. b_nb [, c]) in the units of the signals (about the offsets of the scaling).
+  Parameters theta_hat() const { return in_units(recursion_.theta_hat()); }
+
+  /// Standard deviations of theta_hat, in the same units: sqrt(sigma^2 P_ii) where the residuals are white, else that
+  /// times whiteness().inflation(). Where they are not white theta is biased, and the true value may lie further away.
+  Parameters standard_deviation() const {
+    Parameters deviation = recursion_.standard_deviation();
+    const Scalar inflation = whiteness_.inflation();
+    for (int i = 0; i < model_.size(); ++i) {
+      deviation[i] = bounded_product(deviation[i], inflation);
+    }
+    return in_units(deviation);
+  }
+
+  /// sigma^2 P in the same units: the covariance of theta_hat where the residuals are white. Never inflated.
+  Covariance covariance() const {
+    Covariance p = recursion_.P();
+    const Scalar variance = recursion_.residual_variance();
+    for (int i = 0; i < model_.size(); ++i) {
+      for (int j = 0; j < model_.size(); ++j) {
+        const Scalar scale = bounded_product(bounded_product(variance, unit(i)), unit(j));
+        p(i, j) = bounded_product(p(i, j), scale);
+      }
+    }
+    return p;
+  }
+
+  /// position(k+1) .. position(k+kSteps) predicted after step k, on the commands of the same samples, with
+  /// theta_hat of now. Only meaningful once the history is full, see Model::ready().
+  template <int kSteps>
+  Vector<Scalar, kSteps> predict_ahead(const Vector<Scalar, kSteps>& commands) const {
+    Vector<Scalar, kSteps> scaled;
+    for (int i = 0; i < kSteps; ++i) {
+      scaled[i] = scaling_.scale_command(commands[i]);
+    }
+    Vector<Scalar, kSteps> positions =
+        model_.template predict_ahead<kSteps>(recursion_.theta_hat(), scaled);
+    for (int i = 0; i < kSteps; ++i) {
+      positions[i] = scaling_.unscale_position(positions[i]);
+    }
+    return positions;
+  }
+
+  /// epsilon(k) of the last estimated sample, in units of the position.
+  Scalar innovation() const {
+    return bounded_product(recursion_.innovation(), scaling_.position_scale);
+  }
+  Scalar forgetting_factor() const { return recursion_.forgetting_factor(); }
+  /// sigma^2, in squared units of the position.
+  Scalar residual_variance() const {
+    return bounded_product(recursion_.residual_variance(),
+                           scaling_.position_scale * scaling_.position_scale);
+  }
+  /// Every deviation of white residuals is inside the tolerance; where the residuals are not white theta may be further
+  /// off. See monitor().
+  bool settled() const { return monitor_.converged(); }
+  /// Settled, and enough samples say that the residuals are white, so that the deviations hold. See whiteness().
+  bool converged() const { return settled() && whiteness_.enough() && whiteness_.white(); }
+
+  /// Number of parameters.
+  int size() const { return model_.size(); }
+
+  const Model& model() const { return model_; }
+  const Recursion& recursion() const { return recursion_; }
+  const RmseReset<Scalar>& change_detector() const { return reset_; }
+  const ConvergenceMonitor<Scalar>& monitor() const { return monitor_; }
+  const WhitenessMonitor<Scalar>& whiteness() const { return whiteness_; }
+  const Scaling<Scalar>& scaling() const { return scaling_; }
+
+  /// Bytes that save() writes and restore() expects.
+  std::size_t snapshot_bytes() const { return ehsid::snapshot_bytes<Contents>(shape()); }
+
+  /// Writes the state to `to`, which has room for snapshot_bytes().
+  void save(std::uint8_t* to) const {
+    Contents state = contents();
+    write_snapshot(to, header(), state);
+  }
+
+  Snapshot save() const {
+    Snapshot saved{};
+    save(saved.data());
+    return saved;
+  }
+
+  /// What restore() would find wrong with these bytes; SnapshotFault::none where it would take them over.
+  SnapshotFault check(const std::uint8_t* bytes, std::size_t count) const {
+    Contents found = contents();
+    return read(bytes, count, found);
+  }
+
+  /// Takes over `count` bytes that save() wrote. invalid_argument, and nothing changed, where check() finds a fault: a
+  /// snapshot that is damaged, or of another version, model, precision, policy or configuration.
+  Status restore(const std::uint8_t* bytes, std::size_t count) {
+    Contents found = contents();
+    if (read(bytes, count, found) != SnapshotFault::none) {
+      return Status::invalid_argument;
+    }
+    // The states have been checked: these cannot refuse.
+    static_cast<void>(recursion_.restore(found.recursion));
+    static_cast<void>(model_.restore(found.history));
+    static_cast<void>(reset_.restore(found.reset));
+    static_cast<void>(monitor_.restore(found.convergence));
+    static_cast<void>(whiteness_.restore(found.whiteness));
+    enabled_ = found.enabled == 1;
+    return Status::ok;
+  }
+
+  Status restore(const Snapshot& saved) { return restore(saved.data(), snapshot_bytes()); }
+
+ private:
+  template <class, class>
+  friend class bank::Estimators;
+
+  static constexpr std::uint32_t kMagic = 0x45485331U;  // "EHS1"
+
+  Status estimate(const Parameters& phi, Scalar y) {
+    const Status status = recursion_.update(phi, y);
+    const Scalar leaving = phi[model_.na() + model_.nb() - 1];
+    if (status == Status::no_information) {
+      monitor_.skipped();
+      whiteness_.skipped(leaving);
+      return status;
+    }
+    if (status != Status::ok) {
+      whiteness_.interrupted();
+      return status;
+    }
+    if constexpr (Recursion::kFollowsModel) {
+      monitor_.updated(recursion_.judged());
+      // The errors of the start are not those of the method.
+      if (recursion_.settled()) {
+        whiteness_.updated(recursion_.judged(), leaving);
+      }
+    } else {
+      monitor_.updated(recursion_);
+      whiteness_.updated(recursion_, leaving);
+    }
+    if (reset_enabled_ && reset_.update(recursion_.normalised_square())) {
+      // The noise as it was before the change, not as its errors make it look.
+      recursion_.reset(reset_.long_rmse() * reset_.long_rmse());
+      monitor_.restart();
+      whiteness_.restart();
+      return Status::reset;
+    }
+    return status;
+  }
+
+  Status start(const Parameters& theta0, const Parameters& variance0) {
+    if constexpr (Recursion::kFollowsModel) {
+      return recursion_.start(theta0, variance0, model_.na());
+    } else {
+      return recursion_.start(theta0, variance0);
+    }
+  }
+
+  /// There is a hole in the record, or it begins: the regressor fills anew.
+  void forget_samples() {
+    model_.clear();
+    if constexpr (Recursion::kFollowsModel) {
+      recursion_.clear_history();
+    }
+  }
+
+  ModelShape shape() const {
+    ModelShape of{model_.na(), model_.nb(), model_.nk(), model_.offset()};
+    if constexpr (Recursion::kFollowsModel) {
+      of = with_noise(of, recursion_.noise_size());
+    }
+    return of;
+  }
+
+  SnapshotHeader header() const {
+    return make_header<Scalar, Forgetting, Contents>(kMagic, shape(), configuration());
+  }
+
+  Contents contents() const {
+    return {static_cast<std::uint8_t>(enabled_ ? 1 : 0),
+            recursion_.state(),
+            model_.state(),
+            reset_.state(),
+            monitor_.state(),
+            whiteness_.state()};
+  }
+
+  /// Checksum of every option that decides how the estimator goes on. Not theta0, which only a start uses, and no option
+  /// of the reset where that is switched off.
+  std::uint32_t configuration() const {
+    const ModelShape of = shape();
+    ByteStream writer = ByteStream::writing(nullptr);
+    recursion_.write_configuration(writer, of);
+    stream_fields(writer, of, scaling_);
+    stream_fields(writer, of, monitor_.options());
+    const std::uint8_t enabled = reset_enabled_ ? 1 : 0;
+    writer.values(&input_limit_, 1);
+    writer.values(&enabled, 1);
+    if (reset_enabled_) {
+      stream_fields(writer, of, reset_.options());
+    }
+    return writer.checksum();
+  }
+
+  SnapshotFault read(const std::uint8_t* bytes, std::size_t count, Contents& found) const {
+    const SnapshotFault fault = read_snapshot(bytes, count, header(), found);
+    return fault != SnapshotFault::none || possible(found) ? fault : SnapshotFault::impossible;
+  }
+
+  /// Can an estimator with these options have this state? Then the numbers it reports are finite, too.
+  bool possible(const Contents& found) const {
+    return found.enabled <= 1 && recursion_.usable(found.recursion) &&
+           model_.usable(found.history) && plausible(found.history) &&
+           RmseReset<Scalar>::usable(found.reset) &&
+           ConvergenceMonitor<Scalar>::usable(found.convergence) &&
+           WhitenessMonitor<Scalar>::usable(found.whiteness);
+  }
+
+  bool plausible(const typename Model::State& history) const {
+    bool good = true;
+    for (const Scalar output : history.outputs) {
+      good = plausible(output) && good;
+    }
+    for (const Scalar command : history.commands) {
+      good = plausible(command) && good;
+    }
+    return good;
+  }
+
+  bool plausible(Scalar scaled) const { return scaled <= input_limit_ && scaled >= -input_limit_; }
+
+  Scalar unit(int i) const { return scaling_.parameter_unit(i, model_.na(), model_.nb()); }
+
+  Parameters scaled(Parameters values, const Scaling<Scalar>& scaling) const {
+    for (int i = 0; i < model_.size(); ++i) {
+      values[i] /= scaling.parameter_unit(i, model_.na(), model_.nb());
+    }
+    return values;
+  }
+
+  Parameters in_units(Parameters values) const {
+    for (int i = 0; i < model_.size(); ++i) {
+      values[i] = bounded_product(values[i], unit(i));
+    }
+    return values;
+  }
+
+  Model model_{};
+  Recursion recursion_{};
+  RmseReset<Scalar> reset_{};
+  ConvergenceMonitor<Scalar> monitor_{};
+  WhitenessMonitor<Scalar> whiteness_{};
+  Scaling<Scalar> scaling_{};
+  Scalar input_limit_ = Scalar(1);
+  bool reset_enabled_ = true;
+  bool enabled_ = true;
+};
+
+/// The electro-hydraulic servo: ARX(na, nb, nk), third order for Eq. (6): ArxEstimator<float, 3, 3, 1>.
+template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = FRatio<Scalar>,
+          bool kOffset = false>
+using ArxEstimator = OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting>;
+
+}  // namespace ehsid
