@@ -11,15 +11,15 @@ namespace ehsid {
 ///
 /// exp(x) = (exp(x / 16))^16, and of exp(x / 16) the Taylor series, by Horner's rule.
 template <class Scalar>
-Scalar bounded_exp(Scalar x) {
+EHSID_ONCE Scalar bounded_exp(Scalar x) {
   // The first term that is left out is 0.25^(n+1) / (n+1)!: 4e-10 and 2e-18.
   constexpr int kTerms = sizeof(Scalar) == sizeof(float) ? 7 : 12;
   constexpr int kSquarings = 4;
   const Scalar limited = x > Scalar(4) ? Scalar(4) : x < Scalar(-4) ? Scalar(-4) : x;
-  const Scalar small = limited / Scalar(1 << kSquarings);
+  const Scalar small = limited * (Scalar(1) / Scalar(1 << kSquarings));
   Scalar sum = Scalar(1);
   for (int n = kTerms; n >= 1; --n) {
-    sum = Scalar(1) + small / static_cast<Scalar>(n) * sum;
+    sum = Scalar(1) + small * detail::kInverse<Scalar>[n] * sum;
   }
   for (int i = 0; i < kSquarings; ++i) {
     sum *= sum;
@@ -31,7 +31,7 @@ Scalar bounded_exp(Scalar x) {
 ///
 /// x = 2^e m with m in [0.71, 1.42), and ln m = 2 (s + s^3 / 3 + s^5 / 5 ...) with s = (m - 1) / (m + 1), |s| <= 0.172.
 template <class Scalar>
-Scalar bounded_log(Scalar x) {
+EHSID_ONCE Scalar bounded_log(Scalar x) {
   using Word = typename Bits<Scalar>::Word;
   constexpr int kTerms = sizeof(Scalar) == sizeof(float) ? 5 : 11;
   constexpr int kMantissaBits = sizeof(Scalar) == sizeof(float) ? 23 : 52;
@@ -51,11 +51,12 @@ Scalar bounded_log(Scalar x) {
     ++exponent;
   }
   const Scalar s = (m - Scalar(1)) / (m + Scalar(1));
+  const Scalar square = s * s;
   Scalar sum = Scalar(0);
   for (int n = kTerms; n >= 0; --n) {
-    sum = sum * s * s + Scalar(2) / static_cast<Scalar>(2 * n + 1);
+    sum = sum * square + detail::kInverse<Scalar>[2 * n + 1];
   }
-  return sum * s + static_cast<Scalar>(exponent) * Scalar(0.69314718055994530942);
+  return Scalar(2) * sum * s + static_cast<Scalar>(exponent) * Scalar(0.69314718055994530942);
 }
 
 }  // namespace ehsid

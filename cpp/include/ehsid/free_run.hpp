@@ -25,7 +25,8 @@ class FreeRun {
 
   /// Closes a window that is long enough, and opens the next one. position: the measured one, after the update of the filter,
   /// whose state is relative to it. slowest: longest window in samples. Returns true where a window was closed.
-  bool take(const ServoFilterState<Scalar>& state, Scalar position, std::int32_t slowest) {
+  EHSID_ONCE bool take(const ServoFilterState<Scalar>& state, Scalar position,
+                       std::int32_t slowest) {
     bool closed = false;
     if (open_ && ++count_ >= length_) {
       close(state, position - start_);
@@ -46,7 +47,7 @@ class FreeRun {
   }
 
   /// The model goes on by one sample, while the command acts.
-  void predict(const ServoFilter<Scalar>& filter, Scalar command) {
+  EHSID_ONCE void predict(const ServoFilter<Scalar>& filter, Scalar command) {
     if (!open_) {
       return;
     }
@@ -92,7 +93,7 @@ class FreeRun {
   std::int32_t failures() const { return failures_; }
 
  private:
-  void close(const ServoFilterState<Scalar>& state, Scalar measured) {
+  EHSID_RARE void close(const ServoFilterState<Scalar>& state, Scalar measured) {
     if (!(weight_ > Scalar(0))) {
       first_gain_ = state.gain;
     }

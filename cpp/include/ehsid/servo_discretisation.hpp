@@ -60,8 +60,10 @@ struct SampledServo {
 
 namespace detail {
 
-// The short step has v, sqrt(y) <= 1/4, so term n is below 0.41^n / n!: under 2^-53 from n = 14 on.
-constexpr int kServoSeriesTerms = 15;
+// The short step has v, sqrt(y) <= 1/4, so term n is below 0.41^n / n!: under 2^-53 from n = 14 on, and under 2^-24 from
+// n = 8 on.
+template <class Scalar>
+constexpr int kServoSeriesTerms = sizeof(Scalar) == sizeof(float) ? 9 : 15;
 constexpr int kServoMaxDoublings = 12;
 
 /// e, w and S over a unit of time, for v and sqrt(y) up to 1/4 in size.
@@ -78,18 +80,16 @@ ServoStep<Scalar> short_servo_step(const Sensitive<Scalar>& v, const Sensitive<S
   Number before{Scalar(0)};
   Number term{Scalar(1)};
   ServoStep<Scalar> sum{term, Scalar(1) / Scalar(2) * term, Scalar(1) / Scalar(6) * term};
-  for (int n = 2; n <= kServoSeriesTerms; ++n) {
-    const auto k = static_cast<Scalar>(n);
-    // n (n-1) e_n = -(n-1) v e_(n-1) - y e_(n-2)
-    const Number next =
-        Scalar(-1) / (k * (k - Scalar(1))) * ((k - Scalar(1)) * v * term + y * before);
+  for (int n = 2; n <= kServoSeriesTerms<Scalar>; ++n) {
+    // e_n = -(v e_(n-1) + y e_(n-2) / (n-1)) / n
+    const Number next = -kInverse<Scalar>[n] * (v * term + kInverse<Scalar>[n - 1] * (y * before));
     before = term;
     term = next;
     // w = y times the integral of e, S = integral of w
-    const Scalar once = Scalar(1) / (k + Scalar(1));
+    const Scalar once = kInverse<Scalar>[n + 1];
     sum.e = sum.e + term;
     sum.w = sum.w + once * term;
-    sum.s = sum.s + once / (k + Scalar(2)) * term;
+    sum.s = sum.s + once * kInverse<Scalar>[n + 2] * term;
   }
   return {sum.e, y * sum.w, y * sum.s};
 }
@@ -98,8 +98,8 @@ ServoStep<Scalar> short_servo_step(const Sensitive<Scalar>& v, const Sensitive<S
 template <class Scalar>
 Sensitive<Scalar> short_exponential(const Sensitive<Scalar>& v) {
   Sensitive<Scalar> sum{Scalar(1)};
-  for (int n = kServoSeriesTerms; n >= 1; --n) {
-    sum = Scalar(1) - Scalar(1) / static_cast<Scalar>(n) * v * sum;
+  for (int n = kServoSeriesTerms<Scalar>; n >= 1; --n) {
+    sum = Scalar(1) - kInverse<Scalar>[n] * v * sum;
   }
   return sum;
 }

@@ -78,7 +78,7 @@ class ServoEstimator {
   static constexpr Scalar kLargest = Scalar(1e12);
 
   /// Takes the options and starts anew. invalid_argument leaves everything as it was.
-  Status configure(const Options& options) {
+  EHSID_RARE Status configure(const Options& options) {
     if (!options.valid(kMaxDelay)) {
       return Status::invalid_argument;
     }
@@ -127,7 +127,7 @@ class ServoEstimator {
   }
 
   /// What is known of the servo now.
-  TrackedServo<Scalar> servo() const {
+  EHSID_RARE TrackedServo<Scalar> servo() const {
     TrackedServo<Scalar> told;
     if (phase_ == Phase::waiting && resets_ == 0) {
       return told;
@@ -199,7 +199,7 @@ class ServoEstimator {
     return found > least ? found : least;
   }
 
-  void set(TrackedValue<Scalar>& to, Scalar value, Scalar variance, Scalar times) const {
+  EHSID_RARE void set(TrackedValue<Scalar>& to, Scalar value, Scalar variance, Scalar times) const {
     // Not beyond a factor of 1e3, nor without a number.
     const Scalar half = variance < Scalar(1e6) ? kHalfInterval * std::sqrt(variance) : Scalar(1e3);
     to.value = value;
@@ -227,7 +227,7 @@ class ServoEstimator {
     }
   }
 
-  void begin_anew() {
+  EHSID_RARE void begin_anew() {
     phase_ = Phase::waiting;
     run_.restart();
     waited_ = 0;
@@ -247,7 +247,7 @@ class ServoEstimator {
   }
 
   /// Before the first motion: the noise of the sensor, the gain to within a factor, its sign.
-  void wait(Scalar position) {
+  EHSID_RARE void wait(Scalar position) {
     const Scalar third = position - Scalar(3) * last_[0] + Scalar(3) * last_[1] - last_[2];
     const Scalar path = position - before_;
     last_[2] = last_[1];
@@ -299,7 +299,7 @@ class ServoEstimator {
   }
 
   /// Every start takes the sample; the most likely one is in charge, and wins once it leads clearly.
-  Status start(Scalar position) {
+  EHSID_RARE Status start(Scalar position) {
     const Scalar measured = sign_ * (position - reference_);
     if (rest_.resting() && bank_[0].state().samples > 10) {
       for (auto& one : bank_) {
@@ -364,7 +364,7 @@ class ServoEstimator {
 
   /// The winner goes on alone, with the spread of the others as uncertainty. A filter that is linearised anew at each sample
   /// takes itself for too certain (G. Huang, A. Mourikis, S. Roumeliotis, IJRR 29 (2010) 502): it gets some more.
-  void take_charge(int best) {
+  EHSID_RARE void take_charge(int best) {
     const auto& first = bank_[static_cast<std::size_t>(best)].state();
     Scalar weights = Scalar(0);
     std::array<Scalar, 3> spread{};
@@ -463,14 +463,14 @@ class ServoEstimator {
   }
 
   /// Everything begins anew; servo() tells the old values, not trusted, until there are new ones.
-  Status again() {
+  EHSID_RARE Status again() {
     resets_ += resets_ < 2000000000 ? 1 : 0;
     begin_anew();
     return Status::reset;
   }
 
   /// Four innovations in a row beyond four deviations: the plant has changed, and neither noise is to blame for a while.
-  void widen(bool hold) {
+  EHSID_RARE void widen(bool hold) {
     constexpr Scalar kWider = Scalar(0.04);
     filter_.covariance(3, 3) += kWider;
     if (!hold) {
@@ -484,7 +484,7 @@ class ServoEstimator {
 
   /// One sine shows size and phase of the response, and every servo on that curve fits. Where nothing else has been seen, the
   /// filter is moved along the curve to xi = 0.45, and K gets the uncertainty of that choice.
-  void place() {
+  EHSID_RARE void place() {
     constexpr Scalar kDamping = Scalar(0.45);
     auto& state = filter_.state();
     const Scalar angle2 = sine_.squared_angle();
@@ -519,7 +519,7 @@ class ServoEstimator {
   }
 
   /// The states of motion are open again: behind a hole, or as the servo begins to move.
-  void reopen(Scalar position) {
+  EHSID_RARE void reopen(Scalar position) {
     const Scalar shifted = command_at(delay_) - filter_.state().bias;
     const Scalar square = shifted * shifted > command_square_ ? shifted * shifted : command_square_;
     filter_.settle(position, square);

@@ -71,8 +71,9 @@ class ServoFilter {
   Scalar covariance(int i, int j) const { return state_.covariance[place(i, j)]; }
 
   /// Starts at rest. deviations: of ln K, ln omega_n, ln xi and of the bias.
-  void start(Scalar gain, Scalar rate, Scalar damping, const std::array<Scalar, 4>& deviations,
-             Scalar mean_square_command, Scalar noise) {
+  EHSID_RARE void start(Scalar gain, Scalar rate, Scalar damping,
+                        const std::array<Scalar, 4>& deviations, Scalar mean_square_command,
+                        Scalar noise) {
     state_ = State{};
     state_.gain = gain;
     state_.rate = rate;
@@ -90,7 +91,7 @@ class ServoFilter {
   }
 
   /// The position is the measured one, and its derivatives may be whatever a command of this mean square can cause.
-  void settle(Scalar position, Scalar mean_square_command) {
+  EHSID_RARE void settle(Scalar position, Scalar mean_square_command) {
     state_.position = position;
     state_.velocity = Scalar(0);
     state_.acceleration = Scalar(0);
@@ -107,23 +108,23 @@ class ServoFilter {
   }
 
   /// Takes the coefficients of the transition from the parameters of now.
-  void renew() { transition_ = servo_transition(state_.rate, state_.damping); }
+  EHSID_ONCE void renew() { transition_ = servo_transition(state_.rate, state_.damping); }
 
   /// To the next sample, while the command u acts.
-  void predict(Scalar command, const Tuning& tuning) {
+  EHSID_ONCE void predict(Scalar command, const Tuning& tuning) {
     const auto& t = transition_;
     const Scalar demand = state_.gain * (command - state_.bias);
     const Scalar error = state_.velocity - demand;
     const Scalar a = state_.acceleration;
-    // Rows 0 to 2 of the Jacobian F; the parameters stay.
-    const std::array<std::array<Scalar, 7>, 3> f{{
-        {Scalar(1), Scalar(1) - t.s.value, t.i.value, t.s.value * demand,
+    // Rows 0 to 2 of the Jacobian F but for its first column, which is 1, 0, 0; the parameters stay.
+    const std::array<std::array<Scalar, 6>, 3> f{{
+        {Scalar(1) - t.s.value, t.i.value, t.s.value * demand,
          t.i.by_rate * a - t.s.by_rate * error, t.i.by_damping * a - t.s.by_damping * error,
          -state_.gain * t.s.value},
-        {Scalar(0), Scalar(1) - t.w.value, t.e.value, t.w.value * demand,
+        {Scalar(1) - t.w.value, t.e.value, t.w.value * demand,
          t.e.by_rate * a - t.w.by_rate * error, t.e.by_damping * a - t.w.by_damping * error,
          -state_.gain * t.w.value},
-        {Scalar(0), -t.pull.value, t.decay.value, t.pull.value * demand,
+        {-t.pull.value, t.decay.value, t.pull.value * demand,
          t.decay.by_rate * a - t.pull.by_rate * error,
          t.decay.by_damping * a - t.pull.by_damping * error, -state_.gain * t.pull.value},
     }};
@@ -132,15 +133,18 @@ class ServoFilter {
     state_.acceleration = t.decay.value * a - t.pull.value * error;
 
     // P = F P F' + g g' q + D, where g is what a velocity in front of the servo does in one sample
-    std::array<std::array<Scalar, 7>, 3> product;
+    std::array<std::array<Scalar, 7>, 3> product{};
     EHSID_UNROLL
-    for (std::size_t i = 0; i < 3; ++i) {
+    for (int j = 0; j < kStates; ++j) {
+      product[0][static_cast<std::size_t>(j)] = covariance(0, j);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {  // not unrolled: its code is long
       EHSID_UNROLL
       for (int j = 0; j < kStates; ++j) {
-        Scalar sum = Scalar(0);
+        Scalar sum = product[i][static_cast<std::size_t>(j)];
         EHSID_UNROLL
-        for (int l = 0; l < kStates; ++l) {
-          sum += f[i][static_cast<std::size_t>(l)] * covariance(l, j);
+        for (int l = 1; l < kStates; ++l) {
+          sum += f[i][static_cast<std::size_t>(l - 1)] * covariance(l, j);
         }
         product[i][static_cast<std::size_t>(j)] = sum;
       }
@@ -155,10 +159,10 @@ class ServoFilter {
       EHSID_UNROLL
       for (int j = i; j < 3; ++j) {
         const auto column = static_cast<std::size_t>(j);
-        Scalar sum = g[row] * g[column] * q;
+        Scalar sum = g[row] * g[column] * q + (j == 0 ? product[row][0] : Scalar(0));
         EHSID_UNROLL
-        for (std::size_t l = 0; l < 7; ++l) {
-          sum += product[row][l] * f[column][l];
+        for (std::size_t l = 1; l < 7; ++l) {
+          sum += product[row][l] * f[column][l - 1];
         }
         covariance(i, j) = sum;
       }
@@ -179,7 +183,7 @@ class ServoFilter {
   }
 
   /// Takes the measured position, relative to the reference of the state.
-  void update(Scalar measured, const Tuning& tuning) {
+  EHSID_ONCE void update(Scalar measured, const Tuning& tuning) {
     const Scalar variance = covariance(0, 0) + state_.noise;
     const Scalar deviation = std::sqrt(variance);
     const Scalar raw = (measured - state_.position) / deviation;
@@ -189,10 +193,11 @@ class ServoFilter {
     const Scalar limit = outlier && state_.outliers >= kPatience ? Scalar(30) : kLimit;
     const Scalar normalised = bounded(raw, limit);
 
+    const Scalar per_deviation = Scalar(1) / deviation;
     std::array<Scalar, 7> gain;
     EHSID_UNROLL
     for (int i = 0; i < kStates; ++i) {
-      gain[static_cast<std::size_t>(i)] = covariance(0, i) / deviation;
+      gain[static_cast<std::size_t>(i)] = covariance(0, i) * per_deviation;
     }
     // A parameter that is held keeps its value and its variance; what it shares with the others still changes (Schmidt 1966).
     const std::array<Scalar, 2> held{gain[4], gain[5]};
@@ -203,9 +208,9 @@ class ServoFilter {
     state_.position += gain[0] * normalised;
     state_.velocity += gain[1] * normalised;
     state_.acceleration += gain[2] * normalised;
-    state_.gain *= bounded_exp(bounded(gain[3] * normalised, Scalar(0.3)));
-    state_.rate *= bounded_exp(bounded(gain[4] * normalised, Scalar(0.3)));
-    state_.damping *= bounded_exp(bounded(gain[5] * normalised, Scalar(0.3)));
+    state_.gain *= factor(gain[3] * normalised);
+    state_.rate *= factor(gain[4] * normalised);
+    state_.damping *= factor(gain[5] * normalised);
     state_.bias += gain[6] * normalised;
     state_.rate = between(state_.rate, Scalar(1e-4), Scalar(20));
     state_.damping = between(state_.damping, Scalar(0.01), Scalar(5));
@@ -217,18 +222,12 @@ class ServoFilter {
       }
     }
     if (tuning.hold_servo) {
-      EHSID_UNROLL
-      for (int i = 0; i < kStates; ++i) {
-        if (i != 4 && i != 5) {
-          covariance(4, i) -= held[0] * gain[static_cast<std::size_t>(i)];
-          covariance(5, i) -= held[1] * gain[static_cast<std::size_t>(i)];
-        }
-      }
+      hold(held, gain);
     }
-    EHSID_UNROLL
-    for (int i = 0; i < kStates; ++i) {
-      if (!(covariance(i, i) > Scalar(0))) {
-        covariance(i, i) = Scalar(1e-12) * (i < 3 ? state_.noise : Scalar(1));
+    for (int i = 0, at = 0; i < kStates; at += kStates - i, ++i) {  // along the diagonal
+      Scalar& entry = state_.covariance[static_cast<std::size_t>(at)];
+      if (!(entry > Scalar(0))) {
+        entry = Scalar(1e-12) * (i < 3 ? state_.noise : Scalar(1));
       }
     }
     tune(bounded(normalised, Scalar(3)), state_.noise / variance, tuning);
@@ -256,6 +255,19 @@ class ServoFilter {
     return x < low ? low : x > high ? high : x;
   }
   static Scalar bounded(Scalar x, Scalar most) { return between(x, -most, most); }
+
+  /// The factor by which a parameter moves in one sample.
+  static Scalar factor(Scalar logarithm) { return bounded_exp(bounded(logarithm, Scalar(0.3))); }
+
+  /// What parameters that are held share with the others.
+  EHSID_RARE void hold(const std::array<Scalar, 2>& held, const std::array<Scalar, 7>& gain) {
+    for (int i = 0; i < kStates; ++i) {
+      if (i != 4 && i != 5) {
+        covariance(4, i) -= held[0] * gain[static_cast<std::size_t>(i)];
+        covariance(5, i) -= held[1] * gain[static_cast<std::size_t>(i)];
+      }
+    }
+  }
 
   /// The size of the innovations sets R, their correlation the disturbance. sensor_share: R / S.
   void tune(Scalar innovation, Scalar sensor_share, const Tuning& tuning) {

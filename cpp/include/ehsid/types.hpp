@@ -26,6 +26,16 @@
 #define EHSID_ALWAYS_INLINE
 #endif
 
+// What is called from several places, and not in each sample or not for long: once in the flash, and there as small as the
+// compiler can make it.
+#if defined(__GNUC__) || defined(__clang__)
+#define EHSID_ONCE [[gnu::noinline]]
+#define EHSID_RARE [[gnu::noinline, gnu::cold]]
+#else
+#define EHSID_ONCE
+#define EHSID_RARE
+#endif
+
 // A lambda that is called for each number of a loop: its code stands where it is called. Behind the parameters, where only
 // this spelling of the attribute is about the body.
 #if defined(__GNUC__) || defined(__clang__)
@@ -35,6 +45,16 @@
 #endif
 
 namespace ehsid {
+
+namespace detail {
+/// 1 / n for n >= 1: series need no division, which takes a Cortex-M4F as long as 14 other instructions.
+template <class Scalar>
+inline constexpr Scalar kInverse[] = {
+    Scalar(0),      Scalar(1),      Scalar(1) / 2,  Scalar(1) / 3,  Scalar(1) / 4,  Scalar(1) / 5,
+    Scalar(1) / 6,  Scalar(1) / 7,  Scalar(1) / 8,  Scalar(1) / 9,  Scalar(1) / 10, Scalar(1) / 11,
+    Scalar(1) / 12, Scalar(1) / 13, Scalar(1) / 14, Scalar(1) / 15, Scalar(1) / 16, Scalar(1) / 17,
+    Scalar(1) / 18, Scalar(1) / 19, Scalar(1) / 20, Scalar(1) / 21, Scalar(1) / 22, Scalar(1) / 23};
+}  // namespace detail
 
 /// A size kN that is chosen at run time, at most `most`: UdFactors<float, up_to(13)>. Firmware gives kN itself.
 /// Both run the same statements in the same order, so their results are the same bit for bit (a test compares
