@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Draws docs/pictures/tracker.png: python docs/pictures/tracker.py
+"""Draws docs/pictures/servo_estimator.png: python docs/pictures/servo_estimator.py
 
 An ordinary servo (K 0.03 m/s per V, 25 rad/s, xi 0.3) in a P loop with steps of +-20 mm, 5 um of
 noise on the position sensor, 10 ms; at 30 s K rises by half. ServoEstimator beside least squares.
@@ -25,12 +25,12 @@ GAIN, OMEGA_N, XI, NOISE_M, BANDWIDTH = 0.03, 25.0, 0.3, 5e-6, 4.0
 
 
 def run() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Returns K of the tracker with its half width and trust, shape (n, 3), the loop's kp, rls's K.
+    """Returns K with its half width and trust, shape (n, 3), the loop's kp, rls's K.
 
     The loop adapts kp to K as long as K is trusted, as the README shows.
     """
     random = np.random.default_rng(SEED)
-    tracker = ehsid.ServoEstimator(DT_S)
+    estimator = ehsid.ServoEstimator(DT_S)
     scaling = ehsid.Scaling(command_scale=3.0, position_scale=0.02)
     squares = ehsid.ArxEstimator(3, 3, 1, scaling=scaling)
     count = round(SECONDS / DT_S)
@@ -42,9 +42,9 @@ def run() -> tuple[FloatArray, FloatArray, FloatArray]:
         position = x + random.normal(0.0, NOISE_M)
         target = 0.02 if k * DT_S % 1.2 < 0.6 else -0.02
         command = float(np.clip(kp * (target - position), -10.0, 10.0))
-        tracker.step(command, position)
+        estimator.step(command, position)
         squares.step(command, position)
-        gain = tracker.servo().gain
+        gain = estimator.servo().gain
         if gain.trusted:
             kp += 0.01 * (BANDWIDTH / gain.value - kp)
         told[k], gains[k] = (gain.value, gain.half_width, gain.trusted), kp
