@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One prediction and one update against an extended Kalman filter as textbooks write it: dense matrices, the Jacobian by
 // differences of the matrix exponential, and Joseph's form of the update, which holds for any gain.
+#include <ehsid/free_run.hpp>
 #include <ehsid/servo_filter.hpp>
 
 #include <gtest/gtest.h>
@@ -274,6 +275,63 @@ TEST(ServoFilter, InnovationsTellADisturbanceFromTheNoiseOfTheSensor) {
     EXPECT_NEAR(alpha, share, 0.2 * share + 0.02) << share;
     EXPECT_NEAR(filter.state().gain / kGain, 1.0, 0.03) << share;
     EXPECT_NEAR(std::sqrt(filter.state().noise) / kNoise, 1.0, 0.25) << share;
+  }
+}
+
+/// A filter that was told nonsense may take its noise for larger by many powers of ten, and then it learns nothing. R comes
+/// down in time: 41 nats at 0.7 * 0.005 each sample would take 12,000 samples.
+TEST(ServoFilter, ANoiseThatIsFarTooLargeFallsInTwoThousandSamples) {
+  std::mt19937 random{7};
+  std::normal_distribution<double> normal;
+  ehsid::ServoFilter<double> filter;
+  const ehsid::ServoFilter<double>::Tuning tuning{1e-7, 4.0, 1e-12, 0.005, false};
+  constexpr double kGain = 0.8;
+  constexpr double kNoise = 1e-3;
+  filter.start(0.6, 0.5, 0.5, {0.3, 0.2, 0.3, 0.1}, 4.0, 1e12);
+  const auto t = ehsid::servo_transition(0.6, 0.4);
+  double x = 0.0;
+  double v = 0.0;
+  double a = 0.0;
+  for (int k = 0; k < 2000; ++k) {
+    const double u = k / 15 % 2 == 0 ? 2.0 : -2.0;
+    const double error = v - kGain * u;
+    x += v - t.s.value * error + t.i.value * a;
+    const double faster = v + t.e.value * a - t.w.value * error;
+    a = t.decay.value * a - t.pull.value * error;
+    v = faster;
+    filter.renew();
+    filter.predict(u, tuning);
+    filter.update(x + kNoise * normal(random), tuning);
+  }
+  EXPECT_LT(filter.state().noise, 1e3 * kNoise * kNoise);
+}
+
+/// A loop that repeats its reference moves as a servo without damping that swings by itself, K = 0: however well such a
+/// model explains the motion, it is lost. A servo with little damping and no disturbance is none of these.
+TEST(FreeRun, AModelThatSwingsByItselfIsLost) {
+  for (const bool swings : {true, false}) {
+    ehsid::ServoFilterState<double> state{};
+    state.rate = 0.5;
+    state.gain = 1e-9;
+    state.damping = 0.01;
+    state.disturbance = swings ? 1.0 : 0.1;
+    state.velocity = 1.0;
+    ehsid::ServoFilter<double> filter;
+    filter.start(state.gain, state.rate, state.damping, {0.1, 0.1, 0.1, 0.1}, 1.0, 1e-6);
+    ehsid::FreeRun<double> run;
+    double position = 0.0;
+    for (int closed = 0, k = 0; closed < 3 && k < 1000; ++k) {
+      closed += run.take(state, position, 1000) ? 1 : 0;
+      run.predict(filter, 0.0);
+      // The measured position is that of the model.
+      const double angle = state.rate * (k + 1);
+      position = std::sin(angle) / state.rate;
+      state.velocity = std::cos(angle);
+      state.acceleration = -state.rate * std::sin(angle);
+      state.position = 0.0;
+    }
+    EXPECT_GT(run.share(), 0.6);
+    EXPECT_EQ(run.failures() >= 12, swings);
   }
 }
 

@@ -274,7 +274,9 @@ class ServoFilter {
     const Scalar excess = innovation * innovation - Scalar(1);
     const Scalar product = innovation * state_.innovation;
     if (tuning.adaptation > Scalar(0)) {
-      state_.noise *= bounded_exp(Scalar(0.7) * tuning.adaptation * excess * sensor_share);
+      // R of a filter that was led astray may be too large by many powers of ten: then it falls far faster.
+      const Scalar faster = state_.innovation_square < Scalar(0.01) ? Scalar(30) : Scalar(1);
+      state_.noise *= bounded_exp(Scalar(0.7) * tuning.adaptation * faster * excess * sensor_share);
       state_.noise = state_.noise > tuning.least_noise ? state_.noise : tuning.least_noise;
       state_.disturbance *=
           bounded_exp(Scalar(10) * tuning.adaptation *
