@@ -10,6 +10,8 @@
 #include <limits>
 #include <random>
 #include <tuple>
+#include <type_traits>
+#include <vector>
 
 namespace {
 
@@ -440,7 +442,8 @@ class Hostile {
   float walk_ = 0.0F;
 };
 
-bool finite_or_none(const ehsid::TrackedValue<float>& value) {
+template <class Scalar>
+bool finite_or_none(const ehsid::TrackedValue<Scalar>& value) {
   const bool none = value.value != value.value && value.half_width != value.half_width;
   return (none && !value.trusted) ||
          (ehsid::is_finite(value.value) && ehsid::is_finite(value.half_width));
@@ -466,6 +469,124 @@ TEST_P(HostileSamples, LeaveEverythingFiniteAndAreOverInFourThousandGoodOnes) {
   }
   loop.run_until(5.0 + 4000 * loop.dt);
   expect_right(loop, 0.05);
+}
+
+template <class Scalar>
+std::vector<std::uint8_t> saved(const ehsid::ServoEstimator<Scalar>& estimator) {
+  std::vector<std::uint8_t> bytes(estimator.snapshot_bytes());
+  estimator.save(bytes.data());
+  return bytes;
+}
+
+/// Makes the checksum right again.
+void repair(std::vector<std::uint8_t>& bytes) {
+  ehsid::Crc32 crc;
+  for (std::size_t i = 0; i + 4 < bytes.size(); ++i) {
+    crc.add(bytes[i]);
+  }
+  for (unsigned i = 0; i < 4; ++i) {
+    bytes[bytes.size() - 4 + i] = static_cast<std::uint8_t>(crc.value() >> 8U * i);
+  }
+}
+
+template <class Scalar>
+class Snapshots : public testing::Test {};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(Snapshots, Scalars, );
+
+/// Saved while it waits, starts, runs, rests, and behind a change: the one that is restored goes on bit for bit.
+TYPED_TEST(Snapshots, GoOnAsTheEstimatorThatWasSaved) {
+  Loop<TypeParam> loop;
+  loop.configure();
+  for (const double end : {0.1, 1.0, 10.0, 20.0, 20.5, 25.0}) {
+    loop.held = end > 15.0 && end < 20.2;
+    loop.servo.gain = end > 20.2 ? 0.06 : 0.03;
+    loop.run_until(end);
+    const auto bytes = saved(loop.tracker);
+    auto copy = loop;
+    Loop<TypeParam> other;
+    other.configure();
+    ASSERT_EQ(other.tracker.restore(bytes.data(), bytes.size()), Status::ok) << end;
+    EXPECT_EQ(saved(other.tracker), bytes);
+    copy.tracker = other.tracker;
+    auto same = loop;
+    for (int k = 0; k < 300; ++k) {
+      ASSERT_EQ(copy.step(), same.step());
+    }
+    EXPECT_EQ(saved(copy.tracker), saved(same.tracker)) << end;
+  }
+}
+
+TYPED_TEST(Snapshots, AreRefusedWhereTheyAreDamagedOrOfAnother) {
+  Loop<TypeParam> loop;
+  loop.configure();
+  loop.run_until(3.0);
+  const auto good = saved(loop.tracker);
+  Loop<TypeParam> fresh;
+  fresh.configure();
+  const auto before = saved(fresh.tracker);
+  const auto fault = [&](const std::vector<std::uint8_t>& bytes, std::size_t count) {
+    const auto found = fresh.tracker.check(bytes.data(), count);
+    EXPECT_EQ(fresh.tracker.restore(bytes.data(), count), Status::invalid_argument);
+    EXPECT_EQ(saved(fresh.tracker), before);
+    return found;
+  };
+  for (std::size_t i = 0; i < good.size(); i += 7) {
+    auto damaged = good;
+    damaged[i] ^= 1U;
+    EXPECT_NE(fault(damaged, damaged.size()), ehsid::SnapshotFault::none) << i;
+  }
+  EXPECT_EQ(fault(good, good.size() - 1), ehsid::SnapshotFault::damaged);
+  EXPECT_EQ(fault(good, 3), ehsid::SnapshotFault::not_a_snapshot);
+
+  auto options = loop.tracker.options();
+  options.tolerance = TypeParam(0.2);
+  ASSERT_EQ(loop.tracker.configure(options), Status::ok);
+  EXPECT_EQ(fault(saved(loop.tracker), good.size()), ehsid::SnapshotFault::other_configuration);
+  options = fresh.tracker.options();
+  options.delay = 2;
+  ASSERT_EQ(loop.tracker.configure(options), Status::ok);
+  const auto late = saved(loop.tracker);
+  EXPECT_EQ(late.size(), good.size() + sizeof(TypeParam));
+  EXPECT_EQ(fault(late, late.size()), ehsid::SnapshotFault::other_model);
+  using Other = std::conditional_t<std::is_same_v<TypeParam, float>, double, float>;
+  Loop<Other> other;
+  other.configure();
+  const auto wide = saved(other.tracker);
+  EXPECT_EQ(fault(wide, wide.size()), ehsid::SnapshotFault::other_model);
+}
+
+/// With a right checksum: whatever is accepted runs on, and tells finite values.
+TYPED_TEST(Snapshots, ThatNoEstimatorMadeAreRefusedOrHarmless) {
+  std::mt19937 random{3};
+  Loop<TypeParam> loop;
+  loop.configure();
+  int refused = 0;
+  for (const double end : {1.0, 6.0}) {
+    loop.run_until(end);
+    const auto good = saved(loop.tracker);
+    for (int i = 0; i < 2000; ++i) {
+      auto forged = good;
+      const std::size_t place = random() % (forged.size() - 4);
+      forged[place] = static_cast<std::uint8_t>(random());
+      forged[(place + 1) % (forged.size() - 4)] = static_cast<std::uint8_t>(random());
+      repair(forged);
+      Loop<TypeParam> other;
+      other.configure();
+      if (other.tracker.restore(forged.data(), forged.size()) != Status::ok) {
+        ++refused;
+        continue;
+      }
+      for (int k = 0; k < 30; ++k) {
+        static_cast<void>(other.step());
+        const auto told = other.tracker.servo();
+        ASSERT_TRUE(finite_or_none(told.gain) && finite_or_none(told.omega_n) &&
+                    finite_or_none(told.xi))
+            << "place " << place;
+      }
+    }
+  }
+  EXPECT_GT(refused, 0);
 }
 
 }  // namespace

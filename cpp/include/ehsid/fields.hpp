@@ -6,8 +6,8 @@
 //   template <class Visit>
 //   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
 //     visit(&State::theta, each_parameter);  // an array of which the first n are in use
-//     visit(&State::weight);                 // a number, a whole array, or a struct with fields() of its own
-//   }
+//     visit(&State::weight);                 // a number, a whole array, or a struct with fields() of its own, or an array
+//   }                                        // of such structs
 // A new member is one more line. Where a member is forgotten, the program does not compile.
 #pragma once
 
@@ -175,6 +175,11 @@ template <class Type>
 inline constexpr bool kIsArray = false;
 template <class Number, std::size_t kCount>
 inline constexpr bool kIsArray<std::array<Number, kCount>> = true;
+template <class Type>
+inline constexpr std::size_t kStructs = 0;
+template <class Struct, std::size_t kCount>
+inline constexpr std::size_t kStructs<std::array<Struct, kCount>> =
+    std::is_arithmetic_v<Struct> ? 0 : kCount;
 
 /// visit(member, number of values in use ...) for each field; for none where a policy has nothing but settings.
 template <class Owner, class Visit>
@@ -214,7 +219,11 @@ struct CountBytes {
 
   template <class Member, class... InUse>
   EHSID_ALWAYS_INLINE constexpr void operator()(Member Owner::* /*member*/, InUse... in_use) const {
-    if constexpr (!std::is_arithmetic_v<Member> && !kIsArray<Member>) {
+    if constexpr (kStructs<Member> > 0) {
+      for (std::size_t i = 0; i < kStructs<Member>; ++i) {
+        each_field<typename Member::value_type>(CountBytes<typename Member::value_type>{of, bytes});
+      }
+    } else if constexpr (std::is_class_v<Member> && !kIsArray<Member>) {
       each_field<Member>(CountBytes<Member>{of, bytes});
     } else if constexpr (sizeof...(InUse) == 0) {
       bytes += sizeof(Member);
@@ -243,10 +252,21 @@ struct StreamField {
   EHSID_ALWAYS_INLINE void operator()(Member std::remove_const_t<Owner>::* member,
                                       InUse... in_use) const {
     auto& value = owner.*member;
-    if constexpr (std::is_arithmetic_v<Member>) {
+    if constexpr (std::is_same_v<Member, bool> || std::is_enum_v<Member>) {
+      auto byte =
+          static_cast<std::uint8_t>(value);  // of which a bool has two and an enumeration some
+      stream.values(&byte, 1);
+      if constexpr (!std::is_const_v<Owner>) {
+        value = static_cast<Member>(byte);
+      }
+    } else if constexpr (std::is_arithmetic_v<Member>) {
       stream.values(&value, 1);
     } else if constexpr (!kIsArray<Member>) {
       stream_fields(stream, of, value);
+    } else if constexpr (kStructs<Member> > 0) {
+      for (auto& one : value) {
+        stream_fields(stream, of, one);
+      }
     } else if constexpr (sizeof...(InUse) == 0) {
       stream.values(value.data(), static_cast<int>(value.size()));
     } else {
@@ -282,6 +302,42 @@ void write_layout(ByteStream& writer, const ModelShape& of) {
     const auto number = static_cast<std::uint32_t>(bytes);
     writer.values(&number, 1);
   });
+}
+
+namespace detail {
+
+/// Clears `finite` where a field that it is called with holds a number that is not.
+template <class Owner>
+struct CheckFinite {
+  const Owner& owner;
+  bool& finite;
+
+  template <class Member, class... InUse>
+  EHSID_ALWAYS_INLINE void operator()(Member Owner::* member, InUse... /*in_use*/) const {
+    check(owner.*member);
+  }
+  template <class Value>
+  void check(const Value& value) const {
+    if constexpr (std::is_floating_point_v<Value>) {
+      finite = is_finite(value) && finite;
+    } else if constexpr (kIsArray<Value>) {
+      for (const auto& one : value) {
+        check(one);
+      }
+    } else if constexpr (std::is_class_v<Value>) {
+      each_field<Value>(CheckFinite<Value>{value, finite});
+    }
+  }
+};
+
+}  // namespace detail
+
+/// Are all numbers of the struct finite?
+template <class Owner>
+bool fields_are_finite(const Owner& owner) {
+  bool finite = true;
+  detail::each_field<Owner>(detail::CheckFinite<Owner>{owner, finite});
+  return finite;
 }
 
 /// The settings of a forgetting policy, those that have one for each parameter n times.

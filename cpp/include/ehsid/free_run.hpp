@@ -59,6 +59,36 @@ class FreeRun {
     acceleration_ = t.decay.value * a - t.pull.value * error;
   }
 
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&FreeRun::position_);
+    visit(&FreeRun::velocity_);
+    visit(&FreeRun::acceleration_);
+    visit(&FreeRun::start_);
+    visit(&FreeRun::windows_);
+    visit(&FreeRun::measured_);
+    visit(&FreeRun::product_);
+    visit(&FreeRun::model_);
+    visit(&FreeRun::noise_);
+    visit(&FreeRun::weight_);
+    visit(&FreeRun::gain_sum_);
+    visit(&FreeRun::gain_squares_);
+    visit(&FreeRun::first_gain_);
+    visit(&FreeRun::length_);
+    visit(&FreeRun::count_);
+    visit(&FreeRun::failures_);
+    visit(&FreeRun::since_);
+    visit(&FreeRun::largest_);
+    visit(&FreeRun::open_);
+  }
+
+  /// Whether a state that was read can be one of free runs.
+  bool possible() const {
+    return length_ >= 0 && count_ >= 0 && count_ <= length_ && failures_ >= 0 &&
+           failures_ < 1000000000 && since_ >= 0 && since_ < 10 && windows_ >= Scalar(0) &&
+           weight_ >= Scalar(0) && first_gain_ >= Scalar(0);
+  }
+
   /// Effective number of windows, at most ten.
   Scalar windows() const { return windows_; }
   /// Share of the motion that the model explains; 0 before the first window.
@@ -138,8 +168,8 @@ class FreeRun {
   Scalar weight_ = Scalar(0);
   Scalar gain_sum_ = Scalar(0);
   Scalar gain_squares_ = Scalar(0);
-  Scalar first_gain_ = Scalar(1);
-  std::int32_t length_ = kLeastLength;
+  Scalar first_gain_ = Scalar(0);
+  std::int32_t length_ = 0;
   std::int32_t count_ = 0;
   std::int32_t failures_ = 0;
   std::int32_t since_ = 0;

@@ -8,6 +8,7 @@
 #include <ehsid/servo_filter.hpp>
 #include <ehsid/servo_rest.hpp>
 #include <ehsid/single_sine.hpp>
+#include <ehsid/snapshot.hpp>
 #include <ehsid/types.hpp>
 
 #include <array>
@@ -25,6 +26,14 @@ struct ServoEstimatorOptions {
   Scalar drift = Scalar(0.02);
   /// K is trusted where the half of its 90 % interval is below this share of it; omega_n and xi at 1.5 times this.
   Scalar tolerance = Scalar(0.1);
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&ServoEstimatorOptions::dt_s);
+    visit(&ServoEstimatorOptions::delay);
+    visit(&ServoEstimatorOptions::drift);
+    visit(&ServoEstimatorOptions::tolerance);
+  }
 
   bool valid(std::int32_t most_delay) const {
     return is_finite(dt_s) && dt_s > Scalar(0) && delay >= 1 && delay <= most_delay &&
@@ -76,6 +85,8 @@ class ServoEstimator {
   static constexpr int kStarts = 2 * kRates;
   /// A command or position beyond this is refused: its square would leave the range of float.
   static constexpr Scalar kLargest = Scalar(1e12);
+  /// Counts of samples stop here.
+  static constexpr std::int32_t kMostSamples = 2000000000;
 
   /// Takes the options and starts anew. invalid_argument leaves everything as it was.
   EHSID_RARE Status configure(const Options& options) {
@@ -86,7 +97,13 @@ class ServoEstimator {
     commands_ = {};
     sine_ = {};
     started_ = false;
+    hole_ = false;
     resets_ = 0;
+    sign_ = Scalar(1);
+    delay_ = options.delay;
+    least_noise_ = std::numeric_limits<Scalar>::min();
+    command_square_ = before_ = reference_ = rest_position_ = Scalar(0);
+    averaged_ = 0;
     rest_.restart(samples_of(Scalar(0.15), 16));
     begin_anew();
     return Status::ok;
@@ -94,9 +111,13 @@ class ServoEstimator {
 
   /// One sample: the command sent at t_k and the position measured at t_k.
   ///
-  /// ok; filling before the first motion; no_information at rest; reset where all begins anew; invalid_input or out_of_range,
+  /// ok; filling before the first motion; no_information at rest; reset where all begins anew; invalid_argument before
+  /// configure(); invalid_input or out_of_range,
   /// where nothing has changed but that the next good sample is taken as the first behind a hole.
   Status step(Scalar command, Scalar position) {
+    if (!(options_.dt_s > Scalar(0))) {
+      return Status::invalid_argument;
+    }
     if (!is_finite(command) || !is_finite(position)) {
       hole_ = true;
       return Status::invalid_input;
@@ -173,6 +194,74 @@ class ServoEstimator {
     return told;
   }
 
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&ServoEstimator::options_);
+    visit(&ServoEstimator::filter_);
+    visit(&ServoEstimator::bank_);
+    visit(&ServoEstimator::rest_);
+    visit(&ServoEstimator::run_);
+    visit(&ServoEstimator::sine_);
+    visit(&ServoEstimator::commands_, each_command);
+    visit(&ServoEstimator::last_);
+    visit(&ServoEstimator::before_);
+    visit(&ServoEstimator::reference_);
+    visit(&ServoEstimator::rest_position_);
+    visit(&ServoEstimator::command_square_);
+    visit(&ServoEstimator::least_noise_);
+    visit(&ServoEstimator::sign_);
+    visit(&ServoEstimator::thirds_);
+    visit(&ServoEstimator::paths_);
+    visit(&ServoEstimator::pulls_);
+    visit(&ServoEstimator::together_);
+    visit(&ServoEstimator::low_);
+    visit(&ServoEstimator::high_);
+    visit(&ServoEstimator::averaged_);
+    visit(&ServoEstimator::waited_);
+    visit(&ServoEstimator::peak_);
+    visit(&ServoEstimator::peak_samples_);
+    visit(&ServoEstimator::tracked_);
+    visit(&ServoEstimator::settling_);
+    visit(&ServoEstimator::cooling_);
+    visit(&ServoEstimator::resets_);
+    visit(&ServoEstimator::delay_);
+    visit(&ServoEstimator::leader_);
+    visit(&ServoEstimator::phase_);
+    visit(&ServoEstimator::started_);
+    visit(&ServoEstimator::hole_);
+    visit(&ServoEstimator::resting_);
+    visit(&ServoEstimator::known_);
+    visit(&ServoEstimator::suspected_);
+    visit(&ServoEstimator::fitted_);
+    visit(&ServoEstimator::placed_);
+  }
+
+  /// Bytes that save() writes and restore() expects, which the delay decides.
+  std::size_t snapshot_bytes() const {
+    return ehsid::snapshot_bytes<ServoEstimator>(shape(options_.delay));
+  }
+
+  /// Writes the state to `to`, which has room for snapshot_bytes(). The bytes are the same on every machine.
+  void save(std::uint8_t* to) const { write_snapshot(to, header(), *this); }
+
+  /// What restore() would find wrong with these bytes; SnapshotFault::none where it would take them over. Needs room on the
+  /// stack for another estimator.
+  SnapshotFault check(const std::uint8_t* bytes, std::size_t count) const {
+    ServoEstimator found = *this;
+    return found.read(bytes, count, options_);
+  }
+
+  /// Takes over `count` bytes that save() wrote: what follows is the same bit for bit. invalid_argument, and nothing changed,
+  /// where check() finds a fault: damaged, of another precision or delay, or of other options. Needs the stack of check().
+  Status restore(const std::uint8_t* bytes, std::size_t count) {
+    ServoEstimator found = *this;
+    if (found.read(bytes, count, options_) != SnapshotFault::none) {
+      return Status::invalid_argument;
+    }
+    *this = found;
+    return Status::ok;
+  }
+
   /// Standing still: the parameters wait.
   bool resting() const { return resting_; }
   /// How often all began anew since configure().
@@ -190,6 +279,56 @@ class ServoEstimator {
   static constexpr Scalar kFitted = Scalar(0.02);
   static constexpr Scalar kLost = Scalar(0.5);
   static constexpr Scalar kHalfInterval = Scalar(1.645);  // of 90 %, in deviations
+  static constexpr std::uint32_t kMagic = 0x45485356U;    // "EHSV"
+
+  /// As a model without outputs, whose commands reach back by the delay and one more.
+  static constexpr ModelShape shape(std::int32_t delay) { return {0, 2, delay, false}; }
+
+  SnapshotHeader header() const {
+    ByteStream settings = ByteStream::writing(nullptr);
+    stream_fields(settings, shape(options_.delay), options_);
+    return {kMagic,
+            kSnapshotVersion,
+            static_cast<std::uint16_t>(sizeof(Scalar)),
+            0,  // no forgetting policy
+            shape(options_.delay),
+            static_cast<std::uint32_t>(snapshot_bytes()),
+            settings.checksum()};
+  }
+
+  SnapshotFault read(const std::uint8_t* bytes, std::size_t count, const Options& own) {
+    const SnapshotFault fault = read_snapshot(bytes, count, header(), *this);
+    if (fault != SnapshotFault::none) {
+      return fault;
+    }
+    const bool same = options_.dt_s == own.dt_s && options_.delay == own.delay &&
+                      options_.drift == own.drift && options_.tolerance == own.tolerance;
+    return same && possible() ? SnapshotFault::none : SnapshotFault::impossible;
+  }
+
+  /// Whether the numbers are finite, but for those of starts that were lost, and those are in their ranges that reach into
+  /// arrays or count.
+  bool possible() const {
+    bool good = fields_are_finite(filter_) && fields_are_finite(rest_) && fields_are_finite(run_) &&
+                fields_are_finite(sine_) && rest_.possible() && run_.possible() &&
+                filter_.possible(phase_ != Phase::waiting || resets_ > 0) &&
+                phase_ <= Phase::tracking && std::abs(sign_) == Scalar(1) &&
+                delay_ >= options_.delay && delay_ <= options_.delay + 1 && leader_ >= -1 &&
+                leader_ < kStarts;
+    for (const Scalar number :
+         {before_, reference_, rest_position_, command_square_, least_noise_, thirds_, paths_,
+          pulls_, together_, low_, high_, peak_, last_[0], last_[1], last_[2]}) {
+      good = is_finite(number) && good;
+    }
+    for (const Scalar command : commands_) {
+      good = std::abs(command) <= kLargest && good;
+    }
+    for (const std::int32_t count :
+         {averaged_, waited_, peak_samples_, tracked_, settling_, cooling_, resets_}) {
+      good = count >= 0 && count <= kMostSamples && good;
+    }
+    return good;
+  }
 
   /// A time in samples, at least `least`.
   std::int32_t samples_of(Scalar seconds, std::int32_t least) const {
@@ -391,7 +530,7 @@ class ServoEstimator {
 
   Status track(Scalar position) {
     const Scalar measured = sign_ * (position - reference_);
-    tracked_ += tracked_ < 2000000000 ? 1 : 0;
+    tracked_ += tracked_ < kMostSamples ? 1 : 0;
     if (resting_) {
       const Scalar noise = std::sqrt(filter_.state().noise);
       const Scalar quiet = rest_.threshold(position);
@@ -464,7 +603,7 @@ class ServoEstimator {
 
   /// Everything begins anew; servo() tells the old values, not trusted, until there are new ones.
   EHSID_RARE Status again() {
-    resets_ += resets_ < 2000000000 ? 1 : 0;
+    resets_ += resets_ < kMostSamples ? 1 : 0;
     begin_anew();
     return Status::reset;
   }
@@ -565,7 +704,7 @@ class ServoEstimator {
     }
     commands_[0] = command;
     if (!resting_) {
-      averaged_ += averaged_ < 2000000000 ? 1 : 0;
+      averaged_ += averaged_ < kMostSamples ? 1 : 0;
       const Scalar step = Scalar(1) / static_cast<Scalar>(averaged_);
       const Scalar least = options_.dt_s / Scalar(2);
       const Scalar share = step > least ? step : least < Scalar(1) ? least : Scalar(1);
@@ -611,7 +750,8 @@ class ServoEstimator {
   /// The command of so many samples ago; 0 is the last one.
   Scalar command_at(std::int32_t ago) const { return commands_[static_cast<std::size_t>(ago)]; }
 
-  Options options_{};
+  // All zero before configure(): an estimator that is static costs no flash for its start.
+  Options options_{Scalar(0), 0, Scalar(0), Scalar(0)};
   Filter filter_{};
   std::array<Filter, static_cast<std::size_t>(kStarts)> bank_{};
   RestDetector<Scalar> rest_{};
@@ -623,8 +763,8 @@ class ServoEstimator {
   Scalar reference_ = Scalar(0);  // the state's position is relative to this
   Scalar rest_position_ = Scalar(0);
   Scalar command_square_ = Scalar(0);
-  Scalar least_noise_ = Scalar(1e-30);
-  Scalar sign_ = Scalar(1);
+  Scalar least_noise_ = Scalar(0);
+  Scalar sign_ = Scalar(0);
   Scalar thirds_ = Scalar(0);
   Scalar paths_ = Scalar(0);
   Scalar pulls_ = Scalar(0);
@@ -639,8 +779,8 @@ class ServoEstimator {
   std::int32_t settling_ = 0;  // samples for which the noise is not adapted
   std::int32_t cooling_ = 0;   // samples for which the variances are not widened again
   std::int32_t resets_ = 0;
-  std::int32_t delay_ = 1;
-  int leader_ = -1;
+  std::int32_t delay_ = 0;
+  std::int32_t leader_ = 0;
   Phase phase_ = Phase::waiting;
   bool started_ = false;
   bool hole_ = false;

@@ -39,6 +39,26 @@ struct ServoFilterState {
   Scalar likelihood;          // ln, over the samples since the start
   std::int32_t outliers;      // innovations beyond 4 deviations in a row
   std::int32_t samples;       // since the start; stops at its largest value
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&ServoFilterState::position);
+    visit(&ServoFilterState::velocity);
+    visit(&ServoFilterState::acceleration);
+    visit(&ServoFilterState::gain);
+    visit(&ServoFilterState::rate);
+    visit(&ServoFilterState::damping);
+    visit(&ServoFilterState::bias);
+    visit(&ServoFilterState::covariance);
+    visit(&ServoFilterState::noise);
+    visit(&ServoFilterState::disturbance);
+    visit(&ServoFilterState::innovation);
+    visit(&ServoFilterState::innovation_square);
+    visit(&ServoFilterState::innovation_product);
+    visit(&ServoFilterState::likelihood);
+    visit(&ServoFilterState::outliers);
+    visit(&ServoFilterState::samples);
+  }
 };
 
 /// What the filter is told of each sample.
@@ -231,6 +251,19 @@ class ServoFilter {
       }
     }
     tune(bounded(normalised, Scalar(3)), state_.noise / variance, tuning);
+  }
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&ServoFilter::state_);
+    visit(&ServoFilter::transition_);
+  }
+
+  /// Whether a finite state that was read can be one of a filter; in_use: one that was started.
+  bool possible(bool in_use) const {
+    return state_.outliers >= 0 && state_.outliers <= 1000 && state_.samples >= 0 &&
+           (!in_use || (state_.gain > Scalar(0) && state_.rate > Scalar(0) &&
+                        state_.damping > Scalar(0) && state_.noise > Scalar(0)));
   }
 
   /// Whether every number of the state is finite.

@@ -55,6 +55,26 @@ class RestDetector {
     return kSpan * std::sqrt(noise_) +
            Scalar(4) * std::numeric_limits<Scalar>::epsilon() * std::abs(position);
   }
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&RestDetector::last_);
+    visit(&RestDetector::low_);
+    visit(&RestDetector::high_);
+    visit(&RestDetector::squares_);
+    visit(&RestDetector::noise_);
+    visit(&RestDetector::block_);
+    visit(&RestDetector::count_);
+    visit(&RestDetector::seen_);
+    visit(&RestDetector::calm_);
+    visit(&RestDetector::known_);
+  }
+
+  /// Whether a state that was read can be one of a detector.
+  bool possible() const {
+    return block_ >= 4 && count_ >= 0 && count_ < block_ && seen_ >= 0 && seen_ <= 3 &&
+           calm_ >= 0 && calm_ <= 2 && noise_ >= Scalar(0);
+  }
+
   /// There was a movement.
   void moved() { calm_ = 0; }
 
@@ -64,7 +84,7 @@ class RestDetector {
   Scalar high_ = Scalar(0);
   Scalar squares_ = Scalar(0);
   Scalar noise_ = Scalar(0);
-  std::int32_t block_ = 16;
+  std::int32_t block_ = 0;
   std::int32_t count_ = 0;
   std::int32_t seen_ = 0;
   std::int32_t calm_ = 0;

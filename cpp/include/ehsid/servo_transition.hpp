@@ -20,6 +20,13 @@ struct ServoCoefficient {
   Scalar value;
   Scalar by_rate;
   Scalar by_damping;
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&ServoCoefficient::value);
+    visit(&ServoCoefficient::by_rate);
+    visit(&ServoCoefficient::by_damping);
+  }
 };
 
 /// The coefficients of one period.
@@ -31,6 +38,16 @@ struct ServoTransition {
   ServoCoefficient<Scalar> i;      // I
   ServoCoefficient<Scalar> decay;  // 1 - W - 2 xi h E
   ServoCoefficient<Scalar> pull;   // h^2 E
+
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&ServoTransition::s);
+    visit(&ServoTransition::w);
+    visit(&ServoTransition::e);
+    visit(&ServoTransition::i);
+    visit(&ServoTransition::decay);
+    visit(&ServoTransition::pull);
+  }
 };
 
 /// The servo with rate h = omega_n dt in (0, 20] and damping ratio xi in (0, 5] over one period.

@@ -54,6 +54,22 @@ class SingleSine {
   /// Whether the command is clearly none, and for how many samples it has been no sine.
   bool clearly_none() const { return known() && left_ > kClear; }
   std::int32_t samples_not_sine() const { return samples_not_sine_; }
+  template <class Visit>
+  EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
+    visit(&SingleSine::last_);
+    visit(&SingleSine::before_);
+    visit(&SingleSine::mean_x_);
+    visit(&SingleSine::mean_y_);
+    visit(&SingleSine::xx_);
+    visit(&SingleSine::xy_);
+    visit(&SingleSine::yy_);
+    visit(&SingleSine::weight_);
+    visit(&SingleSine::left_);
+    visit(&SingleSine::square_);
+    visit(&SingleSine::count_);
+    visit(&SingleSine::samples_not_sine_);
+  }
+
   /// Square of the angle of the sine in one sample.
   Scalar squared_angle() const { return square_; }
 
@@ -68,7 +84,7 @@ class SingleSine {
   Scalar xy_ = Scalar(0);
   Scalar yy_ = Scalar(0);
   Scalar weight_ = Scalar(0);
-  Scalar left_ = Scalar(1);
+  Scalar left_ = Scalar(0);
   Scalar square_ = Scalar(0);
   std::int32_t count_ = 0;
   std::int32_t samples_not_sine_ = 0;
