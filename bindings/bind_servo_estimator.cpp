@@ -36,10 +36,10 @@ struct TrackedRun {
   py::array status;
 };
 
-/// A tracker in either precision.
-class Tracker : public OneThread {
+/// A ServoEstimator in either precision.
+class AnyServoEstimator : public OneThread {
  public:
-  Tracker(const ServoEstimatorOptions<double>& options, bool single) : options_(options) {
+  AnyServoEstimator(const ServoEstimatorOptions<double>& options, bool single) : options_(options) {
     if (single) {
       start<float>();
     } else {
@@ -47,35 +47,57 @@ class Tracker : public OneThread {
     }
   }
 
-  bool single() const { return std::holds_alternative<Held<float>>(tracker_); }
+  bool single() const { return std::holds_alternative<Held<float>>(held_); }
   const ServoEstimatorOptions<double>& options() const { return options_; }
 
   Status step(double command, double position) {
     return std::visit(
-        [command, position](auto& tracker) {
-          using Scalar = typename std::decay_t<decltype(*tracker)>::Scalar;
-          return tracker->step(static_cast<Scalar>(command), static_cast<Scalar>(position));
+        [command, position](auto& estimator) {
+          using Scalar = typename std::decay_t<decltype(*estimator)>::Scalar;
+          return estimator->step(static_cast<Scalar>(command), static_cast<Scalar>(position));
         },
-        tracker_);
+        held_);
   }
 
   Tracked servo() const {
     return std::visit(
-        [](const auto& tracker) {
-          const auto told = tracker->servo();
+        [](const auto& estimator) {
+          const auto told = estimator->servo();
           return Tracked{in_double(told.gain), in_double(told.omega_n), in_double(told.xi)};
         },
-        tracker_);
+        held_);
   }
 
   bool resting() const {
-    return std::visit([](const auto& tracker) { return tracker->resting(); }, tracker_);
+    return std::visit([](const auto& estimator) { return estimator->resting(); }, held_);
   }
   int resets() const {
-    return std::visit([](const auto& tracker) { return int{tracker->resets()}; }, tracker_);
+    return std::visit([](const auto& estimator) { return int{estimator->resets()}; }, held_);
   }
   int delay() const {
-    return std::visit([](const auto& tracker) { return int{tracker->delay()}; }, tracker_);
+    return std::visit([](const auto& estimator) { return int{estimator->delay()}; }, held_);
+  }
+
+  std::string save() const {
+    return std::visit(
+        [](const auto& estimator) {
+          std::string bytes(estimator->snapshot_bytes(), '\0');
+          estimator->save(reinterpret_cast<std::uint8_t*>(bytes.data()));
+          return bytes;
+        },
+        held_);
+  }
+  SnapshotFault restore(const std::string& bytes) {
+    return std::visit(
+        [&bytes](auto& estimator) {
+          const auto* from = reinterpret_cast<const std::uint8_t*>(bytes.data());
+          const SnapshotFault fault = estimator->check(from, bytes.size());
+          if (fault == SnapshotFault::none) {
+            static_cast<void>(estimator->restore(from, bytes.size()));
+          }
+          return fault;
+        },
+        held_);
   }
 
   template <class Scalar>
@@ -93,10 +115,10 @@ class Tracker : public OneThread {
     std::uint8_t* outcome = status.mutable_data();
     {
       const Run released(*this);
-      auto& tracker = *std::get<Held<Scalar>>(tracker_);
+      auto& estimator = *std::get<Held<Scalar>>(held_);
       for (py::ssize_t k = 0; k < rows; ++k) {
-        outcome[k] = static_cast<std::uint8_t>(tracker.step(u[k], y[k]));
-        const auto told = tracker.servo();
+        outcome[k] = static_cast<std::uint8_t>(estimator.step(u[k], y[k]));
+        const auto told = estimator.servo();
         columns[0].put(k, told.gain);
         columns[1].put(k, told.omega_n);
         columns[2].put(k, told.xi);
@@ -157,11 +179,11 @@ class Tracker : public OneThread {
           "from "
           "1 to 20 samples");
     }
-    tracker_ = std::move(made);
+    held_ = std::move(made);
   }
 
   ServoEstimatorOptions<double> options_;
-  std::variant<Held<float>, Held<double>> tracker_;
+  std::variant<Held<float>, Held<double>> held_;
 };
 
 std::string shown(const Value& value) {
@@ -207,15 +229,16 @@ gain is in units of the position per s and unit of the command, omega_n in rad/s
       .def_readonly("half_width", &ValueSeries::half_width)
       .def_readonly("trusted", &ValueSeries::trusted)
       .def_readonly("reason", &ValueSeries::reason, "Numbers of TrustReason, uint8.");
-  py::class_<TrackedRun>(m, "TrackedRun", "What a tracker told after each sample of a run.")
+  py::class_<TrackedRun>(m, "TrackedRun", "What a ServoEstimator told after each sample of a run.")
       .def_readonly("gain", &TrackedRun::gain)
       .def_readonly("omega_n", &TrackedRun::omega_n)
       .def_readonly("xi", &TrackedRun::xi)
       .def_readonly("status", &TrackedRun::status, "Numbers of Status, uint8, shape (N,).");
 
   const ServoEstimatorOptions<double> defaults;
-  py::class_<Tracker>(m, "ServoEstimator",
-                      R"(K, omega_n and xi of a servo while it runs, each with a word on trust.
+  py::class_<AnyServoEstimator>(
+      m, "ServoEstimator",
+      R"(K, omega_n and xi of a servo while it runs, each with a word on trust.
 
 A Kalman filter on the physical parameters, for a servo with an integrator and noise on its position
 sensor (docs/which_estimator.md). Runs the C++ code that firmware runs. Any units will do. Use one
@@ -242,13 +265,13 @@ ValueError
       .def(py::init([](double dt_s, int delay, double drift, double tolerance,
                        const py::object& dtype) {
              require_range("delay", delay, 1, kMaxDelay);
-             return std::make_unique<Tracker>(
+             return std::make_unique<AnyServoEstimator>(
                  ServoEstimatorOptions<double>{dt_s, delay, drift, tolerance}, is_single(dtype));
            }),
            py::arg("dt_s"), py::kw_only(), py::arg("delay") = defaults.delay,
            py::arg("drift") = defaults.drift, py::arg("tolerance") = defaults.tolerance,
            py::arg("dtype") = "float32")
-      .def("step", &Tracker::step, py::arg("command"), py::arg("position"),
+      .def("step", &AnyServoEstimator::step, py::arg("command"), py::arg("position"),
            R"(Takes the command sent at t_k and the position measured at t_k.
 
 Returns
@@ -256,10 +279,10 @@ Returns
 Status
     filling before the first motion, no_information at rest, reset where all begins anew. A sample that
     is not finite or not plausible is refused without an exception: see is_error().)")
-      .def("servo", &Tracker::servo, "What is known now, as a TrackedServo.")
+      .def("servo", &AnyServoEstimator::servo, "What is known now, as a TrackedServo.")
       .def(
           "run",
-          [](Tracker& self, const py::object& command, const py::object& position) {
+          [](AnyServoEstimator& self, const py::object& command, const py::object& position) {
             return self.single() ? self.run<float>(command, position)
                                  : self.run<double>(command, position);
           },
@@ -278,16 +301,34 @@ Raises
 ------
 TypeError, ValueError
     Not real numbers, or shapes that do not fit; no sample was taken.)")
-      .def_property_readonly("resting", &Tracker::resting,
+      .def(
+          "save", [](const AnyServoEstimator& self) { return py::bytes(self.save()); },
+          "Whole state as bytes, for restore() of an estimator made with the same arguments, here "
+          "or "
+          "in C++ and C.")
+      .def(
+          "restore",
+          [](AnyServoEstimator& self, const py::bytes& state) {
+            const SnapshotFault fault = self.restore(state);
+            if (fault != SnapshotFault::none) {
+              throw py::value_error(refusal(fault));
+            }
+          },
+          py::arg("state"),
+          "Takes over a saved state. ValueError, and nothing changed, where the bytes are damaged "
+          "or "
+          "were saved by another version, or by an estimator made with other arguments.")
+      .def_property_readonly("resting", &AnyServoEstimator::resting,
                              "Whether the servo stands still: the parameters wait.")
-      .def_property_readonly("resets", &Tracker::resets, "How often all began anew.")
-      .def_property_readonly("delay", &Tracker::delay,
+      .def_property_readonly("resets", &AnyServoEstimator::resets, "How often all began anew.")
+      .def_property_readonly("delay", &AnyServoEstimator::delay,
                              "Delay in samples that was found: the stated one, or one more.")
       .def_property_readonly(
-          "dt_s", [](const Tracker& self) { return self.options().dt_s; }, "Sampling time in s.")
+          "dt_s", [](const AnyServoEstimator& self) { return self.options().dt_s; },
+          "Sampling time in s.")
       .def_property_readonly(
           "dtype",
-          [](const Tracker& self) {
+          [](const AnyServoEstimator& self) {
             return self.single() ? py::dtype::of<float>() : py::dtype::of<double>();
           },
           "Precision, float32 or float64.")

@@ -79,12 +79,12 @@ std::string refusal(SnapshotFault fault) {
                "copy "
                "of the state";
       case SnapshotFault::other_model:
-        return "the state is of an estimator with another model; expected the same orders, offset, "
-               "dtype and forgetting policy";
+        return "the state is of an estimator with another model; expected the same orders, delay, "
+               "offset, dtype and forgetting policy";
       case SnapshotFault::other_configuration:
         return "the state is of an estimator with another configuration; expected the same "
                "scaling, "
-               "settings, limits and variance0 as when it was saved";
+               "settings, limits and start values as when it was saved";
       case SnapshotFault::impossible:
         return "the checksum is right, but no estimator has such a state; use bytes that save() "
                "returned";

@@ -2,7 +2,17 @@
 // Checks of arguments in front of the kernels.
 #include "c_kernel.hpp"
 
+#include <ehsid/servo_estimator.hpp>
 #include <ehsid/servo_model.hpp>
+
+#include <new>
+
+struct ehsid_servo_estimator {
+  using Estimator = ehsid::ServoEstimator<float, EHSID_MAX_DELAY>;
+  static constexpr std::uint32_t kMagic = 0x45485356U;  // "EHSV"
+  std::uint32_t magic;
+  Estimator estimator;
+};
 
 namespace {
 
@@ -63,7 +73,34 @@ static_assert(to_c(Reading::ok) == EHSID_SERVO_OK &&
                   to_c(Reading::numerical_limit) == EHSID_SERVO_NUMERICAL_LIMIT,
               "c_api.h and servo_model.hpp number the readings differently");
 
+using ehsid::TrustReason;
+
+constexpr ehsid_trust to_c(TrustReason reason) { return static_cast<ehsid_trust>(reason); }
+
+static_assert(to_c(TrustReason::trusted) == EHSID_TRUSTED &&
+                  to_c(TrustReason::starting) == EHSID_STARTING &&
+                  to_c(TrustReason::resting) == EHSID_RESTING &&
+                  to_c(TrustReason::single_sine) == EHSID_SINGLE_SINE &&
+                  to_c(TrustReason::change_suspected) == EHSID_CHANGE_SUSPECTED &&
+                  to_c(TrustReason::model_does_not_fit) == EHSID_MODEL_DOES_NOT_FIT &&
+                  to_c(TrustReason::not_precise) == EHSID_NOT_PRECISE,
+              "c_api.h and servo_estimator.hpp number the reasons differently");
+static_assert(sizeof(ehsid_servo_estimator) <= 8 * EHSID_SERVO_STORAGE_WORDS,
+              "EHSID_SERVO_STORAGE_WORDS is too small");
+static_assert(ehsid_servo_estimator::Estimator::most_snapshot_bytes() == EHSID_SERVO_SNAPSHOT_BYTES,
+              "EHSID_SERVO_SNAPSHOT_BYTES is not what a snapshot takes");
+
+constexpr ehsid_tracked_value to_c(const ehsid::TrackedValue<float>& told) {
+  return {told.value, told.half_width, told.trusted, to_c(told.reason)};
+}
+
 /// EHSID_OK where there is an estimator.
+ehsid_status check(const ehsid_servo_estimator* estimator) {
+  if (estimator == nullptr) {
+    return EHSID_INVALID_ARGUMENT;
+  }
+  return estimator->magic == ehsid_servo_estimator::kMagic ? EHSID_OK : EHSID_NOT_INITIALISED;
+}
 ehsid_status check(const ehsid_estimator* estimator) {
   if (estimator == nullptr) {
     return EHSID_INVALID_ARGUMENT;
@@ -72,7 +109,8 @@ ehsid_status check(const ehsid_estimator* estimator) {
 }
 
 /// The same, and whether there is room for `needed` things behind `pointer`.
-ehsid_status check(const ehsid_estimator* estimator, const void* pointer, std::size_t room,
+template <class Estimator>
+ehsid_status check(const Estimator* estimator, const void* pointer, std::size_t room,
                    std::size_t needed) {
   const ehsid_status status = check(estimator);
   if (status != EHSID_OK) {
@@ -304,4 +342,67 @@ ehsid_status ehsid_identify_servo(const float* theta, const float* covariance, f
   *servo = {to_c(found.status), found.gain,        found.omega_n, found.xi,
             found.gain_std,     found.omega_n_std, found.xi_std};
   return EHSID_OK;
+}
+
+ehsid_servo_settings ehsid_servo_defaults(float dt_s) {
+  const ehsid::ServoEstimatorOptions<float> defaults;
+  return {dt_s, defaults.delay, defaults.drift, defaults.tolerance};
+}
+
+ehsid_status ehsid_servo_init(ehsid_servo_estimator** estimator, void* storage, size_t bytes,
+                              const ehsid_servo_settings* settings) {
+  if (estimator == nullptr || storage == nullptr || settings == nullptr) {
+    return EHSID_INVALID_ARGUMENT;
+  }
+  const bool aligned = reinterpret_cast<std::uintptr_t>(storage) % alignof(std::uint64_t) == 0;
+  if (!aligned || bytes < sizeof(ehsid_servo_estimator)) {
+    return EHSID_STORAGE_TOO_SMALL;
+  }
+  const ehsid_servo_estimator::Estimator::Options options{settings->dt_s, settings->delay,
+                                                          settings->drift, settings->tolerance};
+  if (!options.valid(EHSID_MAX_DELAY)) {
+    return EHSID_INVALID_ARGUMENT;
+  }
+  auto* made = ::new (storage) ehsid_servo_estimator{ehsid_servo_estimator::kMagic, {}};
+  static_cast<void>(made->estimator.configure(options));  // the options have been checked
+  *estimator = made;
+  return EHSID_OK;
+}
+
+ehsid_status ehsid_servo_step(ehsid_servo_estimator* estimator, float command, float position) {
+  const ehsid_status status = check(estimator);
+  return status != EHSID_OK ? status : to_c(estimator->estimator.step(command, position));
+}
+
+ehsid_status ehsid_servo_read(const ehsid_servo_estimator* estimator, ehsid_tracked_servo* told) {
+  const ehsid_status status = check(estimator, told, 1, 1);
+  if (status == EHSID_OK) {
+    const ehsid::TrackedServo<float> servo = estimator->estimator.servo();
+    *told = {to_c(servo.gain), to_c(servo.omega_n), to_c(servo.xi)};
+  }
+  return status;
+}
+
+ehsid_status ehsid_servo_save(const ehsid_servo_estimator* estimator, void* bytes, size_t capacity,
+                              size_t* written) {
+  if (check(estimator) != EHSID_OK) {
+    return check(estimator);
+  }
+  const std::size_t size = estimator->estimator.snapshot_bytes();
+  const ehsid_status status = check(estimator, bytes, capacity, size);
+  if (status == EHSID_OK) {
+    estimator->estimator.save(static_cast<std::uint8_t*>(bytes));
+    if (written != nullptr) {
+      *written = size;
+    }
+  }
+  return status;
+}
+
+ehsid_status ehsid_servo_restore(ehsid_servo_estimator* estimator, const void* bytes,
+                                 size_t count) {
+  const ehsid_status status = check(estimator, bytes, 0, 0);
+  return status != EHSID_OK
+             ? status
+             : to_c(estimator->estimator.restore(static_cast<const std::uint8_t*>(bytes), count));
 }

@@ -44,7 +44,7 @@ static ehsid_estimator* started(bench* storage) {
 static void default_configurations(void) {
   ehsid_configuration made;
   const ehsid_kernel* kernel = EHSID_KERNEL(exponential, N);
-#define DEFAULT(wrong, ...)                          \
+#define DEFAULT(wrong, ...)                                   \
   say(wrong, "ehsid_default_configuration(" #__VA_ARGS__ ")", \
       ehsid_default_configuration(__VA_ARGS__))
   DEFAULT("no configuration", NULL, kernel, 2, 2, 1, false);
@@ -59,15 +59,15 @@ static void default_configurations(void) {
 }
 
 /* One member is set before ehsid_init(). */
-#define INIT(wrong, member, value)                                                        \
-  do {                                                                                    \
-    bench storage;                                                                        \
-    ehsid_estimator* estimator = NULL;                                                    \
-    ehsid_configuration c = usual();                                                      \
-    c.member = value;                                                                     \
-    say(wrong, "c." #member " = " #value "; ehsid_init(&estimator, storage, bytes, &c)",  \
-        ehsid_init(&estimator, &storage, sizeof storage, &c));                            \
-    CHECK(estimator == NULL);                                                             \
+#define INIT(wrong, member, value)                                                       \
+  do {                                                                                   \
+    bench storage;                                                                       \
+    ehsid_estimator* estimator = NULL;                                                   \
+    ehsid_configuration c = usual();                                                     \
+    c.member = value;                                                                    \
+    say(wrong, "c." #member " = " #value "; ehsid_init(&estimator, storage, bytes, &c)", \
+        ehsid_init(&estimator, &storage, sizeof storage, &c));                           \
+    CHECK(estimator == NULL);                                                            \
   } while (0)
 
 static void configurations(void) {
@@ -132,10 +132,8 @@ static void samples(void) {
   CHECK(ehsid_theta(estimator, theta_before, N) == EHSID_OK);
   CALL("no estimator", "ehsid_step(NULL, 1, 1)", ehsid_step(NULL, 1.0F, 1.0F));
   /* These three keep the estimate, and start the history anew. */
-  say("a command that is not a number", "ehsid_step(e, NAN, 1)",
-      ehsid_step(estimator, NAN, 1.0F));
-  say("an infinite position", "ehsid_step(e, 1, INFINITY)",
-      ehsid_step(estimator, 1.0F, INFINITY));
+  say("a command that is not a number", "ehsid_step(e, NAN, 1)", ehsid_step(estimator, NAN, 1.0F));
+  say("an infinite position", "ehsid_step(e, 1, INFINITY)", ehsid_step(estimator, 1.0F, INFINITY));
   say("a position beyond input_limit", "ehsid_step(e, 1, 1e30F)",
       ehsid_step(estimator, 1.0F, 1e30F));
   CHECK(ehsid_theta(estimator, theta_after, N) == EHSID_OK);
@@ -223,8 +221,7 @@ static void seeds(void) {
        ehsid_seed(estimator, &seed));
   seed.theta[1] = 0.0F;
   seed.d[2] = -1.0F;
-  CALL("a variance below 0", "seed.d[2] = -1; ehsid_seed(e, &seed)",
-       ehsid_seed(estimator, &seed));
+  CALL("a variance below 0", "seed.d[2] = -1; ehsid_seed(e, &seed)", ehsid_seed(estimator, &seed));
   seed.d[2] = 1.0F;
   seed.u[0] = INFINITY;
   CALL("an infinite number in U", "seed.u[0] = INFINITY; ehsid_seed(e, &seed)",

@@ -9,13 +9,13 @@
 namespace {
 
 using Sine = ehsid::SingleSine<double>;
-constexpr double kKeep = 0.98;
+constexpr double kForgotten = 0.004;  // a sample: 0.98 is kept of what five samples ago was
 
 TEST(SingleSine, IsToldWithItsAngle) {
   for (const double angle : {0.01, 0.05, 0.2}) {
     Sine sine;
     for (int k = 0; k < 2000; ++k) {
-      sine.take(1.5 + 3.0 * std::sin(angle * k + 0.3), 5, kKeep);
+      sine.take(1.5 + 3.0 * std::sin(angle * k + 0.3), 5, kForgotten);
     }
     EXPECT_TRUE(sine.sine()) << angle;
     EXPECT_FALSE(sine.clearly_none()) << angle;
@@ -34,9 +34,9 @@ TEST(SingleSine, TwoSinesStepsAndNoiseAreNone) {
   Sine noise;
   for (int k = 0; k < 2000; ++k) {
     held = k % 37 == 0 ? uniform(random) : held;
-    two.take(std::sin(0.02 * k) + std::sin(0.13 * k), 5, kKeep);
-    steps.take(held, 5, kKeep);
-    noise.take(uniform(random), 5, kKeep);
+    two.take(std::sin(0.02 * k) + std::sin(0.13 * k), 5, kForgotten);
+    steps.take(held, 5, kForgotten);
+    noise.take(uniform(random), 5, kForgotten);
   }
   for (const Sine& one : {two, steps, noise}) {
     EXPECT_FALSE(one.sine());
@@ -48,7 +48,7 @@ TEST(SingleSine, TwoSinesStepsAndNoiseAreNone) {
 TEST(SingleSine, NothingIsSaidOfACommandThatRests) {
   Sine sine;
   for (int k = 0; k < 2000; ++k) {
-    sine.take(0.0, 5, kKeep);
+    sine.take(0.0, 5, kForgotten);
   }
   EXPECT_FALSE(sine.sine());
 }

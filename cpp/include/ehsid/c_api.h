@@ -268,6 +268,80 @@ typedef struct ehsid_servo {
 ehsid_status ehsid_identify_servo(const float* theta, const float* covariance, float dt_s,
                                   ehsid_servo* servo);
 
+/* ---- K, omega_n and xi of a servo with a noisy position sensor: ehsid::ServoEstimator<float>, bit for bit ----
+ *
+ *   static uint64_t storage[EHSID_SERVO_STORAGE_WORDS];
+ *   static ehsid_servo_estimator* servo;
+ *
+ *   ehsid_servo_settings settings = ehsid_servo_defaults(0.001F);
+ *   ehsid_servo_init(&servo, storage, sizeof storage, &settings);
+ *   ...
+ *   ehsid_servo_step(servo, command, position);
+ *   ehsid_servo_read(servo, &told);
+ *   if (told.gain.trusted) { kp = bandwidth / told.gain.value; }
+ */
+#define EHSID_SERVO_STORAGE_WORDS 447
+/* Bytes that ehsid_servo_save() writes, at most. */
+#define EHSID_SERVO_SNAPSHOT_BYTES 3584
+
+typedef struct ehsid_servo_estimator ehsid_servo_estimator;
+
+typedef struct ehsid_servo_settings {
+  float dt_s; /* sampling time in s, > 0 */
+  int32_t
+      delay; /* samples from a command to the first position that shows it, 1 .. EHSID_MAX_DELAY */
+  float drift; /* standard deviation of ln K and ln omega_n in 1 s, >= 0 */
+  float
+      tolerance; /* K is trusted where the half of its 90 % interval is below this share of it, > 0 */
+} ehsid_servo_settings;
+
+/* Why a value is not trusted; numbers and meaning of ehsid::TrustReason. */
+typedef enum ehsid_trust {
+  EHSID_TRUSTED = 0,
+  EHSID_STARTING = 1,    /* too little has been seen since the start, or since all began anew */
+  EHSID_RESTING = 2,     /* the servo stands still, and the interval has grown */
+  EHSID_SINGLE_SINE = 3, /* the command is one sine, which does not show this value */
+  EHSID_CHANGE_SUSPECTED = 4,   /* the innovations have just been far too large */
+  EHSID_MODEL_DOES_NOT_FIT = 5, /* left alone, the model does not run like the servo */
+  EHSID_NOT_PRECISE = 6         /* the interval is wider than the tolerance */
+} ehsid_trust;
+
+/* A value with the half of its 90 % interval, in the same unit; NaN before there is any. */
+typedef struct ehsid_tracked_value {
+  float value;
+  float half_width;
+  bool trusted;
+  ehsid_trust reason;
+} ehsid_tracked_value;
+
+/* Units of ehsid_servo. */
+typedef struct ehsid_tracked_servo {
+  ehsid_tracked_value gain;
+  ehsid_tracked_value omega_n;
+  ehsid_tracked_value xi;
+} ehsid_tracked_servo;
+
+/* The settings that fit most servos; only the sampling time has to be known. */
+ehsid_servo_settings ehsid_servo_defaults(float dt_s);
+
+/* Makes an estimator in `bytes` bytes of storage, aligned as uint64_t. EHSID_INVALID_ARGUMENT: a setting is out of its
+ * range. Takes about as much stack as storage for the time of the call. */
+ehsid_status ehsid_servo_init(ehsid_servo_estimator** estimator, void* storage, size_t bytes,
+                              const ehsid_servo_settings* settings);
+
+/* One sample: the command sent at t_k and the position measured at t_k. EHSID_FILLING before the first motion,
+ * EHSID_NO_INFORMATION at rest, EHSID_RESET where all begins anew. */
+ehsid_status ehsid_servo_step(ehsid_servo_estimator* estimator, float command, float position);
+
+/* What is known of the servo now. */
+ehsid_status ehsid_servo_read(const ehsid_servo_estimator* estimator, ehsid_tracked_servo* told);
+
+/* As ehsid_save() and ehsid_restore(), with the bytes of ehsid.ServoEstimator.save() in Python. ehsid_servo_restore() takes
+ * about as much stack as storage for the time of the call. */
+ehsid_status ehsid_servo_save(const ehsid_servo_estimator* estimator, void* bytes, size_t capacity,
+                              size_t* written);
+ehsid_status ehsid_servo_restore(ehsid_servo_estimator* estimator, const void* bytes, size_t count);
+
 #ifdef __cplusplus
 }
 #endif

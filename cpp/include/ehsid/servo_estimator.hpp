@@ -104,6 +104,7 @@ class ServoEstimator {
     least_noise_ = std::numeric_limits<Scalar>::min();
     command_square_ = before_ = reference_ = rest_position_ = Scalar(0);
     averaged_ = 0;
+    per_second_ = Scalar(1) / options.dt_s;
     rest_.restart(samples_of(Scalar(0.15), 16));
     begin_anew();
     return Status::ok;
@@ -197,6 +198,7 @@ class ServoEstimator {
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
     visit(&ServoEstimator::options_);
+    visit(&ServoEstimator::per_second_);
     visit(&ServoEstimator::filter_);
     visit(&ServoEstimator::bank_);
     visit(&ServoEstimator::rest_);
@@ -236,6 +238,10 @@ class ServoEstimator {
     visit(&ServoEstimator::placed_);
   }
 
+  /// Bytes of a snapshot with the longest delay.
+  static constexpr std::size_t most_snapshot_bytes() {
+    return ehsid::snapshot_bytes<ServoEstimator>(shape(kMaxDelay));
+  }
   /// Bytes that save() writes and restore() expects, which the delay decides.
   std::size_t snapshot_bytes() const {
     return ehsid::snapshot_bytes<ServoEstimator>(shape(options_.delay));
@@ -302,7 +308,8 @@ class ServoEstimator {
       return fault;
     }
     const bool same = options_.dt_s == own.dt_s && options_.delay == own.delay &&
-                      options_.drift == own.drift && options_.tolerance == own.tolerance;
+                      options_.drift == own.drift && options_.tolerance == own.tolerance &&
+                      per_second_ == Scalar(1) / own.dt_s;
     return same && possible() ? SnapshotFault::none : SnapshotFault::impossible;
   }
 
@@ -332,7 +339,7 @@ class ServoEstimator {
 
   /// A time in samples, at least `least`.
   std::int32_t samples_of(Scalar seconds, std::int32_t least) const {
-    const Scalar samples = seconds / options_.dt_s;
+    const Scalar samples = seconds * per_second_;
     const Scalar most = Scalar(1e9);
     const auto found = static_cast<std::int32_t>(samples < most ? samples : most);
     return found > least ? found : least;
@@ -724,8 +731,7 @@ class ServoEstimator {
     }
     const Scalar apart = Scalar(1) / filter_.state().rate + Scalar(0.5);
     const auto spacing = static_cast<std::int32_t>(apart > Scalar(1) ? apart : Scalar(1));
-    const Scalar keep = bounded_exp(-static_cast<Scalar>(spacing) * options_.dt_s / Scalar(5));
-    sine_.take(command, spacing, keep);
+    sine_.take(command, spacing, options_.dt_s * Scalar(0.2));
     if (sine_.clearly_none() && sine_.samples_not_sine() > samples_of(Scalar(5), 1) &&
         phase_ == Phase::tracking && run_.windows() > Scalar(4) &&
         kHalfInterval * std::sqrt(filter_.covariance(4, 4)) < Scalar(1.5) * options_.tolerance) {
@@ -752,6 +758,7 @@ class ServoEstimator {
 
   // All zero before configure(): an estimator that is static costs no flash for its start.
   Options options_{Scalar(0), 0, Scalar(0), Scalar(0)};
+  Scalar per_second_ = Scalar(0);  // samples
   Filter filter_{};
   std::array<Filter, static_cast<std::size_t>(kStarts)> bank_{};
   RestDetector<Scalar> rest_{};

@@ -3,6 +3,7 @@
 // told where the sine is slow, omega_n and xi cannot.
 #pragma once
 
+#include <ehsid/bounded_math.hpp>
 #include <ehsid/types.hpp>
 
 namespace ehsid {
@@ -17,12 +18,13 @@ class SingleSine {
   static constexpr Scalar kLeft = Scalar(0.003);
   static constexpr Scalar kClear = Scalar(0.01);
 
-  /// The next command. spacing: samples between those that are used, >= 1; keep: forgetting factor for each of these.
-  void take(Scalar command, std::int32_t spacing, Scalar keep) {
+  /// The next command. spacing: samples between those that are used, >= 1; forgotten: share of what was, in a sample.
+  void take(Scalar command, std::int32_t spacing, Scalar forgotten) {
     if (++count_ < spacing) {
       return;
     }
     count_ = 0;
+    const Scalar keep = bounded_exp(-static_cast<Scalar>(spacing) * forgotten);
     const Scalar left = command + before_;
     weight_ = keep * weight_ + Scalar(1);
     // Means and central moments with forgetting, which lose no digits to a large constant.

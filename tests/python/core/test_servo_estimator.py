@@ -92,7 +92,40 @@ def test_wrong_arguments_are_refused(arguments: dict[str, object], words: str) -
 
 
 def test_signals_of_unequal_length_are_refused() -> None:
-    tracker = ehsid.ServoEstimator(0.01)
+    estimator = ehsid.ServoEstimator(0.01)
     with pytest.raises(ValueError, match="position"):
-        tracker.run(np.zeros(5), np.zeros(4))
-    assert tracker.servo().gain.reason == ehsid.TrustReason.starting
+        estimator.run(np.zeros(5), np.zeros(4))
+    assert estimator.servo().gain.reason == ehsid.TrustReason.starting
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("delay", [1, 3])
+@pytest.mark.parametrize("end", [10, 150, 1500, 3100])
+def test_what_was_saved_goes_on_bit_for_bit(end: int, delay: int, dtype: str) -> None:
+    command, position = record(0.01, seed=6)
+    first = ehsid.ServoEstimator(0.01, delay=delay, dtype=dtype)
+    first.run(command[:end], position[:end])
+    second = ehsid.ServoEstimator(0.01, delay=delay, dtype=dtype)
+    second.restore(first.save())
+    rest = slice(end, end + 500)
+    one, other = (each.run(command[rest], position[rest]) for each in (first, second))
+    for name in ("gain", "omega_n", "xi"):
+        for part in ("value", "half_width", "trusted", "reason"):
+            ours, theirs = getattr(getattr(one, name), part), getattr(getattr(other, name), part)
+            assert ours.tobytes() == theirs.tobytes()
+    assert first.save() == second.save()
+
+
+def test_a_state_of_another_estimator_is_refused() -> None:
+    saved = ehsid.ServoEstimator(0.01).save()
+    for other, words in (
+        (ehsid.ServoEstimator(0.01, dtype="float64"), "dtype"),
+        (ehsid.ServoEstimator(0.01, delay=2), "delay"),
+        (ehsid.ServoEstimator(0.02), "configuration"),
+    ):
+        before = other.save()
+        with pytest.raises(ValueError, match=words):
+            other.restore(saved)
+        assert other.save() == before
+    with pytest.raises(ValueError, match="damaged"):
+        ehsid.ServoEstimator(0.01).restore(saved[:-1] + bytes([saved[-1] ^ 1]))
