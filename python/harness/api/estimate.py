@@ -22,12 +22,18 @@ from ehsid.harness.catalogue.policies import POLICIES
 from ehsid.harness.estimation import EstimationResult
 from ehsid.harness.estimation.advice import Advice, advise
 from ehsid.harness.estimation.recursion import START_VARIANCE, Recursion
+from ehsid.harness.estimation.servo import ServoPath
 from ehsid.harness.estimation.words import advice_words, state_words
 from ehsid.harness.files import result_folder
 from ehsid.harness.identification import ArxOrders
 from ehsid.harness.records.errors import nearest_name
 from ehsid.harness.report.model_file_names import ESTIMATION_FILES
-from ehsid.harness.report.model_tables import estimation_lines, parameter_table
+from ehsid.harness.report.model_tables import (
+    estimation_lines,
+    parameter_table,
+    servo_lines,
+    servo_table,
+)
 from ehsid.harness.report.text_table import TextTable
 
 if TYPE_CHECKING:
@@ -62,6 +68,14 @@ class Estimation(Shown, Tabular):
         return dict(zip(self.result.orders.names, self.result.theta.tolist(), strict=True))
 
     @property
+    def servo(self) -> ServoPath | None:
+        """K, omega_n and xi over the record, each with its interval and whether it is trusted.
+
+        None where na or nb is not 3, or the sampling time is not known.
+        """
+        return self.result.servo
+
+    @property
     def converged(self) -> bool:
         """Whether the estimate has settled, and its residuals show no sign that they are not white.
 
@@ -89,7 +103,7 @@ class Estimation(Shown, Tabular):
 
         figure = estimation_figure(self.result, self.signals.data.dt_s)
         label = f"innovation of\n{self.signals.output_label}"
-        figure.axes[2].set_ylabel(label, parse_math=False)
+        figure.axes[-1].set_ylabel(label, parse_math=False)
         return figure
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
@@ -138,10 +152,12 @@ class Estimation(Shown, Tabular):
         result = self.result
         head = f"{result.orders}, {result.method}, {result.forgetting}"
         tries = advice_words(self._advice, python=True)
-        return [head, *estimation_lines(result), *(f"- {one}" for one in tries)]
+        told = [*servo_lines(result), head, *estimation_lines(result)]
+        return [*told, *(f"- {one}" for one in tries)]
 
     def _tables(self) -> Sequence[TextTable]:
-        return [parameter_table(self.result)]
+        servo = servo_table(self.result)
+        return [*([] if servo is None else [servo]), parameter_table(self.result)]
 
 
 def estimate(

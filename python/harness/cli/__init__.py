@@ -24,7 +24,7 @@ VERBS = (
         "Open the workbench in the browser: from a log to the diagnosis, on this machine only.",
     ),
     Verb("import", "Read a log of any kind, say what was taken for what, and keep it as a record."),
-    Verb("estimate", "Estimate an ARX model recursively, with the code the firmware runs."),
+    Verb("estimate", "Estimate a servo and its ARX model, with the code the firmware runs."),
     Verb(
         "identify",
         "Choose order and delay of an ARX model on one half of a record, judged on the other.",

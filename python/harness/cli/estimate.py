@@ -98,7 +98,11 @@ def estimate_command(
         ),
     ] = None,
 ) -> None:
-    """Estimate an ARX model recursively, with the code the firmware runs.
+    """Estimate a servo and its ARX model, with the code the firmware runs.
+
+    K, omega_n and xi come from the estimator for a servo with a noisy position
+    sensor, each with a 90 % interval and the share of the record in which it
+    can be trusted; the coefficients come from recursive least squares.
 
     With a folder, each record is estimated as it would be alone, and the
     coefficients of all are compared: their range, and the records far from
@@ -150,7 +154,12 @@ def _estimate_record(
     from ehsid.harness.estimation.advice import advise
     from ehsid.harness.estimation.words import advice_words
     from ehsid.harness.records.origin import with_reading
-    from ehsid.harness.report.model_tables import estimation_lines, parameter_table
+    from ehsid.harness.report.model_tables import (
+        estimation_lines,
+        parameter_table,
+        servo_lines,
+        servo_table,
+    )
 
     record = given.record
     with (
@@ -179,6 +188,10 @@ def _estimate_record(
         typer.echo(json.dumps(plain, allow_nan=False))
         return
     console = Console()
+    if (servo := servo_table(result)) is not None:
+        console.print(shown_table(servo))
+        for line in servo_lines(result):
+            console.print(line)
     console.print(f"{result.orders}, {result.method}, {result.forgetting}")
     console.print(shown_table(parameter_table(result)))
     for line in estimation_lines(result):

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.estimation.servo import ServoPath
 from ehsid.harness.identification import ArxOrders
 
 # Half width of a two-sided 95 % interval of a normal distribution, in standard deviations.
@@ -60,6 +61,9 @@ class Estimate:
         whether the residuals pass the test of `WhitenessMonitor` at the end, and its statistic. If
         they do not, the parameters are biased, and `standard_deviation` is enlarged but may still
         be too small.
+    servo
+        the record read as a servo by `ehsid.ServoEstimator`; None where the model is not of the
+        orders of a servo, na = nb = 3, or the sampling time is not known.
     """
 
     orders: ArxOrders
@@ -81,6 +85,7 @@ class Estimate:
     skipped: int
     residuals_white: bool
     whiteness: float
+    servo: ServoPath | None
 
     def to_dict(self) -> dict[str, Any]:
         """Returns plain values for JSON, without the paths: they are data, not results."""
@@ -112,6 +117,7 @@ class Estimate:
             "skipped": self.skipped,
             "residuals_white": self.residuals_white,
             "whiteness": self.whiteness,
+            "servo": None if self.servo is None else self.servo.to_dict(),
         }
 
 

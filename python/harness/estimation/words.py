@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from ehsid.harness.estimation.advice import Advice
 from ehsid.harness.estimation.result import Estimate
+from ehsid.harness.estimation.servo import ServoPath
 
 _NOT_WHITE = "The residuals are not white (statistic {:.4g}, at most 22.5 expected): "
 _OF_THE_SENSOR = (
@@ -23,6 +24,36 @@ _WHY_NOT_WHITE = {
     "Reasons: noise of the sensor (methods `riv` and `oe`), wrong orders or delay, friction, "
     "saturation.",
 }
+
+# Of each TrustReason, what it means, and what to do.
+_REASONS = {
+    "starting": "too little has been seen: move the servo for some seconds",
+    "resting": "the servo stands still, and the interval has grown",
+    "single_sine": "the command is one sine, which does not show this value: command steps, or "
+    "several frequencies",
+    "change_suspected": "the plant has just changed: wait",
+    "model_does_not_fit": "the model that runs alone does not move like this output: either it is "
+    "no servo, or look for the cause with `ehsid gap`",
+    "not_precise": "the interval is wider than 10 % of K, or 15 % of omega_n and xi. Friction, a "
+    "dead band or a load that changes widen it, for which `ehsid gap` looks, and so does a command "
+    "that seldom moves the servo",
+}
+
+
+def servo_words(servo: ServoPath) -> list[str]:
+    """Says how long each value of a servo could be trusted, and why not at the end."""
+    lines = []
+    reasons: dict[str, list[str]] = {}
+    for value in servo:
+        if value.reason.name != "trusted":
+            reasons.setdefault(value.reason.name, []).append(value.name)
+    for reason, names in reasons.items():
+        which = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+        lines.append(f"At the end {which} cannot be trusted: {_REASONS[reason]}.")
+    if servo.resets:
+        times = "once" if servo.resets == 1 else f"{servo.resets} times"
+        lines.append(f"The model was lost and begun anew {times}.")
+    return lines
 
 
 def not_white_words(estimate: Estimate) -> str:

@@ -7,7 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ehsid.harness.arrays import FloatArray
 from ehsid.harness.estimation import EstimationResult
+from ehsid.harness.estimation.servo import ServoValue
 from ehsid.harness.identification import IdentificationResult
 from ehsid.harness.identification.criteria import diverges
 from ehsid.harness.identification.residuals import IndependenceTest, WhitenessTest
@@ -26,9 +28,14 @@ from ehsid.harness.report.plotting import (
 
 @styled
 def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
-    """Draws parameters with their 95 % bands, forgetting factor and innovation over time."""
+    """Draws K of the servo, the parameters with their 95 % bands, lambda and the innovation."""
     x, label = time_axis(dt_s, result.status.size)
-    figure, (upper, middle, lower) = stacked(8.0, [3, 1, 1], xlabel=label)
+    servo = result.servo
+    heights = [3, 1, 1] if servo is None else [2, 3, 1, 1]
+    figure, axes = stacked(8.0 if servo is None else 9.5, heights, xlabel=label)
+    upper, middle, lower = axes[-3:]
+    if servo is not None:
+        _draw_gain(axes[0], x, servo.gain)
     # The first samples and those after a reset vary by orders of magnitude. The axis follows the
     # other samples.
     settled = result.theta_path[result.theta_path.shape[0] // 10 :]
@@ -49,6 +56,25 @@ def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
     lower.set_ylim(-6 * result.rmse, 6 * result.rmse)
     lower.set_ylabel("innovation")
     return figure
+
+
+def _draw_gain(axes: Axes, x: FloatArray, gain: ServoValue) -> None:
+    """Draws K with its 90 % band, in one colour where it is trusted and in another where not."""
+    for shown, colour, word in (
+        (gain.trusted_path, BLUE, "trusted"),
+        (~gain.trusted_path, VERMILION, "not trusted"),
+    ):
+        value, half = (np.where(shown, path, np.nan) for path in (gain.path, gain.half_path))
+        curves = (value - half, value, value + half)
+        draw_band(axes, x, curves, label=word, linewidth=1.4, color=colour)
+    known = gain.path[gain.trusted_path if gain.trusted_path.any() else np.isfinite(gain.path)]
+    if known.size:
+        low, high = (float(one) for one in np.quantile(known, [0.02, 0.98]))
+        margin = 0.3 * (high - low) + 0.1 * abs(high)
+        axes.set_ylim(low - margin, high + margin)
+    axes.set_ylabel(f"K, {gain.unit}", parse_math=False)
+    axes.set_title("servo: K with its 90 % band")
+    axes.legend(ncols=2)
 
 
 @styled

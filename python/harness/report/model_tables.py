@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from ehsid.harness.estimation.words import not_white_words, state_words
+from ehsid.harness.estimation.words import not_white_words, servo_words, state_words
 from ehsid.harness.identification.criteria import simulation_cell, simulation_words
 from ehsid.harness.plain_number import plain_number
 from ehsid.harness.report.text_table import TextTable
@@ -70,6 +70,27 @@ def identification_lines(result: IdentificationResult) -> list[str]:
         result.independence.verdict,
         *result.advice,
     ]
+
+
+def servo_table(result: EstimationResult) -> TextTable | None:
+    """Returns K, omega_n and xi with their intervals and trust; None where there is no servo."""
+    if result.servo is None:
+        return None
+    rows = []
+    for value in result.servo:
+        plain = value.to_dict()
+        low, high = plain["ci90"] or (math.nan, math.nan)
+        told = "-" if plain["value"] is None else f"{plain['value']:.4g} {value.unit}".rstrip()
+        interval = "-" if plain["value"] is None else f"{low:.4g} .. {high:.4g}"
+        trusted = f"{100.0 * value.trusted_share:.0f} % of the record"
+        rows.append((value.name, told, interval, trusted))
+    headings = ("servo", "value", "90 % interval", "trusted")
+    return TextTable(headings, tuple(rows))
+
+
+def servo_lines(result: EstimationResult) -> list[str]:
+    """Returns what is to be said of the servo, in sentences."""
+    return [] if result.servo is None else servo_words(result.servo)
 
 
 def parameter_table(result: EstimationResult) -> TextTable:

@@ -8,16 +8,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import ehsid
 from ehsid.harness.catalogue.policies import METHODS
 from ehsid.harness.estimation import Estimate
 from ehsid.harness.estimation.advice import Advice, Setting, Trial
-from ehsid.harness.estimation.words import advice_words, not_white_words, state_words
+from ehsid.harness.estimation.servo import ServoPath, ServoValue
+from ehsid.harness.estimation.words import (
+    advice_words,
+    not_white_words,
+    servo_words,
+    state_words,
+)
 from ehsid.harness.identification import ArxOrders
 
 ESTIMATE = Estimate(
     ArxOrders(2, 2, 1), "Constant(lambda_=0.99)", "rls", np.zeros(4), np.ones(4), 0.0, 0.0,
     np.ones(4), 1000, 40, 1.0,
-    90.0, 80.0, 0, False, False, 0, False, 100.0,
+    90.0, 80.0, 0, False, False, 0, False, 100.0, None,
 )  # fmt: skip
 
 
@@ -49,3 +56,15 @@ def test_each_recursion_has_reasons_for_coloured_residuals(method: str) -> None:
 )
 def test_a_state_is_told_in_words(settled: bool, converged: bool, told: str) -> None:
     assert state_words(replace(ESTIMATE, settled=settled, converged=converged)) == told
+
+
+@pytest.mark.parametrize("reason", [one for one in ehsid.TrustReason if one.name != "trusted"])
+def test_each_reason_has_words(reason: ehsid.TrustReason) -> None:
+    def value(name: str, why: ehsid.TrustReason) -> ServoValue:
+        return ServoValue(name, "", np.ones(2), np.ones(2), np.array([True, False]), why)
+
+    trusted = value("K", ehsid.TrustReason.trusted)
+    path = ServoPath(trusted, value("omega_n", reason), value("xi", reason), 1, 2)
+    words, resets = servo_words(path)
+    assert words.startswith("At the end omega_n and xi cannot be trusted: ")
+    assert resets == "The model was lost and begun anew 2 times."

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""K, omega_n and xi of a servo over a record, each with its interval and a word on trust."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness.arrays import FloatArray
+from ehsid.harness.catalogue.channels import CHANNELS
+from ehsid.harness.identification import IoData
+from ehsid.harness.text import printable
+
+MOST_DELAY = 20  # samples, of the compiled estimator
+
+
+@dataclass(frozen=True, eq=False)
+class ServoValue:
+    """One of K, omega_n and xi over the N samples of a record.
+
+    Attributes
+    ----------
+    name, unit
+        as shown.
+    path, half_path
+        shape (N,), value and half of its 90 % interval after each sample; NaN before the first.
+    trusted_path
+        shape (N,), whether a controller may use the value.
+    reason
+        of the last sample: why the value is not trusted.
+    """
+
+    name: str
+    unit: str
+    path: FloatArray
+    half_path: FloatArray
+    trusted_path: npt.NDArray[np.bool_]
+    reason: ehsid.TrustReason
+
+    @property
+    def trusted_share(self) -> float:
+        """Share of the samples at which the value is trusted."""
+        return float(np.mean(self.trusted_path))
+
+    @property
+    def at(self) -> int:
+        """Sample whose value is told: the last one that is trusted, or the last one."""
+        trusted = np.flatnonzero(self.trusted_path)
+        return int(trusted[-1]) if trusted.size else self.path.size - 1
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the told value, and whether it is trusted there and at the end, for JSON."""
+        value, half = float(self.path[self.at]), float(self.half_path[self.at])
+        known = bool(np.isfinite(value) and np.isfinite(half))
+        return {
+            "value": value if known else None,
+            "ci90": [value - half, value + half] if known else None,
+            "trusted": bool(self.trusted_path[self.at]),
+            "reason_at_end": self.reason.name,
+            "trusted_share": self.trusted_share,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class ServoPath:
+    """What `ehsid.ServoEstimator` told of a record: Eq. (5), K omega_n^2 / (s (s^2 + ..)).
+
+    Attributes
+    ----------
+    gain, omega_n, xi
+        in units of the output per s and unit of the input, rad/s, and 1.
+    delay
+        in samples, as found.
+    resets
+        how often all began anew.
+    """
+
+    gain: ServoValue
+    omega_n: ServoValue
+    xi: ServoValue
+    delay: int
+    resets: int
+
+    def __iter__(self) -> Iterator[ServoValue]:
+        return iter((self.gain, self.omega_n, self.xi))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns plain values for JSON."""
+        values = {"gain": self.gain, "omega_n": self.omega_n, "xi": self.xi}
+        return {
+            **{name: value.to_dict() for name, value in values.items()},
+            "delay": self.delay,
+            "resets": self.resets,
+        }
+
+
+def estimate_servo(data: IoData, delay: int, dtype: str = "float32") -> ServoPath | None:
+    """Runs `ehsid.ServoEstimator` over a record; None without a time or for a delay it has not."""
+    if data.dt_s is None or not 1 <= delay <= MOST_DELAY:
+        return None
+    estimator = ehsid.ServoEstimator(data.dt_s, delay=delay, dtype=dtype)
+    runs = []
+    for segment in data.segments:
+        estimator.step(float("nan"), float("nan"))  # the next sample is the first behind a hole
+        runs.append(estimator.run(data.u[segment], data.y[segment]))
+    names = (data.output_name, data.input_name)
+    units = [CHANNELS[name].unit if name in CHANNELS else printable(name) for name in names]
+    rate = f"{units[0]}/s per {units[1]}"
+
+    def value(name: str, unit: str, series: list[ehsid.TrackedSeries]) -> ServoValue:
+        return ServoValue(
+            name,
+            unit,
+            np.concatenate([one.value for one in series]).astype(np.float64),
+            np.concatenate([one.half_width for one in series]).astype(np.float64),
+            np.concatenate([one.trusted for one in series]),
+            ehsid.TrustReason(int(series[-1].reason[-1])),
+        )
+
+    return ServoPath(
+        value("K", rate, [run.gain for run in runs]),
+        value("omega_n", "rad/s", [run.omega_n for run in runs]),
+        value("xi", "", [run.xi for run in runs]),
+        estimator.delay,
+        estimator.resets,
+    )
