@@ -1,4 +1,4 @@
-// Written by `ehsid export`, ehsid 0.1.0; do not edit, export again.
+// Written by `ehsid export`, ehsid 0.2.0; do not edit, export again.
 // Settings and start of the online estimator, and a self-test for the target. Numbers are float32 in
 // hexadecimal, exact to the bit; decimals are for people.
 //

@@ -3,7 +3,7 @@
 #pragma once
 
 #define EHSID_VERSION_MAJOR 0
-#define EHSID_VERSION_MINOR 1
+#define EHSID_VERSION_MINOR 2
 #define EHSID_VERSION_PATCH 0
 
 #define EHSID_VERSION_TEXT_(number) #number
