@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// tests/golden/trace.csv, linked into the program as it is, row by row; and the estimator of that trace, whose
-// settings are those of tests/golden/make_trace.py.
+// tests/golden/trace.csv or servo_trace.csv, linked into the program as it is, row by row; and the estimator of the first,
+// whose settings are those of tests/golden/make_trace.py.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,19 @@ extern "C" const char golden_trace_end[];
 namespace firmware {
 
 constexpr std::uint32_t kSamples = 660;  // of each policy
-constexpr int kColumns = 17;             // behind the policy: command, position, status, ...
 
-/// One row of the trace; numbers are the bits of a float32.
-struct Row {
-  const char* policy;  // ends with a comma
-  std::uint32_t words[kColumns];
+/// One row of a trace; numbers are the bits of a float32.
+template <int kColumns>
+struct AnyRow {
+  const char* policy;             // or run; ends with a comma
+  std::uint32_t words[kColumns];  // command, position, status, ...
+
+  bool is_of(const char* name) const {
+    const std::size_t length = std::strlen(name);
+    return std::strncmp(policy, name, length) == 0 && policy[length] == ',';
+  }
 };
+using Row = AnyRow<17>;
 
 /// Reads rows one behind the other, without copies.
 class Trace {
@@ -29,7 +35,8 @@ class Trace {
   Trace() { skip_line(); }
 
   /// False at the end, and where the row is not as it should be.
-  bool next(Row& row) {
+  template <int kColumns>
+  bool next(AnyRow<kColumns>& row) {
     row.policy = at_;
     while (at_ < golden_trace_end && *at_ != ',') {
       ++at_;
@@ -96,8 +103,6 @@ ehsid::Status configure_golden(Estimator<Forgetting>& estimator) {
 template <class Forgetting>
 bool step_as_traced(Estimator<Forgetting>& estimator, const Row& row, const char* policy,
                     std::uint32_t sample, Report& report) {
-  const std::size_t length = std::strlen(policy);
-  const bool named = std::strncmp(row.policy, policy, length) == 0 && row.policy[length] == ',';
   const ehsid::Status status = estimator.step(number(row.words[0]), number(row.words[1]));
   const auto theta = estimator.theta_hat();
   const auto deviation = estimator.standard_deviation();
@@ -108,7 +113,7 @@ bool step_as_traced(Estimator<Forgetting>& estimator, const Row& row, const char
     same_deviation = bits(deviation[i]) == row.words[11 + i] && same_deviation;
   }
   // Not &&: all that differs is reported.
-  bool good = report.check(named, policy, "row of another policy", sample);
+  bool good = report.check(row.is_of(policy), policy, "row of another policy", sample);
   good &=
       report.check(static_cast<std::uint32_t>(status) == row.words[2], policy, "status", sample);
   good &= report.check(bits(estimator.innovation()) == row.words[3], policy, "innovation", sample);

@@ -88,8 +88,7 @@ template <class Forgetting>
   firmware::Row row{};
   std::uint32_t sample = 0;
   while (trace.next(row)) {
-    const std::size_t length = std::strlen(policy);
-    if (std::strncmp(row.policy, policy, length) != 0 || row.policy[length] != ',') {
+    if (!row.is_of(policy)) {
       continue;
     }
     if (sample >= first && sample < first + kThird &&

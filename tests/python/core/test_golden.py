@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""The compiled module makes the bits of the committed trace; test_golden.cpp is the same in C++."""
+"""The compiled module makes the bits of the traces; test_golden.cpp is the same in C++."""
 
 import csv
+from pathlib import Path
 
+import make_servo_trace
 import make_trace
 import numpy as np
 import pytest
@@ -14,13 +16,22 @@ Rows = list[dict[str, str]]
 STATE = make_trace.COLUMNS[4:]
 
 
+def read(path: Path, by: str) -> dict[str, Rows]:
+    rows: dict[str, Rows] = {}
+    with path.open(newline="", encoding="ascii") as file:
+        for row in csv.DictReader(file):
+            rows.setdefault(row[by], []).append(row)
+    return rows
+
+
 @pytest.fixture(scope="module")
 def trace() -> dict[str, Rows]:
-    rows: dict[str, Rows] = {policy: [] for policy in make_trace.POLICIES}
-    with make_trace.TRACE.open(newline="", encoding="ascii") as file:
-        for row in csv.DictReader(file):
-            rows[row["policy"]].append(row)
-    return rows
+    return read(make_trace.TRACE, "policy")
+
+
+@pytest.fixture(scope="module")
+def servo_trace() -> dict[str, Rows]:
+    return read(make_servo_trace.TRACE, "run")
 
 
 def column(rows: Rows, *names: str) -> make_trace.Float32:
@@ -33,9 +44,9 @@ def expect_bits(made: make_trace.Float32, rows: Rows, *names: str) -> None:
     """The same bits, NaN and the sign of zero included. Shape of `made`: (samples, names)."""
     expected = column(rows, *names)
     for k, i in np.argwhere(made.view(np.uint32) != expected.view(np.uint32)):
-        policy = rows[k]["policy"]
+        which = next(iter(rows[k].values()))
         pytest.fail(
-            f"{policy}, sample {k}: {names[i]} is {made[k, i]!r} instead of {expected[k, i]!r}"
+            f"{which}, sample {k}: {names[i]} is {made[k, i]!r} instead of {expected[k, i]!r}"
         )
 
 
@@ -91,4 +102,51 @@ def test_inputs_are_those_of_the_script(trace: dict[str, Rows]) -> None:
     for rows in trace.values():
         assert np.allclose(
             column(rows, "command", "position").T, make_trace.signals(), equal_nan=True
+        )
+
+
+@pytest.mark.parametrize("run", make_servo_trace.SETTINGS)
+def test_every_step_of_a_servo_makes_the_bits_of_its_trace(
+    run: str, servo_trace: dict[str, Rows]
+) -> None:
+    rows = servo_trace[run]
+    estimator = make_servo_trace.estimator(run)
+    assert len(rows) == make_servo_trace.SAMPLES[run]
+    for k, (command, position) in enumerate(column(rows, "command", "position")):
+        if k % 50 == 49:  # another one goes on from the saved state
+            estimator, before = make_servo_trace.estimator(run), estimator
+            estimator.restore(before.save())
+        status = estimator.step(command, position)
+        made = dict(zip(make_servo_trace.STATE, make_servo_trace.state(estimator), strict=True))
+        assert status == int(rows[k]["status"], 16), f"{run}, sample {k}: status"
+        assert made == {name: rows[k][name] for name in made}, f"{run}, sample {k}"
+
+
+@pytest.mark.parametrize("run", make_servo_trace.SETTINGS)
+def test_a_run_of_a_servo_makes_the_bits_of_its_trace(
+    run: str, servo_trace: dict[str, Rows]
+) -> None:
+    rows = servo_trace[run]
+    path = make_servo_trace.estimator(run).run(*column(rows, "command", "position").T)
+    for name in make_servo_trace.VALUES:
+        series = getattr(path, name)
+        numbers = np.stack([series.value, series.half_width], axis=1)
+        expect_bits(numbers, rows, name, f"{name}_half_width")
+        assert series.reason.tolist() == [int(row[f"{name}_reason"]) for row in rows]
+
+
+def test_the_trace_of_a_servo_meets_every_status_and_every_reason(
+    servo_trace: dict[str, Rows],
+) -> None:
+    rows = [row for run in servo_trace.values() for row in run]
+    met = {Status(int(row["status"], 16)) for row in rows}
+    refused = {Status.invalid_input, Status.out_of_range}
+    assert met == refused | {Status.ok, Status.filling, Status.no_information, Status.reset}
+    reasons = {int(row[f"{name}_reason"]) for row in rows for name in make_servo_trace.VALUES}
+    assert reasons >= set(ehsid.TrustReason) - {ehsid.TrustReason.model_does_not_fit}
+    for run, run_rows in servo_trace.items():
+        assert np.allclose(
+            column(run_rows, "command", "position").T,
+            make_servo_trace.signals(run),
+            equal_nan=True,
         )
