@@ -517,6 +517,16 @@ TYPED_TEST(Snapshots, GoOnAsTheEstimatorThatWasSaved) {
   }
 }
 
+TYPED_TEST(Snapshots, AreThoseOfANewEstimatorOnceOneThatRanIsConfigured) {
+  Loop<TypeParam> fresh;
+  fresh.configure();
+  Loop<TypeParam> used;
+  used.configure();
+  used.run_until(10.0);
+  used.configure();
+  EXPECT_EQ(saved(used.tracker), saved(fresh.tracker));
+}
+
 TYPED_TEST(Snapshots, AreRefusedWhereTheyAreDamagedOrOfAnother) {
   Loop<TypeParam> loop;
   loop.configure();

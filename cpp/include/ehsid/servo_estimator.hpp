@@ -96,9 +96,16 @@ class ServoEstimator {
     options_ = options;
     commands_ = {};
     sine_ = {};
+    // One behind the other: a new object in one piece would need as much stack.
+    filter_ = {};
+    for (auto& one : bank_) {
+      one = {};
+    }
     started_ = false;
     hole_ = false;
     resets_ = 0;
+    tracked_ = 0;
+    leader_ = 0;
     sign_ = Scalar(1);
     delay_ = options.delay;
     least_noise_ = std::numeric_limits<Scalar>::min();
