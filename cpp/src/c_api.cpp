@@ -85,7 +85,7 @@ static_assert(to_c(TrustReason::trusted) == EHSID_TRUSTED &&
                   to_c(TrustReason::model_does_not_fit) == EHSID_MODEL_DOES_NOT_FIT &&
                   to_c(TrustReason::not_precise) == EHSID_NOT_PRECISE,
               "c_api.h and servo_estimator.hpp number the reasons differently");
-static_assert(sizeof(ehsid_servo_estimator) <= 8 * EHSID_SERVO_STORAGE_WORDS,
+static_assert(sizeof(ehsid_servo_estimator) <= sizeof(std::uint64_t) * EHSID_SERVO_STORAGE_WORDS,
               "EHSID_SERVO_STORAGE_WORDS is too small");
 static_assert(ehsid_servo_estimator::Estimator::most_snapshot_bytes() == EHSID_SERVO_SNAPSHOT_BYTES,
               "EHSID_SERVO_SNAPSHOT_BYTES is not what a snapshot takes");
