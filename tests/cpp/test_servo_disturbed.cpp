@@ -172,7 +172,7 @@ class Machine {
 
 TEST(ServoDisturbed, IsFiniteAndRightAgainBeforeTheNextDisturbance) {
   const char* asked = std::getenv("EHSID_SOAK_SAMPLES");
-  const long total = asked != nullptr ? std::atol(asked) : 1000000;
+  const long total = asked != nullptr ? std::strtol(asked, nullptr, 10) : 1000000;
   Machine machine(2);
   std::array<std::vector<double>, kCount> seconds;
   EXPECT_GE(machine.move(3000), 0);
