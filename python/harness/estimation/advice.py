@@ -35,8 +35,6 @@ GOOD_SIMULATION = 80.0
 FURTHER_DELAYS, CLEARLY_LESS = 6, 0.1
 # A record that would have to be so many times as long is not a matter of length.
 MOST_TIMES_LONGER = 100.0
-# A command that is at its largest or smallest value for this share of the record may be at a limit.
-AT_ENDS = 0.05
 # Memory, in samples, of the slower forgetting that is tried; see `_forgetting`.
 LONGER_MEMORY = (1_000, 10_000)
 
@@ -292,7 +290,8 @@ def _lacks(data: IoData, recursion: Recursion, result: EstimationResult) -> list
         found.append(
             f"The standard deviation of {name} is {_about(times)} times what counts as converged "
             "(5 % of the coefficient). It falls with the square root of the length, and in "
-            f"proportion to the amplitude of the command: {longer}. {_another_command(data)}; "
+            f"proportion to the amplitude of the command: {longer}. Take a command that turns at "
+            "other intervals or, if the valve takes a larger one, moves the machine further; "
             "`ehsid simulate` tries one first."
         )
     scatter = float(np.std(data.y[data.index]))
@@ -303,18 +302,6 @@ def _lacks(data: IoData, recursion: Recursion, result: EstimationResult) -> list
             "sampling is neither much faster nor much slower than the plant."
         )
     return found
-
-
-def _another_command(data: IoData) -> str:
-    """Says which command shows more; one that may be at its limits is not to be larger."""
-    u = data.u[data.index]
-    at_ends = float(np.mean((u == u.max()) | (u == u.min())))
-    if at_ends < AT_ENDS:
-        return "Take a command that moves the machine further or faster"
-    return (
-        f"The command is at its largest or smallest value for {100.0 * at_ends:.0f} % of the "
-        "record: if the valve takes no larger one, take one that turns at other intervals"
-    )
 
 
 def _use(result: EstimationResult) -> Iterator[str]:

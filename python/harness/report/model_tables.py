@@ -85,7 +85,7 @@ def servo_table(result: EstimationResult) -> TextTable | None:
         trusted = f"{100.0 * value.trusted_share:.0f} % of the record"
         rows.append((value.name, told, interval, trusted))
     headings = ("servo", "value", "90 % interval", "trusted")
-    return TextTable(headings, tuple(rows))
+    return TextTable(headings, tuple(rows), title=f"delay in samples: {result.servo.delay}")
 
 
 def servo_lines(result: EstimationResult) -> list[str]:

@@ -69,17 +69,15 @@ def test_a_needless_reset_and_too_many_coefficients_are_named() -> None:
     assert "--na 1 --nb 1" in [trial.setting.options for trial in found.trials]
 
 
-@pytest.mark.parametrize("limit", [1.0, 0.8])
-def test_where_nothing_helps_it_says_what_the_record_lacks(limit: float) -> None:
-    """A command that is cut at its limit is not asked to be larger."""
-    rng = np.random.default_rng(3)
-    u = np.clip(np.sin(0.01 * np.arange(400)), -limit, limit)
-    y = np.cumsum(rng.normal(size=u.size))
+def test_where_nothing_helps_it_says_what_the_record_lacks() -> None:
+    """Nothing tells whether the command is at its limit, so that a larger one is only an "if"."""
+    u = np.sin(0.01 * np.arange(400))
+    y = np.cumsum(np.random.default_rng(3).normal(size=u.size))
     found = advice_on(u, y)
     assert found.trials == ()
-    assert "what counts as converged" in " ".join(found.lacks)
-    assert ("further or faster" in " ".join(found.lacks)) == (limit == 1.0)
-    assert ("at its largest or smallest value" in " ".join(found.lacks)) == (limit < 1.0)
+    told = " ".join(found.lacks)
+    assert "what counts as converged" in told
+    assert "other intervals or, if the valve takes a larger one, moves the machine further" in told
 
 
 def integrating(at_rest: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
