@@ -89,9 +89,8 @@ def estimate_all(
         lanes.items(), _run(list(lanes.values()), recursion.method), strict=True
     ):
         try:
-            found[i] = recursion.figures(
-                lane.data, run.estimator, lane.scaling, *run.of(lane.sample)
-            )
+            one = recursion.figures(lane.data, run.estimator, lane.scaling, *run.of(lane.sample))
+            found[i] = one if one.servo is None else replace(one, servo=one.servo.told)
         except IdentificationError as error:
             found[i] = error
     return [found[i] for i in range(len(records))]

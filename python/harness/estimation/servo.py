@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -18,6 +18,8 @@ from ehsid.harness.identification import IoData
 from ehsid.harness.text import printable
 
 MOST_DELAY = 20  # samples, of the compiled estimator
+# What JSON calls the values by their names.
+KEYS = {"K": "gain", "omega_n": "omega_n", "xi": "xi"}
 # Samples from which the delay is taken, and the share to which another one than the stated has to
 # narrow the intervals. Of 50 servos none lost its right delay, and of 25 linear ones with 3 samples
 # more 19 were given theirs (the others: one sine, which does not show it).
@@ -36,6 +38,8 @@ class ServoValue:
         shape (N,), value and half of its 90 % interval after each sample; NaN before the first.
     trusted_path
         shape (N,), whether a controller may use the value.
+    trusted_share
+        share of the samples at which the value is trusted.
     reason
         of the last sample: why the value is not trusted.
     """
@@ -45,18 +49,21 @@ class ServoValue:
     path: FloatArray
     half_path: FloatArray
     trusted_path: npt.NDArray[np.bool_]
+    trusted_share: float
     reason: ehsid.TrustReason
-
-    @property
-    def trusted_share(self) -> float:
-        """Share of the samples at which the value is trusted."""
-        return float(np.mean(self.trusted_path))
 
     @property
     def at(self) -> int:
         """Sample whose value is told: the last one that is trusted, or the last one."""
         trusted = np.flatnonzero(self.trusted_path)
         return int(trusted[-1]) if trusted.size else self.path.size - 1
+
+    @property
+    def told(self) -> ServoValue:
+        """The same with the sample that is told alone: a folder has no room for all paths."""
+        at = slice(self.at, self.at + 1)
+        paths = (self.path[at].copy(), self.half_path[at].copy(), self.trusted_path[at].copy())
+        return ServoValue(self.name, self.unit, *paths, self.trusted_share, self.reason)
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the told value, and whether it is trusted there and at the end, for JSON."""
@@ -94,11 +101,16 @@ class ServoPath:
     def __iter__(self) -> Iterator[ServoValue]:
         return iter((self.gain, self.omega_n, self.xi))
 
+    @property
+    def told(self) -> ServoPath:
+        """The same with the samples that are told alone."""
+        gain, omega_n, xi = (value.told for value in self)
+        return replace(self, gain=gain, omega_n=omega_n, xi=xi)
+
     def to_dict(self) -> dict[str, Any]:
         """Returns plain values for JSON."""
-        values = {"gain": self.gain, "omega_n": self.omega_n, "xi": self.xi}
         return {
-            **{name: value.to_dict() for name, value in values.items()},
+            **{KEYS[value.name]: value.to_dict() for value in self},
             "delay": self.delay,
             "resets": self.resets,
         }
@@ -173,12 +185,14 @@ def _path(data: IoData, dt_s: float, delay: int, dtype: str) -> ServoPath:
     rate = f"{units[0]}/s per {units[1]}"
 
     def value(name: str, unit: str, series: list[ehsid.TrackedSeries]) -> ServoValue:
+        trusted = np.concatenate([one.trusted for one in series])
         return ServoValue(
             name,
             unit,
             np.concatenate([one.value for one in series]).astype(np.float64),
             np.concatenate([one.half_width for one in series]).astype(np.float64),
-            np.concatenate([one.trusted for one in series]),
+            trusted,
+            float(np.mean(trusted)),
             ehsid.TrustReason(int(series[-1].reason[-1])),
         )
 

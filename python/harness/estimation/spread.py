@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +13,7 @@ import scipy.special
 
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.estimation.result import Estimate
+from ehsid.harness.estimation.servo import KEYS
 from ehsid.harness.estimation.words import state_words
 
 # With fewer records there is no telling which of them is usual.
@@ -22,6 +24,7 @@ FALSE_ALARM = 0.01
 # which uses the records as well as the standard deviation of 37 % of them would (Rousseeuw, Croux
 # 1993, Alternatives to the median absolute deviation).
 MAD_TO_SIGMA, MAD_EFFICIENCY = 1.4826, 0.37
+NORMAL_90 = 1.645  # half width of an interval of 90 %, in standard deviations
 # Sampling times that differ by more than records allow in themselves are different ones.
 SAME_TIME = 0.01
 
@@ -48,15 +51,28 @@ class RecordEstimate:
     estimate: dict[str, Any]
     warnings: tuple[str, ...]
 
+    def interval(self, name: str) -> tuple[float, float, float]:
+        """Returns value and ends of the interval of a quantity; NaN where there is none.
+
+        It is of 90 % for K, omega_n and xi, and of 95 % for coefficients.
+        """
+        if name in KEYS:
+            found = (self.estimate["servo"] or {}).get(KEYS[name], {"ci90": None})
+            ends = found["ci90"]
+        else:
+            found = self.estimate["parameters"][name]
+            ends = found["ci95"]
+        return (math.nan,) * 3 if ends is None else (found["value"], *ends)
+
 
 @dataclass(frozen=True)
 class Coefficient:
-    """One coefficient over all records that were compared.
+    """One quantity over all records that were compared.
 
     Attributes
     ----------
     name
-        a1, b1 and so on.
+        K, omega_n, xi, a1, b1 and so on.
     median
         middle of the records.
     spread
@@ -111,7 +127,8 @@ class Estimates:
         distance above which a coefficient is an outlier: by chance, about one folder in a hundred
         has one. None with fewer than five records, which tell no outlier.
     coefficients
-        in the order of the model, without its constant term.
+        K, omega_n and xi where they can be trusted, and the coefficients in the order of the model,
+        without its constant term.
     outliers
         the farthest first.
     records
@@ -148,7 +165,8 @@ class Named:
 def compare(named: Sequence[Named], failed: Mapping[str, str]) -> Estimates:
     """Compares estimates of the same structure, at least one.
 
-    A constant term is not compared: it belongs to the working point of its record.
+    A constant term is not compared: it belongs to the working point of its record. Neither is what
+    cannot be trusted of a servo.
 
     Parameters
     ----------
@@ -159,24 +177,27 @@ def compare(named: Sequence[Named], failed: Mapping[str, str]) -> Estimates:
     """
     first = named[0].estimate
     usual = _usual_time(named)
-    same = np.array([_is_same(one.dt_s, usual) for one in named])
-    names = first.orders.names[: first.orders.na + first.orders.nb]
-    values = np.array([one.estimate.theta[: len(names)] for one in named])
-    own = np.array([one.estimate.standard_deviation[: len(names)] for one in named])
-    kept = values[same]
-    median = np.median(kept, axis=0)
-    spread = MAD_TO_SIGMA * np.median(np.abs(kept - median), axis=0)
-    low, high = np.quantile(kept, [0.05, 0.95], axis=0)
-    limit = distance_limit(len(kept), len(names))
-    outliers = []
-    if limit is not None:
-        distance = distances(kept, own[same], median, spread)
-        files = [one.file for one, compared in zip(named, same, strict=True) if compared]
-        outliers = [
-            Outlier(files[i], names[j], float(kept[i, j]), float(distance[i, j]))
-            for i, j in np.argwhere(distance > limit)
-        ]
-    rows = zip(names, median, spread, low, high, np.median(own[same], axis=0), strict=True)
+    alike = [one for one in named if _is_same(one.dt_s, usual)]
+    known = [_known(one.estimate) for one in alike]
+    order = (*KEYS, *first.orders.names)
+    names = sorted({name for has in known for name in has}, key=order.index)
+    coefficients: list[Coefficient] = []
+    outliers: list[Outlier] = []
+    for name in names:
+        files = [one.file for one, has in zip(alike, known, strict=True) if name in has]
+        values, own = np.array([has[name] for has in known if name in has]).T
+        median = float(np.median(values))
+        spread = MAD_TO_SIGMA * float(np.median(np.abs(values - median)))
+        low, high = map(float, np.quantile(values, [0.05, 0.95]))
+        middle = float(np.median(own))
+        coefficients.append(Coefficient(name, median, spread, low, high, middle))
+        limit = distance_limit(len(files), len(names))
+        if limit is not None:
+            away = distances(values, own, median, spread)
+            outliers += [
+                Outlier(files[i], name, float(values[i]), float(away[i]))
+                for i in np.flatnonzero(away > limit)
+            ]
     return Estimates(
         first.orders.na,
         first.orders.nb,
@@ -184,17 +205,28 @@ def compare(named: Sequence[Named], failed: Mapping[str, str]) -> Estimates:
         first.forgetting,
         first.method,
         usual,
-        len(kept),
-        limit,
-        tuple(Coefficient(name, *map(float, figures)) for name, *figures in rows),
+        len(alike),
+        distance_limit(len(alike), len(names)),
+        tuple(coefficients),
         tuple(sorted(outliers, key=lambda one: -one.distance)),
         tuple(_record(one, usual) for one in named),
         dict(failed),
     )
 
 
+def _known(estimate: Estimate) -> dict[str, tuple[float, float]]:
+    """Returns what is compared of a record, and its standard deviation, by name."""
+    orders = estimate.orders
+    told = (estimate.theta.tolist(), estimate.standard_deviation.tolist())
+    pairs = dict(zip(orders.names[: orders.na + orders.nb], zip(*told, strict=True), strict=False))
+    for value in estimate.servo or ():
+        if value.trusted_share > 0.0:
+            pairs[value.name] = (value.path[value.at], value.half_path[value.at] / NORMAL_90)
+    return pairs
+
+
 def distances(
-    values: FloatArray, own: FloatArray, median: FloatArray, spread: FloatArray
+    values: FloatArray, own: FloatArray, median: FloatArray | float, spread: FloatArray | float
 ) -> FloatArray:
     """Returns how far each coefficient is from the median, in standard deviations.
 
@@ -202,7 +234,7 @@ def distances(
     larger: a short record is allowed to be farther away. Where the records together lie closer than
     they state for themselves, they all state too much, as they do with coloured residuals; their
     own deviations are then reduced to what the records show. `values` and `own` have the shape
-    (records, n), `median` and `spread` (n,).
+    (records, n), `median` and `spread` (n,); or one dimension less.
     """
     away = np.abs(values - median)
     ratio = np.divide(away, own, out=np.full_like(away, np.inf), where=own > 0.0)
@@ -251,6 +283,11 @@ def _warnings(one: Named, usual: float | None) -> list[str]:
             f"sampling time {_time(one.dt_s)} where most records have {_time(usual)}: the "
             "coefficients cannot be compared; --dt resamples all records"
         )
+    found += [
+        f"{value.name} not trusted ({value.reason.name})"
+        for value in estimate.servo or ()
+        if value.trusted_share == 0.0
+    ]
     if not estimate.converged:
         found.append(state_words(estimate))
     if not estimate.residuals_white:

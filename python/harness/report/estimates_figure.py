@@ -50,9 +50,7 @@ def _panel(
     far: set[tuple[str, str]],
 ) -> None:
     name = coefficient.name
-    parameters = [found.records[i].estimate["parameters"][name] for i in drawn]
-    value = np.array([one["value"] for one in parameters])
-    low, high = np.array([one["ci95"] for one in parameters]).T
+    value, low, high = np.array([found.records[i].interval(name) for i in drawn]).T
     margin = MARGIN * (coefficient.high - coefficient.low) or coefficient.standard_deviation
     bottom, top = coefficient.low - margin, coefficient.high + margin
     outlier = np.array([(found.records[i].file, name) in far for i in drawn])

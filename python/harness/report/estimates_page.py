@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+import math
 from pathlib import Path
-from typing import Any
 
 from ehsid.harness.encoding import json_text
-from ehsid.harness.estimation import Estimates, RecordEstimate
+from ehsid.harness.estimation import Estimates
+from ehsid.harness.estimation.servo import KEYS
 from ehsid.harness.files import write_text
 from ehsid.harness.plain_number import plain_number
 from ehsid.harness.report import page as pages
@@ -36,18 +36,17 @@ def estimates_table(found: Estimates) -> str:
     writer = csv.writer(text, lineterminator="\n")
     figures = ("one_step_fit_percent", "simulation_fit_percent", "rmse", "resets")
     states = ("converged", "residuals_white")
-    names = [coefficient.name for coefficient in found.coefficients]
-    intervals = [part for name in names for part in (name, f"{name}_low95", f"{name}_high95")]
+    names = _names(found)
+    intervals = []
+    for name in names:
+        level = 90 if name in KEYS else 95
+        intervals += [name, f"{name}_low{level}", f"{name}_high{level}"]
     writer.writerow(
         ["file", "samples", "dt_s", *intervals, *figures, *states, "warnings", "message"]
     )
     for one in found.records:
-        parameters = one.estimate["parameters"]
-        cells = [
-            number
-            for name in names
-            for number in (parameters[name]["value"], *parameters[name]["ci95"])
-        ]
+        numbers = [number for name in names for number in one.interval(name)]
+        cells = ["" if math.isnan(number) else number for number in numbers]
         cells += [one.estimate[figure] for figure in figures]
         cells += [str(one.estimate[state]).lower() for state in states]
         writer.writerow([one.file, one.samples, one.dt_s, *cells, "; ".join(one.warnings), ""])
@@ -113,7 +112,7 @@ def _structure(found: Estimates) -> str:
 
 def estimates_page(found: Estimates) -> Page:
     """Returns the whole page."""
-    sections = [_coefficients(found), _records(found.records)]
+    sections = [_coefficients(found), _records(found)]
     if found.failed:
         rows = [[file, message] for file, message in found.failed.items()]
         sections.append(
@@ -126,13 +125,20 @@ def estimates_page(found: Estimates) -> Page:
         summary=[
             Picture(
                 estimates_figure(found),
-                "Each point is a record with its interval of 95 %, numbered as in the table. "
-                "Shaded: the range of 90 % of the records; line: their median. Red: far from the "
-                "others. A triangle lies outside of the axis.",
+                "Each point is a record with its interval of 95 % (K, omega_n and xi: 90 %), "
+                "numbered as in the table. Shaded: the range of 90 % of the records; line: their "
+                "median. Red: far from the others. A triangle lies outside of the axis.",
                 "Coefficients of all records with their intervals",
             )
         ],
     )
+
+
+def _names(found: Estimates) -> list[str]:
+    """Returns K, omega_n and xi where a record was read as a servo, and the coefficients."""
+    records = found.records
+    servo = [name for name in KEYS if any(one.estimate["servo"] for one in records)]
+    return [*servo, *records[0].estimate["parameters"]]
 
 
 def _coefficients(found: Estimates) -> Section:
@@ -169,29 +175,30 @@ def _coefficients(found: Estimates) -> Section:
     return Section("Coefficients", blocks)
 
 
-def _records(records: Sequence[RecordEstimate]) -> Section:
-    names = list(records[0].estimate["parameters"])
+def _records(found: Estimates) -> Section:
+    names = _names(found)
     rows = [
         [
             f"{number}. {one.file}",
             str(one.samples),
             "–" if one.dt_s is None else plain_number(one.dt_s, 6),
-            *(_interval(one.estimate["parameters"][name]) for name in names),
+            *(_interval(*one.interval(name)) for name in names),
             f"{one.estimate['one_step_fit_percent']:.2f}",
             _fit(one.estimate["simulation_fit_percent"]),
             "; ".join(one.warnings) or "–",
         ]
-        for number, one in enumerate(records, 1)
+        for number, one in enumerate(found.records, 1)
     ]
     headings = ["record", "samples", "sampling time, s", *names]
     headings += ["one-step fit, %", "simulation fit, %", "warnings"]
-    caption = "Coefficients with half the width of their intervals of 95 %."
+    caption = (
+        "Coefficients with half the width of their intervals of 95 %, K, omega_n and xi of 90 %."
+    )
     return Section("Records", [Table(caption, headings, rows)])
 
 
-def _interval(parameter: dict[str, Any]) -> str:
-    low, high = parameter["ci95"]
-    return f"{parameter['value']:.5g} ± {plain_number(0.5 * (high - low), 2)}"
+def _interval(value: float, low: float, high: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.5g} ± {plain_number(0.5 * (high - low), 2)}"
 
 
 def _fit(percent: float | None) -> str:

@@ -80,6 +80,11 @@ def test_every_record_is_as_alone_and_the_others_are_named(here: Path) -> None:
             b1["value"],
             *b1["ci95"],
         ]
+        gain = one["estimate"]["servo"]["gain"]
+        assert [float(row[name]) for name in ("K", "K_low90", "K_high90")] == [
+            gain["value"],
+            *gain["ci90"],
+        ]
         assert row["converged"] == str(one["estimate"]["converged"]).lower()
     assert [row["file"] for row in rows[18:]] == ["broken.csv", "short.csv"]
     assert "the text 'abc' is not a number" in rows[18]["message"]

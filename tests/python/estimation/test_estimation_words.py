@@ -61,7 +61,7 @@ def test_a_state_is_told_in_words(settled: bool, converged: bool, told: str) -> 
 @pytest.mark.parametrize("reason", [one for one in ehsid.TrustReason if one.name != "trusted"])
 def test_each_reason_has_words(reason: ehsid.TrustReason) -> None:
     def value(name: str, why: ehsid.TrustReason) -> ServoValue:
-        return ServoValue(name, "", np.ones(2), np.ones(2), np.array([True, False]), why)
+        return ServoValue(name, "", np.ones(2), np.ones(2), np.array([True, False]), 0.5, why)
 
     trusted = value("K", ehsid.TrustReason.trusted)
     path = ServoPath(trusted, value("omega_n", reason), value("xi", reason), 1, 2)

@@ -10,6 +10,7 @@ import pytest
 
 import ehsid
 from ehsid.harness.estimation import Estimate, Named, Recursion, compare, estimate_all
+from ehsid.harness.estimation.servo import ServoPath, ServoValue
 from ehsid.harness.estimation.spread import distance_limit, distances
 from ehsid.harness.identification import ArxOrders, IoData
 
@@ -146,6 +147,32 @@ def test_the_constant_term_belongs_to_the_record_and_is_not_compared() -> None:
     assert found.coefficients == without.coefficients
     assert found.outliers == without.outliers
     assert found.records[0].estimate["parameters"]["offset"]["value"] == 1e3
+
+
+def as_servo(one: Named, gain: float, share: float, why: ehsid.TrustReason) -> Named:
+    """The same, read as a servo with this K, which is known to 1 %."""
+
+    def value(name: str, told: float) -> ServoValue:
+        paths = (np.array([told]), np.array([0.01 * told]), np.array([share > 0.0]))
+        return ServoValue(name, "", *paths, share, why)
+
+    path = ServoPath(value("K", gain), value("omega_n", 40.0), value("xi", 0.4), 1, 0)
+    return replace(one, estimate=replace(one.estimate, servo=path))
+
+
+def test_the_gain_of_a_servo_is_compared_where_it_can_be_trusted() -> None:
+    good, bad = ehsid.TrustReason.trusted, ehsid.TrustReason.not_precise
+    gains = [0.03 + 1e-5 * i for i in range(9)]
+    records = [as_servo(one, gain, 1.0, good) for one, gain in zip(named(), gains, strict=False)]
+    records[4] = as_servo(records[4], 0.06, 0.5, good)
+    records.append(as_servo(named()[9], 9.0, 0.0, bad))
+    found = compare(records, {})
+    assert [one.name for one in found.coefficients][:4] == ["K", "omega_n", "xi", "a1"]
+    assert found.coefficients[0].median == pytest.approx(gains[5])
+    assert [(one.file, one.coefficient) for one in found.outliers] == [("r4.csv", "K")]
+    assert "K not trusted (not_precise)" in found.records[9].warnings
+    assert found.records[9].interval("K") == pytest.approx((9.0, 8.91, 9.09))
+    assert np.isnan(compare(named(), {}).records[0].interval("K")).all()
 
 
 def test_warnings_say_what_is_wrong_with_a_record() -> None:
