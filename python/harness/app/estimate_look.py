@@ -22,6 +22,7 @@ from ehsid.harness.estimation.words import advice_words, not_white_words
 from ehsid.harness.files import write_text
 from ehsid.harness.identification import IoData
 from ehsid.harness.records import Record
+from ehsid.harness.report.model_tables import servo_lines, servo_table
 
 FILE = "estimated.json"
 INPUT, OUTPUT, FACTOR, INNOVATION = "input", "output", "factor", "innovation"
@@ -52,6 +53,9 @@ class Estimated(msgspec.Struct, frozen=True):
         samples of the record at which a change was found.
     not_white
         what it means that the residuals are not white; "" if they are.
+    servo, servo_told
+        headings and rows of the table of K, omega_n and xi, and what is to be said of them; empty
+        where there is no servo.
     tries
         what may make the estimate converge.
     """
@@ -72,6 +76,8 @@ class Estimated(msgspec.Struct, frozen=True):
     converged: bool
     reset_samples: list[int]
     not_white: str
+    servo: list[list[str]] = []
+    servo_told: list[str] = []
     tries: list[str] = []
 
 
@@ -159,6 +165,7 @@ def _figures(session: Session, record: str, result: EstimationResult, data: IoDa
     resets = data.index[result.status == int(ehsid.Status.reset)]
     fit = result.simulation_fit_percent
     deviations = result.standard_deviation.tolist()
+    servo = servo_table(result)
     return Estimated(
         record=record,
         input_name=data.input_name,
@@ -176,4 +183,6 @@ def _figures(session: Session, record: str, result: EstimationResult, data: IoDa
         converged=result.converged,
         reset_samples=resets[:MOST_RESETS].tolist(),
         not_white="" if result.residuals_white else not_white_words(result),
+        servo=[] if servo is None else [list(row) for row in (servo.headings, *servo.rows)],
+        servo_told=servo_lines(result),
     )

@@ -15,6 +15,15 @@ MOST_TIMES = 6  # of resets that are named
 CODE, CODE_TAG = re.compile("`([a-z0-9. -]+)`"), r"<code>\1</code>"
 
 
+def servo(found: Estimated) -> str:
+    """Returns K, omega_n and xi with their intervals and trust; "" where there is no servo."""
+    if not found.servo:
+        return ""
+    headings, *rows = ([plain(cell) for cell in row] for row in found.servo)
+    told = (f"<p>{CODE.sub(CODE_TAG, plain(line))}</p>" for line in found.servo_told)
+    return table(headings, rows, (1, 2, 3)) + "".join(told)
+
+
 def outcome(found: Estimated, time_s: FloatArray) -> str:
     """Says whether the estimate has converged, and its figures."""
     output = column(found.output_name)

@@ -13,7 +13,7 @@ import pytest
 from app_sessions import german_log, read_session
 from typer.testing import CliRunner
 
-from ehsid.harness.app import estimate_look, model_look
+from ehsid.harness.app import estimate_look, estimate_words, model_look
 from ehsid.harness.app.downsampling import opened
 from ehsid.harness.app.equivalent import commands, python
 from ehsid.harness.app.model_choice import set_policy
@@ -94,6 +94,20 @@ def test_what_is_drawn_of_an_estimate_is_what_was_written(session: Session) -> N
         ends = [look.signals[key].values[-1] for key in (estimate_look.low(name), name)]
         np.testing.assert_allclose(ends, [entry["ci95"][0], entry["value"]], rtol=1e-5)
     assert look.time_s.size == look.signals[estimate_look.FACTOR].values.size == 3000
+
+
+def test_the_servo_is_told_where_the_orders_are_those_of_one(session: Session) -> None:
+    data, record = io_data(session)
+    choice = session.settings.model
+    told = []
+    for nb in (2, 3):
+        choice.nb = nb
+        look = estimate_look.look_of(session, record, estimated(session, data), data)
+        told.append(estimate_words.servo(look.figures))
+    choice.nb = 2
+    assert told[0] == ""
+    for words in ("<td>K</td>", "m/s per V", "90 % interval", "% of the record"):
+        assert words in told[1]
 
 
 def test_gaps_of_a_record_stay_gaps(session: Session) -> None:

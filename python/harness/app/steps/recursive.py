@@ -209,7 +209,8 @@ class Recursive(StepView):
         poor = not found.figures.converged or bool(found.figures.not_white)
         hint = WRITE_TO_LEARN if poor and seconds is not None else ""
         self._outcome.object = (
-            estimate_words.outcome(found.figures, found.time_s)
+            estimate_words.servo(found.figures)
+            + estimate_words.outcome(found.figures, found.time_s)
             + hint
             + f'<p class="soft small">Computed with the code of the firmware{took}.</p>'
         )
