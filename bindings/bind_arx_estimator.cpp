@@ -128,7 +128,7 @@ ValueError
   using Convergence = ConvergenceOptions<double>;
   const Convergence convergence;
   py::class_<Convergence>(m, "ConvergenceOptions",
-                          R"(When an estimate counts as settled, in sigma^2 P.
+                          R"(When an estimate counts as settled, by its covariance.
 
 Parameters
 ----------
@@ -310,7 +310,7 @@ ValueError
   cls.def_property_readonly(
          "covariance",
          [](const AnyEstimator& self) { return as_matrix_array(self.covariance(), self.n()); },
-         "sigma^2 P of theta_hat, shape (n, n), in the units of the signals: its covariance where "
+         "Covariance of theta_hat, shape (n, n), in the units of the signals, where "
          "the residuals are white; never enlarged.")
       .def_property("enabled", &AnyEstimator::enabled, &AnyEstimator::enable,
                     "While False the sample history moves on and the estimate rests (bumpless).")

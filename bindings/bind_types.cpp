@@ -138,7 +138,7 @@ of the signals for an ArxEstimator, of phi and y for an Rls.)")
                     "theta_hat after each sample, shape (N, n), in the units of theta_hat.")
       .def_readonly(
           "standard_deviation", &Trajectory::standard_deviation,
-          "sqrt(sigma^2 P_ii) after each sample, shape (N, n), in the units of theta_hat.")
+          "Standard deviations after each sample, shape (N, n), in the units of theta_hat.")
       .def_readonly(
           "innovation", &Trajectory::innovation,
           "Measured minus predicted, shape (N,), in the units of the output; NaN where nothing "

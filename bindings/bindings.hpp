@@ -192,7 +192,7 @@ void bind_recursion(Class& cls) {
       .def_property_readonly(
           "standard_deviation",
           [](const Any& self) { return as_vector_array(self.standard_deviation()); },
-          "sqrt(sigma^2 P_ii), shape (n,), in the units of theta_hat.")
+          "Standard deviations, shape (n,), in the units of theta_hat.")
       .def_property_readonly(
           "gain", [](const Any& self) { return as_vector_array(self.gain()); },
           "Gain K(k) of the last kept step, shape (n,); of the scaled signals in an ArxEstimator.")

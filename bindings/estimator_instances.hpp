@@ -334,7 +334,7 @@ class EstimatorInstance final : public AnyEstimator {
     }();
     const ModelShape shape = orders();
     const auto& scaling = estimator_.scaling();
-    const auto variance = static_cast<double>(estimator_.recursion().residual_variance());
+    const auto variance = static_cast<double>(estimator_.recursion().parameter_variance());
     std::vector<double> all;
     for (int i = 0; i < n(); ++i) {
       for (int j = 0; j < n(); ++j) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <random>
@@ -17,6 +18,10 @@ Detector made(const Detector::Options& options = {}) {
   EXPECT_EQ(detector.configure(options), Status::ok);
   return detector;
 }
+
+/// Index of the sample that raises the alarm where large errors begin: the short mean goes 1 + 21.05 (1 - 0.9^m) and must
+/// pass 9 times a long mean that grows by 2.5 % a sample; m = 5 is the first to do it, with 9.62 against 9.25.
+constexpr int kFifth = 4;
 
 /// Samples up to `limit` until the alarm, or -1.
 int samples_to_alarm(Detector& detector, float square, int limit) {
@@ -43,12 +48,26 @@ TEST(RmseReset, StationaryNoiseRaisesNoAlarm) {
 TEST(RmseReset, AlarmComesWhenTheShortWindowExceedsTheRatio) {
   Detector detector = made();
   EXPECT_EQ(samples_to_alarm(detector, 1.0F, 300), -1);
-  // The short mean square goes 1 + x (1 - 0.9^m) for squares 1 + x; the trigger is 9. With x = 100 the
-  // first step brings 11.
-  EXPECT_EQ(samples_to_alarm(detector, 101.0F, 10), 0);
+  EXPECT_EQ(samples_to_alarm(detector, 101.0F, 10), kFifth);
   EXPECT_EQ(detector.alarms(), 1);
-  // What it learned before the change stays.
-  EXPECT_FLOAT_EQ(detector.long_rmse(), 1.0F);
+  // What it learned before the change stays, but for the four errors before the alarm: of each 6 / 200 - 1 / 200.
+  EXPECT_NEAR(detector.long_rmse(), std::pow(1.025F, 2.0F), 1e-5F);
+}
+
+TEST(RmseReset, FewLargeErrorsRaiseNoAlarmHoweverLarge) {
+  // One false position makes four large errors in a model with three past outputs.
+  for (const float size : {36.0F, 1e4F, 1e16F}) {
+    for (int errors = 1; errors <= kFifth; ++errors) {
+      for (const int usual : {20, 199, 300}) {
+        Detector detector = made();
+        samples_to_alarm(detector, 1.0F, usual);
+        EXPECT_EQ(samples_to_alarm(detector, size, errors), -1) << size << " " << errors;
+        EXPECT_EQ(samples_to_alarm(detector, 1.0F, 300), -1) << size << " " << errors;
+        // They do not hide a change that follows, either.
+        EXPECT_EQ(samples_to_alarm(detector, 101.0F, 10), kFifth) << size << " " << errors;
+      }
+    }
+  }
 }
 
 TEST(RmseReset, AChangeBelowTheRatioIsNone) {
@@ -61,8 +80,8 @@ TEST(RmseReset, KnownNoiseArmsItFromTheFirstSample) {
   Detector detector = made();
   detector.restart(1.0F);
   EXPECT_EQ(detector.long_rmse(), 1.0F);
-  // As after a long window of ones: the first square of 101 lifts the short mean to 11, above 9.
-  EXPECT_EQ(samples_to_alarm(detector, 101.0F, 10), 0);
+  // As after a long window of ones.
+  EXPECT_EQ(samples_to_alarm(detector, 101.0F, 10), kFifth);
   // Errors as they were told raise none, and a ratio of 2.98 is none.
   detector.restart(1.0F);
   EXPECT_EQ(samples_to_alarm(detector, 1.0F, 1000), -1);
@@ -92,7 +111,7 @@ TEST(RmseReset, NothingIsAChangeBeforeTheLongWindowIsFull) {
 TEST(RmseReset, NothingIsAnAlarmDuringTheCoolDown) {
   Detector detector = made();
   samples_to_alarm(detector, 1.0F, 300);
-  ASSERT_EQ(samples_to_alarm(detector, 101.0F, 10), 0);
+  ASSERT_EQ(samples_to_alarm(detector, 101.0F, 10), kFifth);
   EXPECT_EQ(samples_to_alarm(detector, 1.0F, 10), -1);
   EXPECT_EQ(samples_to_alarm(detector, 1e4F, 40), -1);  // the last of the 50
 }
@@ -100,12 +119,12 @@ TEST(RmseReset, NothingIsAnAlarmDuringTheCoolDown) {
 TEST(RmseReset, ArmedAgainWithTheFirstQuietSampleAfterTheCoolDown) {
   Detector detector = made();
   samples_to_alarm(detector, 1.0F, 300);
-  ASSERT_EQ(samples_to_alarm(detector, 101.0F, 10), 0);
+  ASSERT_EQ(samples_to_alarm(detector, 101.0F, 10), kFifth);
   samples_to_alarm(detector, 1.0F, 50);
   EXPECT_EQ(detector.state().armed, 0);
   detector.update(1.0F);
   EXPECT_EQ(detector.state().armed, 1);
-  EXPECT_TRUE(detector.update(101.0F));
+  EXPECT_EQ(samples_to_alarm(detector, 101.0F, 10), kFifth);
 }
 
 TEST(RmseReset, NoSecondAlarmBeforeTheErrorsHaveFallen) {
@@ -113,9 +132,9 @@ TEST(RmseReset, NoSecondAlarmBeforeTheErrorsHaveFallen) {
   options.cool_down = 5;
   Detector detector = made(options);
   samples_to_alarm(detector, 1.0F, 300);
-  ASSERT_EQ(samples_to_alarm(detector, 101.0F, 10), 0);
-  // Ten samples on the long window is at 1 + 100 (1 - 0.995^10) = 6, the short one at 66: above the
-  // trigger of nine times, but the detector is not armed.
+  ASSERT_EQ(samples_to_alarm(detector, 101.0F, 10), kFifth);
+  // A square counts 22 times the long mean in the short one, above the trigger of nine times, but the detector is not
+  // armed.
   EXPECT_EQ(samples_to_alarm(detector, 101.0F, 60), -1);
   EXPECT_EQ(detector.state().armed, 0);
   EXPECT_EQ(samples_to_alarm(detector, 1.0F, 2000), -1);
@@ -146,10 +165,10 @@ TEST(RmseReset, CountersStopAtTheirLimit) {
 
   Detector alarming = made();
   ASSERT_EQ(alarming.restore({1.0F, 1.0F, kLast, 0, kLast - 1, 1}), Status::ok);
-  EXPECT_EQ(samples_to_alarm(alarming, 1e4F, 3), 0);
+  EXPECT_EQ(samples_to_alarm(alarming, 1e4F, 10), kFifth);
   EXPECT_EQ(alarming.alarms(), kLast);
   ASSERT_EQ(alarming.restore({1.0F, 1.0F, kLast, 0, kLast, 1}), Status::ok);
-  EXPECT_EQ(samples_to_alarm(alarming, 1e4F, 3), 0);
+  EXPECT_EQ(samples_to_alarm(alarming, 1e4F, 10), kFifth);
   EXPECT_EQ(alarming.alarms(), kLast);
 
   Detector cooling = made();

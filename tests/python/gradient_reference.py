@@ -28,7 +28,7 @@ class Gradient:
         self.theta = np.zeros(variances.size)
         self.P = np.diag(variances)
         self.lambda0, self.deficit = lambda0, 1.0 - initial
-        self.squares = self.weight = 0.0
+        self.squares = self.weight = self.weight_square = 0.0
 
     def learn(self, psi: FloatArray, epsilon: float) -> None:
         self.deficit *= self.lambda0
@@ -40,10 +40,12 @@ class Gradient:
         self.theta = self.theta + gain * epsilon
         self.squares = factor * self.squares + epsilon**2 * factor / (factor + s)
         self.weight = factor * self.weight + 1.0
+        self.weight_square = factor**2 * self.weight_square + 1.0
 
     def deviation(self, n: int) -> FloatArray:
-        variance = self.squares / max(self.weight - self.theta.size, 1.0)
-        return np.asarray(np.sqrt(variance * np.diag(self.P))[:n])
+        share = self.weight_square / self.weight
+        variance = self.squares / max(self.weight - share * self.theta.size, 1.0)
+        return np.asarray(np.sqrt(variance * share * np.diag(self.P))[:n])
 
 
 class Filter:

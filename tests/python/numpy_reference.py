@@ -193,6 +193,7 @@ class Reference:
         self.squares = 0.0  # weighted sum of epsilon^2 lambda / (lambda + phi' P phi)
         self.usual = 0.0  # their mean, which rises slowly
         self.weight = 0.0  # sum of the weights
+        self.weight_square = 0.0  # sum of their squares
         self.recent = 0.0  # the same squares, averaged over about 16 samples
         self.regained = np.ones(self.theta.size)  # of what was forgotten in the last memory
         self.owed = 1.0  # product of the forgetting factors that wait
@@ -200,12 +201,21 @@ class Reference:
 
     @property
     def residual_variance(self) -> float:
-        """Weighted residual sum over the degrees of freedom: sum of weights less n, or one."""
+        """Weighted residual sum over the degrees of freedom, at least one."""
         return self.squares / self._freedom
 
     @property
+    def parameter_variance(self) -> float:
+        """The covariance of theta over P: sigma^2 sum(w^2) / sum(w)."""
+        return self.residual_variance * self._share
+
+    @property
+    def _share(self) -> float:
+        return self.weight_square / self.weight if self.weight > 0.0 else 1.0
+
+    @property
     def _freedom(self) -> float:
-        return max(self.weight - self.theta.size, 1.0)
+        return max(self.weight - self.theta.size * self._share, 1.0)
 
     def update(self, phi: FloatArray, y: float) -> bool:
         """False where the sample is left out."""
@@ -258,6 +268,7 @@ class Reference:
         self.usual += rise
         self.squares = step.after * (step.before * self.squares + square)
         self.weight = step.after * samples
+        self.weight_square = step.after**2 * (step.before**2 * self.weight_square + 1.0)
 
     def _usual_variance(self, power: float) -> float:
         """sigma^2 of the usual errors; a surprise is at least a rounding error."""

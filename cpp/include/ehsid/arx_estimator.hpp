@@ -177,8 +177,8 @@ class OnlineEstimator {
   /// (a1 .. a_na, b1 .. b_nb [, c]) in the units of the signals (about the offsets of the scaling).
   Parameters theta_hat() const { return in_units(recursion_.theta_hat()); }
 
-  /// Standard deviations of theta_hat, in the same units: sqrt(sigma^2 P_ii) where the residuals are white, else that
-  /// times whiteness().inflation(). Where they are not white theta is biased, and the true value may lie further away.
+  /// Standard deviations of theta_hat, in the same units: roots of the diagonal of covariance() where the residuals are
+  /// white, else these times whiteness().inflation(). Where they are not white theta is biased, and the true value may lie further away.
   Parameters standard_deviation() const {
     Parameters deviation = recursion_.standard_deviation();
     const Scalar inflation = whiteness_.inflation();
@@ -188,10 +188,11 @@ class OnlineEstimator {
     return in_units(deviation);
   }
 
-  /// sigma^2 P in the same units: the covariance of theta_hat where the residuals are white. Never inflated.
+  /// The covariance of theta_hat in the same units where the residuals are white: Rls::parameter_variance() P. Never
+  /// inflated.
   Covariance covariance() const {
     Covariance p = recursion_.P();
-    const Scalar variance = recursion_.residual_variance();
+    const Scalar variance = recursion_.parameter_variance();
     for (int i = 0; i < model_.size(); ++i) {
       for (int j = 0; j < model_.size(); ++j) {
         const Scalar scale = bounded_product(bounded_product(variance, unit(i)), unit(j));

@@ -39,7 +39,7 @@ extern "C" {
 
 /* Bytes that ehsid_save() writes, at most, for any policy and delay. ehsid_snapshot_bytes() is the bound for one policy,
  * ehsid_save() returns how many it wrote. */
-#define EHSID_SNAPSHOT_BYTES(n) (2 * (n) * (n) + 22 * (n) + 794)
+#define EHSID_SNAPSHOT_BYTES(n) (2 * (n) * (n) + 22 * (n) + 798)
 
 /* Outcome of a call; numbers and meaning of ehsid::Status, and two more. */
 typedef enum ehsid_status {
@@ -184,10 +184,11 @@ size_t ehsid_parameters(const ehsid_estimator* estimator);
 ehsid_status ehsid_theta(const ehsid_estimator* estimator, float* theta, size_t count);
 ehsid_status ehsid_standard_deviation(const ehsid_estimator* estimator, float* deviation,
                                       size_t count);
-/* sigma^2 P_ii: the squares of the standard deviations where the residuals are white, never enlarged. */
+/* Diagonal of the covariance: the squares of the standard deviations where the residuals are white, never enlarged. */
 ehsid_status ehsid_covariance_diagonal(const ehsid_estimator* estimator, float* variance,
                                        size_t count);
-/* sigma^2 P by rows, n * n numbers: the covariance of theta where the residuals are white, never enlarged. */
+/* By rows, n * n numbers: the covariance of theta where the residuals are white, never enlarged. It is
+ * sigma^2 P sum(w^2) / sum(w) with the weights w of the samples. */
 ehsid_status ehsid_covariance(const ehsid_estimator* estimator, float* covariance, size_t count);
 
 typedef struct ehsid_report {

@@ -52,7 +52,7 @@ class GradientRecursion {
   int na() const { return past_outputs_.size(); }
 
   Parameters theta_hat() const { return to_vector<kN>(size(), inner_.state().theta); }
-  /// P(k) of the model's parameters; sigma^2 P is their covariance.
+  /// P(k) of the model's parameters; parameter_variance() P is their covariance.
   Covariance P() const {
     const int n = size();
     return inner_.P().topLeftCorner(n, n);
@@ -64,7 +64,9 @@ class GradientRecursion {
   Scalar normalised_square() const { return inner_.normalised_square(); }
   /// sigma^2, the variance of epsilon.
   Scalar residual_variance() const { return inner_.residual_variance(); }
-  /// sqrt(sigma^2 P_ii); always finite.
+  /// As Rls::parameter_variance().
+  Scalar parameter_variance() const { return inner_.parameter_variance(); }
+  /// sqrt(parameter_variance() P_ii); always finite.
   Parameters standard_deviation() const { return inner_.standard_deviation().head(size()); }
 
   /// What ConvergenceMonitor judges: the parameters of the model, not those of the noise.
@@ -74,7 +76,7 @@ class GradientRecursion {
     const Inner& inner;
     int n;
     const typename Inner::State& state() const { return inner.state(); }
-    Scalar residual_variance() const { return inner.residual_variance(); }
+    Scalar parameter_variance() const { return inner.parameter_variance(); }
     int size() const { return n; }
     bool starved() const { return inner.starved(); }
   };

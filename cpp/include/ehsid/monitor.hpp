@@ -43,8 +43,8 @@ struct ConvergenceState {
   }
 };
 
-/// Has the estimate converged? Judged in sigma^2 P: every standard deviation must stay below `tolerance` of its
-/// parameter for `hold` informative samples in a row. Says nothing of whether sigma^2 P is the covariance of theta, see
+/// Has the estimate converged? Judged in the covariance of theta: every standard deviation must stay below `tolerance` of its
+/// parameter for `hold` informative samples in a row. Says nothing of whether that is right, see
 /// WhitenessMonitor. Also keeps the share of samples, over about the last 100, during which every parameter was excited:
 /// those that were neither left out nor taken while Rls::starved().
 template <class Scalar>
@@ -69,7 +69,7 @@ class ConvergenceMonitor {
   void updated(const Estimator& rls) {
     count(!rls.starved());
     const auto& state = rls.state();
-    const Scalar variance = rls.residual_variance();
+    const Scalar variance = rls.parameter_variance();
     const Scalar share = options_.tolerance * options_.tolerance;
     // Degrees of freedom: with no more samples than parameters the residuals say nothing.
     bool inside = state.weight > Scalar(2 * rls.size());

@@ -62,11 +62,18 @@ struct RmseResetState {
 /// Feed it the normalised square epsilon^2 lambda / (lambda + phi' P phi), whose mean is sigma^2 whether or
 /// not the estimate has converged: then neither the first samples nor those after a reset look like a
 /// change. The windows are exponential: two numbers of memory instead of two buffers.
+///
+/// One square counts only so much, whatever its size. With the default windows it takes five large errors close together
+/// to raise an alarm, and a single false position makes na + 1 = 4 of them.
 template <class Scalar>
 class RmseReset {
  public:
   using Options = RmseResetOptions<Scalar>;
   using State = RmseResetState<Scalar>;
+  /// What one square counts at most: in the short mean in trigger_ratio^2 times the long mean, in the long one in long
+  /// means. Less there, so that the errors of a change do not become usual before they are seen.
+  static constexpr Scalar kMostShort = Scalar(2.45);
+  static constexpr Scalar kMostLong = Scalar(6);
 
   RmseReset() { restart(); }
 
@@ -104,20 +111,25 @@ class RmseReset {
     const bool warm = static_cast<Scalar>(state_.seen) >= options_.long_window;
     state_.seen += warm || state_.seen == kLast ? 0 : 1;
     const auto count = static_cast<Scalar>(state_.seen);
-    state_.short_square += (square - state_.short_square) / smaller(count, options_.short_window);
-    state_.long_square += (square - state_.long_square) / smaller(count, options_.long_window);
+    const Scalar reference = before + options_.floor * options_.floor;
+    const Scalar trigger = options_.trigger_ratio * options_.trigger_ratio;
+    const Scalar limit = trigger * reference;
+    // The mean of fewer samples than the short window holds is no measure of what is usual.
+    const bool known = count > options_.short_window;
+    const Scalar in_short = known ? smaller(square, kMostShort * limit) : square;
+    const Scalar in_long = known ? smaller(square, kMostLong * reference) : square;
+    state_.short_square += (in_short - state_.short_square) / smaller(count, options_.short_window);
+    state_.long_square += (in_long - state_.long_square) / smaller(count, options_.long_window);
     if (state_.cooling > 0) {
       --state_.cooling;
       return false;
     }
-    const Scalar reference = before + options_.floor * options_.floor;
     if (state_.armed == 0) {
       const Scalar release = options_.release_ratio * options_.release_ratio;
       state_.armed = state_.short_square < release * reference ? 1 : 0;
       return false;
     }
-    const Scalar trigger = options_.trigger_ratio * options_.trigger_ratio;
-    if (!warm || !(state_.short_square > trigger * reference)) {
+    if (!warm || !(state_.short_square > limit)) {
       return false;
     }
     // What was learned of the noise before the change stays; the errors of the change itself do not count.

@@ -6,8 +6,8 @@
 //   (14) theta(k) = theta(k-1) + P(k) phi(k) epsilon(k)
 //
 // Works for any linear regression y = phi' theta + e, not only for ARX. P is in units of the residual
-// variance sigma^2, so sigma^2 P is the covariance of theta (an upper bound of it where lambda < 1: in the
-// steady state the factor 1 / (1 + lambda) is left out).
+// variance sigma^2. With the weights w of the samples, products of lambda, the covariance of theta is
+// sigma^2 P sum(w^2) / sum(w): sigma^2 P where nothing is forgotten, about half of it where lambda is held below 1.
 #pragma once
 
 #include <ehsid/fields.hpp>
@@ -37,6 +37,7 @@ struct RlsState {
   Scalar mean_square;        // weighted mean of `square`
   Scalar usual_square;       // the same, but it rises slowly: a changed plant is not noise
   Scalar weight;             // weight of both in samples, at most kWeightLimit
+  Scalar weight_square;      // sum of the squares of these weights, at most as much
   Scalar recent_square;      // the same over about the last 16 steps, skipped ones included
   InformationAccount<Scalar, kN> account;
 
@@ -53,6 +54,7 @@ struct RlsState {
     visit(&RlsState::mean_square);
     visit(&RlsState::usual_square);
     visit(&RlsState::weight);
+    visit(&RlsState::weight_square);
     visit(&RlsState::recent_square);
     visit(&RlsState::account);
   }
@@ -247,6 +249,7 @@ class Rls {
     restart_statistics();
     if (noise_variance > Scalar(0)) {
       state_.weight = Scalar(size() + 2);
+      state_.weight_square = state_.weight;
       state_.mean_square = noise_variance * Scalar(2) / Scalar(size() + 2);
       state_.usual_square = state_.mean_square;
     }
@@ -260,7 +263,7 @@ class Rls {
   }
 
   Parameters theta_hat() const { return to_vector<kN>(size(), state_.theta); }
-  /// P(k), formed from the factors; sigma^2 P is the covariance of theta_hat.
+  /// P(k), formed from the factors; parameter_variance() P is the covariance of theta_hat.
   Covariance P() const { return state_.factors.matrix(); }
   /// Did the samples of the last memory, up to the last kept one, bring too little about some parameter? Then nothing is
   /// forgotten, and after a while samples that tell nothing are left out.
@@ -274,15 +277,18 @@ class Rls {
   /// phi' theta_hat.
   Scalar predict(const Regressor& phi) const { return dot(size(), phi, state_.theta); }
 
-  /// sigma^2 from the weighted residuals, with kN degrees of freedom taken off; 0 before any sample, and of no
-  /// use before more than kN.
+  /// sigma^2 from the weighted residuals, with the degrees of freedom of kN parameters taken off; 0 before any sample,
+  /// and of no use before more than kN.
   Scalar residual_variance() const { return with_freedom(state_.mean_square); }
 
-  /// sqrt(sigma^2 P_ii); always finite.
+  /// What P is multiplied by to be the covariance of theta_hat: sigma^2 sum(w^2) / sum(w), see the top of this file.
+  Scalar parameter_variance() const { return residual_variance() * weight_share(); }
+
+  /// sqrt(parameter_variance() P_ii); always finite.
   Parameters standard_deviation() const {
     const int n = size();
     Parameters deviation(n);
-    const Scalar variance = residual_variance();
+    const Scalar variance = parameter_variance();
     for (int i = 0; i < n; ++i) {
       const Scalar square = variance * state_.factors.variance(i);
       deviation[i] = is_finite(square)
@@ -315,6 +321,7 @@ class Rls {
            is_forgetting_factor(saved.forgetting_factor) && is_squared(saved.square) &&
            is_variance(saved.mean_square) && is_variance(saved.usual_square) &&
            saved.weight >= Scalar(0) && saved.weight <= kWeightLimit &&
+           saved.weight_square >= Scalar(0) && saved.weight_square <= saved.weight &&
            is_variance(saved.recent_square) && saved.account.usable(n);
   }
 
@@ -404,13 +411,19 @@ class Rls {
     state_.mean_square = Scalar(0);
     state_.usual_square = Scalar(0);
     state_.weight = Scalar(0);
+    state_.weight_square = Scalar(0);
     state_.recent_square = Scalar(0);
     state_.account.restart();
   }
 
-  /// A mean of weighted squares, with kN degrees of freedom taken off.
+  /// sum(w^2) / sum(w) of the weights; 1 before any sample.
+  EHSID_ALWAYS_INLINE Scalar weight_share() const {
+    return state_.weight > Scalar(0) ? state_.weight_square / state_.weight : Scalar(1);
+  }
+
+  /// A mean of weighted squares, with the degrees of freedom taken off: kN parameters take off kN sum(w^2) / sum(w).
   EHSID_ALWAYS_INLINE Scalar with_freedom(Scalar mean) const {
-    const Scalar freedom = state_.weight - Scalar(size());
+    const Scalar freedom = state_.weight - Scalar(size()) * weight_share();
     return mean * state_.weight / (freedom > Scalar(1) ? freedom : Scalar(1));
   }
 
@@ -590,6 +603,10 @@ class Rls {
     state_.usual_square += rise;
     const Scalar weight = lambda.after * samples;
     state_.weight = weight < kWeightLimit ? weight : kWeightLimit;
+    const Scalar squares = lambda.before * lambda.before * state_.weight_square + Scalar(1);
+    const Scalar weight_square = lambda.after * lambda.after * squares;
+    // Rounding and the limit must not make it larger than the sum of weights, which are at most 1.
+    state_.weight_square = weight_square < state_.weight ? weight_square : state_.weight;
   }
 
   State state_{};

@@ -19,7 +19,7 @@ enum class SnapshotFault : std::uint8_t {
 };
 
 /// Version of the layout. Any change of what is saved, or of the order, needs a new one.
-inline constexpr std::uint16_t kSnapshotVersion = 3;
+inline constexpr std::uint16_t kSnapshotVersion = 4;
 
 /// What stands in front of the state.
 struct SnapshotHeader {

@@ -8,6 +8,7 @@ import numpy_reference as reference
 import padasip.filters
 import policies
 import pytest
+import scipy.stats
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -63,7 +64,7 @@ def test_double_agrees_with_the_textbook(name: str, samples: int) -> None:
     # Entries of P relative to the standard deviations that they belong to.
     size = np.sqrt(np.outer(np.diag(numpy_rls.P), np.diag(numpy_rls.P)))
     np.testing.assert_allclose(rls.P / size, numpy_rls.P / size, rtol=0.0, atol=1e-9)
-    deviation = np.sqrt(numpy_rls.residual_variance * np.diag(numpy_rls.P))
+    deviation = np.sqrt(numpy_rls.parameter_variance * np.diag(numpy_rls.P))
     np.testing.assert_allclose(rls.standard_deviation, deviation, rtol=1e-9, atol=0.0)
 
 
@@ -171,6 +172,27 @@ def test_residual_variance_and_deviations_have_their_statistical_meaning() -> No
     # A sample deviation of 200 is itself known to 5 %; five of those.
     ratio = np.std(thetas, axis=0) / np.mean(deviations, axis=0)
     assert np.abs(ratio - 1.0).max() < 5.0 / np.sqrt(2.0 * 200.0)
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.998, 0.99, 0.98, 0.95])
+def test_intervals_hold_as_often_as_they_say_with_forgetting(factor: float) -> None:
+    runs, n = 600, 1003
+    held, variances = [], []
+    # sigma^2 has (sum w)^2 / sum w^2 squares, less the parameters: a t quantile, not a normal one.
+    weights = factor ** np.arange(n - 3)
+    squares = weights.sum() ** 2 / (weights**2).sum()
+    interval = scipy.stats.t.ppf(0.95, squares - 6.0)
+    for seed in range(runs):
+        u, y = model16.signals(1000 + seed, n, noise=0.1)
+        rls = ehsid.Rls(6, forgetting=ehsid.Constant(factor), dtype="float64")
+        rls.run(*model16.regressors(u, y))
+        held.append(np.abs(rls.theta_hat - model16.THETA) < interval * rls.standard_deviation)
+        variances.append(rls.residual_variance)
+    # Five deviations of the mean of all runs.
+    error = 0.01 * np.sqrt(2.0 / (squares * runs))
+    assert abs(np.mean(variances) - 0.01) < 5.0 * error
+    # The six of a run hang together, so only the runs count: four binomial deviations, 4.9 %.
+    assert abs(np.mean(held) - 0.9) < 4.0 * np.sqrt(0.9 * 0.1 / runs)
 
 
 @settings(max_examples=30)

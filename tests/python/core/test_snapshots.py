@@ -222,8 +222,8 @@ def test_layout_is_the_documented_one(dtype: str) -> None:
     assert struct.unpack("<I", state[-4:])[0] == zlib.crc32(state[:-4])
     kind = np.dtype(dtype)
     header = HEADER.unpack_from(state)
-    assert header[:9] == (ESTIMATOR, 3, kind.itemsize, 1, 3, 3, 1, 0, len(state))
-    numbers = 5 * 6 + 15 + 9
+    assert header[:9] == (ESTIMATOR, 4, kind.itemsize, 1, 3, 3, 1, 0, len(state))
+    numbers = 5 * 6 + 15 + 10
     assert len(state) == (
         HEADER.size + 1 + kind.itemsize * (numbers + 3 + 4 + 3 + 22) + 4 * 8 + 3 + 4
     )

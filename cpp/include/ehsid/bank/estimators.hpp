@@ -140,7 +140,7 @@ class Estimators {
   EHSID_ALWAYS_INLINE void report(Results<V, kN>& to) const {
     const int n = recursions_.size();
     const auto at = [](int i) EHSID_INLINE_LAMBDA { return static_cast<std::size_t>(i); };
-    const V variance = recursions_.residual_variance();
+    const V variance = recursions_.parameter_variance();
     const Truth white = whitenesses_.coloured == Count(0);
     const V inflation = select(white, V(1), sqrt(V(1) + whitenesses_.statistic));
     Array<V, kN> variances;
@@ -159,7 +159,8 @@ class Estimators {
     }
     to.innovation = bounded_product(recursions_.innovation(), position_scale_);
     to.forgetting_factor = recursions_.forgetting_factor();
-    to.residual_variance = bounded_product(variance, position_scale_ * position_scale_);
+    to.residual_variance =
+        bounded_product(recursions_.residual_variance(), position_scale_ * position_scale_);
     to.converged = (convergences_.steady >= convergence_options_.hold) &
                    (whitenesses_.samples >= Count(WhitenessMonitor<Scalar>::kEnough)) & white;
   }

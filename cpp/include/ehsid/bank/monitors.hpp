@@ -90,17 +90,21 @@ EHSID_ALWAYS_INLINE inline typename V::Truth update(Resets<V>& state,
   const auto warm = number<V>(state.seen) >= options.long_window;
   const Count seen = select(warm | (state.seen == last), state.seen, state.seen + one);
   const V count = number<V>(seen);
-  const V short_square =
-      state.short_square + (square - state.short_square) / smaller(count, options.short_window);
-  const V long_square =
-      state.long_square + (square - state.long_square) / smaller(count, options.long_window);
-  const auto cooling = state.cooling > zero;
   const V reference = before + options.floor * options.floor;
+  using One = RmseReset<typename V::Number>;
+  const V limit = options.trigger_ratio * options.trigger_ratio * reference;
+  const auto known = count > options.short_window;
+  const V in_short = select(known, smaller(square, V(One::kMostShort) * limit), square);
+  const V in_long = select(known, smaller(square, V(One::kMostLong) * reference), square);
+  const V short_square =
+      state.short_square + (in_short - state.short_square) / smaller(count, options.short_window);
+  const V long_square =
+      state.long_square + (in_long - state.long_square) / smaller(count, options.long_window);
+  const auto cooling = state.cooling > zero;
   const auto unarmed = state.armed == zero;
   const V release = options.release_ratio * options.release_ratio;
-  const V trigger = options.trigger_ratio * options.trigger_ratio;
   const auto released = short_square < release * reference;
-  const auto alarm = where & ~cooling & ~unarmed & warm & (short_square > trigger * reference);
+  const auto alarm = where & ~cooling & ~unarmed & warm & (short_square > limit);
 
   state.seen = select(where, seen, state.seen);
   state.short_square = select(where, short_square, state.short_square);
@@ -170,7 +174,7 @@ EHSID_ALWAYS_INLINE inline void update(Convergences<V>& state,
     return;
   }
   const int n = tile.size();
-  const V variance = tile.residual_variance();
+  const V variance = tile.parameter_variance();
   const V share = options.tolerance * options.tolerance;
   const V least = options.magnitude * options.magnitude;
   Array<V, Tile::kN> variances;

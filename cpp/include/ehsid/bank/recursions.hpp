@@ -43,6 +43,7 @@ class Recursions {
       now.mean_square.set(lane, state.mean_square);
       now.usual_square.set(lane, state.usual_square);
       now.weight.set(lane, state.weight);
+      now.weight_square.set(lane, state.weight_square);
       now.recent_square.set(lane, state.recent_square);
       set_array(now.regained, lane, state.account.regained);
       now.postponed.set(lane, state.account.waiting.postponed);
@@ -74,6 +75,7 @@ class Recursions {
     state.mean_square = now().mean_square[lane];
     state.usual_square = now().usual_square[lane];
     state.weight = now().weight[lane];
+    state.weight_square = now().weight_square[lane];
     state.recent_square = now().recent_square[lane];
     get_array(now().regained, lane, state.account.regained);
     state.account.waiting = {now().postponed[lane], now().waited[lane]};
@@ -127,12 +129,16 @@ class Recursions {
     old.mean_square = select(where, select(known, mean, zero), old.mean_square);
     old.usual_square = select(where, select(known, mean, zero), old.usual_square);
     old.weight = select(where, select(known, weight, zero), old.weight);
+    old.weight_square = select(where, select(known, weight, zero), old.weight_square);
     old.recent_square = select(where, zero, old.recent_square);
     old.postponed = select(where, one, old.postponed);
     old.waited = select(where, one, old.waited);
   }
 
   EHSID_ALWAYS_INLINE V residual_variance() const { return with_freedom(now(), now().mean_square); }
+  EHSID_ALWAYS_INLINE V parameter_variance() const {
+    return residual_variance() * weight_share(now());
+  }
   EHSID_ALWAYS_INLINE Truth starved() const { return now().waited < V(1); }
   EHSID_ALWAYS_INLINE const Regressors& theta() const { return now().theta; }
   EHSID_ALWAYS_INLINE const Factors& factors() const { return now().factors; }
@@ -165,6 +171,7 @@ class Recursions {
     V mean_square;
     V usual_square;
     V weight;
+    V weight_square;
     V recent_square;
     Regressors regained;
     V postponed;
@@ -372,7 +379,11 @@ class Recursions {
     put(next.mean_square, old.mean_square + (square - old.mean_square) * share, old.mean_square);
     put(next.usual_square, old.usual_square + smaller((square - old.usual_square) * share, limit),
         old.usual_square);
-    put(next.weight, smaller(lambda.after * samples, V(Recursion::kWeightLimit)), old.weight);
+    const V weight = smaller(lambda.after * samples, V(Recursion::kWeightLimit));
+    const V squares = lambda.before * lambda.before * old.weight_square + one;
+    put(next.weight, weight, old.weight);
+    put(next.weight_square, smaller(lambda.after * lambda.after * squares, weight),
+        old.weight_square);
     forgetting_.accept(kept, evidence);
     now_ = 1 - now_;
     return ordinary;
@@ -419,8 +430,12 @@ class Recursions {
 
   EHSID_ALWAYS_INLINE static V rounding() { return V(Recursion::kRounding * Recursion::kRounding); }
 
+  EHSID_ALWAYS_INLINE static V weight_share(const Numbers& of) {
+    return select(of.weight > V(0), of.weight_square / of.weight, V(1));
+  }
+
   EHSID_ALWAYS_INLINE V with_freedom(const Numbers& of, const V& mean) const {
-    return mean * of.weight / larger(of.weight - V(Scalar(size())), V(1));
+    return mean * of.weight / larger(of.weight - V(Scalar(size())) * weight_share(of), V(1));
   }
 
   EHSID_ALWAYS_INLINE V fresh_share(const Numbers& of) const {
