@@ -32,6 +32,7 @@ def shares(colour: float, noise: float) -> list[float]:
         y = scipy.signal.lfilter(B, A, u) + scipy.signal.lfilter([1.0], A, e)
         estimator = ehsid.ArxEstimator(3, 3, 1, forgetting=ehsid.Constant(1.0), reset=None)
         path = estimator.run(u, y)
+        assert path.converged is not None
         off = np.abs(path.theta[at] - THETA) > 3.0 * path.standard_deviation[at]
         wrong += path.converged[at] & off.any(axis=1)
     return list(wrong / RUNS)
