@@ -121,9 +121,9 @@ TYPED_TEST(GradientRecursions, BehindAHoleTheFiltersRunInBeforeAnythingIsLearned
   EXPECT_EQ(estimator.theta_hat(), theta);
   feed(estimator, servo, 100);
   EXPECT_NE(estimator.theta_hat(), theta);
-  // 100 samples on top of 900 move the estimate by less than its own deviation.
+  // 100 samples on top of 900 move the estimate by sqrt(1 - 900 / 1000) = 0.32 of its own deviation; five of those.
   EXPECT_LT(((estimator.theta_hat() - theta).array() / deviation.array()).abs().maxCoeff(),
-            Scalar(1));
+            Scalar(1.6));
 }
 
 TYPED_TEST(GradientRecursions, SnapshotsAreRestoredAndCheckedForTheirMethod) {
