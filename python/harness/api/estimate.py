@@ -98,7 +98,7 @@ class Estimation(Shown, Tabular):
         return arx_system(self.result.orders, self.result.theta, self.signals.data.dt_s)
 
     def plot(self) -> Figure:
-        """Returns a figure: parameters with 95 % bands, forgetting factor and innovation."""
+        """Returns a figure: K, the parameters with 95 % bands, lambda and the innovation."""
         from ehsid.harness.report.model_figures import estimation_figure
 
         figure = estimation_figure(self.result, self.signals.data.dt_s)
@@ -127,6 +127,10 @@ class Estimation(Shown, Tabular):
     def _columns(self) -> Mapping[str, npt.NDArray[Any]]:
         result, data = self.result, self.signals.data
         paths: dict[str, npt.NDArray[Any]] = {}
+        for value in result.servo or ():
+            paths[value.name] = value.path
+            paths[f"{value.name}_half90"] = value.half_path
+            paths[f"{value.name}_trusted"] = value.trusted_path
         for i, name in enumerate(result.orders.names):
             paths[name] = result.theta_path[:, i]
             paths[f"{name}_deviation"] = result.deviation_path[:, i]
@@ -142,9 +146,10 @@ class Estimation(Shown, Tabular):
 
     def _line(self) -> str:
         result = self.result
+        servo = "" if result.servo is None else f"{result.servo}; "
         values = ", ".join(f"{name} {value:.5g}" for name, value in self.parameters.items())
         return (
-            f"{self.signals.name}, {result.orders}, {result.method}; {values}; one-step fit "
+            f"{self.signals.name}, {servo}{result.orders}, {result.method}; {values}; one-step fit "
             f"{result.one_step_fit_percent:.2f} %, {state_words(result)}"
         )
 
@@ -175,7 +180,10 @@ def estimate(
     guards: ehsid.RlsOptions | None = None,
     start_variance: float = START_VARIANCE,
 ) -> Estimation:
-    """Estimates an ARX model sample by sample, with the code that the firmware runs.
+    """Estimates a servo and its ARX model sample by sample, with the code that the firmware runs.
+
+    With na = nb = 3 the record is also read as a servo: `found.servo` has K, omega_n and xi, each
+    with its 90 % interval and whether it can be trusted.
 
     Parameters
     ----------

@@ -101,7 +101,7 @@ def advise(data: IoData, recursion: Recursion, result: EstimationResult) -> Advi
     # White residuals first: only then the intervals hold. `sorted` keeps the order otherwise.
     helping.sort(key=lambda trial: not trial.residuals_white)
     lacks = [] if helping or result.converged else _lacks(data, recursion, result)
-    if lacks and result.servo is not None and result.servo.gain.trusted_path.any():
+    if lacks and result.servo is not None and result.servo.gain.trusted:
         # What a servo needs is known: the record lacks nothing.
         lacks = [_SERVO_IS_KNOWN]
     return Advice(tuple(helping), tuple(lacks))
@@ -109,7 +109,7 @@ def advise(data: IoData, recursion: Recursion, result: EstimationResult) -> Advi
 
 _SERVO_IS_KNOWN = (
     "K of the servo is known, as the first table says: a controller needs no coefficients. They "
-    "are not determined, because least squares take noise on the position for motion."
+    "are not determined: noise on the position, friction and a dead band mislead least squares."
 )
 
 _Change = tuple[str, Setting, Recursion]

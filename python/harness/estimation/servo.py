@@ -18,6 +18,8 @@ from ehsid.harness.identification import IoData
 from ehsid.harness.text import printable
 
 MOST_DELAY = 20  # samples, of the compiled estimator
+# Share of the samples at which a value has to be trusted for more than a moment.
+LEAST_SHARE = 0.1
 # What JSON calls the values by their names.
 KEYS = {"K": "gain", "omega_n": "omega_n", "xi": "xi"}
 # Samples from which the delay is taken, and the share to which another one than the stated has to
@@ -26,7 +28,7 @@ KEYS = {"K": "gain", "omega_n": "omega_n", "xi": "xi"}
 LOOK, CLEARLY = 20_000, 0.5
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ServoValue:
     """One of K, omega_n and xi over the N samples of a record.
 
@@ -53,10 +55,16 @@ class ServoValue:
     reason: ehsid.TrustReason
 
     @property
+    def trusted(self) -> bool:
+        """Whether the told value can be trusted: at the end, or before for more than a moment."""
+        at_end = self.reason is ehsid.TrustReason.trusted
+        return at_end or self.trusted_share >= LEAST_SHARE
+
+    @property
     def at(self) -> int:
-        """Sample whose value is told: the last one that is trusted, or the last one."""
-        trusted = np.flatnonzero(self.trusted_path)
-        return int(trusted[-1]) if trusted.size else self.path.size - 1
+        """Sample whose value is told: the last one that is trusted, or else the last one."""
+        last = self.path.size - 1
+        return int(np.flatnonzero(self.trusted_path)[-1]) if self.trusted else last
 
     @property
     def told(self) -> ServoValue:
@@ -65,6 +73,11 @@ class ServoValue:
         paths = (self.path[at].copy(), self.half_path[at].copy(), self.trusted_path[at].copy())
         return ServoValue(self.name, self.unit, *paths, self.trusted_share, self.reason)
 
+    def __repr__(self) -> str:
+        value, half = self.path[self.at], self.half_path[self.at]
+        trust = "trusted" if self.trusted else f"not trusted ({self.reason.name})"
+        return " ".join(f"{self.name} {value:.4g} ± {half:.2g} {self.unit}".split()) + f", {trust}"
+
     def to_dict(self) -> dict[str, Any]:
         """Returns the told value, and whether it is trusted there and at the end, for JSON."""
         value, half = float(self.path[self.at]), float(self.half_path[self.at])
@@ -72,13 +85,13 @@ class ServoValue:
         return {
             "value": value if known else None,
             "ci90": [value - half, value + half] if known else None,
-            "trusted": bool(self.trusted_path[self.at]),
+            "trusted": self.trusted,
             "reason_at_end": self.reason.name,
             "trusted_share": self.trusted_share,
         }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ServoPath:
     """What `ehsid.ServoEstimator` told of a record: Eq. (5), K omega_n^2 / (s (s^2 + ..)).
 
@@ -97,6 +110,9 @@ class ServoPath:
     xi: ServoValue
     delay: int
     resets: int
+
+    def __repr__(self) -> str:
+        return "; ".join(map(repr, self))
 
     def __iter__(self) -> Iterator[ServoValue]:
         return iter((self.gain, self.omega_n, self.xi))
@@ -162,7 +178,7 @@ def _delay(data: IoData, dt_s: float, stated: int) -> int:
             break
 
     def width(delay: int) -> float:
-        """The mean half width of the three intervals, in shares of their values, of at most 1."""
+        """Half widths of the intervals in shares of their values, at most 1, over all samples."""
         _, runs = _run(data, segments, dt_s, delay, "float32")
         total = 0.0
         for run in runs:

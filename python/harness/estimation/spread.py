@@ -220,7 +220,7 @@ def _known(estimate: Estimate) -> dict[str, tuple[float, float]]:
     told = (estimate.theta.tolist(), estimate.standard_deviation.tolist())
     pairs = dict(zip(orders.names[: orders.na + orders.nb], zip(*told, strict=True), strict=False))
     for value in estimate.servo or ():
-        if value.trusted_share > 0.0:
+        if value.trusted:
             pairs[value.name] = (value.path[value.at], value.half_path[value.at] / NORMAL_90)
     return pairs
 
@@ -286,7 +286,7 @@ def _warnings(one: Named, usual: float | None) -> list[str]:
     found += [
         f"{value.name} not trusted ({value.reason.name})"
         for value in estimate.servo or ()
-        if value.trusted_share == 0.0
+        if not value.trusted
     ]
     if not estimate.converged:
         found.append(state_words(estimate))

@@ -29,8 +29,8 @@ _WHY_NOT_WHITE = {
 _REASONS = {
     "starting": "too little has been seen: move the servo for some seconds",
     "resting": "the servo stands still, and the interval has grown",
-    "single_sine": "the command is one sine, which does not show this value: command steps, or "
-    "several frequencies",
+    "single_sine": "the command is one sine, or as smooth as one within the time that the servo "
+    "takes, which does not show this value: command steps, or several frequencies",
     "change_suspected": "the plant has just changed: wait",
     "model_does_not_fit": "the model that runs alone does not move like this output: either it is "
     "no servo, or look for the cause with `ehsid gap`",

@@ -67,7 +67,7 @@ def _draw_gain(axes: Axes, x: FloatArray, gain: ServoValue) -> None:
         value, half = (np.where(shown, path, np.nan) for path in (gain.path, gain.half_path))
         curves = (value - half, value, value + half)
         draw_band(axes, x, curves, label=word, linewidth=1.4, color=colour)
-    known = gain.path[gain.trusted_path if gain.trusted_path.any() else np.isfinite(gain.path)]
+    known = gain.path[gain.trusted_path if gain.trusted else np.isfinite(gain.path)]
     if known.size:
         low, high = (float(one) for one in np.quantile(known, [0.02, 0.98]))
         margin = 0.3 * (high - low) + 0.1 * abs(high)

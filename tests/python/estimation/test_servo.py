@@ -8,6 +8,7 @@ import pytest
 
 import ehsid
 from ehsid.harness.arrays import FloatArray
+from ehsid.harness.estimation.servo import ServoValue
 
 GAIN, OMEGA_N, XI, DT_S, COUNT = 0.03, 40.0, 0.4, 0.01, 4000
 
@@ -57,6 +58,11 @@ def test_null_bias_an_offset_and_a_late_sensor_change_nothing(
         assert told[name]["trusted"]
     assert told["xi"]["value"] == pytest.approx(XI, abs=0.05)
     assert told["delay"] == 1 + late
+    frame = found.to_polars()
+    assert frame["K"].to_list()[servo.gain.at] == told["gain"]["value"]
+    assert frame["K_trusted"].mean() == told["gain"]["trusted_share"]
+    for words in (f"K {told['gain']['value']:.4g} ± ", " y/s per u, trusted; omega_n "):
+        assert words in repr(found)
 
 
 def test_a_servo_with_dead_band_and_friction_has_an_interval_and_no_word_of_moving_more() -> None:
@@ -70,6 +76,28 @@ def test_a_servo_with_dead_band_and_friction_has_an_interval_and_no_word_of_movi
     words = found.summary()
     assert "faster" not in words
     assert "K of the servo is known" in words or "At the end K" in words
+
+
+@pytest.mark.parametrize(
+    ("first", "end", "told_at", "reason"),
+    [(10, 13, 99, "not_precise"), (10, 40, 39, "not_precise"), (97, 100, 99, "trusted")],
+    ids=["for a moment", "for a while", "at the end"],
+)
+def test_a_value_is_trusted_at_the_end_or_for_more_than_a_moment(
+    first: int, end: int, told_at: int, reason: str
+) -> None:
+    trusted = np.zeros(100, dtype=np.bool_)
+    trusted[first:end] = True
+    share, path = (end - first) / 100, np.arange(100.0)
+    found = ServoValue("K", "", path, path, trusted, share, ehsid.TrustReason[reason])
+    for one in (found, found.told):
+        assert one.to_dict() == {
+            "value": float(told_at),
+            "ci90": [0.0, 2.0 * told_at],
+            "trusted": bool(trusted[told_at]),
+            "reason_at_end": reason,
+            "trusted_share": share,
+        }
 
 
 @pytest.mark.parametrize(("na", "dt_s"), [(2, DT_S), (3, None)])
