@@ -49,8 +49,9 @@ def returns() -> np.ndarray:
         u, y, truth = record(seed)
         run = ehsid.ArxEstimator(3, 3, 1).run(u, y)
         resets = np.flatnonzero(run.status == ehsid.Status.reset)
-        # The first sample after the change shows nothing yet: its command was sent before.
-        assert resets.tolist() == [CHANGE + 1], seed
+        # The first sample after the change shows nothing yet, as its command was sent before. Then
+        # five large errors are needed, and a random command makes up to two small ones between.
+        assert resets.size == 1 and CHANGE + 5 <= resets[0] <= CHANGE + 7, seed
         rows.append(
             (
                 samples_outside(run.theta[CHANGE:], truth),
@@ -65,6 +66,8 @@ def test_the_gate_is_met_in_the_median(returns: np.ndarray) -> None:
 
 
 def test_no_later_than_the_samples_themselves_allow(returns: np.ndarray) -> None:
-    # The reset comes with the second sample, whose update it forgets as well: two samples late.
+    # The reset forgets up to eight samples, and what they told must come again: until then the two
+    # samples more of a reset at once.
     late = returns[:, 0] - returns[:, 1]
-    assert late.max() <= 2
+    assert late.max() <= 10
+    assert np.median(late) <= 2
