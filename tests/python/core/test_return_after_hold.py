@@ -51,7 +51,8 @@ def returns() -> np.ndarray:
         resets = np.flatnonzero(run.status == ehsid.Status.reset)
         # The first sample after the change shows nothing yet, as its command was sent before. Then
         # five large errors are needed, and a random command makes up to two small ones between.
-        assert resets.size == 1 and CHANGE + 5 <= resets[0] <= CHANGE + 7, seed
+        assert resets.size == 1, seed
+        assert CHANGE + 5 <= resets[0] <= CHANGE + 7, seed
         rows.append(
             (
                 samples_outside(run.theta[CHANGE:], truth),
